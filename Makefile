@@ -1,0 +1,86 @@
+# make test does everything from a fresh clone; make help lists the rest.
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+MAKEFLAGS += --no-print-directory
+.DEFAULT_GOAL := build
+
+BUILD ?= build
+SEEDS ?= 2000
+SECONDS_OF_FUZZ := $(if $(filter command line environment,$(origin SECONDS)),$(SECONDS),60)
+CMAKE_ARGS ?=
+JOBS ?= $(shell nproc)
+TARGETS ?=
+export JOBS TARGETS
+PREFIX := $(or $(CONNECT_BRIDGE_PREFIX),kilted)
+
+# env.sh reads BUILD and CONNECT_BRIDGE_PREFIX, and is made for shells without -u.
+in_env = set +u; BUILD="$(BUILD)" CONNECT_BRIDGE_PREFIX="$(PREFIX)"; export BUILD CONNECT_BRIDGE_PREFIX; . ./env.sh; set -u;
+compile = tools/setup/build.sh "$(1)" $(2) $(CMAKE_ARGS)
+# Tests with real nodes depend on the machine's mood: a second try is allowed, and is seen in the output.
+ctest = ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
+clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
+asan_list = address,undefined
+# The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
+tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
+
+.PHONY: help setup packages prefix prefix-jazzy build test sim bench fuzz demo format check asan tsan clang jazzy clean
+
+help: ## this list
+	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
+
+packages: ## install the system packages
+	@bash tools/setup/packages.sh
+
+prefix: packages ## make the ROS 2 prefix, if no distribution is sourced
+	@bash tools/setup/prefix.sh $(PREFIX)
+
+prefix-jazzy: packages ## make the prefix of the other distribution
+	@bash tools/setup/prefix.sh jazzy
+
+setup: prefix
+
+build: setup ## build everything into build/ (BUILD=dir for another folder, TARGETS="sim ..." for a part)
+	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
+
+test: build ## set up, build, and run all tests
+	@$(in_env) $(call ctest,$(BUILD),-j $(JOBS))
+
+sim: build ## SEEDS=n scenarios of the simulator
+	@"$(BUILD)/sim" --seeds $(SEEDS)
+
+bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
+	@$(in_env) tools/bench/run $(if $(QUICK),--quick)
+
+fuzz: packages ## SECONDS=n of fuzzing, split over the targets
+	@TARGETS=fuzz_targets $(call compile,$(BUILD)-fuzz,$(clang_tools) -DCONNECT_ROS=OFF -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=$(asan_list))
+	@tools/setup/fuzz.sh "$(BUILD)-fuzz" $(SECONDS_OF_FUZZ)
+
+demo: build ## a robot, an operator, and a bad network between them
+	@$(in_env) tools/demo/run
+
+format: packages ## rewrite the sources in the project's format (FILES="..." for some)
+	@$(if $(FILES),printf '%s\n' $(FILES),git ls-files -co --exclude-standard -- '*.cpp' '*.hpp') | xargs -r clang-format -i
+
+check: packages ## format, arrows between layers, sizes
+	@tools/tidy
+
+# Real nodes around the programs built with a sanitizer.
+smoke = -R '^e2e_topics$$'
+
+asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
+	@$(in_env) $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
+	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(JOBS))
+	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
+
+tsan: setup ## unit and gateway tests, sim and an end-to-end smoke under the thread sanitizer
+	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests sim server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread -DCONNECT_SIM_SEEDS=100)
+	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros|sim' -j $(JOBS)); $(call ctest,$(BUILD)-tsan,$(smoke))
+
+clang: setup ## build everything with the other compiler
+	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))
+
+jazzy: prefix-jazzy ## build everything against the Jazzy prefix
+	@$(MAKE) build CONNECT_BRIDGE_PREFIX=jazzy BUILD=$(BUILD)-jazzy
+
+clean: ## remove the build folders; the prefix stays
+	rm -rf "$(BUILD)" "$(BUILD)"-*

@@ -1,0 +1,63 @@
+# One static library per layer, from every source file in its folder; a layer without files is left out.
+# Arrows: apps -> run -> {ros, net, auth, config} -> core.
+
+# connect_layer(<name> [<library>...]): connect_<name> from src/<name>, which may use the given libraries.
+function(connect_layer name)
+  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*.cpp"
+    "${CMAKE_CURRENT_SOURCE_DIR}/src/${name}/*/*.cpp")
+  if(sources)
+    add_library(connect_${name} STATIC ${sources})
+    target_link_libraries(connect_${name} PUBLIC connect_options ${ARGN})
+  endif()
+endfunction()
+
+# connect_available(<result> <target>...): those of the targets that exist.
+function(connect_available result)
+  set(found)
+  foreach(target ${ARGN})
+    if(TARGET ${target})
+      list(APPEND found ${target})
+    endif()
+  endforeach()
+  set(${result} ${found} PARENT_SCOPE)
+endfunction()
+
+find_package(Threads REQUIRED)
+find_package(OpenSSL REQUIRED)
+find_package(Boost 1.74 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(fmt REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_path(LZ4_INCLUDE lz4.h REQUIRED)
+find_library(LZ4_LIBRARY lz4 REQUIRED)
+find_path(ZSTD_INCLUDE zstd.h REQUIRED)
+find_library(ZSTD_LIBRARY zstd REQUIRED)
+
+add_library(connect_boost INTERFACE)
+target_include_directories(connect_boost SYSTEM INTERFACE ${Boost_INCLUDE_DIRS})
+# Boost.System is header-only since 1.69; Asio's old interfaces stay out.
+target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY BOOST_ASIO_NO_DEPRECATED)
+
+connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt)
+connect_layer(config connect_core yaml-cpp)
+connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
+connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
+
+if(CONNECT_ROS)
+  include(ros)
+  connect_layer(ros connect_core connect_ros_packages Threads::Threads ${CMAKE_DL_LIBS})
+  connect_available(below connect_ros connect_net connect_auth connect_config connect_core)
+  connect_layer(run ${below} connect_boost Threads::Threads)
+  connect_available(below connect_run ${below})
+
+  # A program is src/apps/<name>.cpp with all src/apps/<name>_*.cpp.
+  foreach(app server client ctl)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/${app}.cpp")
+      file(GLOB parts CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/${app}_*.cpp")
+      add_executable(${app} "src/apps/${app}.cpp" ${parts})
+      target_link_libraries(${app} PRIVATE ${below} connect_options)
+      # Login methods in shared libraries call functions of the program.
+      set_target_properties(${app} PROPERTIES ENABLE_EXPORTS ON)
+    endif()
+  endforeach()
+endif()

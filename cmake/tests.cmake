@@ -1,0 +1,88 @@
+# Tests: each kind is made when its files and the layers it needs exist.
+include(GoogleTest)
+find_package(GTest REQUIRED)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
+set(CONNECT_SIM_SEEDS 2000 CACHE STRING "Scenarios of the simulator in a test run")
+
+# unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core.
+file(GLOB unit_sources CONFIGURE_DEPENDS "${tests}/unit/*_test.cpp" "${tests}/unit/*/*_test.cpp" "${tests}/unit/*/*/*_test.cpp")
+foreach(layer config auth net ros run)
+  if(NOT TARGET connect_${layer})
+    list(FILTER unit_sources EXCLUDE REGEX "/tests/unit/${layer}/")
+  endif()
+endforeach()
+if(unit_sources AND TARGET connect_core)
+  add_executable(unit_tests ${unit_sources})
+  connect_available(layers connect_run connect_ros connect_net connect_auth connect_config connect_core)
+  target_link_libraries(unit_tests PRIVATE ${layers} connect_options GTest::gmock GTest::gtest_main)
+  target_include_directories(unit_tests PRIVATE "${tests}")
+  target_compile_definitions(unit_tests PRIVATE CONNECT_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+  gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120)
+endif()
+
+# sim: a program of its own that takes seeds, and every processor it gets.
+file(GLOB sim_sources CONFIGURE_DEPENDS "${tests}/sim/*.cpp")
+if(sim_sources AND TARGET connect_core)
+  add_executable(sim ${sim_sources})
+  target_link_libraries(sim PRIVATE connect_core connect_options Threads::Threads)
+  target_include_directories(sim PRIVATE "${tests}")
+  add_test(NAME sim COMMAND sim --seeds ${CONNECT_SIM_SEEDS})
+  set_tests_properties(sim PROPERTIES LABELS sim TIMEOUT 1800 PROCESSORS 64)
+endif()
+
+# fuzz: one libFuzzer program per file.
+if(CONNECT_FUZZ)
+  file(GLOB fuzz_sources CONFIGURE_DEPENDS "${tests}/fuzz/fuzz_*.cpp")
+  connect_available(layers connect_config connect_core)
+  add_custom_target(fuzz_targets)
+  foreach(source ${fuzz_sources})
+    get_filename_component(name "${source}" NAME_WE)
+    add_executable(${name} "${source}")
+    target_link_libraries(${name} PRIVATE ${layers} connect_options -fsanitize=fuzzer)
+    target_include_directories(${name} PRIVATE "${tests}")
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/fuzz")
+    add_dependencies(fuzz_targets ${name})
+  endforeach()
+endif()
+
+# ros: the gateway with real rcl. Files without _test in their name are shared by the tests.
+file(GLOB ros_sources CONFIGURE_DEPENDS "${tests}/ros/*.cpp")
+if(ros_sources AND TARGET connect_ros)
+  add_executable(ros_tests ${ros_sources})
+  target_link_libraries(ros_tests PRIVATE connect_ros connect_core connect_options GTest::gmock GTest::gtest_main)
+  target_include_directories(ros_tests PRIVATE "${tests}")
+  gtest_discover_tests(ros_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ros TIMEOUT 120 RUN_SERIAL ON
+    ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+endif()
+
+# bench: one program per file.
+set(bench_sources)
+if(CONNECT_ROS)
+  file(GLOB bench_sources CONFIGURE_DEPENDS "${tests}/bench/*.cpp")
+endif()
+connect_available(layers connect_ros_packages connect_run connect_ros connect_net connect_auth connect_config connect_core)
+foreach(source ${bench_sources})
+  get_filename_component(name "${source}" NAME_WE)
+  add_executable(${name} "${source}")
+  target_link_libraries(${name} PRIVATE ${layers} connect_options connect_boost Threads::Threads)
+  target_include_directories(${name} PRIVATE "${tests}")
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
+endforeach()
+
+# Python tests, one ctest entry per file: the programs with real nodes, and a peer written from the specification alone.
+if(TARGET server AND TARGET client)
+  file(GLOB e2e CONFIGURE_DEPENDS "${tests}/e2e/test_*.py" "${tests}/peer/test_*.py")
+  set(domain 30)
+  foreach(file ${e2e})
+    get_filename_component(name "${file}" NAME_WE)
+    get_filename_component(folder "${file}" DIRECTORY)
+    get_filename_component(folder "${folder}" NAME)
+    string(REGEX REPLACE "^test_" "${folder}_" name "${name}")
+    add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest -q -p no:cacheprovider "${file}"
+      WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
+    set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 RUN_SERIAL ON ENVIRONMENT
+      "CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR};ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST;ROS_DOMAIN_ID=${domain}")
+    math(EXPR domain "${domain} + 1")
+  endforeach()
+endif()

@@ -1,0 +1,6 @@
+// The side that dials.
+#include "run/program.hpp"
+
+int main(int argc, char** argv) {
+  return connect_bridge::run_program(connect_bridge::Role::kClient, argc, argv);
+}

@@ -1,0 +1,109 @@
+#include "auth/secret.hpp"
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kFileBytesMax = 1 << 20;
+
+int digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+}  // namespace
+
+Digest sha256(ByteView bytes) {
+  Digest digest{};
+  unsigned size = 0;
+  const int done =
+      EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
+  CONNECT_CHECK(done == 1 && size == digest.size());
+  return digest;
+}
+
+std::optional<Digest> parse_digest(std::string_view hex) {
+  Digest digest{};
+  if (hex.size() != 2 * digest.size()) return std::nullopt;
+  for (std::size_t i = 0; i < digest.size(); ++i) {
+    const int high = digit(hex[2 * i]);
+    const int low = digit(hex[2 * i + 1]);
+    if (high < 0 || low < 0) return std::nullopt;
+    digest[i] = static_cast<std::uint8_t>(high * 16 + low);
+  }
+  return digest;
+}
+
+std::string token_problem(std::string_view token) {
+  if (token.empty()) return "the token is empty";
+  if (token.size() < kTokenCharactersMin) {
+    return "the token has " + std::to_string(token.size()) + " characters, at least " +
+           std::to_string(kTokenCharactersMin) + " are needed ('openssl rand -hex 24' makes one)";
+  }
+  if (token.size() > kTokenCharactersMax) {
+    return "the token has more than " + std::to_string(kTokenCharactersMax) + " characters";
+  }
+  const auto printable = [](char c) { return c > ' ' && c < 0x7f; };
+  if (!std::all_of(token.begin(), token.end(), printable)) {
+    return "the token has a blank or a character that is not printable ASCII";
+  }
+  return {};
+}
+
+std::string_view trim(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\n";
+  const auto begin = text.find_first_not_of(kBlank);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
+void wipe(std::string& secret) {
+  OPENSSL_cleanse(secret.data(), secret.size());
+  secret.clear();
+}
+
+std::optional<std::string> read_secret_file(const std::string& file, std::string& problem) {
+  std::FILE* const opened = std::fopen(file.c_str(), "rb");
+  if (opened == nullptr) {
+    problem = "'" + file + "' cannot be read: " + std::strerror(errno);
+    return std::nullopt;
+  }
+  std::setvbuf(opened, nullptr, _IONBF, 0);  // or a copy would stay in stdio's buffer
+  std::string text(kFileBytesMax + 1, '\0');
+  errno = 0;
+  const std::size_t size = std::fread(text.data(), 1, text.size(), opened);
+  const int error = std::ferror(opened) != 0 ? errno : 0;
+  std::fclose(opened);
+  if (error != 0) problem = "'" + file + "' cannot be read: " + std::strerror(error);
+  if (size > kFileBytesMax) problem = "'" + file + "' is larger than 1 MiB: no token file";
+  if (!problem.empty()) {
+    wipe(text);
+    return std::nullopt;
+  }
+  text.resize(size);
+  return text;
+}
+
+std::string exposure_warning(const std::string& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  const bool readable = (status.st_mode & S_IROTH) != 0;
+  const bool writable = (status.st_mode & S_IWOTH) != 0;
+  if (!readable && !writable) return {};
+  return "'" + file + "' holds a secret and every user of this machine may " +
+         (writable ? "change" : "read") + " it (chmod 600)";
+}
+
+}  // namespace connect_bridge

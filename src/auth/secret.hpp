@@ -1,0 +1,37 @@
+// Handling of tokens: reading them, checking their form, wiping them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge {
+
+using Digest = std::array<std::uint8_t, 32>;  // SHA-256
+
+inline constexpr std::size_t kTokenCharactersMin = 16;
+inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "Login"
+
+[[nodiscard]] Digest sha256(ByteView bytes);
+[[nodiscard]] std::optional<Digest> parse_digest(std::string_view hex);
+
+// Why this text is no acceptable token; empty: it is one. Never contains the token.
+[[nodiscard]] std::string token_problem(std::string_view token);
+
+// Without blanks and line ends at both ends.
+[[nodiscard]] std::string_view trim(std::string_view text);
+
+// Overwrites in a way that the optimizer keeps.
+void wipe(std::string& secret);
+
+// A small file's content. nullopt with `problem` set: why not, with the file's name.
+[[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
+                                                          std::string& problem);
+// A sentence if others than the owner and group may read or change the file, else empty.
+[[nodiscard]] std::string exposure_warning(const std::string& file);
+
+}  // namespace connect_bridge

@@ -1,0 +1,264 @@
+#include "auth/token_table.hpp"
+
+#include <openssl/crypto.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <ctime>
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kNameBytesMax = 255;
+constexpr Stamp kSecond = 1'000'000'000;
+
+// What is wrong with a name of an identity or group; empty: nothing.
+std::string name_problem(const std::string& name) {
+  if (name.empty()) return "is empty";
+  if (name.size() > kNameBytesMax) return "has more than 255 bytes";
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(name.begin(), name.end(), control)) return "has a control character";
+  return {};
+}
+
+bool read_number(std::string_view text, std::size_t offset, std::size_t digits, int& number) {
+  const char* const begin = text.data() + offset;
+  const auto parsed = std::from_chars(begin, begin + digits, number);
+  return parsed.ec == std::errc{} && parsed.ptr == begin + digits && *begin != '-';
+}
+
+}  // namespace
+
+std::optional<Stamp> parse_date(std::string_view text) {
+  const bool with_time = text.size() == 20;
+  if (!with_time && text.size() != 10) return std::nullopt;
+  std::tm time{};
+  if (text[4] != '-' || text[7] != '-' || !read_number(text, 0, 4, time.tm_year) ||
+      !read_number(text, 5, 2, time.tm_mon) || !read_number(text, 8, 2, time.tm_mday)) {
+    return std::nullopt;
+  }
+  if (with_time &&
+      (text[10] != 'T' || text[13] != ':' || text[16] != ':' || text[19] != 'Z' ||
+       !read_number(text, 11, 2, time.tm_hour) || !read_number(text, 14, 2, time.tm_min) ||
+       !read_number(text, 17, 2, time.tm_sec))) {
+    return std::nullopt;
+  }
+  if (time.tm_year < 1970 || time.tm_year > 2200) return std::nullopt;
+  time.tm_year -= 1900;
+  time.tm_mon -= 1;
+  const std::tm asked = time;
+  const std::time_t seconds = ::timegm(&time);
+  // timegm turns February 30 into March 2.
+  if (time.tm_mon != asked.tm_mon || time.tm_mday != asked.tm_mday ||
+      time.tm_hour != asked.tm_hour || time.tm_min != asked.tm_min || time.tm_sec != asked.tm_sec) {
+    return std::nullopt;
+  }
+  return static_cast<Stamp>(seconds) * kSecond;
+}
+
+// Walks the YAML of one token file.
+class TokenFileReader {
+ public:
+  TokenFileReader(TokenTable& table, std::string source, Stamp now,
+                  std::vector<std::string>& problems, std::vector<std::string>& warnings)
+      : table_(table),
+        source_(std::move(source)),
+        now_(now),
+        problems_(problems),
+        warnings_(warnings) {}
+
+  void read(const YAML::Node& root) {
+    if (root.IsMap() && root.size() == 1 && root["tokens"] && !root["tokens"].IsScalar()) {
+      return entries(root["tokens"]);
+    }
+    entries(root);
+  }
+
+  void problem(const YAML::Mark& mark, const std::string& text) {
+    problems_.push_back(at(mark) + text);
+  }
+
+ private:
+  [[nodiscard]] std::string at(const YAML::Mark& mark) const {
+    return source_ + ":" + std::to_string(mark.line + 1) + ": ";
+  }
+
+  void entries(const YAML::Node& list) {
+    if (list.IsSequence()) {
+      for (const auto& node : list) {
+        if (node.IsMap()) {
+          entry(node, {});
+        } else {
+          problem(node.Mark(), "an entry is a map with 'identity' and 'token' or 'token_sha256'");
+        }
+      }
+    } else if (list.IsMap()) {
+      for (const auto& pair : list) named_entry(pair.first, pair.second);
+    } else {
+      problem(list.Mark(), "expected a list of entries, a map of them, or one token");
+    }
+  }
+
+  void named_entry(const YAML::Node& name, const YAML::Node& node) {
+    if (!name.IsScalar()) return problem(name.Mark(), "the name of an identity is a word");
+    if (node.IsMap()) return entry(node, name.Scalar());
+    if (!node.IsScalar()) {
+      return problem(node.Mark(), "'" + name.Scalar() + "': expected a token or a map");
+    }
+    TokenTable::Entry made;
+    identity_name(name, made);
+    if (token(node, made)) add(node.Mark(), std::move(made));
+  }
+
+  void entry(const YAML::Node& node, const std::string& name) {
+    TokenTable::Entry made;
+    made.identity.name = name;
+    const std::size_t before = problems_.size();
+    int tokens = 0;
+    for (const auto& pair : node) {
+      if (!pair.first.IsScalar()) {
+        problem(pair.first.Mark(), "a key is a word");
+        continue;
+      }
+      const std::string key = pair.first.Scalar();
+      if (key == "token" || key == "token_sha256") {
+        ++tokens;
+        if (key == "token") {
+          static_cast<void>(token(pair.second, made));
+        } else {
+          digest(pair.second, made);
+        }
+      } else if (key == "identity") {
+        identity_name(pair.second, made);
+      } else if (key == "groups") {
+        groups(pair.second, made);
+      } else if (key == "expires") {
+        expires(pair.second, made);
+      } else {
+        problem(pair.first.Mark(), "unknown key '" + key +
+                                       "' (known: token, token_sha256, identity, groups, expires)");
+      }
+    }
+    if (tokens != 1) problem(node.Mark(), "an entry has either 'token' or 'token_sha256'");
+    if (made.identity.name.empty() && problems_.size() == before) {
+      problem(node.Mark(), "'identity' is missing");
+    }
+    if (problems_.size() == before) add(node.Mark(), std::move(made));
+  }
+
+  bool token(const YAML::Node& node, TokenTable::Entry& made) {
+    std::string text = node.IsScalar() ? node.Scalar() : std::string{};
+    const std::string wrong = token_problem(text);
+    if (!wrong.empty()) problem(node.Mark(), "token: " + wrong);
+    made.digest = sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    wipe(text);
+    return wrong.empty();
+  }
+
+  void digest(const YAML::Node& node, TokenTable::Entry& made) {
+    const auto parsed = parse_digest(node.IsScalar() ? node.Scalar() : std::string{});
+    if (!parsed) {
+      return problem(node.Mark(),
+                     "token_sha256: expected 64 hexadecimal digits (printf %s TOKEN | sha256sum)");
+    }
+    made.digest = *parsed;
+  }
+
+  void identity_name(const YAML::Node& node, TokenTable::Entry& made) {
+    made.identity.name = node.IsScalar() ? node.Scalar() : std::string{};
+    const std::string wrong = name_problem(made.identity.name);
+    if (!wrong.empty()) problem(node.Mark(), "identity: the name " + wrong);
+  }
+
+  void groups(const YAML::Node& node, TokenTable::Entry& made) {
+    const auto group = [&](const YAML::Node& name) {
+      const std::string text = name.IsScalar() ? name.Scalar() : std::string{};
+      const std::string wrong = name_problem(text);
+      if (!wrong.empty()) return problem(name.Mark(), "groups: a name " + wrong);
+      made.identity.groups.push_back(text);
+    };
+    if (node.IsScalar()) return group(node);
+    if (!node.IsSequence()) return problem(node.Mark(), "groups: expected a list of names");
+    for (const auto& name : node) group(name);
+  }
+
+  void expires(const YAML::Node& node, TokenTable::Entry& made) {
+    const auto date = parse_date(node.IsScalar() ? node.Scalar() : std::string{});
+    if (!date) {
+      return problem(node.Mark(),
+                     "expires: expected a date in UTC, 2027-01-31 or 2027-01-31T12:00:00Z");
+    }
+    made.identity.expires = *date;
+  }
+
+  void add(const YAML::Mark& mark, TokenTable::Entry made) {
+    const std::string name = made.identity.name;
+    if (made.identity.expires != 0 && made.identity.expires <= now_) {
+      warnings_.push_back(at(mark) + "the token of '" + name + "' has expired");
+    }
+    if (!table_.add(std::move(made))) {
+      problem(mark, "the token of '" + name + "' is there twice");
+    }
+  }
+
+  TokenTable& table_;
+  std::string source_;
+  Stamp now_;
+  std::vector<std::string>& problems_;
+  std::vector<std::string>& warnings_;
+};
+
+void TokenTable::read(std::string_view text, const std::string& source, Stamp now,
+                      std::vector<std::string>& problems, std::vector<std::string>& warnings) {
+  const std::string_view word = trim(text);
+  if (word.find_first_of(" \t\r\n") == std::string_view::npos) {
+    return add_single(word, source, problems);
+  }
+  TokenFileReader reader(*this, source, now, problems, warnings);
+  try {
+    reader.read(YAML::Load(std::string{text}));
+  } catch (const YAML::Exception& error) {
+    // Its message quotes nothing of the file.
+    reader.problem(error.mark, "no valid YAML: " + error.msg);
+  }
+}
+
+void TokenTable::add_single(std::string_view token, const std::string& source,
+                            std::vector<std::string>& problems) {
+  const std::string wrong = token_problem(token);
+  if (!wrong.empty()) {
+    problems.push_back(source + ": " + wrong);
+    return;
+  }
+  Entry entry;
+  entry.digest = sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
+  entry.identity.name = kSingleIdentity;
+  if (!add(std::move(entry))) problems.push_back(source + ": the same token is there twice");
+}
+
+bool TokenTable::add(Entry entry) {
+  const auto same = [&](const Entry& other) { return other.digest == entry.digest; };
+  if (std::any_of(entries_.begin(), entries_.end(), same)) return false;
+  entries_.push_back(std::move(entry));
+  return true;
+}
+
+TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
+  // Digests, so that equal lengths are compared and a partial match tells nothing; all entries, so
+  // that the place of the match does not show.
+  const Digest digest = sha256(credential);
+  std::size_t found = entries_.size();
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    const bool equal = CRYPTO_memcmp(entries_[i].digest.data(), digest.data(), digest.size()) == 0;
+    found = equal ? i : found;
+  }
+  if (found == entries_.size()) return {std::nullopt, "unknown token"};
+  const Identity& identity = entries_[found].identity;
+  if (identity.expires != 0 && identity.expires <= now) {
+    return {std::nullopt, "the token of '" + identity.name + "' has expired"};
+  }
+  return {identity, {}};
+}
+
+}  // namespace connect_bridge

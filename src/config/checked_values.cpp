@@ -1,0 +1,189 @@
+#include "config/checked_values.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/syntax.hpp"
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr char kHidden[] = "(hidden)";
+
+// A misspelled "auth.tokn" must not put the token into a log either.
+bool may_be_secret(std::string_view key, std::string_view nearest) {
+  const KeySpec* spec = find_key(nearest);
+  if (spec != nullptr && spec->secret) return true;
+  constexpr std::string_view kWords[] = {"auth", "token", "secret", "password"};
+  return std::any_of(std::begin(kWords), std::end(kWords), [&](std::string_view word) {
+    return key.find(word) != std::string_view::npos;
+  });
+}
+
+std::string shown(const KeySpec& spec, const ParameterValue& value) {
+  if (spec.secret) return kHidden;
+  if (const auto* text = std::get_if<std::string>(&value); text != nullptr && spec.key == "url") {
+    return to_text(syntax::url_to_show(*text));
+  }
+  return to_text(value);
+}
+
+// ROS gives an empty list the type it likes.
+bool is_empty_list(const ParameterValue& value) {
+  return std::visit(
+      [](const auto& held) {
+        if constexpr (
+            requires { held.front(); } && !requires { held.c_str(); }) {
+          return held.empty();
+        } else {
+          return false;
+        }
+      },
+      value);
+}
+
+bool in_range(const KeySpec& spec, double value) {
+  // Written so that NaN is outside of every range.
+  return (!spec.min || value >= *spec.min) && (!spec.max || value <= *spec.max);
+}
+
+// The value in the type of the row, or nullopt.
+std::optional<ParameterValue> converted(const KeySpec& spec, const ParameterValue& value) {
+  switch (spec.type) {
+    case ValueType::kBool:
+      if (std::holds_alternative<bool>(value)) return value;
+      break;
+    case ValueType::kInteger:
+      if (const auto* whole = std::get_if<std::int64_t>(&value)) {
+        if (in_range(spec, static_cast<double>(*whole))) return value;
+      }
+      break;
+    case ValueType::kDouble: {
+      const auto* whole = std::get_if<std::int64_t>(&value);
+      const auto* number = std::get_if<double>(&value);
+      if (whole == nullptr && number == nullptr) break;
+      const double found = number != nullptr ? *number : static_cast<double>(*whole);
+      if (in_range(spec, found)) return found;
+      break;
+    }
+    case ValueType::kString:
+      if (std::holds_alternative<std::string>(value)) return value;
+      break;
+    case ValueType::kStrings:
+      if (std::holds_alternative<std::vector<std::string>>(value)) return value;
+      if (is_empty_list(value)) return std::vector<std::string>{};
+      break;
+  }
+  return std::nullopt;
+}
+
+// What to write instead of a value of the wrong type.
+std::string fix_of(const KeySpec& spec, const ParameterValue& value) {
+  if (spec.type != ValueType::kStrings) return expected_of(spec);
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    return fmt::format("a list of strings: [\"{}\"]", *text);
+  }
+  return "a list of strings, e.g. [\"one\", \"two\"]";
+}
+
+// Complaints about a text of the right type.
+syntax::Complaint complaint(const KeySpec& spec, const std::string& text) {
+  if (!spec.words.empty() &&
+      std::find(spec.words.begin(), spec.words.end(), text) == spec.words.end()) {
+    return expected_of(spec);
+  }
+  return spec.syntax != nullptr ? spec.syntax(text) : std::nullopt;
+}
+
+// Adds problems and returns whether there were any.
+bool wrong_texts(const std::string& key, const KeySpec& spec, const ParameterValue& value,
+                 std::vector<Problem>& problems) {
+  const std::size_t before = problems.size();
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    if (auto expected = complaint(spec, *text))
+      problems.push_back({key, shown(spec, value), *expected});
+  }
+  if (const auto* texts = std::get_if<std::vector<std::string>>(&value)) {
+    std::set<std::string> seen;
+    for (const std::string& text : *texts) {
+      auto expected = complaint(spec, text);
+      if (!expected && !seen.insert(text).second) expected = "each entry only once";
+      if (expected) problems.push_back({key, shown(spec, text), *expected});
+    }
+  }
+  return problems.size() != before;
+}
+
+Problem unknown_key(const std::string& key, const ParameterValue& value, Role role) {
+  const std::string nearest = nearest_key(key, role);
+  std::string expected = "a known parameter";
+  if (!nearest.empty()) {
+    expected += fmt::format("; did you mean {}?", nearest);
+  } else {
+    expected += "; docs/config.md lists them";
+  }
+  return {key, may_be_secret(key, nearest) ? kHidden : to_text(value), expected};
+}
+
+}  // namespace
+
+CheckedValues::CheckedValues(const ParameterMap& given, Role role, std::vector<Problem>& problems) {
+  for (const auto& [key, value] : given) {
+    if (is_ros_key(key)) continue;
+    keys_.insert(key);
+    if (const auto rule = rule_of(key); !rule.empty()) rules_.emplace(rule);
+    check(key, value, role, problems);
+  }
+}
+
+void CheckedValues::check(const std::string& key, const ParameterValue& value, Role role,
+                          std::vector<Problem>& problems) {
+  const KeySpec* spec = find_key(key);
+  if (spec == nullptr) {
+    problems.push_back(unknown_key(key, value, role));
+    return;
+  }
+  if (!is_used_by(*spec, role)) {
+    const bool server = role == Role::kServer;
+    problems.push_back({key, shown(*spec, value),
+                        fmt::format("nothing: it is a parameter of the {}, this is a {}",
+                                    server ? "client" : "server", server ? "server" : "client")});
+    return;
+  }
+  const auto fitting = converted(*spec, value);
+  if (!fitting) {
+    problems.push_back({key, shown(*spec, value), fix_of(*spec, value)});
+  } else if (!wrong_texts(key, *spec, *fitting, problems)) {
+    values_.emplace(key, *fitting);
+  }
+}
+
+template <class T>
+T CheckedValues::read(std::string_view key) const {
+  if (const auto found = values_.find(key); found != values_.end()) {
+    return std::get<T>(found->second);
+  }
+  const KeySpec* spec = find_key(key);
+  CONNECT_CHECK(spec != nullptr);
+  return spec->fallback ? std::get<T>(*spec->fallback) : T{};
+}
+
+bool CheckedValues::flag(std::string_view key) const {
+  return read<bool>(key);
+}
+std::int64_t CheckedValues::whole(std::string_view key) const {
+  return read<std::int64_t>(key);
+}
+double CheckedValues::number(std::string_view key) const {
+  return read<double>(key);
+}
+std::string CheckedValues::text(std::string_view key) const {
+  return read<std::string>(key);
+}
+std::vector<std::string> CheckedValues::list(std::string_view key) const {
+  return read<std::vector<std::string>>(key);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,291 @@
+#include "config/config.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/checked_values.hpp"
+#include "config/rule_reader.hpp"
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kGoodTokenBytes = 16;
+
+std::uint32_t to_u32(std::int64_t value) {
+  return static_cast<std::uint32_t>(value);
+}
+
+void fill_limits(const CheckedValues& values, SideOptions& limits) {
+  limits.dead_after = from_seconds(values.number("dead_after"));
+  limits.retry_min = from_seconds(values.number("retry_min"));
+  limits.retry_max = from_seconds(values.number("retry_max"));
+  limits.dial_timeout = from_seconds(values.number("dial_timeout"));
+  limits.login_timeout = from_seconds(values.number("login_timeout"));
+  limits.default_depth = to_u32(values.whole("default_depth"));
+  limits.latched_depth = to_u32(values.whole("latched_depth"));
+  limits.history_bytes_max = static_cast<std::uint64_t>(values.whole("history_bytes_max"));
+  limits.links_max = to_u32(values.whole("connections_max"));
+  limits.channels_max = to_u32(values.whole("channels_max"));
+  limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));
+  limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
+  limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));
+  limits.reassembly.message_bytes_max = to_u32(values.whole("max_message_size"));
+  // As many large messages may be unfinished at a time as with the core's own numbers.
+  const ReassemblyOptions normal;
+  limits.reassembly.open_bytes_max =
+      limits.reassembly.message_bytes_max * (normal.open_bytes_max / normal.message_bytes_max);
+}
+
+// Makes a Config, check by check; every check adds its problems and goes on.
+class ConfigMaker {
+ public:
+  ConfigMaker(const ParameterMap& given, Role role, const Surroundings& around)
+      : values_(given, role, parsed_.problems), around_(around) {
+    config_.role = role;
+    config_.token_in_environment = around.token_in_environment;
+  }
+
+  Parsed make(Moment moment) {
+    read_auth_and_tls();
+    if (is_server()) {
+      read_listen();
+    } else {
+      read_dial();
+    }
+    check_token();
+    check_files();
+    read_names();
+    fill_limits(values_, config_.limits);
+    if (config_.limits.retry_min > config_.limits.retry_max) {
+      add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
+    }
+    config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
+    config_.socket.congestion_control = values_.text("congestion_control");
+    read_policy(moment);
+    warn_of_not_forwarded();
+    if (parsed_.problems.empty()) {
+      config_.given = values_.values();
+      parsed_.config = std::move(config_);
+    }
+    return std::move(parsed_);
+  }
+
+ private:
+  [[nodiscard]] bool is_server() const { return config_.role == Role::kServer; }
+  void add(std::string_view key, std::string value, std::string expected) {
+    parsed_.problems.push_back({std::string{key}, std::move(value), std::move(expected)});
+  }
+  void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
+
+  void read_auth_and_tls() {
+    config_.auth.method = values_.text("auth.method");
+    config_.auth.token = values_.text("auth.token");
+    config_.auth.token_file = values_.text("auth.token_file");
+    config_.tls.certificate = values_.text("tls.certificate");
+    config_.tls.private_key = values_.text("tls.private_key");
+    config_.tls.ca = values_.text("tls.ca");
+    config_.tls.server_name = values_.text("tls.server_name");
+    const bool certificate = values_.given("tls.certificate");
+    const bool key = values_.given("tls.private_key");
+    if (certificate && !key) add("tls.private_key", "", "the key of tls.certificate");
+    if (key && !certificate) add("tls.certificate", "", "the certificate of tls.private_key");
+    if (is_server() && values_.given("tls.ca") && !certificate && !key) {
+      add("tls.ca", "",
+          "tls.certificate and tls.private_key beside it: without TLS no client "
+          "shows a certificate");
+    }
+  }
+
+  void read_listen() {
+    config_.listen.address = values_.text("listen.address");
+    config_.listen.port = static_cast<std::uint16_t>(values_.whole("listen.port"));
+    config_.listen.path = values_.text("listen.path");
+    const std::string& address = config_.listen.address;
+    if (syntax::is_loopback(address)) return;
+    if (config_.auth.method == "none") {
+      add("auth.method", "\"none\"",
+          fmt::format("a login (token), since listen.address {} is reachable by others", address));
+    }
+    if (!values_.given("tls.certificate") && !values_.given("tls.private_key")) {
+      judge_plaintext("listen.address", address,
+                      "tls.certificate and tls.private_key, since others can reach this address; "
+                      "or allow_plaintext: true");
+    }
+    if (!config_.auth.token.empty() && config_.auth.token.size() < kGoodTokenBytes) {
+      warn("auth.token: shorter than 16 characters; others can reach this server and guess");
+    }
+  }
+
+  void read_dial() {
+    if (!values_.given("url")) {
+      add("url", "", "the server to dial, e.g. wss://robot.example/connect");
+    }
+    const auto dial = syntax::parse_url(values_.text("url"));
+    if (!dial) return;
+    config_.dial = *dial;
+    if (dial->tls) return;
+    for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate"}) {
+      if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
+    }
+    if (!syntax::is_loopback(dial->host)) {
+      judge_plaintext("url", syntax::url_to_show(dial->url),
+                      "wss://, since the way leaves this machine; or allow_plaintext: true");
+    }
+  }
+
+  void judge_plaintext(std::string_view key, const std::string& value, std::string expected) {
+    if (!values_.flag("allow_plaintext")) {
+      add(key, to_text(value), std::move(expected));
+    } else {
+      warn(
+          fmt::format("allow_plaintext: {} is used without TLS; everybody on the way can read and "
+                      "change everything, the token included",
+                      value));
+    }
+  }
+
+  void check_token() {
+    const bool token = values_.given("auth.token");
+    const bool file = values_.given("auth.token_file");
+    if (token && file) add("auth.token_file", "", "either auth.token or auth.token_file");
+    if (values_.text("auth.method") == "none") {
+      for (const char* key : {"auth.token", "auth.token_file"}) {
+        if (values_.given(key)) add(key, "", "auth.method: token beside it, else it has no effect");
+      }
+    } else if (!token && !file && !around_.token_in_environment) {
+      add("auth.token_file", "",
+          fmt::format("a token: auth.token_file, auth.token or the environment variable "
+                      "CONNECT_BRIDGE_TOKEN{}",
+                      is_server() ? " (or auth.method: none, on loopback only)" : ""));
+    }
+  }
+
+  void check_files() {
+    if (!around_.readable) return;
+    for (const char* key : {"auth.token_file", "tls.certificate", "tls.private_key", "tls.ca"}) {
+      if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
+      add(key, to_text(values_.text(key)), "a file that this program can read");
+    }
+  }
+
+  void read_names() {
+    config_.prefix = values_.text("prefix");
+    config_.status_file = values_.text("status_file");
+    std::set<std::string> wires;
+    std::set<std::string> locals;
+    for (const std::string& text : values_.list("remap")) {
+      const auto pair = syntax::parse_remap(text);
+      if (!pair) continue;
+      if (!wires.insert(pair->wire).second) {
+        add("remap", to_text(text), fmt::format("{} to be remapped once only", pair->wire));
+      }
+      if (!locals.insert(pair->local).second) {
+        add("remap", to_text(text), fmt::format("{} to be the target once only", pair->local));
+      }
+      config_.remap.push_back(*pair);
+    }
+    config_.names = NameMap(config_.prefix, config_.remap);
+  }
+
+  // A type that is misspelt in a rule would silently forward nothing.
+  void check_types(const Rule& rule) {
+    if (!around_.installed) return;
+    for (const std::string& type : rule.types) {
+      if (type.find("/msg/") == std::string::npos || around_.installed(type)) continue;
+      add(fmt::format("rule.{}.types", rule.name), type,
+          fmt::format("a message type that is installed here (package {})",
+                      type.substr(0, type.find('/'))));
+    }
+  }
+
+  void read_policy(Moment moment) {
+    RuleSet set = read_rules(values_, config_.role, moment, parsed_.problems, config_.warnings);
+    for (const Rule& rule : set.rules) check_types(rule);
+    for (const Rule& rule : set.rules) {
+      if (config_.auth.method != "none") break;
+      for (const auto& [key, names] :
+           {std::pair{"identities", &rule.identities}, std::pair{"groups", &rule.groups}}) {
+        if (names->empty()) continue;
+        add(fmt::format("rule.{}.{}", rule.name, key), to_text(*names),
+            "a login (auth.method: token), else the rule applies to nobody");
+      }
+    }
+    config_.policy = Policy(std::move(set.rules));
+    config_.default_rules = set.defaults;
+    config_.clock_publish_period = set.clock_publish_period;
+  }
+
+  void warn_of_not_forwarded() {
+    for (const auto& [key, value] : values_.values()) {
+      const KeySpec* spec = find_key(key);
+      if (spec != nullptr && !spec->carried_out) {
+        warn(fmt::format("{}: not forwarded yet; this version forwards topics only", key));
+      }
+    }
+  }
+
+  Parsed parsed_;  // before values_, which adds to its problems
+  CheckedValues values_;
+  const Surroundings& around_;
+  Config config_;
+};
+
+// Whether the parameter has this value already, be it by default.
+bool has(const Config& config, std::string_view key, const KeySpec& spec,
+         const std::optional<ParameterValue>& value) {
+  const auto found = config.given.find(key);
+  if (!value) return found == config.given.end();
+  return (found != config.given.end() ? std::optional{found->second} : spec.fallback) == value;
+}
+
+}  // namespace
+
+Parsed parse_config(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
+  return ConfigMaker(parameters, role, surroundings).make(Moment::kStart);
+}
+
+Parsed apply_change(const Config& current, const ParameterChanges& changes,
+                    const Surroundings& surroundings) {
+  ParameterMap next = current.given;
+  std::vector<Problem> problems;
+  for (const auto& [key, value] : changes) {
+    const KeySpec* spec = find_key(key);
+    const bool fixed = spec != nullptr && !spec->changeable;
+    if (fixed && !has(current, key, *spec, value)) {
+      problems.push_back({key, value && !spec->secret ? to_text(*value) : "",
+                          "no change while running; set it in the parameter file and restart"});
+    } else if (fixed) {
+      continue;
+    } else if (value) {
+      next.insert_or_assign(key, *value);
+    } else {
+      next.erase(key);
+    }
+  }
+  Surroundings around = surroundings;
+  around.token_in_environment |= current.token_in_environment;
+  Parsed parsed = ConfigMaker(next, current.role, around).make(Moment::kRunning);
+  if (parsed.config && parsed.config->clock_publish_period != current.clock_publish_period) {
+    problems.push_back({"rules", "", "the rule with clock: publish to stay; restart to change it"});
+  }
+  // A fixed key is told before what follows from it.
+  parsed.problems.insert(parsed.problems.begin(), problems.begin(), problems.end());
+  if (!parsed.problems.empty()) parsed.config.reset();
+  return parsed;
+}
+
+SideOptions side_options(const Config& config) {
+  SideOptions options = config.limits;
+  options.role = config.role;
+  options.policy = config.policy;
+  options.names = config.names;
+  options.login_method = config.auth.method;
+  options.login_required = config.auth.method != "none";
+  options.credential.assign(config.auth.token.begin(), config.auth.token.end());
+  options.clock_publish_period = config.clock_publish_period;
+  return options;
+}
+
+}  // namespace connect_bridge

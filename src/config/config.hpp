@@ -1,0 +1,123 @@
+// What the operator configured: parameters in, a Config out, or everything that is wrong with them.
+// Pure: whether a file can be read and whether a token is in the environment are arguments.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/key_table.hpp"
+#include "config/parameter.hpp"
+#include "core/policy/policy.hpp"
+#include "core/side/side.hpp"
+
+namespace connect_bridge {
+
+struct ListenConfig {      // server
+  std::string address;     // an IP address (IPv6 without brackets), or "*" for every one
+  std::uint16_t port = 0;  // 0: any free one
+  std::string path;        // begins with '/'
+};
+
+struct DialConfig {  // client
+  std::string url;   // as given
+  bool tls = false;  // wss
+  std::string host;  // name or IP address; IPv6 without brackets
+  std::uint16_t port = 0;
+  std::string target;  // path and query; begins with '/'
+};
+
+// Files are PEM. Server: with a certificate it speaks TLS only, with `ca` clients must show one,
+// too.
+struct TlsConfig {
+  std::string certificate, private_key;  // both or none
+  std::string ca;           // whom to trust; empty: client the system's store, server nobody asked
+  std::string server_name;  // client: name to verify; empty: the URL's host
+};
+
+// Where the token comes from, strongest first: `token`, `token_file`, the environment variable.
+struct AuthConfig {
+  std::string method = "token";  // or "none"
+  std::string token;             // secret; empty: not given
+  std::string token_file;
+};
+
+struct SocketConfig {
+  std::uint32_t not_sent_bytes = 0;  // TCP_NOTSENT_LOWAT; 0: leave it to the host
+  // TCP_CONGESTION: "auto" (bbr where the host allows it), "host" (leave it), or an algorithm.
+  std::string congestion_control;
+};
+
+// Immutable once made; a change is a new Config.
+struct Config {
+  Role role = Role::kServer;
+  ListenConfig listen;
+  DialConfig dial;
+  TlsConfig tls;
+  AuthConfig auth;
+  SocketConfig socket;
+  Policy policy;
+  NameMap names;
+  std::string prefix;
+  std::vector<NameMap::Pair> remap;
+  std::string status_file;     // empty: none is written
+  bool default_rules = false;  // a client without rules: everything that the server accepts
+  Duration clock_publish_period = Duration::zero();
+  SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
+  bool token_in_environment = false;  // as it was at start
+  std::vector<std::string> warnings;  // sentences to log at start
+  ParameterMap given;                 // what it was made of; holds the token, never print it
+};
+
+struct Surroundings {
+  bool token_in_environment = false;
+  std::function<bool(const std::string& file)> readable;   // empty: not checked
+  std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked
+};
+
+struct Parsed {
+  std::optional<Config> config;   // present exactly if there are no problems
+  std::vector<Problem> problems;  // all of them
+};
+
+[[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
+                                  const Surroundings& surroundings);
+
+// A change at run time (the token in the environment counts as at start: a program may have
+// scrubbed it). nullopt removes a parameter. All or nothing; only changeable keys. Apply the result
+// by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Softer than at
+// start in one point, so that rules can be changed one parameter at a time: a rule that is defined
+// and not listed in `rules` is a warning.
+using ParameterChanges = std::map<std::string, std::optional<ParameterValue>, std::less<>>;
+[[nodiscard]] Parsed apply_change(const Config& current, const ParameterChanges& changes,
+                                  const Surroundings& surroundings);
+
+// The caller adds what lies outside: `node`, and `credential` when the token is in a file or in the
+// environment (here it is filled from auth.token only).
+[[nodiscard]] SideOptions side_options(const Config& config);
+
+// In words, several lines: how this side listens or dials, who may log in, what each rule allows.
+[[nodiscard]] std::string explain(const Config& config);
+
+// The whole of docs/config.md.
+[[nodiscard]] std::string config_document();
+
+// What the parameter services say about one parameter.
+struct KeyDescriptor {
+  std::string name;
+  ValueType type = ValueType::kString;
+  std::string description;
+  std::string constraints;         // in words: "one of urgent, high, normal, bulk"
+  std::optional<double> min, max;  // for the integer or floating point range
+  bool read_only = true;
+  std::optional<ParameterValue> value;  // given or default; nullopt: not set
+};
+
+// One per parameter of this role, the given keys of rules included; secrets are left out.
+[[nodiscard]] std::vector<KeyDescriptor> describe_parameters(const Config& config);
+// For a key that may be set later ("rule.new.priority"); nullopt: unknown, secret or of the other
+// role.
+[[nodiscard]] std::optional<KeyDescriptor> describe_parameter(std::string_view key, Role role);
+
+}  // namespace connect_bridge

@@ -1,0 +1,47 @@
+// The table as descriptors of ROS parameters.
+#include "config/config.hpp"
+
+namespace connect_bridge {
+namespace {
+
+KeyDescriptor descriptor(const KeySpec& spec, std::string_view key) {
+  KeyDescriptor made;
+  made.name = key;
+  made.type = spec.type;
+  made.description = spec.help;
+  if (!spec.unit.empty()) made.description += " Unit: " + spec.unit + ".";
+  if (!spec.carried_out) made.description += " Not forwarded yet.";
+  made.constraints = expected_of(spec);
+  made.min = spec.min;
+  made.max = spec.max;
+  made.read_only = !spec.changeable;
+  made.value = spec.fallback;
+  return made;
+}
+
+}  // namespace
+
+std::optional<KeyDescriptor> describe_parameter(std::string_view key, Role role) {
+  const KeySpec* spec = find_key(key);
+  if (spec == nullptr || spec->secret || !is_used_by(*spec, role)) return std::nullopt;
+  return descriptor(*spec, key);
+}
+
+std::vector<KeyDescriptor> describe_parameters(const Config& config) {
+  ParameterMap keys = config.given;
+  std::vector<KeyDescriptor> descriptors;
+  for (const KeySpec& spec : key_table()) {
+    if (rule_of(spec.key).empty()) keys.emplace(spec.key, false);
+  }
+  for (const auto& [key, unused] : keys) {
+    auto found = describe_parameter(key, config.role);
+    if (!found) continue;
+    if (const auto given = config.given.find(key); given != config.given.end()) {
+      found->value = given->second;
+    }
+    descriptors.push_back(std::move(*found));
+  }
+  return descriptors;
+}
+
+}  // namespace connect_bridge

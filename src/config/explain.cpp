@@ -1,0 +1,183 @@
+// A configuration in words, for `ctl check`.
+#include <fmt/format.h>
+
+#include "config/config.hpp"
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names texts(const std::vector<Pattern>& patterns) {
+  Names names;
+  for (const Pattern& pattern : patterns) names.push_back(pattern.text());
+  return names;
+}
+
+// "a, b or c"
+std::string joined(const Names& names, std::string_view last) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 == names.size() ? fmt::format(" {} ", last) : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+std::string duration_text(Duration duration) {
+  const double seconds = std::chrono::duration<double>(duration).count();
+  if (seconds < 1) return fmt::format("{:.6g} ms", seconds * 1e3);
+  return fmt::format("{:.6g} s", seconds);
+}
+
+std::string bytes_text(std::uint64_t bytes) {
+  if (bytes >= 1U << 20) return fmt::format("{:.4g} MiB", static_cast<double>(bytes) / 1048576);
+  if (bytes >= 1U << 10) return fmt::format("{:.4g} KiB", static_cast<double>(bytes) / 1024);
+  return fmt::format("{} bytes", bytes);
+}
+
+std::string listen_text(const Config& config) {
+  const ListenConfig& listen = config.listen;
+  const std::string where = listen.address == "*" ? "every address" : listen.address;
+  const std::string port = listen.port == 0 ? "any free port" : fmt::format("port {}", listen.port);
+  const std::string reach = syntax::is_loopback(listen.address) ? "reachable from this machine only"
+                                                                : "reachable by others";
+  std::string tls = "without TLS";
+  if (!config.tls.certificate.empty()) {
+    tls = fmt::format("with TLS (certificate {})", config.tls.certificate);
+  }
+  if (!config.tls.ca.empty()) tls += fmt::format(", clients show one signed by {}", config.tls.ca);
+  return fmt::format("listens: on {}, {}, path {}, {}; {}", where, port, listen.path, tls, reach);
+}
+
+std::string dial_text(const Config& config) {
+  const std::string url = syntax::url_to_show(config.dial.url);
+  if (!config.dial.tls) return fmt::format("dials: {}, without TLS", url);
+  const std::string& name = config.tls.server_name;
+  std::string text =
+      fmt::format("dials: {}, with TLS; the certificate must be for {} and signed by {}", url,
+                  name.empty() ? config.dial.host : name,
+                  config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
+  if (!config.tls.certificate.empty()) text += "; shows " + config.tls.certificate;
+  return text;
+}
+
+std::string login_text(const Config& config) {
+  if (config.auth.method == "none") return "login: none";
+  std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";
+  if (!config.auth.token_file.empty()) source = config.auth.token_file;
+  if (!config.auth.token.empty()) source = "the parameter auth.token";
+  return fmt::format("login: {}, taken from {}", config.auth.method, source);
+}
+
+std::string who_text(const Rule& rule) {
+  Names who = rule.identities;
+  if (!rule.groups.empty()) who.push_back("a member of " + joined(rule.groups, "or"));
+  return who.empty() ? "" : ", if logged in as " + joined(who, "or");
+}
+
+void add_rights(const Rule& rule, Names& parts) {
+  const std::string types =
+      rule.types.empty() ? "" : fmt::format(" ({} only)", joined(rule.types, "or"));
+  const std::string who = who_text(rule);
+  const auto add = [&](const std::vector<Pattern>& patterns, std::string_view what,
+                       std::string_view note) {
+    if (patterns.empty()) return;
+    parts.push_back(fmt::format("the peer {} {}{}{}{}", what, joined(texts(patterns), "and"), types,
+                                who, note));
+  };
+  constexpr std::string_view kLater = " [not forwarded yet]";
+  add(rule.import_topics, "may publish to", "");
+  add(rule.export_topics, "may receive", "");
+  add(rule.export_services, "may call", kLater);
+  add(rule.import_services, "may offer the services", kLater);
+  add(rule.export_actions, "may use the actions", kLater);
+  add(rule.import_actions, "may offer the actions", kLater);
+  add(rule.parameters, "may read and set the parameters of", kLater);
+  if (!rule.deny.empty()) {
+    parts.push_back(
+        fmt::format("never {}{}, whatever rules allow", joined(texts(rule.deny), "or"), who));
+  }
+}
+
+std::string compression_text(const Compression& compression) {
+  if (compression.codec == Codec::kLz4) return "compressed with lz4";
+  return fmt::format("compressed with zstd, level {}", compression.level);
+}
+
+void add_qos(const QosOverride& qos, Names& parts) {
+  if (qos.reliability) {
+    parts.push_back(*qos.reliability == Reliability::kReliable ? "reliable" : "best effort");
+  }
+  if (qos.durability) {
+    parts.push_back(*qos.durability == Durability::kVolatile ? "volatile" : "transient local");
+  }
+  if (qos.depth) parts.push_back(fmt::format("depth {}", *qos.depth));
+  if (qos.deadline) parts.push_back("deadline " + duration_text(*qos.deadline));
+  if (qos.lifespan) parts.push_back("lifespan " + duration_text(*qos.lifespan));
+}
+
+void add_treatment(const Treatment& treatment, Names& parts) {
+  constexpr const char* kPriorityNames[kPriorities] = {"urgent", "high priority", "normal priority",
+                                                       "bulk"};
+  if (treatment.priority) {
+    parts.emplace_back(kPriorityNames[static_cast<std::size_t>(*treatment.priority)]);
+  }
+  if (treatment.max_age != kForever) {
+    parts.push_back("dropped when older than " + duration_text(treatment.max_age));
+  }
+  if (treatment.max_rate > 0) {
+    parts.push_back(fmt::format("at most {:.6g} messages per second", treatment.max_rate));
+  }
+  if (treatment.bytes_per_second_max > 0) {
+    parts.push_back(
+        fmt::format("at most {} per second", bytes_text(treatment.bytes_per_second_max)));
+  }
+  if (treatment.compression.codec != Codec::kNone) {
+    parts.push_back(compression_text(treatment.compression));
+  }
+  if (treatment.queue_bytes_max != Treatment{}.queue_bytes_max) {
+    parts.push_back(fmt::format("queue of {}", bytes_text(treatment.queue_bytes_max)));
+  }
+  add_qos(treatment.qos, parts);
+}
+
+std::string rule_text(const Rule& rule) {
+  Names parts;
+  add_rights(rule, parts);
+  add_treatment(rule.treatment, parts);
+  return fmt::format("  {}: {}\n", rule.name, fmt::join(parts, "; "));
+}
+
+}  // namespace
+
+std::string explain(const Config& config) {
+  const bool server = config.role == Role::kServer;
+  std::string text = (server ? listen_text(config) : dial_text(config)) + "\n";
+  text += login_text(config) + "\n";
+  if (!config.prefix.empty()) {
+    text += fmt::format(
+        "names: the peer's /x is {0}/x at this side; only what is below {0} can be exported\n",
+        config.prefix);
+  }
+  for (const NameMap::Pair& pair : config.remap) {
+    text += fmt::format("names: the peer's {} is {} at this side\n", pair.wire, pair.local);
+  }
+  if (config.clock_publish_period > Duration::zero()) {
+    text += fmt::format(
+        "clock: the peer's ROS time is published on /clock every {}, in place of its /clock\n",
+        duration_text(config.clock_publish_period));
+  }
+  text += config.default_rules ? "rules: none given, so everything that the server accepts\n"
+                               : "rules, the first that allows an interface decides:\n";
+  for (const Rule& rule : config.policy.rules()) {
+    // Rules with a dot were not written by the operator: the line "clock:" tells of them.
+    if (rule.name.find('.') == std::string::npos) text += rule_text(rule);
+  }
+  if (config.policy.rules().empty()) text += "  none: nothing is allowed\n";
+  for (const std::string& warning : config.warnings) text += "warning: " + warning + "\n";
+  return text;
+}
+
+}  // namespace connect_bridge

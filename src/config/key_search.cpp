@@ -1,0 +1,131 @@
+// Finding rows of the table: exact, nearest, and what they expect.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "config/key_table.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::string_view kRule = "rule.";
+constexpr std::string_view kTemplate = "rule.<name>.";
+
+// Number of characters to insert, delete or replace (Levenshtein).
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+// Every known key of the role, with the templates filled in for `rule`.
+std::vector<std::string> candidates(Role role, std::string_view rule) {
+  std::vector<std::string> keys;
+  for (const KeySpec& spec : key_table()) {
+    if (!is_used_by(spec, role)) continue;
+    if (!spec.key.starts_with(kTemplate)) {
+      keys.push_back(spec.key);
+    } else if (!rule.empty()) {
+      keys.push_back(fmt::format("rule.{}.{}", rule, spec.key.substr(kTemplate.size())));
+    }
+  }
+  return keys;
+}
+
+std::string number_text(double value) {
+  return fmt::format("{:.15g}", value);
+}
+
+}  // namespace
+
+bool is_used_by(const KeySpec& spec, Role role) {
+  return spec.used_by == UsedBy::kBoth ||
+         (spec.used_by == UsedBy::kServer) == (role == Role::kServer);
+}
+
+std::string_view rule_of(std::string_view key) {
+  if (!key.starts_with(kRule)) return {};
+  const std::string_view rest = key.substr(kRule.size());
+  const std::size_t dot = rest.find('.');
+  if (dot == std::string_view::npos || dot + 1 == rest.size()) return {};
+  return rest.substr(0, dot);
+}
+
+const KeySpec* find_key(std::string_view key) {
+  std::string name{key};
+  if (const std::string_view rule = rule_of(key); !rule.empty()) {
+    name = fmt::format("{}{}", kTemplate, key.substr(kRule.size() + rule.size() + 1));
+  }
+  const auto& table = key_table();
+  const auto row = std::find_if(table.begin(), table.end(),
+                                [&](const KeySpec& spec) { return spec.key == name; });
+  return row == table.end() ? nullptr : &*row;
+}
+
+bool is_ros_key(std::string_view key) {
+  return key == "use_sim_time" || key == "start_type_description_service" ||
+         key.starts_with("qos_overrides.");
+}
+
+std::string nearest_key(std::string_view key, Role role) {
+  // "rules.drive.types" and "drive.types" are what people write before they have read the manual.
+  std::string asked{key};
+  if (asked.starts_with("rules.")) asked.replace(0, 6, kRule);
+  if (rule_of(asked).empty() && find_key(fmt::format("rule.{}", asked)) != nullptr) {
+    return fmt::format("rule.{}", asked);
+  }
+  std::string best;
+  std::size_t best_distance = std::max<std::size_t>(2, asked.size() / 4) + 1;
+  for (const std::string& candidate : candidates(role, rule_of(asked))) {
+    // A part of a key stands for the first key that has it: "listen", "port".
+    const bool part = candidate.starts_with(asked + ".") || candidate.ends_with("." + asked);
+    const std::size_t found = std::min(distance(asked, candidate), part ? 1 : best_distance);
+    if (found < best_distance) {
+      best_distance = found;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string_view name_of(ValueType type) {
+  switch (type) {
+    case ValueType::kBool: return "bool";
+    case ValueType::kInteger: return "integer";
+    case ValueType::kDouble: return "number";
+    case ValueType::kString: return "string";
+    case ValueType::kStrings: return "list of strings";
+  }
+  return "";
+}
+
+std::string expected_of(const KeySpec& spec) {
+  std::string range;
+  if (spec.min && spec.max) {
+    range = fmt::format(" from {} to {}", number_text(*spec.min), number_text(*spec.max));
+  }
+  switch (spec.type) {
+    case ValueType::kBool: return "true or false";
+    case ValueType::kInteger: return "a whole number" + range;
+    case ValueType::kDouble: return "a number" + range;
+    case ValueType::kString:
+      if (!spec.words.empty()) return fmt::format("one of {}", fmt::join(spec.words, ", "));
+      // What an empty text is told is the best description of what the text should be.
+      if (spec.syntax != nullptr) return spec.syntax("").value_or("a string");
+      return "a string";
+    case ValueType::kStrings: return "a list of strings";
+  }
+  return "";
+}
+
+}  // namespace connect_bridge

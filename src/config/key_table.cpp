@@ -1,0 +1,291 @@
+#include "config/key_table.hpp"
+
+#include "config/rule_rows.hpp"
+#include "config/syntax.hpp"
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using namespace syntax;  // NOLINT: a table reads better without the repeated word
+using Strings = std::vector<std::string>;
+using Rows = std::vector<KeySpec>;
+
+constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+
+double seconds(Duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+ParameterValue whole(std::uint64_t value) {
+  return static_cast<std::int64_t>(value);
+}
+
+void add_reach(Rows& rows) {
+  const std::string section = "Who is reached where";
+  rows.push_back(
+      {.section = section,
+       .key = "listen.address",
+       .fallback = "127.0.0.1",
+       .syntax = check_listen_address,
+       .used_by = UsedBy::kServer,
+       .help = "IP address to listen on. Beyond loopback a login and TLS are required."});
+  rows.push_back({.section = section,
+                  .key = "listen.port",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(9090),
+                  .min = 0,
+                  .max = 65535,
+                  .used_by = UsedBy::kServer,
+                  .help = "TCP port to listen on; 0 takes a free one and logs it."});
+  rows.push_back({.section = section,
+                  .key = "listen.path",
+                  .fallback = "/",
+                  .syntax = check_path,
+                  .used_by = UsedBy::kServer,
+                  .help = "Path of the URL under which the bridge answers."});
+  rows.push_back({.section = section,
+                  .key = "url",
+                  .syntax = check_url,
+                  .used_by = UsedBy::kClient,
+                  .help = "The server to dial, wss:// or ws://. Required."});
+  rows.push_back({.section = section,
+                  .key = "allow_plaintext",
+                  .type = ValueType::kBool,
+                  .fallback = false,
+                  .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
+                          "everything, the token included."});
+}
+
+void add_login(Rows& rows) {
+  const std::string section = "Login";
+  rows.push_back({.section = section,
+                  .key = "auth.method",
+                  .fallback = "token",
+                  .words = {"token", "none"},
+                  .help = "How a client proves who it is. `none` is refused by a server that "
+                          "listens beyond loopback."});
+  rows.push_back({.section = section,
+                  .key = "auth.token",
+                  .syntax = check_token,
+                  .secret = true,
+                  .help = "The token itself. A file or the environment variable "
+                          "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."});
+  rows.push_back({.section = section,
+                  .key = "auth.token_file",
+                  .syntax = check_not_empty,
+                  .help = "File with the token (client) or the tokens and their identities "
+                          "(server)."});
+}
+
+void add_tls(Rows& rows) {
+  const std::string section = "TLS";
+  rows.push_back({.section = section,
+                  .key = "tls.certificate",
+                  .syntax = check_not_empty,
+                  .help = "File with this side's certificate chain (PEM). With it a server speaks "
+                          "TLS only; a client shows it to servers that ask."});
+  rows.push_back({.section = section,
+                  .key = "tls.private_key",
+                  .syntax = check_not_empty,
+                  .help = "File with the private key of the certificate (PEM)."});
+  rows.push_back({.section = section,
+                  .key = "tls.ca",
+                  .syntax = check_not_empty,
+                  .help = "File with the certificates to trust (PEM). Client: in place of the "
+                          "system's. Server: every client must show one that they signed."});
+  rows.push_back({.section = section,
+                  .key = "tls.server_name",
+                  .syntax = check_not_empty,
+                  .used_by = UsedBy::kClient,
+                  .help = "Name that the server's certificate must carry, where it is not the "
+                          "host of the URL."});
+}
+
+void add_names(Rows& rows) {
+  const std::string section = "Names at this side";
+  rows.push_back({.section = section,
+                  .key = "prefix",
+                  .fallback = "",
+                  .syntax = check_prefix,
+                  .help =
+                      "Put before every name of the peer, so that several robots live beside "
+                      "each other: /scan becomes /robot1/scan. Of this side only names below it "
+                      "can be exported, without it. Rules speak of names without it."});
+  rows.push_back({.section = section,
+                  .key = "remap",
+                  .type = ValueType::kStrings,
+                  .fallback = Strings{},
+                  .syntax = check_remap,
+                  .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
+}
+
+void add_operation(Rows& rows) {
+  rows.push_back({.section = "Operation",
+                  .key = "status_file",
+                  .syntax = check_not_empty,
+                  .help = "File in which this side keeps its status as JSON, once a second: links, "
+                          "clock, and per topic messages, bytes, latency and drops by reason."});
+}
+
+void add_link_limits(Rows& rows, const SideOptions& core) {
+  const std::string section = "Limits of a link";
+  rows.push_back({.section = section,
+                  .key = "max_message_size",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.reassembly.message_bytes_max),
+                  .min = 1024,
+                  .max = kGiB,
+                  .unit = "bytes",
+                  .help = "Largest message accepted from a peer."});
+  rows.push_back({.section = section,
+                  .key = "queue_bytes_max",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.outbox.data_bytes_max),
+                  .min = 65536,
+                  .max = 4 * kGiB,
+                  .unit = "bytes",
+                  .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
+                          "the lowest priority are dropped and counted."});
+  rows.push_back({.section = section,
+                  .key = "fragment_bytes",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.outbox.fragment_bytes),
+                  .min = 1024,
+                  .max = 1048576,
+                  .unit = "bytes",
+                  .help =
+                      "Largest part of a message that is sent in one piece. Smaller lets urgent "
+                      "messages overtake sooner: 4096 to 16384 on thin links."});
+  rows.push_back({.section = section,
+                  .key = "history_bytes_max",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.history_bytes_max),
+                  .min = 0,
+                  .max = 4 * kGiB,
+                  .unit = "bytes",
+                  .help = "Transient-local samples kept for links that come later."});
+  rows.push_back({.section = section,
+                  .key = "default_depth",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.default_depth),
+                  .min = 1,
+                  .max = 100000,
+                  .unit = "messages",
+                  .help = "Queue depth where the graph tells none."});
+  rows.push_back({.section = section,
+                  .key = "latched_depth",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.latched_depth),
+                  .min = 1,
+                  .max = 100000,
+                  .unit = "messages",
+                  .help = "The same for transient-local topics."});
+  rows.push_back({.section = section,
+                  .key = "channels_max",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.channels_max),
+                  .min = 1,
+                  .max = 100000,
+                  .help = "Interfaces that one peer may offer."});
+  rows.push_back({.section = section,
+                  .key = "connections_max",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.links_max),
+                  .min = 1,
+                  .max = 10000,
+                  .used_by = UsedBy::kServer,
+                  .help = "Clients at the same time."});
+}
+
+void add_times(Rows& rows, const SideOptions& core) {
+  const std::string section = "Connection";
+  rows.push_back({.section = section,
+                  .key = "dead_after",
+                  .type = ValueType::kDouble,
+                  .fallback = seconds(core.dead_after),
+                  .min = 0.2,
+                  .max = 300,
+                  .unit = "s",
+                  .help = "A peer that is silent for so long counts as gone."});
+  rows.push_back({.section = section,
+                  .key = "retry_min",
+                  .type = ValueType::kDouble,
+                  .fallback = seconds(core.retry_min),
+                  .min = 0.05,
+                  .max = 600,
+                  .used_by = UsedBy::kClient,
+                  .unit = "s",
+                  .help = "First wait before dialing again; it doubles with each failure."});
+  rows.push_back({.section = section,
+                  .key = "retry_max",
+                  .type = ValueType::kDouble,
+                  .fallback = seconds(core.retry_max),
+                  .min = 0.05,
+                  .max = 600,
+                  .used_by = UsedBy::kClient,
+                  .unit = "s",
+                  .help = "Longest wait before dialing again."});
+  rows.push_back({.section = section,
+                  .key = "dial_timeout",
+                  .type = ValueType::kDouble,
+                  .fallback = seconds(core.dial_timeout),
+                  .min = 1,
+                  .max = 300,
+                  .used_by = UsedBy::kClient,
+                  .unit = "s",
+                  .help = "Time for name, TCP, TLS and WebSocket together."});
+  rows.push_back({.section = section,
+                  .key = "login_timeout",
+                  .type = ValueType::kDouble,
+                  .fallback = seconds(core.login_timeout),
+                  .min = 1,
+                  .max = 60,
+                  .used_by = UsedBy::kServer,
+                  .unit = "s",
+                  .help = "Time that a connection has to log in."});
+  rows.push_back({.section = section,
+                  .key = "not_sent_bytes",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(16384),
+                  .min = 0,
+                  .max = 16777216,
+                  .unit = "bytes",
+                  .help =
+                      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel. Small keeps urgent "
+                      "messages fast; 0 leaves it to the host."});
+  rows.push_back({.section = section,
+                  .key = "congestion_control",
+                  .fallback = "auto",
+                  .syntax = check_word,
+                  .help = "TCP congestion control: `auto` asks for bbr where the host allows it, "
+                          "`host` leaves the host's, any other word is the algorithm to use."});
+}
+
+}  // namespace
+
+const std::vector<KeySpec>& key_table() {
+  static const Rows table = [] {
+    const SideOptions core;
+    Rows rows;
+    add_reach(rows);
+    add_login(rows);
+    add_tls(rows);
+    add_names(rows);
+    add_operation(rows);
+    add_times(rows, core);
+    add_link_limits(rows, core);
+    rows.push_back({.section = "Rules",
+                    .key = "rules",
+                    .type = ValueType::kStrings,
+                    .fallback = Strings{},
+                    .syntax = check_rule_name,
+                    .changeable = true,
+                    .help = "Names of the rules in their order: the first that allows an interface "
+                            "decides its treatment."});
+    add_rule_rows(rows);
+    return rows;
+  }();
+  return table;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,30 @@
+// The rules among the parameters.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/checked_values.hpp"
+#include "config/parameter.hpp"
+#include "core/policy/policy.hpp"
+#include "core/side/side.hpp"
+
+namespace connect_bridge {
+
+enum class Moment : std::uint8_t { kStart, kRunning };
+
+struct RuleSet {
+  std::vector<Rule> rules;
+  bool defaults = false;  // none were given, and this is a client
+  Duration clock_publish_period = Duration::zero();
+};
+
+// Adds to problems and warnings; what it returns is meant only if there are no problems.
+[[nodiscard]] RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
+                                 std::vector<Problem>& problems,
+                                 std::vector<std::string>& warnings);
+
+// Seconds as written by an operator, to the nearest nanosecond.
+[[nodiscard]] Duration from_seconds(double seconds);
+
+}  // namespace connect_bridge

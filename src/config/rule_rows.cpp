@@ -1,0 +1,153 @@
+#include "config/rule_rows.hpp"
+
+#include "config/syntax.hpp"
+#include "core/policy/treatment.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using namespace syntax;  // NOLINT: a table reads better without the repeated word
+using Strings = std::vector<std::string>;
+using Rows = std::vector<KeySpec>;
+
+constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+
+// What a rule lets through.
+void add_rule_rights(Rows& rows) {
+  const auto patterns = [&](const char* key, bool carried_out, const char* help) {
+    rows.push_back({.section = "Keys of a rule: what it allows",
+                    .key = key,
+                    .type = ValueType::kStrings,
+                    .fallback = Strings{},
+                    .syntax = check_pattern,
+                    .changeable = true,
+                    .carried_out = carried_out,
+                    .help = help});
+  };
+  patterns("rule.<name>.export_topics", true, "Topics that the peer may receive from this side.");
+  patterns("rule.<name>.import_topics", true, "Topics that the peer may publish at this side.");
+  patterns("rule.<name>.export_services", false, "Services of this side that the peer may call.");
+  patterns("rule.<name>.import_services", false, "Services of the peer that exist at this side.");
+  patterns("rule.<name>.export_actions", false, "Actions of this side that the peer may use.");
+  patterns("rule.<name>.import_actions", false, "Actions of the peer that exist at this side.");
+  patterns("rule.<name>.parameters", false, "Nodes whose parameters the peer may read and set.");
+  patterns("rule.<name>.deny", true, "Names that no rule allows, whatever else matches.");
+  const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
+    rows.push_back({.section = "Keys of a rule: what it allows",
+                    .key = key,
+                    .type = ValueType::kStrings,
+                    .fallback = Strings{},
+                    .syntax = syntax,
+                    .used_by = used_by,
+                    .changeable = true,
+                    .help = help});
+  };
+  narrow("rule.<name>.types", UsedBy::kBoth, check_type, "Only these types; empty: any.");
+  narrow("rule.<name>.identities", UsedBy::kServer, check_not_empty,
+         "Only for these identities. With neither identities nor groups: for everyone who is "
+         "logged in.");
+  narrow("rule.<name>.groups", UsedBy::kServer, check_not_empty,
+         "Only for members of these groups (or the identities).");
+}
+
+// How a rule treats what it lets through.
+void add_rule_treatment(Rows& rows) {
+  const Treatment normal;
+  const auto add = [&](KeySpec spec) {
+    spec.section = "Keys of a rule: how it treats messages";
+    spec.key = "rule.<name>." + spec.key;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "priority",
+       .words = {"urgent", "high", "normal", "bulk"},
+       .changeable = true,
+       .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by name and type "
+               "(/clock urgent; /tf and joint states high; images, clouds and maps bulk)."});
+  add({.key = "compression",
+       .fallback = "none",
+       .syntax = check_compression,
+       .changeable = true,
+       .help = "`none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; `zstd` is level 3)."});
+  add({.key = "max_rate",
+       .type = ValueType::kDouble,
+       .min = 0.001,
+       .max = 1e6,
+       .changeable = true,
+       .unit = "Hz",
+       .help = "Messages per second of one topic; unset: all."});
+  add({.key = "max_bytes_per_second",
+       .type = ValueType::kInteger,
+       .min = 1,
+       .max = 1e12,
+       .changeable = true,
+       .unit = "bytes/s",
+       .help = "Bandwidth of one topic; unset: no limit."});
+  add({.key = "max_age",
+       .type = ValueType::kDouble,
+       .min = 0.001,
+       .max = 86400,
+       .changeable = true,
+       .unit = "s",
+       .help = "Older messages are dropped rather than delivered late; unset: never."});
+  add({.key = "queue_bytes_max",
+       .type = ValueType::kInteger,
+       .fallback = static_cast<std::int64_t>(normal.queue_bytes_max),
+       .min = 1024,
+       .max = kGiB,
+       .changeable = true,
+       .unit = "bytes",
+       .help = "What may wait of one topic; one message always fits."});
+  add({.key = "clock",
+       .fallback = "relay",
+       .words = {"relay", "publish"},
+       .used_by = UsedBy::kClient,
+       .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
+               "itself, evenly at clock_rate, however the link behaves."});
+  add({.key = "clock_rate",
+       .type = ValueType::kDouble,
+       .fallback = 50.0,
+       .min = 1,
+       .max = 1000,
+       .used_by = UsedBy::kClient,
+       .unit = "Hz",
+       .help = "How often `clock: publish` publishes."});
+}
+
+void add_rule_qos(Rows& rows) {
+  const auto add = [&](KeySpec spec) {
+    spec.section = "Keys of a rule: QoS in place of the origin's";
+    spec.key = "rule.<name>.qos." + spec.key;
+    spec.changeable = true;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "reliability", .words = {"reliable", "best_effort"}, .help = "Reliability."});
+  add({.key = "durability", .words = {"volatile", "transient_local"}, .help = "Durability."});
+  add({.key = "depth",
+       .type = ValueType::kInteger,
+       .min = 1,
+       .max = 100000,
+       .unit = "messages",
+       .help = "Keep-last depth, of the queue too."});
+  add({.key = "deadline",
+       .type = ValueType::kDouble,
+       .min = 0.001,
+       .max = 86400,
+       .unit = "s",
+       .help = "Longest time between two messages."});
+  add({.key = "lifespan",
+       .type = ValueType::kDouble,
+       .min = 0.001,
+       .max = 86400,
+       .unit = "s",
+       .help = "Messages older than this are not delivered."});
+}
+
+}  // namespace
+
+void add_rule_rows(std::vector<KeySpec>& rows) {
+  add_rule_rights(rows);
+  add_rule_treatment(rows);
+  add_rule_qos(rows);
+}
+
+}  // namespace connect_bridge

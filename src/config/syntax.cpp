@@ -1,0 +1,269 @@
+#include "config/syntax.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <vector>
+
+#include "core/policy/pattern.hpp"
+
+namespace connect_bridge::syntax {
+namespace {
+
+constexpr std::size_t kTokenBytesMax = 3900;  // docs/protocol.md "Login": size of a credential
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+template <class Allowed>
+bool consists_of(std::string_view text, Allowed allowed) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), allowed);
+}
+
+std::optional<unsigned> number(std::string_view text, int base, std::size_t digits_max,
+                               unsigned max) {
+  unsigned value = 0;
+  if (text.empty() || text.size() > digits_max) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  if (error != std::errc{} || end != text.data() + text.size() || value > max) return std::nullopt;
+  return value;
+}
+
+// The part of `rest` before the next separator; `rest` becomes nullopt when there is none.
+std::string_view take(std::optional<std::string_view>& rest, char separator) {
+  const std::size_t at = rest->find(separator);
+  const std::string_view part = rest->substr(0, at);
+  if (at == std::string_view::npos) {
+    rest.reset();
+  } else {
+    rest = rest->substr(at + 1);
+  }
+  return part;
+}
+
+std::optional<Bytes> parse_ipv4(std::string_view text) {
+  Bytes bytes;
+  std::optional<std::string_view> rest = text;
+  while (rest) {
+    const std::string_view part = take(rest, '.');
+    const auto octet = number(part, 10, 3, 255);
+    // A leading zero means octal to some resolvers; nobody should have to guess.
+    if (!octet || (part.size() > 1 && part[0] == '0')) return std::nullopt;
+    bytes.push_back(static_cast<std::uint8_t>(*octet));
+  }
+  if (bytes.size() != 4) return std::nullopt;
+  return bytes;
+}
+
+// Groups of an IPv6 address; the last one of the address may be written as IPv4.
+bool add_groups(std::string_view text, bool at_end, Bytes& bytes) {
+  if (text.empty()) return true;
+  std::optional<std::string_view> rest = text;
+  while (rest) {
+    const std::string_view part = take(rest, ':');
+    if (!rest && at_end && part.find('.') != std::string_view::npos) {
+      const auto ipv4 = parse_ipv4(part);
+      if (!ipv4) return false;
+      bytes.insert(bytes.end(), ipv4->begin(), ipv4->end());
+      return true;
+    }
+    const auto group = number(part, 16, 4, 0xffff);
+    if (!group) return false;
+    bytes.push_back(static_cast<std::uint8_t>(*group >> 8));
+    bytes.push_back(static_cast<std::uint8_t>(*group & 0xff));
+  }
+  return true;
+}
+
+std::optional<Bytes> parse_ipv6(std::string_view text) {
+  Bytes head;
+  Bytes tail;
+  const std::size_t gap = text.find("::");
+  if (gap == std::string_view::npos) {
+    if (!add_groups(text, true, head) || head.size() != 16) return std::nullopt;
+    return head;
+  }
+  if (!add_groups(text.substr(0, gap), false, head)) return std::nullopt;
+  if (!add_groups(text.substr(gap + 2), true, tail)) return std::nullopt;
+  if (head.size() + tail.size() > 14) return std::nullopt;
+  head.resize(16 - tail.size());
+  head.insert(head.end(), tail.begin(), tail.end());
+  return head;
+}
+
+bool is_host_name(std::string_view text) {
+  return text.size() <= 253 && text.front() != '.' && text.front() != '-' &&
+         consists_of(text, [](char c) {
+           return is_letter(c) || is_digit(c) || c == '-' || c == '.' || c == '_';
+         });
+}
+
+// Nothing that would need escaping or could break a request line.
+bool is_target(std::string_view text) {
+  return !text.empty() && text.front() == '/' && std::all_of(text.begin(), text.end(), [](char c) {
+    return c > ' ' && c < 0x7f && c != '#' && c != '"' && c != '<' && c != '>' && c != '\\';
+  });
+}
+
+// "host", "host:port", "[ipv6]:port"
+bool read_authority(std::string_view text, DialConfig& dial) {
+  std::string_view port;
+  if (!text.empty() && text.front() == '[') {
+    const std::size_t end = text.find(']');
+    if (end == std::string_view::npos) return false;
+    dial.host = text.substr(1, end - 1);
+    port = text.substr(end + 1);
+    if (!parse_ipv6(dial.host)) return false;
+  } else {
+    const std::size_t colon = text.find(':');
+    dial.host = text.substr(0, colon);
+    if (colon != std::string_view::npos) port = text.substr(colon);
+    if (dial.host.empty() || !is_host_name(dial.host)) return false;
+  }
+  dial.port = dial.tls ? 443 : 80;
+  if (port.empty()) return true;
+  const auto value = number(port.substr(1), 10, 5, 65535);
+  if (port.front() != ':' || !value || *value == 0) return false;
+  dial.port = static_cast<std::uint16_t>(*value);
+  return true;
+}
+
+Complaint expect(bool fine, const char* expected) {
+  return fine ? Complaint{} : Complaint{expected};
+}
+
+}  // namespace
+
+bool is_ip_address(std::string_view text) {
+  return parse_ipv4(text) || parse_ipv6(text);
+}
+
+bool is_loopback(std::string_view host) {
+  if (host == "localhost") return true;
+  if (const auto ipv4 = parse_ipv4(host)) return ipv4->front() == 127;
+  Bytes loopback(16, 0);
+  loopback.back() = 1;
+  return parse_ipv6(host) == loopback;
+}
+
+std::optional<DialConfig> parse_url(std::string_view text) {
+  DialConfig dial;
+  dial.url = text;
+  std::string scheme{text.substr(0, std::min(text.find("://"), text.size()))};
+  for (char& c : scheme) c = (c >= 'A' && c <= 'Z') ? static_cast<char>(c - 'A' + 'a') : c;
+  if ((scheme != "ws" && scheme != "wss") || scheme.size() + 3 > text.size()) return std::nullopt;
+  dial.tls = scheme == "wss";
+  const std::string_view rest = text.substr(scheme.size() + 3);
+  const std::size_t slash = rest.find('/');
+  if (!read_authority(rest.substr(0, slash), dial)) return std::nullopt;
+  dial.target = slash == std::string_view::npos ? "/" : rest.substr(slash);
+  if (!is_target(dial.target)) return std::nullopt;
+  return dial;
+}
+
+std::string url_to_show(std::string_view url) {
+  const std::size_t scheme = url.find("://");
+  const std::size_t from = scheme == std::string_view::npos ? 0 : scheme + 3;
+  const std::size_t slash = url.find('/', from);
+  std::string authority{url.substr(from, slash == std::string_view::npos ? slash : slash - from)};
+  if (const auto at = authority.rfind('@'); at != std::string::npos) {
+    authority.replace(0, at, "...");
+  }
+  std::string rest{slash == std::string_view::npos ? std::string_view{} : url.substr(slash)};
+  std::string shown = std::string{url.substr(0, from)} + authority + rest;
+  if (const auto query = shown.find('?'); query != std::string::npos) {
+    shown.replace(query, std::string::npos, "?...");
+  }
+  return shown;
+}
+
+std::optional<Compression> parse_compression(std::string_view text) {
+  if (text == "none") return Compression{};
+  if (text == "lz4") return Compression{.codec = Codec::kLz4};
+  if (text == "zstd") return Compression{.codec = Codec::kZstd};
+  if (text.substr(0, 5) != "zstd:") return std::nullopt;
+  const auto level = number(text.substr(5), 10, 2, 19);
+  if (!level || *level == 0) return std::nullopt;
+  return Compression{.codec = Codec::kZstd, .level = static_cast<int>(*level)};
+}
+
+std::optional<NameMap::Pair> parse_remap(std::string_view text) {
+  const std::size_t at = text.find(":=");
+  if (at == std::string_view::npos) return std::nullopt;
+  NameMap::Pair pair{std::string{text.substr(0, at)}, std::string{text.substr(at + 2)}};
+  if (!is_canonical_name(pair.wire) || !is_canonical_name(pair.local)) return std::nullopt;
+  return pair;
+}
+
+Complaint check_listen_address(std::string_view text) {
+  return expect(text == "*" || is_ip_address(text),
+                "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, or * for every address");
+}
+
+Complaint check_url(std::string_view text) {
+  if (text.find('@') != std::string_view::npos && !parse_url(text)) {
+    return "a URL without user and password; a token belongs in auth.token_file";
+  }
+  return expect(parse_url(text).has_value(),
+                "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/connect");
+}
+
+Complaint check_path(std::string_view text) {
+  return expect(is_target(text) && text.find('?') == std::string_view::npos,
+                "a path of a URL that begins with '/', e.g. /connect");
+}
+
+Complaint check_compression(std::string_view text) {
+  return expect(parse_compression(text).has_value(),
+                "none, lz4, zstd, or zstd with a level from 1 to 19, e.g. zstd:6");
+}
+
+Complaint check_remap(std::string_view text) {
+  return expect(parse_remap(text).has_value(),
+                "two absolute names \"wire:=local\", e.g. /scan:=/robot1/laser");
+}
+
+Complaint check_prefix(std::string_view text) {
+  return expect(text.empty() || is_canonical_name(text),
+                "an absolute name without a '/' at its end, e.g. /robot1, or an empty text");
+}
+
+Complaint check_pattern(std::string_view text) {
+  const auto pattern = Pattern::parse(text);
+  if (pattern) return std::nullopt;
+  // The error names the text and then what was expected; the text is told by the Problem already.
+  constexpr std::string_view kExpected = "expected ";
+  const std::string& message = pattern.error().message;
+  const std::size_t at = message.rfind(kExpected);
+  return at == std::string::npos ? message : message.substr(at + kExpected.size());
+}
+
+Complaint check_type(std::string_view text) {
+  return expect(is_type_name(text), "the full name of a type, e.g. geometry_msgs/msg/Twist");
+}
+
+Complaint check_rule_name(std::string_view text) {
+  return expect(consists_of(text, [](char c) { return is_letter(c) || is_digit(c) || c == '_'; }),
+                "a name of letters, digits and '_'");
+}
+
+Complaint check_word(std::string_view text) {
+  return expect(
+      consists_of(text, [](char c) { return (c >= 'a' && c <= 'z') || is_digit(c) || c == '_'; }),
+      "a word of lower-case letters, digits and '_', e.g. bbr");
+}
+
+Complaint check_not_empty(std::string_view text) {
+  return expect(!text.empty(), "a text that is not empty");
+}
+
+Complaint check_token(std::string_view text) {
+  const bool printable = consists_of(text, [](char c) { return c > ' ' && c < 0x7f; });
+  return expect(printable && text.size() <= kTokenBytesMax,
+                "1 to 3900 printable ASCII characters without spaces");
+}
+
+}  // namespace connect_bridge::syntax

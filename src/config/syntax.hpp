@@ -1,0 +1,39 @@
+// How the texts among the parameters are written: addresses, URLs, compressions, remappings.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "config/config.hpp"
+#include "core/policy/policy.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge::syntax {
+
+[[nodiscard]] bool is_ip_address(std::string_view text);
+// "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public: the safe error.
+[[nodiscard]] bool is_loopback(std::string_view host);
+[[nodiscard]] std::optional<DialConfig> parse_url(std::string_view text);
+[[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
+[[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
+
+// The URL without what may be secret in it: user, password, query.
+[[nodiscard]] std::string url_to_show(std::string_view url);
+
+// For the table (see Syntax): nullopt is fine, else what was expected.
+using Complaint = std::optional<std::string>;
+Complaint check_listen_address(std::string_view text);
+Complaint check_url(std::string_view text);
+Complaint check_path(std::string_view text);
+Complaint check_compression(std::string_view text);
+Complaint check_remap(std::string_view text);
+Complaint check_prefix(std::string_view text);
+Complaint check_pattern(std::string_view text);
+Complaint check_type(std::string_view text);
+Complaint check_rule_name(std::string_view text);
+Complaint check_word(std::string_view text);  // [a-z0-9_]+
+Complaint check_not_empty(std::string_view text);
+Complaint check_token(std::string_view text);
+
+}  // namespace connect_bridge::syntax

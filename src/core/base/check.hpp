@@ -1,0 +1,12 @@
+// CONNECT_CHECK: a condition that only our own bug can break. On in every build. Input from a peer
+// must never reach one.
+#pragma once
+
+namespace connect_bridge {
+
+[[noreturn]] void check_failed(const char* condition, const char* file, int line);
+
+}  // namespace connect_bridge
+
+#define CONNECT_CHECK(condition) \
+  ((condition) ? void() : ::connect_bridge::check_failed(#condition, __FILE__, __LINE__))

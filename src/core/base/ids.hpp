@@ -1,0 +1,53 @@
+// Strong integer ids: a channel number cannot be passed where a link number is meant.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <functional>
+
+namespace connect_bridge {
+
+template <class Tag>
+struct Id {
+  std::uint32_t value = 0;  // 0 means "none"
+  auto operator<=>(const Id&) const = default;
+  explicit operator bool() const { return value != 0; }
+};
+
+using ConnectionId = Id<struct ConnectionTag>;      // one WebSocket, unique in this process
+using LinkId = Id<struct LinkTag>;                  // one peer, unique in this process
+using SubscriptionId = Id<struct SubscriptionTag>;  // a subscription held by an exporter
+using MirrorId = Id<struct MirrorTag>;              // a publisher held by an importer
+using ChannelId = Id<struct ChannelTag>;            // chosen by the exporter, unique on one link
+using OriginId = Id<struct OriginTag>;              // chosen by the exporter, unique in one channel
+using JobId = Id<struct JobTag>;                    // a piece of work given to a worker
+
+// The graph's own id of an endpoint (rmw_gid_t, 24 bytes at most, padded with zeros).
+struct Gid {
+  std::array<std::uint8_t, 24> bytes{};
+  auto operator<=>(const Gid&) const = default;
+};
+
+// Identifies one running side (random, new at each start) or one session (random, secret).
+struct Token128 {
+  std::array<std::uint8_t, 16> bytes{};
+  auto operator<=>(const Token128&) const = default;
+  explicit operator bool() const { return *this != Token128{}; }
+};
+
+}  // namespace connect_bridge
+
+template <class Tag>
+struct std::hash<connect_bridge::Id<Tag>> {
+  std::size_t operator()(connect_bridge::Id<Tag> id) const noexcept { return id.value; }
+};
+
+template <>
+struct std::hash<connect_bridge::Gid> {
+  std::size_t operator()(const connect_bridge::Gid& gid) const noexcept {
+    std::size_t h = 1469598103934665603ULL;  // FNV-1a
+    for (auto b : gid.bytes) h = (h ^ b) * 1099511628211ULL;
+    return h;
+  }
+};

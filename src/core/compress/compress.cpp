@@ -1,0 +1,111 @@
+#include "core/compress/compress.hpp"
+
+#include <lz4.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace connect_bridge {
+namespace {
+
+// A zstd context costs more to make than a small message to compress, so each thread keeps its own.
+// It holds no state between calls that could change a result.
+struct FreeContext {
+  void operator()(ZSTD_CCtx* context) const { ZSTD_freeCCtx(context); }
+  void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
+};
+
+ZSTD_CCtx* compress_context() {
+  thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context{ZSTD_createCCtx()};
+  return context.get();
+}
+
+ZSTD_DCtx* decompress_context() {
+  thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context{ZSTD_createDCtx()};
+  return context.get();
+}
+
+Error malformed(const char* message) {
+  return Error{CloseCode::kMalformed, message};
+}
+
+const char* chars(ByteView bytes) {
+  return reinterpret_cast<const char*>(bytes.data());
+}
+
+// Size of the output; 0 when it does not fit into `out`.
+std::size_t compress_lz4(ByteView raw, Bytes& out) {
+  if (raw.size() > LZ4_MAX_INPUT_SIZE) return 0;
+  const int size = LZ4_compress_default(chars(raw), reinterpret_cast<char*>(out.data()),
+                                        static_cast<int>(raw.size()), static_cast<int>(out.size()));
+  return size > 0 ? static_cast<std::size_t>(size) : 0;
+}
+
+std::size_t compress_zstd(ByteView raw, int level, Bytes& out) {
+  ZSTD_CCtx* context = compress_context();
+  if (context == nullptr) return 0;
+  const std::size_t size = ZSTD_compressCCtx(context, out.data(), out.size(), raw.data(),
+                                             raw.size(), std::clamp(level, 1, 19));
+  return ZSTD_isError(size) ? 0 : size;
+}
+
+Result<Bytes> decompress_lz4(ByteView body, std::size_t raw_bytes) {
+  // No lz4 block grows by more than 255; a false size is found out before it is allocated.
+  constexpr std::size_t kGrowthMax = 255;
+  if (body.size() > LZ4_MAX_INPUT_SIZE || raw_bytes > LZ4_MAX_INPUT_SIZE ||
+      raw_bytes / kGrowthMax > body.size()) {
+    return malformed("an lz4 body cannot have the announced size");
+  }
+  Bytes raw(raw_bytes);
+  const int size = LZ4_decompress_safe(chars(body), reinterpret_cast<char*>(raw.data()),
+                                       static_cast<int>(body.size()), static_cast<int>(raw_bytes));
+  if (size < 0 || static_cast<std::size_t>(size) != raw_bytes) {
+    return malformed("an lz4 body is damaged");
+  }
+  return raw;
+}
+
+Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes) {
+  // One frame that states its size, nothing behind it. A block takes 4 bytes at least and yields
+  // 128 KiB at most (RFC 8878 section 3.1.1.2): a false size is found out before it is allocated.
+  constexpr std::size_t kBlockRawMax = 128 << 10;
+  constexpr std::size_t kBlockBytesMin = 4;
+  if (ZSTD_getFrameContentSize(body.data(), body.size()) != raw_bytes ||
+      ZSTD_findFrameCompressedSize(body.data(), body.size()) != body.size() ||
+      raw_bytes / kBlockRawMax > body.size() / kBlockBytesMin) {
+    return malformed("a zstd body is not one frame of the announced size");
+  }
+  ZSTD_DCtx* context = decompress_context();
+  if (context == nullptr) return Error{CloseCode::kInternal, "no memory for a zstd context"};
+  Bytes raw(raw_bytes);
+  const std::size_t size =
+      ZSTD_decompressDCtx(context, raw.data(), raw.size(), body.data(), body.size());
+  if (ZSTD_isError(size) || size != raw_bytes) return malformed("a zstd body is damaged");
+  return raw;
+}
+
+}  // namespace
+
+std::optional<Bytes> compress(ByteView raw, Compression how) {
+  if (raw.size() < 2 || how.codec == Codec::kNone) return std::nullopt;
+  Bytes out(raw.size() - 1);  // room for less than the input: what does not fit did not shrink
+  const std::size_t size =
+      how.codec == Codec::kLz4 ? compress_lz4(raw, out) : compress_zstd(raw, how.level, out);
+  if (size == 0) return std::nullopt;
+  out.resize(size);
+  out.shrink_to_fit();  // queues count the size, so the memory must not be more
+  return out;
+}
+
+Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes) {
+  if (body.empty() || raw_bytes == 0) return malformed("a compressed body is empty");
+  switch (codec) {
+    case Codec::kLz4: return decompress_lz4(body, raw_bytes);
+    case Codec::kZstd: return decompress_zstd(body, raw_bytes);
+    case Codec::kNone: break;
+  }
+  return malformed("a body without compression cannot be decompressed");
+}
+
+}  // namespace connect_bridge

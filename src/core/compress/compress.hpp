@@ -1,0 +1,19 @@
+// lz4 (block format) and zstd (single frame) as pure functions with a cap on the output size.
+#pragma once
+
+#include <optional>
+
+#include "core/base/bytes.hpp"
+#include "core/base/result.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// nullopt when compressing does not shrink the input (or it is empty): then send it as it is.
+std::optional<Bytes> compress(ByteView raw, Compression how);
+
+// Exactly `raw_bytes` bytes, or kMalformed. The caller has checked `raw_bytes` against its limit;
+// nothing beyond it is ever allocated for the output. Codec must not be kNone. Thread: any.
+Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes);
+
+}  // namespace connect_bridge

@@ -1,0 +1,149 @@
+#include "core/flow/channel_queue.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Whether `stamp` lies more than `limit` before now. An unknown time is never too far.
+bool is_older(Stamp stamp, Duration limit, const Now& now) {
+  if (limit == kForever || stamp == 0 || now.system == 0 || stamp >= now.system) return false;
+  // Unsigned, because the difference of two stamps may not fit a Stamp.
+  const auto age = static_cast<std::uint64_t>(now.system) - static_cast<std::uint64_t>(stamp);
+  return age > static_cast<std::uint64_t>(std::max(limit, Duration::zero()).count());
+}
+
+std::uint32_t body_bytes_of(const OutMessage& message) {
+  return static_cast<std::uint32_t>(message.body.size());
+}
+
+}  // namespace
+
+std::optional<DropReason> ChannelQueue::too_old(const OutMessage& message, const Now& now) const {
+  if (is_older(message.stamp, options_.lifespan, now)) return DropReason::kLifespan;
+  if (is_older(message.stamp, options_.max_age, now)) return DropReason::kMaxAge;
+  return std::nullopt;
+}
+
+std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const Now& now) const {
+  if (message.body.size() > std::numeric_limits<std::uint32_t>::max()) return DropReason::kTooLarge;
+  if (const auto reason = too_old(message, now)) return reason;
+  const bool keep_all = options_.depth == 0 && !options_.newest_only;
+  if (keep_all && !waiting_.empty() &&
+      waiting_bytes_ + message.body.size() > options_.queue_bytes_max) {
+    return DropReason::kQueueBytes;
+  }
+  return std::nullopt;
+}
+
+void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
+  ++counts_.accepted;
+  if (const auto reason = refused(message, now)) {
+    counts_.dropped.add(*reason);
+    return;
+  }
+  // The protocol wants both sizes equal then.
+  if (message.codec == Codec::kNone) message.raw_bytes = body_bytes_of(message);
+  const auto body_bytes = message.body.size();
+  if (options_.newest_only) {
+    drop_waiting(DropReason::kNewerAvailable);
+  } else if (options_.depth > 0) {
+    while (waiting_.size() >= options_.depth) drop_oldest_waiting(DropReason::kQueueDepth);
+    while (!waiting_.empty() && waiting_bytes_ + body_bytes > options_.queue_bytes_max) {
+      drop_oldest_waiting(DropReason::kQueueBytes);
+    }
+  }
+  waiting_.push_back({std::move(message), arrival});
+  waiting_bytes_ += body_bytes;
+  ++counts_.queued;
+  counts_.queued_bytes += body_bytes;
+}
+
+bool ChannelQueue::ready(const Now& now) {
+  if (open_) return true;
+  while (!waiting_.empty()) {
+    const auto reason = too_old(waiting_.front().message, now);
+    if (!reason) return true;
+    drop_oldest_waiting(*reason);
+  }
+  return false;
+}
+
+std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
+  if (open_) {
+    return kPartHeaderBytes +
+           std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
+  }
+  return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes_of(waiting_.front().message));
+}
+
+void ChannelQueue::take_part(std::uint32_t fragment_bytes, PacketBuilder& packet) {
+  if (open_) {
+    const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
+    const auto& body = open_->message.body;
+    packet.add(PartFrame{id_, false, body.view().subspan(open_->offset, size)}, body, open_->offset,
+               size);
+    open_->offset += size;
+    if (open_->offset < body.size()) return;
+    count_sent(open_->message);
+    open_.reset();
+    return;
+  }
+  CONNECT_CHECK(!waiting_.empty());
+  auto& message = waiting_.front().message;
+  const auto body_bytes = body_bytes_of(message);
+  const auto size = std::min(fragment_bytes, body_bytes);
+  sequence_ = sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
+  packet.add(MessageFrame{id_, message.origin, sequence_, message.stamp, message.codec,
+                          message.raw_bytes, body_bytes, message.body.view().first(size)},
+             message.body, 0, size);
+  waiting_bytes_ -= body_bytes;
+  if (size == body_bytes) {
+    count_sent(message);
+  } else {
+    open_.emplace(Open{std::move(message), size});
+  }
+  waiting_.pop_front();
+}
+
+std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
+  if (waiting_.empty()) return std::nullopt;
+  return waiting_.front().arrival;
+}
+
+void ChannelQueue::drop_oldest_waiting(DropReason reason) {
+  const auto& message = waiting_.front().message;
+  waiting_bytes_ -= message.body.size();
+  count_dropped(message, reason);
+  waiting_.pop_front();
+}
+
+void ChannelQueue::drop_waiting(DropReason reason) {
+  while (!waiting_.empty()) drop_oldest_waiting(reason);
+}
+
+bool ChannelQueue::drop_open(DropReason reason) {
+  if (!open_) return false;
+  count_dropped(open_->message, reason);
+  open_.reset();
+  return true;
+}
+
+void ChannelQueue::count_dropped(const OutMessage& message, DropReason reason) {
+  counts_.dropped.add(reason);
+  --counts_.queued;
+  counts_.queued_bytes -= message.body.size();
+}
+
+void ChannelQueue::count_sent(const OutMessage& message) {
+  ++counts_.sent;
+  counts_.sent_bytes += message.body.size();
+  --counts_.queued;
+  counts_.queued_bytes -= message.body.size();
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,113 @@
+// The messages of one channel that wait to be sent, and the one that is partly sent.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/priority.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/drops.hpp"
+#include "core/flow/packet.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// How the outbox treats a channel. Depth and bytes limit what waits; a partly sent message is
+// beyond them.
+struct QueueOptions {
+  Priority priority = Priority::kNormal;
+  // Keep-last. 0: keep all, and refuse the newest at queue_bytes_max.
+  std::uint32_t depth = 100;
+  std::uint64_t queue_bytes_max = 1 << 20;  // of bodies; one message always fits an empty queue
+  Duration lifespan = kForever;  // against the message's stamp, checked again when sending
+  Duration max_age = kForever;   // likewise
+  bool newest_only = false;      // depth 1; what a newer one displaces is kNewerAvailable
+};
+
+// A message in the form in which it leaves.
+struct OutMessage {
+  OriginId origin;
+  Stamp stamp = 0;  // 0: not known, then it has no age
+  Codec codec = Codec::kNone;
+  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
+  Payload body;
+};
+
+// Counts of one channel, all since it was added. accepted = sent + dropped (all reasons) + queued.
+struct ChannelCounts {
+  std::uint64_t accepted = 0;
+  std::uint64_t sent = 0;        // whole messages handed to the connection
+  std::uint64_t sent_bytes = 0;  // their body bytes
+  DropCounts dropped;
+  std::uint64_t queued = 0;        // the partly sent one included
+  std::uint64_t queued_bytes = 0;  // whole bodies
+};
+
+// Belongs to an Outbox. Every message pushed ends as sent or dropped under one reason; counts() is
+// exact after each call.
+class ChannelQueue {
+ public:
+  ChannelQueue(ChannelId id, const QueueOptions& options) : id_(id), options_(options) {}
+
+  // New options for what is pushed from now on; what waits stays.
+  void configure(const QueueOptions& options) { options_ = options; }
+
+  // Queues the message or drops it, and drops what it displaces. `arrival` rises over all channels.
+  void push(OutMessage message, std::uint64_t arrival, const Now& now);
+
+  // Drops what became too old to be started; then whether there is anything to send.
+  bool ready(const Now& now);
+  // Frame bytes that the next part takes. Only after ready().
+  [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
+  // Hands that part out.
+  void take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
+
+  // Arrival number of the oldest message that is not yet started.
+  [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
+  void drop_oldest_waiting(DropReason reason);
+  void drop_waiting(DropReason reason);
+  // Gives the partly sent message up; false if there is none. The peer must be told (abort), unless
+  // it forgets the channel anyway.
+  bool drop_open(DropReason reason);
+
+  // A new connection counts its messages from 1 again (from behind another number in tests).
+  void restart(std::uint32_t last_sequence = 0) { sequence_ = last_sequence; }
+
+  [[nodiscard]] ChannelId id() const { return id_; }
+  [[nodiscard]] Priority priority() const { return options_.priority; }
+  [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
+  [[nodiscard]] bool is_open() const { return open_.has_value(); }
+  [[nodiscard]] std::uint64_t bytes() const { return counts_.queued_bytes; }
+  [[nodiscard]] const ChannelCounts& counts() const { return counts_; }
+
+ private:
+  friend class ClassSchedule;
+  struct Waiting {
+    OutMessage message;
+    std::uint64_t arrival = 0;
+  };
+  struct Open {
+    OutMessage message;
+    std::uint32_t offset = 0;  // body bytes handed out
+  };
+
+  [[nodiscard]] std::optional<DropReason> too_old(const OutMessage& message, const Now& now) const;
+  // What keeps the message out of the queue whatever else waits.
+  [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
+  void count_dropped(const OutMessage& message, DropReason reason);
+  void count_sent(const OutMessage& message);
+
+  ChannelId id_;
+  QueueOptions options_;
+  ChannelCounts counts_;
+  std::deque<Waiting> waiting_;
+  std::uint64_t waiting_bytes_ = 0;
+  std::optional<Open> open_;
+  std::uint32_t sequence_ = 0;  // of the last message started
+  bool scheduled_ = false;      // ClassSchedule's mark
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,52 @@
+// Which channel sends its next part: urgent first, the other classes by weight, channels of a class
+// in turn.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+
+#include "core/base/priority.hpp"
+#include "core/flow/channel_queue.hpp"
+
+namespace connect_bridge {
+
+// High, normal and bulk share by weight 8 : 4 : 1 in bytes, by start-time fair queueing: each class
+// has a clock that runs 1, 2 or 8 per byte sent, and the one that is behind goes next. It shares as
+// deficit round robin does, but without the burst of a whole quantum, which for the high class
+// would have to be eight of the bulk class's largest fragments. A class that was idle starts at the
+// present: it has no claim for the time in which it had nothing to send.
+class ClassSchedule {
+ public:
+  // The queue has something to send. Does nothing if it is in already.
+  void add(ChannelQueue& queue);
+  // The queue has nothing to send any more, or goes away, or changes its class.
+  void remove(ChannelQueue& queue);
+
+  // Whose turn it is; null when there is none.
+  [[nodiscard]] ChannelQueue* front() const;
+  // The front queue has sent so many bytes; the next of its class is on turn.
+  void sent(std::size_t bytes);
+  // The front queue has nothing to send any more. With 0 bytes: it had nothing after all.
+  void sent_all(std::size_t bytes);
+
+  // All queues of a class, in order of their turns.
+  [[nodiscard]] const std::deque<ChannelQueue*>& queues(Priority priority) const {
+    return classes_[static_cast<std::size_t>(priority)].turns;
+  }
+
+ private:
+  struct Class {
+    std::deque<ChannelQueue*> turns;
+    std::uint64_t clock = 0;
+  };
+  // Index of the class on turn, kPriorities when there is none.
+  [[nodiscard]] std::size_t next_class() const;
+  // The class on turn, charged for what its front queue sent.
+  Class& charge(std::size_t bytes);
+
+  std::array<Class, kPriorities> classes_;
+  std::uint64_t present_ = 0;  // clock of the class that sent last, when it was chosen
+};
+
+}  // namespace connect_bridge

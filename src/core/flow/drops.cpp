@@ -1,0 +1,25 @@
+#include "core/flow/drops.hpp"
+
+namespace connect_bridge {
+
+std::string_view name_of(DropReason reason) {
+  switch (reason) {
+    case DropReason::kQueueDepth: return "queue_depth";
+    case DropReason::kQueueBytes: return "queue_bytes";
+    case DropReason::kLifespan: return "lifespan";
+    case DropReason::kMaxAge: return "max_age";
+    case DropReason::kRate: return "rate";
+    case DropReason::kTooLarge: return "too_large";
+    case DropReason::kNoDemand: return "no_demand";
+    case DropReason::kWithdrawn: return "withdrawn";
+    case DropReason::kLinkLost: return "link_lost";
+    case DropReason::kUnknownOrigin: return "unknown_origin";
+    case DropReason::kDuplicate: return "duplicate";
+    case DropReason::kNewerAvailable: return "newer_available";
+    case DropReason::kPublishFailed: return "publish_failed";
+    case DropReason::kCount: break;
+  }
+  return "unknown";
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,56 @@
+#include "core/flow/history.hpp"
+
+#include <iterator>
+#include <utility>
+
+namespace connect_bridge {
+
+void HistoryCache::limit(std::uint32_t depth, std::uint64_t bytes_max) {
+  depth_ = depth;
+  bytes_max_ = bytes_max;
+  for (auto& [origin, own] : by_origin_) {
+    while (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
+  }
+  keep_bytes();
+}
+
+void HistoryCache::add(OriginId origin, Stamp stamp, Payload payload) {
+  if (payload.size() > bytes_max_) {
+    ++lost_;
+    return;
+  }
+  bytes_ += payload.size();
+  samples_.push_back({origin, stamp, std::move(payload)});
+  auto& own = by_origin_[origin];
+  own.push_back(std::prev(samples_.end()));
+  if (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
+  keep_bytes();
+}
+
+void HistoryCache::remove(OriginId origin) {
+  const auto at = by_origin_.find(origin);
+  if (at == by_origin_.end()) return;
+  while (!at->second.empty()) drop_oldest_of(at->second);
+  by_origin_.erase(at);
+}
+
+void HistoryCache::clear() {
+  samples_.clear();
+  by_origin_.clear();
+  bytes_ = 0;
+}
+
+void HistoryCache::drop_oldest_of(Own& own) {
+  bytes_ -= own.front()->payload.size();
+  samples_.erase(own.front());
+  own.pop_front();
+}
+
+void HistoryCache::keep_bytes() {
+  while (bytes_ > bytes_max_) {
+    ++lost_;
+    drop_oldest_of(by_origin_[samples_.front().origin]);
+  }
+}
+
+}  // namespace connect_bridge

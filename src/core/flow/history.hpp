@@ -1,0 +1,61 @@
+// The last samples of one transient-local topic, kept for links that start to demand it later.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <list>
+#include <unordered_map>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+// Keeps the last `depth` samples of each origin, all of them together within `bytes_max` (then the
+// oldest goes, whoever's it is; a sample larger than all of it is not kept).
+class HistoryCache {
+ public:
+  struct Sample {
+    OriginId origin;
+    Stamp stamp = 0;
+    Payload payload;
+  };
+
+  // Without limits until they are given. Depth 0: no limit but bytes.
+  HistoryCache() = default;
+  HistoryCache(std::uint32_t depth, std::uint64_t bytes_max)
+      : depth_(depth), bytes_max_(bytes_max) {}
+  void limit(std::uint32_t depth, std::uint64_t bytes_max);
+
+  void add(OriginId origin, Stamp stamp, Payload payload);
+  // The origin is gone; with it go its samples.
+  void remove(OriginId origin);
+  void clear();
+
+  // `visit(OriginId, Stamp, const Payload&)` for each sample in order of arrival.
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (const auto& sample : samples_) visit(sample.origin, sample.stamp, sample.payload);
+  }
+  [[nodiscard]] std::size_t size() const { return samples_.size(); }
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  // Samples that were given up for want of bytes: a late subscriber misses them.
+  [[nodiscard]] std::uint64_t lost() const { return lost_; }
+
+ private:
+  using Samples = std::list<Sample>;
+  using Own = std::list<Samples::const_iterator>;  // an origin's samples, oldest first
+
+  void drop_oldest_of(Own& own);
+  void keep_bytes();
+
+  std::uint32_t depth_ = 0;
+  std::uint64_t bytes_max_ = std::numeric_limits<std::uint64_t>::max();
+  Samples samples_;
+  std::unordered_map<OriginId, Own> by_origin_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,225 @@
+#include "core/flow/outbox.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
+// below what every receiver takes.
+OutboxOptions bounded(OutboxOptions options) {
+  // A fragment must find room in the window while acknowledgements for the other half are on their
+  // way.
+  const auto half_window = std::max<std::uint64_t>(options.unacknowledged_bytes_max / 2, 1);
+  const auto fragment_max = std::min<std::uint64_t>(half_window, kPacketBytesMax / 2);
+  options.fragment_bytes = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(options.fragment_bytes, 1, fragment_max));
+  options.packet_bytes = std::min<std::uint32_t>(options.packet_bytes, kPacketBytesMax / 4);
+  return options;
+}
+
+}  // namespace
+
+Outbox::Outbox(OutboxOptions options) : options_(bounded(options)) {}
+
+template <class Change>
+void Outbox::change(ChannelQueue& queue, Change&& change) {
+  const auto before = queue.bytes();
+  change(queue);
+  data_bytes_ = data_bytes_ - before + queue.bytes();
+  if (queue.empty()) {
+    schedule_.remove(queue);
+  } else {
+    schedule_.add(queue);
+  }
+}
+
+void Outbox::add_channel(ChannelId channel, const QueueOptions& options) {
+  const auto [at, is_new] = queues_.try_emplace(channel, channel, options);
+  if (is_new) return;
+  auto& queue = at->second;
+  schedule_.remove(queue);  // its class may change
+  queue.configure(options);
+  if (!queue.empty()) schedule_.add(queue);
+}
+
+ChannelCounts Outbox::remove_channel(ChannelId channel) {
+  const auto at = queues_.find(channel);
+  if (at == queues_.end()) return {};
+  change(at->second, [](ChannelQueue& queue) {
+    queue.drop_open(DropReason::kWithdrawn);
+    queue.drop_waiting(DropReason::kWithdrawn);
+  });
+  std::erase(aborts_, channel);
+  const auto counts = at->second.counts();
+  queues_.erase(at);
+  return counts;
+}
+
+void Outbox::clear_channel(ChannelId channel) {
+  const auto at = queues_.find(channel);
+  if (at == queues_.end()) return;
+  change(at->second, [&](ChannelQueue& queue) {
+    if (queue.drop_open(DropReason::kNoDemand)) aborts_.push_back(channel);
+    queue.drop_waiting(DropReason::kNoDemand);
+  });
+}
+
+void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
+  const auto at = queues_.find(channel);
+  if (at == queues_.end()) return;
+  change(at->second,
+         [&](ChannelQueue& queue) { queue.push(std::move(message), ++arrivals_, now); });
+  if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+}
+
+void Outbox::keep_data_budget(Priority newest) {
+  // From bulk up to the class of what came: it takes the room of lower classes, never of a higher
+  // one. In its own class something waits to be dropped (itself, at the latest) before an open
+  // message is; otherwise none would ever be finished.
+  for (int i = kPriorities - 1; i >= static_cast<int>(newest); --i) {
+    while (data_bytes_ > options_.data_bytes_max && drop_one_of(static_cast<Priority>(i))) {
+    }
+  }
+}
+
+bool Outbox::drop_one_of(Priority priority) {
+  ChannelQueue* oldest = nullptr;
+  ChannelQueue* open = nullptr;
+  for (auto* queue : schedule_.queues(priority)) {
+    if (queue->is_open()) open = queue;
+    const auto arrival = queue->oldest_waiting();
+    if (arrival && (oldest == nullptr || *arrival < *oldest->oldest_waiting())) oldest = queue;
+  }
+  if (oldest != nullptr) {
+    change(*oldest,
+           [](ChannelQueue& queue) { queue.drop_oldest_waiting(DropReason::kQueueBytes); });
+    return true;
+  }
+  if (open == nullptr) return false;
+  aborts_.push_back(open->id());
+  change(*open, [](ChannelQueue& queue) { queue.drop_open(DropReason::kQueueBytes); });
+  return true;
+}
+
+bool Outbox::push_control(std::string text) {
+  if (control_bytes_ + text.size() > options_.control_bytes_max) return false;
+  control_bytes_ += text.size();
+  controls_.push_back(std::move(text));
+  return true;
+}
+
+void Outbox::push_small(const Frame& frame) {
+  if (std::holds_alternative<AckFrame>(frame)) {
+    ack_ = frame;
+    return;
+  }
+  CONNECT_CHECK(std::holds_alternative<TimeRequest>(frame) ||
+                std::holds_alternative<TimeReply>(frame));
+  if (times_.size() == kTimeFramesMax) times_.pop_front();
+  times_.push_back(frame);
+}
+
+std::optional<Packet> Outbox::next(const Now& now) {
+  if (!controls_.empty()) return next_control();
+  add_small();
+  add_data(now);
+  if (packet_.empty()) return std::nullopt;
+  part_size_.sent(unacknowledged_bytes() == 0, now.steady);
+  sent_bytes_ += packet_.size();
+  return packet_.finish();
+}
+
+Packet Outbox::next_control() {
+  const auto text = std::move(controls_.front());
+  controls_.pop_front();
+  control_bytes_ -= text.size();
+  Packet packet;
+  packet.text = true;
+  packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
+  return packet;
+}
+
+// Aborts are among them, so that they leave before their channel's next message.
+void Outbox::add_small() {
+  if (ack_) packet_.add(*ack_);
+  ack_.reset();
+  for (const auto& frame : times_) packet_.add(frame);
+  times_.clear();
+  for (const auto channel : aborts_) packet_.add(PartFrame{channel, true, {}});
+  aborts_.clear();
+}
+
+void Outbox::add_data(const Now& now) {
+  const std::uint32_t part_max = part_size_.bytes(options_.fragment_bytes);
+  const std::uint32_t gather_max = part_size_.bytes(options_.packet_bytes);
+  while (packet_.size() < gather_max || packet_.empty()) {
+    auto* queue = next_queue(now);
+    if (queue == nullptr) return;
+    const auto part = queue->next_part_bytes(part_max);
+    const auto packet_bytes = packet_.size() + part;
+    // What fits no packet ends this one; what fits the next one waits for it.
+    if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) return;
+    if (!window_allows(queue->priority(), packet_bytes)) return;
+    const auto before = queue->bytes();
+    queue->take_part(part_max, packet_);
+    data_bytes_ = data_bytes_ - before + queue->bytes();
+    if (queue->empty()) {
+      schedule_.sent_all(part);
+    } else {
+      schedule_.sent(part);
+    }
+  }
+}
+
+ChannelQueue* Outbox::next_queue(const Now& now) {
+  while (auto* queue = schedule_.front()) {
+    const auto before = queue->bytes();
+    const bool ready = queue->ready(now);
+    data_bytes_ = data_bytes_ - before + queue->bytes();
+    if (ready) return queue;
+    schedule_.sent_all(0);
+  }
+  return nullptr;
+}
+
+bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
+  const auto reserve = priority == Priority::kUrgent ? kUrgentReserveBytes : 0;
+  return unacknowledged_bytes() + packet_bytes <= options_.unacknowledged_bytes_max + reserve;
+}
+
+bool Outbox::acknowledge(std::uint64_t received_bytes, const Now& now) {
+  if (received_bytes > sent_bytes_) return false;
+  if (received_bytes <= received_bytes_) return true;
+  part_size_.acknowledged(received_bytes - received_bytes_, data_bytes_ > 0, now.steady);
+  received_bytes_ = received_bytes;
+  return true;
+}
+
+void Outbox::reset() {
+  for (auto& [channel, queue] : queues_) {
+    change(queue, [](ChannelQueue& lost) {
+      lost.drop_open(DropReason::kLinkLost);
+      lost.drop_waiting(DropReason::kLinkLost);
+      lost.restart();
+    });
+  }
+  controls_.clear();
+  control_bytes_ = 0;
+  ack_.reset();
+  times_.clear();
+  aborts_.clear();
+  sent_bytes_ = 0;
+  received_bytes_ = 0;
+  part_size_ = {};
+}
+
+ChannelCounts Outbox::counts(ChannelId channel) const {
+  const auto at = queues_.find(channel);
+  return at == queues_.end() ? ChannelCounts{} : at->second.counts();
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,122 @@
+// What waits to be sent on one link: control texts and messages by priority. The connection pulls.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/channel_queue.hpp"
+#include "core/flow/class_schedule.hpp"
+#include "core/flow/packet.hpp"
+#include "core/flow/part_size.hpp"
+#include "core/wire/frame.hpp"
+
+namespace connect_bridge {
+
+struct OutboxOptions {
+  // Largest part of a message in one packet; on a slow link parts are smaller (PartSize). At most
+  // half of unacknowledged_bytes_max is used.
+  std::uint32_t fragment_bytes = 65536;
+  // Small parts are gathered into a packet up to this size; a part larger than it ends the packet.
+  std::uint32_t packet_bytes = 16384;
+  // Binary packet bytes sent and not yet acknowledged.
+  std::uint64_t unacknowledged_bytes_max = 16 << 20;
+  // Of control texts; beyond: the link closes with kSlowPeer.
+  std::uint64_t control_bytes_max = 8 << 20;
+  // Bodies in all channels' queues together; beyond: the oldest of the lowest class goes.
+  std::uint64_t data_bytes_max = 64 << 20;
+};
+
+// By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
+// never held back: they are small and few, and two sides whose acks wait for each other would wait
+// for ever.
+inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;
+// Time frames that wait; a newer one displaces the oldest (a peer may ask faster than it reads).
+inline constexpr std::size_t kTimeFramesMax = 16;
+
+// Not thread-safe; belongs to one link. Order is kept per channel. Urgent is strict (control texts
+// come first of all); high, normal and bulk share by weight 8 : 4 : 1 in bytes; channels of a class
+// take turns per part. At most one message per channel is open (partly sent) at a time.
+class Outbox {
+ public:
+  explicit Outbox(OutboxOptions options);
+  Outbox(Outbox&&) = default;  // channels keep their addresses, so that the schedule stays right
+  Outbox& operator=(Outbox&&) = default;
+
+  // A channel that exists already gets the new options and keeps its queue and counts.
+  void add_channel(ChannelId channel, const QueueOptions& options);
+  // Drops what is queued (counted as kWithdrawn) and forgets the channel; its last counts are
+  // returned. An open message just ends: send `withdraw` after this call, the receiver then forgets
+  // its unfinished message (Reassembly::forget).
+  ChannelCounts remove_channel(ChannelId channel);
+  // Drops what is queued (reason kNoDemand) and aborts an open message, but keeps the channel and
+  // its counts.
+  void clear_channel(ChannelId channel);
+
+  // Queues a message; what the channel's policy displaces is dropped and counted. A channel that is
+  // not there (any more) takes nothing.
+  void push(ChannelId channel, OutMessage message, const Now& now);
+  // Queues a control text. False when control_bytes_max is passed: close the link with kSlowPeer.
+  [[nodiscard]] bool push_control(std::string text);
+  // Queues an ack or time frame: these overtake all data; a newer ack replaces an older one.
+  void push_small(const Frame& frame);
+
+  // The next packet to hand to the connection, or nullopt when nothing may be sent now.
+  std::optional<Packet> next(const Now& now);
+
+  // The peer has received this many packet bytes in total. False: more than was sent (kIllegal).
+  [[nodiscard]] bool acknowledge(std::uint64_t received_bytes, const Now& now);
+
+  // A new connection: drops data (kLinkLost), control texts and small frames, forgets what is open
+  // and unacknowledged, and counts sequences from 1 again. The channels stay, empty, with their
+  // counts.
+  void reset();
+
+  // All zero for a channel that is not there.
+  [[nodiscard]] ChannelCounts counts(ChannelId channel) const;
+  // Bodies that wait or are partly sent; never beyond data_bytes_max.
+  [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
+  [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
+  [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
+
+ private:
+  Packet next_control();
+  void add_small();
+  void add_data(const Now& now);
+  // The queue on turn, without what is too old; null when all are empty.
+  ChannelQueue* next_queue(const Now& now);
+  // Whether the window lets a packet of this size with data of this class go.
+  [[nodiscard]] bool window_allows(Priority priority, std::size_t packet_bytes) const;
+  // Makes room for what was just pushed with this priority.
+  void keep_data_budget(Priority newest);
+  // The oldest that waits, else an open one; false when the class has nothing.
+  bool drop_one_of(Priority priority);
+  // Runs a change of one queue and keeps data_bytes_ and the schedule right.
+  template <class Change>
+  void change(ChannelQueue& queue, Change&& change);
+
+  OutboxOptions options_;
+  std::unordered_map<ChannelId, ChannelQueue> queues_;
+  ClassSchedule schedule_;
+  std::uint64_t data_bytes_ = 0;
+  std::uint64_t arrivals_ = 0;
+
+  std::deque<std::string> controls_;
+  std::uint64_t control_bytes_ = 0;
+  std::optional<Frame> ack_;
+  std::deque<Frame> times_;
+  std::vector<ChannelId> aborts_;  // channels whose open message ends unfinished
+
+  std::uint64_t sent_bytes_ = 0;      // binary packets
+  std::uint64_t received_bytes_ = 0;  // by the peer, of these
+  PartSize part_size_;
+  PacketBuilder packet_;  // empty between calls
+};
+
+}  // namespace connect_bridge

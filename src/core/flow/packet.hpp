@@ -1,0 +1,46 @@
+// One WebSocket message to send, and how frames are gathered into it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/base/bytes.hpp"
+#include "core/wire/frame.hpp"
+
+namespace connect_bridge {
+
+// One WebSocket message to send: the concatenation of `pieces`.
+struct Packet {
+  bool text = false;
+  std::vector<Payload> pieces;
+  [[nodiscard]] std::size_t size() const;
+};
+
+// Parts up to this size are copied beside their headers, so that many small messages leave as one
+// piece; larger ones are referred to where they lie.
+inline constexpr std::size_t kCopiedPartBytesMax = 512;
+
+// Gathers frames into one binary packet. Its buffers are kept from packet to packet.
+class PacketBuilder {
+ public:
+  // A frame without a part: ack, time, abort.
+  void add(const Frame& frame);
+  // A frame whose part is `size` bytes of `body` from `offset` on.
+  void add(const Frame& frame, const Payload& body, std::size_t offset, std::size_t size);
+
+  [[nodiscard]] std::size_t size() const { return head_.size() + referred_bytes_; }
+  [[nodiscard]] bool empty() const { return head_.empty(); }
+  // What was gathered; empty afterwards.
+  Packet finish();
+
+ private:
+  struct Referred {
+    std::size_t head_end;  // it comes behind so many bytes of the head
+    Payload part;
+  };
+  Bytes head_;
+  std::vector<Referred> referred_;
+  std::size_t referred_bytes_ = 0;
+};
+
+}  // namespace connect_bridge

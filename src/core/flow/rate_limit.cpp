@@ -1,0 +1,50 @@
+#include "core/flow/rate_limit.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+// A price beyond this is as good as never, and keeps sums far from the end of the time line.
+constexpr Duration kPriceMax = std::chrono::hours(24 * 365);
+
+Duration price_of(double amount, double per_second) {
+  const double seconds = amount / per_second;
+  const double seconds_max = std::chrono::duration<double>(kPriceMax).count();
+  if (!(seconds < seconds_max)) return kPriceMax;
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+// A camera of exactly max_rate must pass although its clock and the network shake; a quarter of a
+// period is too little to let every third message of a twice as fast one through.
+Duration message_slack(double max_rate) {
+  return max_rate > 0 ? price_of(0.25, max_rate) : Duration::zero();
+}
+
+constexpr Duration kByteSlack = std::chrono::milliseconds(100);
+
+}  // namespace
+
+Pace::Pace(double per_second, Duration slack)
+    : per_second_(per_second > 0 ? per_second : 0), slack_(slack) {}
+
+bool Pace::ready(TimePoint now) const {
+  return per_second_ == 0 || paid_ == TimePoint::min() || now >= paid_ - slack_;
+}
+
+void Pace::take(double amount, TimePoint now) {
+  if (per_second_ > 0) paid_ = std::max(paid_, now) + price_of(amount, per_second_);
+}
+
+RateLimit::RateLimit(double max_rate, std::uint64_t bytes_per_second_max)
+    : messages_(max_rate, message_slack(max_rate)),
+      bytes_(static_cast<double>(bytes_per_second_max), kByteSlack) {}
+
+bool RateLimit::admit(std::size_t bytes, TimePoint now) {
+  if (!messages_.ready(now) || !bytes_.ready(now)) return false;
+  messages_.take(1, now);
+  bytes_.take(static_cast<double>(bytes), now);
+  return true;
+}
+
+}  // namespace connect_bridge

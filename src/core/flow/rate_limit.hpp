@@ -1,0 +1,43 @@
+// The rates a rule sets for a channel (max_rate, max_bytes_per_second). Asked before a message is
+// queued.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+// Lets amounts pass at a rate, on average exactly. An amount of any size passes when those before
+// it are paid off; `slack` is how much too early it may come (jitter of a periodic source, a small
+// burst).
+class Pace {
+ public:
+  Pace() = default;  // no limit
+  Pace(double per_second, Duration slack);
+
+  [[nodiscard]] bool ready(TimePoint now) const;
+  void take(double amount, TimePoint now);
+
+ private:
+  double per_second_ = 0;  // 0: no limit
+  Duration slack_{};
+  TimePoint paid_ = TimePoint::min();  // when all that passed is paid off
+};
+
+class RateLimit {
+ public:
+  RateLimit() = default;  // no limit
+  // Messages and bytes per second; 0: no limit.
+  RateLimit(double max_rate, std::uint64_t bytes_per_second_max);
+
+  // Whether a message of this size may pass now; then it counts. A false is a drop (kRate).
+  [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
+
+ private:
+  Pace messages_;
+  Pace bytes_;
+};
+
+}  // namespace connect_bridge

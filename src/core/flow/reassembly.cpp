@@ -1,0 +1,103 @@
+#include "core/flow/reassembly.hpp"
+
+#include <string>
+#include <utility>
+
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+namespace {
+
+Error refusal(CloseCode code, ChannelId channel, const char* what) {
+  return Error{code, "channel " + std::to_string(channel.value) + ": " + what};
+}
+
+// Sequence numbers rise and go from the largest to 1; gaps are messages the sender gave up. So
+// `next` is behind `last` if it lies in the half of the circle before it (serial number arithmetic,
+// RFC 1982).
+bool is_after(std::uint32_t next, std::uint32_t last) {
+  return next != 0 && static_cast<std::int32_t>(next - last) > 0;
+}
+
+// The slice of `packet` in which `part` lies.
+Payload slice_of(const Payload& packet, ByteView part) {
+  if (part.empty()) return {};
+  const auto* begin = packet.view().data();
+  CONNECT_CHECK(part.data() >= begin && part.data() + part.size() <= begin + packet.size());
+  return packet.slice(static_cast<std::size_t>(part.data() - begin), part.size());
+}
+
+}  // namespace
+
+Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& frame,
+                                                        const Payload& packet) {
+  if (frame.raw_bytes > options_.message_bytes_max ||
+      frame.body_bytes > options_.message_bytes_max) {
+    return refusal(CloseCode::kTooLarge, frame.channel,
+                   "a message beyond the largest accepted size");
+  }
+  if (frame.part.size() > frame.body_bytes || (frame.part.empty() && frame.body_bytes > 0) ||
+      (frame.codec == Codec::kNone && frame.raw_bytes != frame.body_bytes)) {
+    return refusal(CloseCode::kMalformed, frame.channel, "sizes that contradict each other");
+  }
+  auto& stream = streams_[frame.channel];
+  if (stream.open) {
+    return refusal(CloseCode::kIllegal, frame.channel, "a message begins inside another one");
+  }
+  if (!is_after(frame.sequence, stream.last_sequence)) {
+    return refusal(CloseCode::kIllegal, frame.channel, "a sequence number that does not rise");
+  }
+  InMessage message{
+      frame.channel, frame.origin, frame.sequence, frame.stamp, frame.codec, frame.raw_bytes, {}};
+  if (frame.part.size() == frame.body_bytes) {
+    stream.last_sequence = frame.sequence;
+    message.body = slice_of(packet, frame.part);
+    return std::optional<InMessage>{std::move(message)};
+  }
+  if (open_bytes_ + frame.body_bytes > options_.open_bytes_max) {
+    return refusal(CloseCode::kTooLarge, frame.channel, "too many bytes in unfinished messages");
+  }
+  stream.last_sequence = frame.sequence;
+  open_bytes_ += frame.body_bytes;
+  auto& open = stream.open.emplace(Open{std::move(message), frame.body_bytes, {}});
+  // All at once: it is within the budget, and pages that the peer never fills are never touched.
+  open.body.reserve(frame.body_bytes);
+  open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
+  return std::optional<InMessage>{};
+}
+
+Result<std::optional<InMessage>> Reassembly::on_part(const PartFrame& frame) {
+  const auto at = streams_.find(frame.channel);
+  if (at == streams_.end() || !at->second.open) {
+    return refusal(CloseCode::kIllegal, frame.channel, "a part without an open message");
+  }
+  auto& stream = at->second;
+  auto& open = *stream.open;
+  if (frame.abort) {
+    close(stream);
+    return std::optional<InMessage>{};
+  }
+  if (frame.part.empty() || frame.part.size() > open.body_bytes - open.body.size()) {
+    return refusal(CloseCode::kMalformed, frame.channel, "a part that is empty or too long");
+  }
+  open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
+  if (open.body.size() < open.body_bytes) return std::optional<InMessage>{};
+  auto message = std::move(open.message);
+  message.body = Payload::adopt(std::move(open.body));
+  close(stream);
+  return std::optional<InMessage>{std::move(message)};
+}
+
+void Reassembly::forget(ChannelId channel) {
+  const auto at = streams_.find(channel);
+  if (at == streams_.end()) return;
+  if (at->second.open) close(at->second);
+  streams_.erase(at);
+}
+
+void Reassembly::close(Stream& stream) {
+  open_bytes_ -= stream.open->body_bytes;
+  stream.open.reset();
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,65 @@
+// Puts the parts of messages together again, within a budget.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+
+#include "core/base/bytes.hpp"
+#include "core/base/result.hpp"
+#include "core/wire/frame.hpp"
+
+namespace connect_bridge {
+
+// A message whose parts have all arrived; its body may still be compressed.
+struct InMessage {
+  ChannelId channel;
+  OriginId origin;
+  std::uint32_t sequence = 0;
+  Stamp stamp = 0;
+  Codec codec = Codec::kNone;
+  std::uint32_t raw_bytes = 0;
+  Payload body;
+};
+
+struct ReassemblyOptions {
+  std::uint32_t message_bytes_max = 64 << 20;   // of raw_bytes and of body_bytes
+  std::uint64_t open_bytes_max = 256ULL << 20;  // all unfinished messages of a link together
+};
+
+// Belongs to one connection. Checks before it allocates: sizes against the options (kTooLarge),
+// parts against the open message (kMalformed), a part without an open message, a message inside
+// another one or with a sequence number that does not rise (kIllegal). An error ends the connection
+// with its code. The caller has checked that the channel was offered: what is kept per channel is
+// bounded by that.
+class Reassembly {
+ public:
+  explicit Reassembly(ReassemblyOptions options) : options_(options) {}
+
+  // `packet` is the packet in which the frame's part lies: a message that is whole in one frame
+  // becomes a slice of it, without a copy.
+  Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet);
+  Result<std::optional<InMessage>> on_part(const PartFrame& frame);
+  // The channel was withdrawn: forgets its unfinished message and its sequence.
+  void forget(ChannelId channel);
+
+  [[nodiscard]] std::uint64_t open_bytes() const { return open_bytes_; }
+
+ private:
+  struct Open {
+    InMessage message;  // without its body
+    std::uint32_t body_bytes = 0;
+    Bytes body;
+  };
+  struct Stream {
+    std::uint32_t last_sequence = 0;
+    std::optional<Open> open;
+  };
+  void close(Stream& stream);
+
+  ReassemblyOptions options_;
+  std::unordered_map<ChannelId, Stream> streams_;
+  std::uint64_t open_bytes_ = 0;
+};
+
+}  // namespace connect_bridge

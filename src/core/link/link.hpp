@@ -1,0 +1,144 @@
+// One connection to a peer, from the first byte to the last: hello, login, open, closed. What the
+// messages mean for exports and imports is the side's business.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <variant>
+#include <vector>
+
+#include "core/flow/outbox.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/link/acknowledger.hpp"
+#include "core/link/clock_estimate.hpp"
+#include "core/policy/policy.hpp"
+#include "core/wire/control.hpp"
+#include "core/wire/login.hpp"
+
+namespace connect_bridge {
+
+struct LinkOptions {
+  bool server = false;
+  Token128 side;     // our own id
+  Token128 session;  // client: the session to continue, or zero
+  std::string node;
+  std::string login_method;  // client
+  Bytes credential;          // client
+  Duration login_timeout{};
+  Duration dead_after{};
+  OutboxOptions outbox;
+  ReassemblyOptions reassembly;
+};
+
+// Who is at the other end. Valid once the link is open (the identity: at a server only).
+struct Peer {
+  std::string address;
+  Token128 side;
+  Token128 session;
+  std::string node;
+  Identity identity;
+  std::uint32_t message_bytes_max = 0;
+};
+
+// What a link tells the side.
+struct LoginAsked {  // server: answer with Link::on_authenticated
+  std::string method;
+  Bytes credential;
+};
+struct LinkOpened {};  // welcome sent (server) or received (client)
+struct LinkFailed {    // the connection must be closed with this code
+  CloseCode code = CloseCode::kMalformed;
+  std::string reason;
+};
+struct PeerRosTime {  // the peer's ROS time, sampled; for clock publication
+  TimeReply reply;
+  Stamp t4 = 0;
+};
+using LinkEvent = std::variant<LoginAsked, LinkOpened, LinkFailed, PeerRosTime, Control, InMessage>;
+using LinkEvents = std::vector<LinkEvent>;
+
+// Which packet is legal in which state is the table of docs/protocol.md section "States":
+//
+//   state            text      binary
+//   kAwaitHello      illegal   hello
+//   kAwaitLogin      illegal   login
+//   kAuthenticating  illegal   illegal
+//   kAwaitWelcome    illegal   welcome
+//   kOpen            control   packet of frames
+//   kClosed          ignored   ignored
+//
+// After LinkFailed the link is kClosed. Not thread-safe. Every call may append to `events`.
+class Link {
+ public:
+  enum class State { kAwaitHello, kAwaitLogin, kAuthenticating, kAwaitWelcome, kOpen, kClosed };
+
+  Link(LinkOptions options, ConnectionId connection, std::string address, const Now& now);
+
+  void on_packet(bool text, const Payload& packet, const Now& now, LinkEvents& events);
+  // Server: the answer to LoginAsked. `session` names the link that is opened or continued.
+  void on_authenticated(const Identity& identity, Token128 session, const Now& now,
+                        LinkEvents& events);
+  void on_time(const Now& now, LinkEvents& events);
+  void close() { state_ = State::kClosed; }
+
+  void send(const Control& message, LinkEvents& events);
+  void send(std::string text, LinkEvents& events);  // an encoded control message
+  // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
+  Outbox& outbox() { return outbox_; }
+  [[nodiscard]] const Outbox& outbox() const { return outbox_; }
+  // The channels the peer has offered: messages for others end the link before anything is kept.
+  void expect_incoming(ChannelId channel) { incoming_.insert(channel); }
+  void forget_incoming(ChannelId channel) {
+    incoming_.erase(channel);
+    reassembly_.forget(channel);
+  }
+  // How often the peer's clock is asked; the default is dead_after / 3.
+  void set_time_period(Duration period) { time_period_ = period; }
+
+  std::optional<Packet> next_packet(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] bool open() const { return state_ == State::kOpen; }
+  [[nodiscard]] ConnectionId connection() const { return connection_; }
+  [[nodiscard]] const Peer& peer() const { return peer_; }
+  [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
+  [[nodiscard]] TimePoint last_heard() const { return last_heard_; }
+  [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }
+  [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
+  [[nodiscard]] std::uint64_t open_bytes() const { return reassembly_.open_bytes(); }
+
+ private:
+  [[nodiscard]] bool is_expected(ChannelId channel) const { return incoming_.contains(channel); }
+  void on_record(ByteView record, const Now& now, LinkEvents& events);
+  void on_welcome(ByteView record, const Now& now, LinkEvents& events);
+  void on_control(ByteView text, LinkEvents& events);
+  void on_frames(const Payload& packet, const Now& now, LinkEvents& events);
+  // Whether the frame carried data (so that an acknowledgement is due).
+  Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now,
+                        LinkEvents& events);
+  void opened(const Now& now, LinkEvents& events);
+  void fail(CloseCode code, std::string reason, LinkEvents& events);
+
+  LinkOptions options_;
+  ConnectionId connection_;
+  State state_;
+  Peer peer_;
+  TimePoint login_deadline_;
+  TimePoint last_heard_;
+  TimePoint next_time_request_{};
+  Duration time_period_;
+  std::deque<Stamp> time_asked_;  // t1 of the requests without an answer
+  int quick_time_requests_ = 5;   // the first ones follow each other quickly
+  std::deque<Payload> records_;   // login records waiting to be sent
+  std::uint64_t sent_bytes_ = 0;
+  Outbox outbox_;
+  Reassembly reassembly_;
+  std::unordered_set<ChannelId> incoming_;
+  Acknowledger acknowledger_;
+  ClockEstimate clock_;
+};
+
+}  // namespace connect_bridge

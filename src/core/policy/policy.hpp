@@ -1,0 +1,99 @@
+// Rules: who may exchange which interface in which direction, and how it is treated. Default deny.
+// docs/config.md section "Rules": the first match decides the treatment, any deny wins.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/policy/pattern.hpp"
+#include "core/policy/treatment.hpp"
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+
+enum class Direction : std::uint8_t { kExport, kImport };
+
+// Who the peer is, as the login method found.
+struct Identity {
+  std::string name;  // empty: nobody (no login required)
+  std::vector<std::string> groups;
+  Stamp expires = 0;  // system clock, ns; 0: never
+};
+
+struct Rule {
+  std::string name;
+  std::vector<Pattern> export_topics, import_topics;
+  std::vector<Pattern> export_services, import_services;
+  std::vector<Pattern> export_actions, import_actions;
+  std::vector<Pattern> parameters;
+  std::vector<Pattern> deny;            // wins over the allow patterns of every rule
+  std::vector<std::string> types;       // empty: any
+  std::vector<std::string> identities;  // empty (and groups empty): anyone who is logged in
+  std::vector<std::string> groups;
+  Treatment treatment;
+};
+
+// What one interface is allowed and how it is treated.
+struct Decision {
+  std::string rule;  // name of the rule that matched
+  Treatment treatment;
+};
+
+// An immutable set of rules. A change is a new Policy.
+class Policy {
+ public:
+  Policy() = default;  // allows nothing
+  explicit Policy(std::vector<Rule> rules) : rules_(std::move(rules)) {}
+
+  // The decision of the first rule that allows `name` of `type` in `direction` for `who`, unless a
+  // deny pattern of any rule that applies to `who` covers it. Hidden names (a token starting with
+  // '_') are allowed only by a pattern that spells that token out. Never allowed: names with a
+  // token
+  // "_action" (an action is one interface), the six parameter services and /parameter_events (they
+  // belong to `parameters`), names that are not canonical.
+  [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
+                                               std::string_view name, std::string_view type,
+                                               const Identity& who) const;
+
+  // What a peer with this identity may offer us (Accepts of the wire).
+  [[nodiscard]] Accepts accepts(const Identity& who) const;
+
+  [[nodiscard]] const std::vector<Rule>& rules() const { return rules_; }
+
+ private:
+  std::vector<Rule> rules_;
+};
+
+// Whether a peer that announced `accepts` would take a topic of this name and type.
+[[nodiscard]] bool accepted_by(const Accepts& accepts, std::string_view name,
+                               std::string_view type);
+
+// /clock is urgent; /tf, /tf_static and joint states are high; images, point clouds, maps and other
+// large standard types are bulk; everything else is normal.
+[[nodiscard]] Priority default_priority(std::string_view name, std::string_view type);
+
+// Names at this side against names on the wire: `prefix` ("/robot1" or empty) is put before every
+// wire name, unless an exact `remap` pair (wire name, local name) wins. Both directions use the
+// same map.
+class NameMap {
+ public:
+  struct Pair {
+    std::string wire;
+    std::string local;
+  };
+  NameMap() = default;
+  NameMap(std::string prefix, std::vector<Pair> remap);
+  [[nodiscard]] std::string to_local(std::string_view wire) const;
+  // nullopt: this local name is not visible to the peer (outside the prefix, or remapped away).
+  [[nodiscard]] std::optional<std::string> to_wire(std::string_view local) const;
+
+ private:
+  std::string prefix_;
+  std::vector<Pair> remap_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,51 @@
+// How a rule wants the messages of an interface treated. Defaults stand for "as the origin has it"
+// or "no limit".
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/priority.hpp"
+#include "core/base/qos.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// Overrides of the origin's QoS on the mirror and on the exporter's subscription.
+struct QosOverride {
+  std::optional<Reliability> reliability;
+  std::optional<Durability> durability;
+  std::optional<std::uint32_t> depth;
+  std::optional<Duration> deadline;
+  std::optional<Duration> lifespan;
+  bool operator==(const QosOverride&) const = default;
+};
+
+// `qos` with what the rule overrides.
+inline Qos with_override(Qos qos, const QosOverride& o) {
+  if (o.reliability) qos.reliability = *o.reliability;
+  if (o.durability) qos.durability = *o.durability;
+  if (o.depth) {
+    qos.depth = *o.depth;
+    qos.history = History::kKeepLast;
+  }
+  if (o.deadline) qos.deadline = *o.deadline;
+  if (o.lifespan) qos.lifespan = *o.lifespan;
+  return qos;
+}
+
+// What a side does with /clock beyond forwarding it as a topic (rule key `clock`).
+enum class ClockMode : std::uint8_t { kRelay, kPublish };
+
+struct Treatment {
+  std::optional<Priority> priority;  // none: by name and type, see default_priority()
+  Compression compression;
+  double max_rate = 0;                     // messages per second and channel; 0: no limit
+  std::uint64_t bytes_per_second_max = 0;  // per channel; 0: no limit
+  Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
+  std::uint64_t queue_bytes_max = 1 << 20;  // a channel's queue; one message always fits
+  QosOverride qos;
+  bool operator==(const Treatment&) const = default;
+};
+
+}  // namespace connect_bridge

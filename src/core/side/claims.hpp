@@ -1,0 +1,54 @@
+// Which bridge mirrors which origin in the local graph, so that two bridges between the same two
+// graphs multiply nothing: of several claims the one of the smallest side id holds.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+struct Claim {
+  Token128 side;
+  std::vector<Gid> origins;
+};
+
+// The claim as a serialized rcl_interfaces/msg/Log (a type every ROS 2 has): CDR little-endian, the
+// text in `msg`.
+Payload serialize(const Claim& claim, Stamp stamp);
+// nullopt: not a claim of this version.
+std::optional<Claim> parse_claim(ByteView cdr);
+
+// The claims of the other bridges in this graph.
+class Claims {
+ public:
+  explicit Claims(Token128 own) : own_(own) {}
+
+  // `publisher` is the gid of the bridge's publisher on the claims topic. True if anything changed.
+  bool update(const Gid& publisher, Claim claim);
+  // Forgets the claims of bridges that were in the graph before and are not now. (A claim may come
+  // before the picture of the graph in which its bridge is.) True if anything changed.
+  bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now);
+  // The bridge of this side id is in our own graph.
+  [[nodiscard]] bool is_here(const Token128& side) const;
+  // Another bridge with a smaller side id mirrors this origin already.
+  [[nodiscard]] bool taken(const Gid& origin) const { return taken_.contains(origin); }
+
+ private:
+  void rebuild();
+
+  Token128 own_;
+  std::unordered_map<Gid, Claim> by_publisher_;
+  std::unordered_set<Gid> taken_;
+};
+
+std::string to_hex(const std::uint8_t* bytes, std::size_t size);
+
+}  // namespace connect_bridge

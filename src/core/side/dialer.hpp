@@ -1,0 +1,43 @@
+// When a client dials: exponential back-off with jitter, without end.
+#pragma once
+
+#include <optional>
+
+#include "core/base/ids.hpp"
+#include "core/base/random.hpp"
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+struct DialerOptions {
+  Duration retry_min{};
+  Duration retry_max{};
+  Duration refused_retry =
+      std::chrono::seconds(5);  // after a refused login: the token may be changed there
+};
+
+// At most one dial or connection at a time. Waiting -> (due) -> busy -> (failed, lost) -> waiting.
+class Dialer {
+ public:
+  explicit Dialer(DialerOptions options) : options_(options) {}
+
+  // A dial is due: from now on busy.
+  bool take_due(TimePoint now) {
+    if (!next_ || *next_ > now) return false;
+    next_.reset();
+    return true;
+  }
+  void opened() { failures_ = 0; }
+  // The dial or the connection failed; sets the next attempt.
+  void failed(TimePoint now, bool login_refused, Random& random);
+  void stop() { next_.reset(); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return next_; }
+  [[nodiscard]] int failures() const { return failures_; }
+
+ private:
+  DialerOptions options_;
+  std::optional<TimePoint> next_ = TimePoint{};
+  int failures_ = 0;
+};
+
+}  // namespace connect_bridge

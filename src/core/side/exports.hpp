@@ -1,0 +1,138 @@
+// The topics of the local graph that links may have: what is offered to whom, who demands it, and
+// the way of a sample from its subscription into the links' outboxes.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "core/flow/history.hpp"
+#include "core/flow/rate_limit.hpp"
+#include "core/side/encoder.hpp"
+#include "core/side/graph_view.hpp"
+#include "core/side/link_entry.hpp"
+#include "core/side/outputs.hpp"
+#include "core/side/status.hpp"
+
+namespace connect_bridge {
+
+struct SideOptions;
+
+// A topic is exported while it has a real publisher (an origin). Per topic there is at most one
+// subscription, held while any link demands the topic. Single-threaded; owned by the side.
+class Exports {
+ public:
+  Exports(const SideOptions& options, const Policy& policy, LinkTable& links, Outputs& outputs);
+  ~Exports();
+
+  void on_graph(const GraphView& graph, const Now& now);
+  // The peer's Accepts are known: send the first round of offers, or adapt to changed Accepts.
+  void on_accepts(LinkEntry& link, const Now& now);
+  void on_link_lost(LinkId link);
+  void on_policy(const Now& now);
+  Result<Nothing> on_demand(LinkEntry& link, const Demand& demand, const Now& now);
+  void on_decline(LinkEntry& link, const Decline& decline);
+
+  void on_taken(MessageTaken taken, const Now& now);
+  void on_lost(const MessagesLost& lost);
+  void on_subscription_failed(const SubscriptionFailed& failed);
+  bool on_job(const JobDone& done, const Now& now);  // false: not ours
+  void on_time(const Now& now);
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+  void add_status(const LinkEntry& link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;
+
+ private:
+  struct Origin {
+    OriginId id;
+    std::string node;
+    Qos qos;
+    Stamp last_stamp = 0;                  // transient local: the newest sample that was forwarded
+    std::optional<TimePoint> vanishes_at;  // its publisher left the graph
+    bool lingering = false;                // and its samples still wait in a queue
+    bool seen = false;                     // while a graph is compared
+  };
+  // The topic on one link.
+  struct Export {
+    ChannelId channel;  // none: not allowed, or not accepted by the peer
+    Decision decision;
+    bool demanded = false;
+    RateLimit rate;
+    std::uint64_t raw_bytes = 0;
+    DropCounts dropped;  // before the outbox
+    std::string declined;
+  };
+  struct Parked {
+    MessageTaken taken;
+    TimePoint until;
+  };
+  struct Topic {
+    TopicKey key;
+    std::string type_hash;
+    std::unordered_map<Gid, Origin> origins;
+    std::uint32_t last_origin = 0;
+    int vanishing = 0;  // origins with vanishes_at
+    std::map<LinkId, Export> links;
+    SubscriptionId subscription;  // none: nobody demands it
+    bool failed = false;  // the subscription could not be created; tried again when origins change
+    Qos subscription_qos;
+    HistoryCache history;
+    std::map<Compression, Encoder> encoders;
+    std::deque<Parked> parked;  // samples of publishers the graph has not told of yet
+    bool warned_mixed = false;
+    bool warned_large = false;
+  };
+  using Topics = std::map<TopicKey, Topic>;
+
+  void update_origins(Topic& topic, const TopicState* state, const Now& now);
+  void count_vanishing(Topic& topic, int change);
+  void remove_vanished(Topic& topic, const Now& now);
+  [[nodiscard]] bool drained(const Topic& topic) const;
+  void offer(LinkEntry& link);
+  std::optional<ChannelOffer> try_offer(Topic& topic, LinkEntry& link);
+  [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
+                                                   const std::optional<std::string>& wire_name,
+                                                   const std::string& type) const;
+  void withdraw(Topic& topic, LinkEntry& link);
+  ChannelOffer describe(const Topic& topic, const Export& exported,
+                        const std::string& wire_name) const;
+  [[nodiscard]] QueueOptions queue_options(const Topic& topic, const Export& exported) const;
+  void recheck(LinkEntry& link, const Now& now);
+
+  void update_subscription(Topic& topic, const Now& now);
+  void unsubscribe(Topic& topic);
+  [[nodiscard]] Qos wanted_qos(const Topic& topic) const;
+  [[nodiscard]] std::uint32_t history_depth(const Topic& topic) const;
+  void warn_mixed(Topic& topic);
+
+  void forward(Topic& topic, Origin& origin, MessageTaken taken, const Now& now);
+  bool admit(Export& exported, const LinkEntry& link, std::size_t bytes, const Now& now);
+  void encode(Topic& topic, const Compression& how, OutSample sample, const Now& now);
+  void deliver(Topic& topic, LinkId link, const OutSample& sample, Codec codec, const Payload& body,
+               const Now& now);
+  void send_history(Topic& topic, Export& exported, LinkEntry& link, const Now& now);
+  void unpark(Topic& topic, const Now& now);
+  void drop(Topic& topic, const OutSample& sample, DropReason reason);
+  Encoder& encoder(Topic& topic, const Compression& how);
+  Topic* topic_of(LinkId link, ChannelId channel);
+
+  const SideOptions& options_;
+  const Policy& policy_;
+  LinkTable& links_;
+  Outputs& outputs_;
+  Topics topics_;
+  std::unordered_map<SubscriptionId, Topic*> by_subscription_;
+  std::map<std::pair<LinkId, ChannelId>, Topic*> by_channel_;
+  std::unordered_set<Gid> bridge_publishers_;  // of other bridges: never origins
+  std::uint64_t parked_bytes_ = 0;
+  std::size_t parked_samples_ = 0;
+  int vanishing_ = 0;  // origins with vanishes_at, of all topics
+};
+
+}  // namespace connect_bridge

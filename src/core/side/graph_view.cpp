@@ -1,0 +1,89 @@
+#include "core/side/graph_view.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace connect_bridge {
+
+std::string node_of(const Endpoint& endpoint) {
+  // What middlewares say of a node they know only by its endpoint (rmw_dds_common).
+  if (endpoint.node_name.empty() || endpoint.node_name == "_NODE_NAME_UNKNOWN_") return {};
+  const std::string& ns = endpoint.node_namespace;
+  return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + endpoint.node_name;
+}
+
+namespace {
+
+// Whose endpoints are a bridge's. A node's name may reach the graph later than its endpoints; in
+// DDS the first 12 bytes of a gid tell the participant as well (RTPS 2.3 section 8.2.4), and at
+// once.
+class BridgeNodes {
+ public:
+  void add(const Endpoint& claims_publisher) {
+    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
+    participants_.insert(participant_of(claims_publisher));
+  }
+  [[nodiscard]] bool own(const Endpoint& endpoint) const {
+    return names_.contains(node_of(endpoint)) || participants_.contains(participant_of(endpoint));
+  }
+  [[nodiscard]] bool empty() const { return participants_.empty(); }
+
+ private:
+  using Participant = std::array<std::uint8_t, 12>;
+  static Participant participant_of(const Endpoint& endpoint) {
+    Participant participant;
+    std::copy_n(endpoint.gid.bytes.begin(), participant.size(), participant.begin());
+    return participant;
+  }
+  std::set<std::string> names_;
+  std::set<Participant> participants_;
+};
+
+}  // namespace
+
+GraphView::GraphView(GraphChanged graph) {
+  BridgeNodes bridges;
+  for (const auto& topic : graph.topics) {
+    if (topic.name != kClaimsTopic) continue;
+    for (const auto& publisher : topic.publishers) {
+      bridges.add(publisher);
+      bridges_.insert(publisher.gid);
+    }
+  }
+  for (auto& topic : graph.topics) {
+    if (topic.name == kClaimsTopic) continue;
+    if (!bridges.empty()) {
+      const auto of_bridge = [&](const Endpoint& e) { return bridges.own(e); };
+      for (const auto& publisher : topic.publishers)
+        if (of_bridge(publisher)) bridge_publishers_.insert(publisher.gid);
+      std::erase_if(topic.publishers, of_bridge);
+      std::erase_if(topic.subscribers, of_bridge);
+    }
+    if (topic.publishers.empty() && topic.subscribers.empty()) continue;
+    for (const auto& publisher : topic.publishers) publishers_.insert(publisher.gid);
+    TopicKey key{topic.name, topic.type};
+    topics_.emplace(std::move(key), std::move(topic));
+  }
+}
+
+const TopicState* GraphView::find(const TopicKey& key) const {
+  const auto it = topics_.find(key);
+  return it == topics_.end() ? nullptr : &it->second;
+}
+
+std::string incompatible_policy(const Qos& offered, const Qos& requested) {
+  if (offered.reliability == Reliability::kBestEffort &&
+      requested.reliability == Reliability::kReliable)
+    return "reliability";
+  if (offered.durability == Durability::kVolatile &&
+      requested.durability == Durability::kTransientLocal)
+    return "durability";
+  if (offered.deadline > requested.deadline) return "deadline";
+  if (offered.liveliness == Liveliness::kAutomatic &&
+      requested.liveliness == Liveliness::kManualByTopic)
+    return "liveliness";
+  if (offered.liveliness_lease > requested.liveliness_lease) return "liveliness lease";
+  return {};
+}
+
+}  // namespace connect_bridge

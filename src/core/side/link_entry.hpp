@@ -1,0 +1,42 @@
+// A link as the side knows it: it outlives its connections.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "core/link/link.hpp"
+
+namespace connect_bridge {
+
+struct LinkEntry {
+  LinkId id;
+  std::unique_ptr<Link> link;  // null while the connection is lost
+  LinkEvents events;           // what the link said and the side has not handled yet
+  Token128 session;
+  Identity identity;
+  std::optional<Accepts> accepts;  // what the peer would import; known after its first message
+  bool offers_complete = false;    // our first round of offers has been sent
+  std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
+  TimePoint opened_at{};
+  std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
+  std::uint64_t connects = 0;
+  std::uint32_t last_channel = 0;
+  std::string address;  // of the last connection, for people
+  std::string node;
+
+  [[nodiscard]] bool open() const { return link && link->open(); }
+  void send(const Control& message) {
+    if (link) link->send(message, events);
+  }
+  void send(std::string text) {
+    if (link) link->send(std::move(text), events);
+  }
+  void fail(Error error) { events.push_back(LinkFailed{error.code, std::move(error.message)}); }
+  // "node at address", for log lines.
+  [[nodiscard]] std::string label() const { return node + " at " + address; }
+};
+
+using LinkTable = std::map<LinkId, LinkEntry>;
+
+}  // namespace connect_bridge

@@ -1,0 +1,283 @@
+// Dispatch: one input in, all its consequences out. Connections and links are in side_links.cpp.
+#include "core/side/side.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/overloaded.hpp"
+#include "core/side/side_state.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kWarnedMax = 1024;
+// Every topic here is compared with them (docs/protocol.md, limits).
+constexpr std::size_t kAcceptPatternsMax = 4096;
+
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules) count += rule.topics.size() + rule.types.size();
+  return count;
+}
+
+}  // namespace
+
+Side::State::State(SideOptions given, std::uint64_t seed)
+    : options(std::move(given)),
+      random(seed),
+      side(new_token(false)),
+      policy(options.policy),
+      claims(side),
+      dialer({options.retry_min, options.retry_max}),
+      exports(options, policy, links, outputs),
+      imports(options, policy, graph, claims, links, outputs),
+      clock_publisher(options.clock_publish_period) {
+  claims_mirror = outputs.new_mirror();
+  claims_subscription = outputs.new_subscription();
+  Qos qos;
+  qos.durability = Durability::kTransientLocal;
+  qos.depth = 1;
+  outputs.push(CreateMirror{claims_mirror, kClaimsTopic, kClaimsType, "", qos});
+  qos.depth = 100;  // one sample each of so many bridges
+  outputs.push(CreateSubscription{claims_subscription, kClaimsTopic, kClaimsType, "", qos});
+}
+
+Token128 Side::State::new_token(bool secret) {
+  Token128 token;
+  for (std::size_t i = 0; i < token.bytes.size(); i += 8) {
+    const std::uint64_t word =
+        secret && options.secret_random ? options.secret_random() : random.next();
+    for (std::size_t j = 0; j < 8; ++j)
+      token.bytes[i + j] = static_cast<std::uint8_t>(word >> (8 * j));
+  }
+  return token;
+}
+
+void Side::State::warn_once(const std::string& text) {
+  if (warned.size() < kWarnedMax && warned.insert(text).second) outputs.log(LogLevel::kWarn, text);
+}
+
+void Side::State::on(GraphChanged& input, const Now& now) {
+  const auto bridges_before = graph.bridges();
+  graph = GraphView(std::move(input));
+  claims.retain(bridges_before, graph.bridges());
+  exports.on_graph(graph, now);
+  imports.on_graph(now);
+}
+
+void Side::State::on(MessageTaken& input, const Now& now) {
+  if (input.subscription != claims_subscription) return exports.on_taken(std::move(input), now);
+  if (auto claim = parse_claim(input.payload.view()))
+    if (claims.update(input.origin, std::move(*claim))) imports.on_claims(now);
+}
+
+void Side::State::on(MessagesLost& input, const Now&) {
+  exports.on_lost(input);
+}
+
+void Side::State::on(SubscriptionFailed& input, const Now&) {
+  if (input.subscription == claims_subscription)
+    return outputs.log(LogLevel::kError, "cannot watch for other bridges: " + input.reason);
+  exports.on_subscription_failed(input);
+}
+
+void Side::State::on(MirrorFailed& input, const Now&) {
+  if (input.mirror == claims_mirror)
+    return outputs.log(LogLevel::kError, "cannot tell other bridges of this one: " + input.reason);
+  imports.on_mirror_failed(input);
+}
+
+void Side::State::on(QosIncompatible& input, const Now&) {
+  warn_once(input.topic + ": " +
+            (input.at_mirror ? "a subscriber here requests" : "a publisher here offers") +
+            " an incompatible " + input.policy + "; they exchange nothing");
+}
+
+void Side::State::on(JobDone& input, const Now& now) {
+  if (!imports.on_job(input, now)) exports.on_job(input, now);
+}
+
+void Side::State::on(PolicyChanged& input, const Now& now) {
+  policy = std::move(input.policy);
+  for (auto& [id, link] : links)
+    if (link.open()) link.send(policy.accepts(link.identity));
+  exports.on_policy(now);
+  imports.on_policy(now);
+}
+
+void Side::State::on(StopRequested&, const Now& now) {
+  stopping = true;
+  dialer.stop();
+  for (auto& [connection, waiting] : pending)
+    close(connection, CloseCode::kGoingAway, "this side stops");
+  pending.clear();
+  for (auto& [id, link] : links) {
+    if (!link.link) continue;
+    close(link.link->connection(), CloseCode::kGoingAway, "this side stops");
+    detach(link, true, now);
+  }
+  clock_publisher.stop(outputs);
+  outputs.push(Stopped{});
+}
+
+void Side::State::on(TimePassed&, const Now& now) {
+  on_link_time(now);
+  exports.on_time(now);
+  imports.on_time(now);
+  clock_publisher.on_time(outputs, now);
+  dial_if_due(now);
+}
+
+void Side::State::settle(const Now& now) {
+  do {
+    imports.send_demands();
+  } while (handle_pending_events(now) || handle_link_events(now));
+  if (imports.take_claim_change()) publish_claim(now);
+}
+
+void Side::State::publish_claim(const Now& now) {
+  outputs.push(Publish{claims_mirror, serialize(Claim{side, imports.mirrored()}, now.system)});
+}
+
+bool Side::State::handle_link_events(const Now& now) {
+  bool any = false;
+  for (auto& [id, entry] : links) {
+    LinkEvents events;
+    events.swap(entry.events);
+    for (auto& event : events) {
+      any = true;
+      const auto result = on_link_event(entry, event, now);
+      if (!result) end_link(entry, result.error(), now);
+      if (!entry.link) break;  // what follows the end of the connection no longer counts
+    }
+  }
+  return any;
+}
+
+void Side::State::end_link(LinkEntry& entry, const Error& error, const Now& now) {
+  outputs.log(LogLevel::kWarn, "closing the link with " + entry.label() + ": " + error.message +
+                                   " (" + std::string(name_of(error.code)) + ")");
+  last_failure = error.message;
+  close(entry.link->connection(), error.code, error.message);
+  detach(entry, error.code == CloseCode::kSilent, now);
+}
+
+Result<Nothing> Side::State::on_link_event(LinkEntry& entry, LinkEvent& event, const Now& now) {
+  return std::visit(
+      Overloaded{
+          [&](Control& control) { return on_control(entry, control, now); },
+          [&](InMessage& message) { return imports.on_message(entry, std::move(message), now); },
+          [&](PeerRosTime& time) -> Result<Nothing> {
+            clock_publisher.on_reply(time.reply, time.t4);
+            return Nothing{};
+          },
+          [&](LinkFailed& failed) -> Result<Nothing> {
+            return Error{failed.code, failed.reason};
+          },
+          [&](auto&) -> Result<Nothing> {
+            return Nothing{};
+          },  // login events come before this state
+      },
+      event);
+}
+
+Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, const Now& now) {
+  return std::visit(
+      Overloaded{
+          [&](Offer& m) { return imports.on_offer(entry, m, now); },
+          [&](OriginsChanged& m) { return imports.on_origins(entry, m, now); },
+          [&](Withdraw& m) { return imports.on_withdraw(entry, m, now); },
+          [&](Demand& m) { return exports.on_demand(entry, m, now); },
+          [&](Accepts& m) -> Result<Nothing> {
+            if (patterns_of(m) > kAcceptPatternsMax)
+              return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
+            entry.accepts = std::move(m);
+            exports.on_accepts(entry, now);
+            return Nothing{};
+          },
+          [&](Decline& m) -> Result<Nothing> {
+            exports.on_decline(entry, m);
+            return Nothing{};
+          },
+      },
+      control);
+}
+
+Side::Side(SideOptions options, std::uint64_t seed)
+    : state_(std::make_unique<State>(std::move(options), seed)) {}
+
+Side::~Side() = default;
+
+void Side::handle(Input input, const Now& now) {
+  State& s = *state_;
+  if (s.stopping) return;
+  if (!s.started) {
+    s.started = true;
+    s.publish_claim(now);
+    s.imports.take_claim_change();
+    s.dial_if_due(now);
+  }
+  std::visit([&](auto& i) { s.on(i, now); }, input);
+  if (!s.stopping) s.settle(now);
+}
+
+std::optional<Action> Side::next_action() {
+  return state_->outputs.next();
+}
+
+std::optional<Packet> Side::next_packet(ConnectionId connection, const Now& now) {
+  const auto waiting = state_->pending.find(connection);
+  if (waiting != state_->pending.end()) return waiting->second.link->next_packet(now);
+  LinkEntry* entry = state_->entry_of(connection);
+  return entry ? entry->link->next_packet(now) : std::nullopt;
+}
+
+std::optional<TimePoint> Side::next_deadline() const {
+  const State& s = *state_;
+  if (s.stopping) return std::nullopt;
+  std::optional<TimePoint> first;
+  const auto earlier = [&](const std::optional<TimePoint>& t) {
+    if (t) first = first ? std::min(*first, *t) : *t;
+  };
+  for (const auto& [id, waiting] : s.pending) earlier(waiting.link->deadline());
+  for (const auto& [id, entry] : s.links) {
+    if (entry.link) earlier(entry.link->deadline());
+    earlier(entry.forgotten_at);
+    earlier(entry.orphans_end_at);
+  }
+  if (s.options.role == Role::kClient) earlier(s.dialer.deadline());
+  earlier(s.exports.deadline());
+  earlier(s.imports.deadline());
+  earlier(s.clock_publisher.deadline());
+  return first;
+}
+
+Status Side::status(const Now&) const {
+  const State& s = *state_;
+  Status status;
+  status.last_failure = s.last_failure;
+  status.memory_bytes = s.exports.memory_bytes() + s.imports.memory_bytes();
+  for (const auto& [id, entry] : s.links) {
+    LinkStatus link;
+    link.peer = entry.address;
+    link.node = entry.node;
+    link.identity = entry.identity.name;
+    link.open = entry.open();
+    link.connects = entry.connects;
+    if (entry.link) {
+      link.sent_bytes = entry.link->sent_bytes();
+      link.received_bytes = entry.link->received_bytes();
+      link.queued_bytes = entry.link->outbox().data_bytes();
+      link.unacknowledged_bytes = entry.link->outbox().unacknowledged_bytes();
+      status.memory_bytes += link.queued_bytes + entry.link->open_bytes();
+      const ClockEstimate& clock = entry.link->clock();
+      link.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
+    }
+    s.exports.add_status(entry, link);
+    s.imports.add_status(entry, link);
+    status.links.push_back(std::move(link));
+  }
+  return status;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,73 @@
+// One process of the bridge: its rules, exports, imports and links. The whole behaviour of ROS2
+// Connect between a socket and a ROS graph; docs/architecture.md section "The loop".
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/flow/outbox.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/side/ports.hpp"
+#include "core/side/status.hpp"
+
+namespace connect_bridge {
+
+enum class Role : std::uint8_t { kServer, kClient };
+
+struct SideOptions {
+  Role role = Role::kServer;
+  std::string node = "/connect";  // fully qualified name of our node
+  Policy policy;
+  NameMap names;
+  std::string login_method = "none";  // client: what it logs in with
+  Bytes credential;                   // client
+  bool login_required = true;         // server: a login of method "none" is refused
+  Duration login_timeout = std::chrono::seconds(5);
+  Duration dead_after = std::chrono::seconds(3);
+  Duration retry_min = std::chrono::milliseconds(200);  // client: first back-off
+  Duration retry_max =
+      std::chrono::milliseconds(1500);  // client: longest back-off (jitter included)
+  Duration dial_timeout = std::chrono::seconds(5);
+  std::uint32_t default_depth = 100;           // queue and mirror depth where the graph gives none
+  std::uint32_t latched_depth = 10;            // the same for transient local
+  std::uint32_t compress_job_bytes = 16384;    // from this size on compression is given to a worker
+  std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
+  std::uint32_t links_max = 64;                // server
+  std::uint32_t mirrors_max = 16384;           // of all peers together
+  std::uint32_t channels_max = 4096;           // offers accepted from one peer
+  Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
+  // Source of session secrets; the seeded generator when empty (simulation). Give it a
+  // cryptographic one.
+  std::function<std::uint64_t()> secret_random;
+  OutboxOptions outbox;
+  ReassemblyOptions reassembly;
+};
+
+// Deterministic: the same seed and inputs give the same actions. Use: handle() one input, then
+// drain next_action() and, for each connection that is ready to send, next_packet(); then wait for
+// the next input or next_deadline(). Single-threaded. Never throws, never blocks.
+class Side {
+ public:
+  Side(SideOptions options, std::uint64_t seed);
+  ~Side();
+  Side(const Side&) = delete;
+  Side& operator=(const Side&) = delete;
+
+  void handle(Input input, const Now& now);
+  std::optional<Action> next_action();
+  // The next WebSocket message for this connection; call when the previous one has been handed to
+  // the socket.
+  std::optional<Packet> next_packet(ConnectionId connection, const Now& now);
+  // When handle(TimePassed) must be called at the latest; nullopt: not needed.
+  [[nodiscard]] std::optional<TimePoint> next_deadline() const;
+  [[nodiscard]] Status status(const Now& now) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace connect_bridge

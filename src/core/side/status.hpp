@@ -1,0 +1,58 @@
+// A picture of a side for people and tests: links, channels, rates, drops, clock.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/time.hpp"
+#include "core/flow/drops.hpp"
+
+namespace connect_bridge {
+
+// One topic on one link, as seen from this side.
+struct TopicStatus {
+  std::string topic;  // local name
+  std::string type;
+  bool exported = false;  // else imported
+  bool demanded = false;  // data flows
+  std::uint32_t origins = 0;
+  std::uint64_t messages = 0;  // exported: handed to the connection; imported: published
+  std::uint64_t bytes = 0;     // uncompressed
+  std::uint64_t wire_bytes = 0;
+  std::uint64_t queued = 0;
+  std::optional<double>
+      latency_ms;  // imported: last message, origin's stamp to publication, clock offset corrected
+  DropCounts dropped;
+  std::string declined;  // exported: why the peer does not import it; empty if it does
+};
+
+struct ClockStatus {
+  bool known = false;
+  Duration offset{0};       // peer's system clock minus ours
+  Duration round_trip{0};   // of the best sample
+  Duration error_bound{0};  // half of it
+};
+
+struct LinkStatus {
+  std::string peer;      // address
+  std::string node;      // the peer's node name
+  std::string identity;  // who it logged in as (server)
+  bool open = false;
+  std::uint64_t sent_bytes = 0;
+  std::uint64_t received_bytes = 0;
+  std::uint64_t queued_bytes = 0;
+  std::uint64_t unacknowledged_bytes = 0;
+  std::uint64_t connects = 0;
+  ClockStatus clock;
+  std::vector<TopicStatus> topics;
+};
+
+struct Status {
+  std::vector<LinkStatus> links;
+  std::uint64_t memory_bytes = 0;  // what queues, histories and reassembly hold
+  std::string last_failure;        // why the last connection ended
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,107 @@
+// Control messages after login: JSON in WebSocket text messages. docs/protocol.md section "Control
+// messages".
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/base/ids.hpp"
+#include "core/base/priority.hpp"
+#include "core/base/qos.hpp"
+#include "core/base/result.hpp"
+
+namespace connect_bridge {
+
+// Limits of one control message; what is beyond them is refused with kTooLarge.
+inline constexpr std::size_t kControlBytesMax = 1 << 20;
+inline constexpr std::size_t kControlDepthMax = 8;         // nesting of JSON objects and arrays
+inline constexpr std::size_t kControlValuesMax = 200'000;  // JSON values in one message
+inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one offer
+inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
+inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
+inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
+inline constexpr std::size_t kPatternsMax = 4096;          // patterns or types in one list
+inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
+inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's code, [a-z0-9_]
+inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's sentence
+inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
+
+// kOther: a kind of a later protocol, known to the peer only. Decline it with "unsupported".
+enum class InterfaceKind : std::uint8_t { kTopic, kService, kAction, kOther };
+
+// One real publisher of an exported topic.
+struct OriginOffer {
+  OriginId origin;
+  Gid gid;
+  std::string node;  // fully qualified name of the node that owns it
+  Qos qos;
+};
+
+struct ChannelOffer {
+  ChannelId channel;
+  InterfaceKind kind = InterfaceKind::kTopic;
+  std::string name;       // canonical, absolute
+  std::string type;       // "std_msgs/msg/String"
+  std::string type_hash;  // "RIHS01_..." (REP-2016), or empty where the distribution has none
+  Priority priority = Priority::kNormal;
+  bool newest_only = false;  // the importer, too, keeps only the newest (for /clock)
+  std::vector<OriginOffer> origins;
+};
+
+// "offer": these channels exist now. `complete` is true on the last offer of the first round.
+struct Offer {
+  std::vector<ChannelOffer> channels;
+  bool complete = false;
+};
+// "origins": publishers of an offered channel came or went.
+struct OriginsChanged {
+  ChannelId channel;
+  std::vector<OriginOffer> added;
+  std::vector<OriginId> removed;
+};
+// "withdraw": these channels are gone; no frame for them follows.
+struct Withdraw {
+  std::vector<ChannelId> channels;
+};
+// "demand": the importer wants (or no longer wants) the messages of these channels.
+struct Demand {
+  std::vector<ChannelId> channels;
+  bool on = false;
+};
+// "accepts": what this side would import, so that the peer offers nothing in vain. One entry per
+// rule.
+struct AcceptedNames {
+  std::vector<std::string> topics;  // patterns
+  std::vector<std::string> types;   // empty: any
+};
+struct Accepts {
+  std::vector<AcceptedNames> rules;
+  std::vector<std::string> deny;  // patterns, win over all rules
+};
+// "decline": the importer does not import this channel, and why (for the exporter's log and
+// status).
+struct Decline {
+  ChannelId channel;
+  // "not_permitted", "type_mismatch", "type_unknown", "qos", "failed", "unsupported", "limit"
+  std::string code;
+  std::string reason;  // one sentence
+};
+
+using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline>;
+
+// The caller keeps to the limits above; encode_offers() does so for many channels.
+std::string encode(const Control& message);
+
+// The offers that announce all of `channels`, each within the limits of a control message.
+// `complete` is set on the last one, and there is one even if there are no channels then.
+std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete);
+
+// Unknown message types are an error (kMalformed); unknown keys are ignored, so that later minor
+// versions can add some. Checks sizes, ranges, UTF-8 and nesting; names are not checked for being
+// canonical here (policy does). Of a channel of kind kOther only number, kind and name are read.
+Result<Control> decode_control(std::string_view text);
+
+}  // namespace connect_bridge

@@ -1,0 +1,351 @@
+// JSON text from a peer -> control messages. Everything here is hostile until it is checked.
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/wire/control.hpp"
+#include "core/wire/text.hpp"
+#include "core/wire/words.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::json;
+
+// Refuses nesting and numbers of values that are beyond the limits, before a parser allocates for
+// them. It need not understand JSON: in valid JSON it counts exactly, the rest the parser refuses.
+Result<Nothing> check_shape(std::string_view text) {
+  std::size_t depth = 0;
+  std::size_t values = 1;
+  bool in_string = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+      continue;
+    }
+    if (c == '"') in_string = true;
+    if (c == '{' || c == '[') ++depth;
+    if ((c == '}' || c == ']') && depth > 0) --depth;
+    if (c == ',' || c == '{' || c == '[') ++values;
+    if (depth > kControlDepthMax) {
+      return Error{CloseCode::kTooLarge, "a control message is nested too deeply"};
+    }
+    if (values > kControlValuesMax) {
+      return Error{CloseCode::kTooLarge, "a control message has too many values"};
+    }
+  }
+  return Nothing{};
+}
+
+// Reads the members of JSON objects. The first thing wrong is kept; from then on every read yields
+// a default, so that callers check once, at the end.
+class Reader {
+ public:
+  [[nodiscard]] bool failed() const { return failed_; }
+  [[nodiscard]] const Error& error() const { return error_; }
+
+  void fail(std::string_view key, const char* expected, CloseCode code = CloseCode::kMalformed) {
+    if (failed_) return;
+    failed_ = true;
+    error_ = Error{code, "a control message's \"" + std::string{key} + "\" " + expected};
+  }
+
+  // The member, or nullptr; an absent member is a failure unless it is optional.
+  const Json* find(const Json& object, const char* key, bool optional = false) {
+    if (failed_) return nullptr;
+    const auto member = object.find(key);
+    if (member != object.end()) return &*member;
+    if (!optional) fail(key, "is missing");
+    return nullptr;
+  }
+
+  const Json* array(const Json& object, const char* key, std::size_t items_max) {
+    const Json* list = find(object, key);
+    if (list == nullptr) return nullptr;
+    if (!list->is_array()) {
+      fail(key, "is no list");
+      return nullptr;
+    }
+    if (list->size() > items_max) {
+      fail(key, "has too many entries", CloseCode::kTooLarge);
+      return nullptr;
+    }
+    return list;
+  }
+
+  const Json& object(const Json& value, const char* key) {
+    static const Json kEmpty = Json::object();
+    if (value.is_object()) return value;
+    fail(key, "is no object");
+    return kEmpty;
+  }
+
+  std::string string_of(const Json& value, const char* key, std::size_t bytes_max) {
+    const auto* text = value.get_ptr<const Json::string_t*>();
+    if (text == nullptr) {
+      fail(key, "is no string");
+    } else if (text->size() > bytes_max) {
+      fail(key, "is too long", CloseCode::kTooLarge);
+    } else if (!is_text(*text)) {
+      fail(key, "contains a control character");
+    } else {
+      return *text;
+    }
+    return {};
+  }
+
+  std::string string(const Json& json, const char* key, std::size_t bytes_max) {
+    const Json* value = find(json, key);
+    return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
+  }
+
+  std::string optional_string(const Json& json, const char* key, std::size_t bytes_max) {
+    const Json* value = find(json, key, true);
+    return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
+  }
+
+  std::uint32_t number_of(const Json& value, const char* key, std::uint32_t least) {
+    const auto* number = value.get_ptr<const Json::number_unsigned_t*>();
+    if (number != nullptr && *number >= least &&
+        *number <= std::numeric_limits<std::uint32_t>::max()) {
+      return static_cast<std::uint32_t>(*number);
+    }
+    fail(key, "is no integer in its range");
+    return least;
+  }
+
+  std::uint32_t id(const Json& json, const char* key) {
+    const Json* value = find(json, key);
+    return value == nullptr ? 0 : number_of(*value, key, 1);
+  }
+
+  std::uint32_t optional_number(const Json& json, const char* key) {
+    const Json* value = find(json, key, true);
+    return value == nullptr ? 0 : number_of(*value, key, 0);
+  }
+
+  Duration duration(const Json& json, const char* key) {
+    const Json* value = find(json, key, true);
+    if (value == nullptr) return kForever;
+    const auto* number = value->get_ptr<const Json::number_unsigned_t*>();
+    if (number != nullptr && *number <= static_cast<std::uint64_t>(kDurationMax.count())) {
+      return Duration{static_cast<Duration::rep>(*number)};
+    }
+    fail(key, "is no duration in nanoseconds");
+    return kForever;
+  }
+
+  bool flag(const Json& json, const char* key, bool optional) {
+    const Json* value = find(json, key, optional);
+    if (value == nullptr) return false;
+    if (!value->is_boolean()) fail(key, "is neither true nor false");
+    return value->is_boolean() && value->get<bool>();
+  }
+
+  // One of `words`; absent stands for `otherwise`.
+  template <class Enum, std::size_t N>
+  Enum word(const Json& json, const char* key, const std::array<Word<Enum>, N>& words,
+            Enum otherwise) {
+    const Json* value = find(json, key, true);
+    if (value == nullptr) return otherwise;
+    const auto* text = value->get_ptr<const Json::string_t*>();
+    const auto found = text == nullptr ? std::nullopt : value_of(words, *text);
+    if (!found) fail(key, "is none of its words");
+    return found.value_or(otherwise);
+  }
+
+ private:
+  bool failed_ = false;
+  Error error_;
+};
+
+int digit_of(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return -1;
+}
+
+Gid read_gid(Reader& reader, const Json& json) {
+  Gid gid;
+  const std::string hex = reader.string(json, "gid", gid.bytes.size() * 2);
+  if (hex.size() != gid.bytes.size() * 2) {
+    reader.fail("gid", "is not 48 hexadecimal digits");
+    return gid;
+  }
+  for (std::size_t i = 0; i < gid.bytes.size(); ++i) {
+    const int high = digit_of(hex[2 * i]);
+    const int low = digit_of(hex[2 * i + 1]);
+    if (high < 0 || low < 0) reader.fail("gid", "is not 48 hexadecimal digits");
+    gid.bytes[i] = static_cast<std::uint8_t>((high << 4 | low) & 0xff);
+  }
+  return gid;
+}
+
+Qos read_qos(Reader& reader, const Json& json) {
+  const Json* member = reader.find(json, "qos");
+  if (member == nullptr) return {};
+  const Json& object = reader.object(*member, "qos");
+  Qos qos;
+  qos.reliability = reader.word(object, "reliability", kReliabilityWords, qos.reliability);
+  qos.durability = reader.word(object, "durability", kDurabilityWords, qos.durability);
+  qos.history = reader.word(object, "history", kHistoryWords, qos.history);
+  qos.depth = reader.optional_number(object, "depth");
+  qos.deadline = reader.duration(object, "deadline_ns");
+  qos.lifespan = reader.duration(object, "lifespan_ns");
+  qos.liveliness = reader.word(object, "liveliness", kLivelinessWords, qos.liveliness);
+  qos.liveliness_lease = reader.duration(object, "liveliness_lease_ns");
+  return qos;
+}
+
+std::vector<OriginOffer> read_origins(Reader& reader, const Json& json, const char* key) {
+  std::vector<OriginOffer> origins;
+  const Json* list = reader.array(json, key, kChannelOriginsMax);
+  if (list == nullptr) return origins;
+  for (const Json& entry : *list) {
+    const Json& object = reader.object(entry, key);
+    OriginOffer origin;
+    origin.origin.value = reader.id(object, "origin");
+    origin.gid = read_gid(reader, object);
+    origin.node = reader.optional_string(object, "node", kNameBytesMax);
+    origin.qos = read_qos(reader, object);
+    if (reader.failed()) break;
+    origins.push_back(std::move(origin));
+  }
+  return origins;
+}
+
+InterfaceKind read_kind(Reader& reader, const Json& json) {
+  return value_of(kKindWords, reader.string(json, "kind", kNameBytesMax))
+      .value_or(InterfaceKind::kOther);
+}
+
+ChannelOffer read_channel(Reader& reader, const Json& json) {
+  ChannelOffer channel;
+  channel.channel.value = reader.id(json, "channel");
+  channel.kind = read_kind(reader, json);
+  channel.name = reader.string(json, "name", kNameBytesMax);
+  if (channel.kind != InterfaceKind::kTopic) return channel;  // is declined: the rest is not read
+  channel.type = reader.string(json, "type", kNameBytesMax);
+  channel.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
+  channel.priority = reader.word(json, "priority", kPriorityWords, channel.priority);
+  channel.newest_only = reader.flag(json, "newest_only", true);
+  channel.origins = read_origins(reader, json, "origins");
+  return channel;
+}
+
+template <class IdType>
+std::vector<IdType> read_ids(Reader& reader, const Json& json, const char* key,
+                             std::size_t items_max) {
+  std::vector<IdType> ids;
+  const Json* list = reader.array(json, key, items_max);
+  if (list == nullptr) return ids;
+  for (const Json& entry : *list) {
+    ids.push_back(IdType{reader.number_of(entry, key, 1)});
+    if (reader.failed()) break;
+  }
+  return ids;
+}
+
+std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key) {
+  std::vector<std::string> strings;
+  const Json* list = reader.array(json, key, kPatternsMax);
+  if (list == nullptr) return strings;
+  for (const Json& entry : *list) {
+    strings.push_back(reader.string_of(entry, key, kNameBytesMax));
+    if (reader.failed()) break;
+  }
+  return strings;
+}
+
+Offer read_offer(Reader& reader, const Json& json) {
+  Offer offer;
+  offer.complete = reader.flag(json, "complete", true);
+  const Json* list = reader.array(json, "channels", kOfferChannelsMax);
+  if (list == nullptr) return offer;
+  for (const Json& entry : *list) {
+    offer.channels.push_back(read_channel(reader, reader.object(entry, "channels")));
+    if (reader.failed()) break;
+  }
+  return offer;
+}
+
+OriginsChanged read_origins_changed(Reader& reader, const Json& json) {
+  OriginsChanged changed;
+  changed.channel.value = reader.id(json, "channel");
+  changed.added = read_origins(reader, json, "added");
+  changed.removed = read_ids<OriginId>(reader, json, "removed", kChannelOriginsMax);
+  return changed;
+}
+
+Withdraw read_withdraw(Reader& reader, const Json& json) {
+  return {read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax)};
+}
+
+Demand read_demand(Reader& reader, const Json& json) {
+  Demand demand;
+  demand.channels = read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax);
+  demand.on = reader.flag(json, "on", false);
+  return demand;
+}
+
+Accepts read_accepts(Reader& reader, const Json& json) {
+  Accepts accepts;
+  accepts.deny = read_strings(reader, json, "deny");
+  const Json* list = reader.array(json, "rules", kAcceptRulesMax);
+  if (list == nullptr) return accepts;
+  for (const Json& entry : *list) {
+    const Json& object = reader.object(entry, "rules");
+    AcceptedNames names;
+    names.topics = read_strings(reader, object, "topics");
+    names.types = read_strings(reader, object, "types");
+    if (reader.failed()) break;
+    accepts.rules.push_back(std::move(names));
+  }
+  return accepts;
+}
+
+Decline read_decline(Reader& reader, const Json& json) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  Decline decline;
+  decline.channel.value = reader.id(json, "channel");
+  decline.code = reader.string(json, "code", kCodeBytesMax);
+  if (decline.code.empty() || !std::all_of(decline.code.begin(), decline.code.end(), allowed)) {
+    reader.fail("code", "is no word of [a-z0-9_]");
+  }
+  decline.reason = reader.optional_string(json, "reason", kReasonBytesMax);
+  return decline;
+}
+
+std::optional<Control> read(Reader& reader, const Json& json, std::string_view type) {
+  if (type == "offer") return read_offer(reader, json);
+  if (type == "origins") return read_origins_changed(reader, json);
+  if (type == "withdraw") return read_withdraw(reader, json);
+  if (type == "demand") return read_demand(reader, json);
+  if (type == "accepts") return read_accepts(reader, json);
+  if (type == "decline") return read_decline(reader, json);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Control> decode_control(std::string_view text) {
+  if (text.size() > kControlBytesMax) {
+    return Error{CloseCode::kTooLarge, "a control message is larger than 1 MiB"};
+  }
+  if (auto shape = check_shape(text); !shape) return shape.error();
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) return Error{CloseCode::kMalformed, "a control message is no JSON object"};
+  Reader reader;
+  const std::string type = reader.string(json, "type", kNameBytesMax);
+  auto message = read(reader, json, type);
+  if (reader.failed()) return reader.error();
+  if (!message) return Error{CloseCode::kMalformed, "unknown control message \"" + type + "\""};
+  return *std::move(message);
+}
+
+}  // namespace connect_bridge

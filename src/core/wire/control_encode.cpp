@@ -1,0 +1,165 @@
+// Control messages -> JSON text.
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/wire/control.hpp"
+#include "core/wire/text.hpp"
+#include "core/wire/words.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string to_hex(const Gid& gid) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string hex;
+  hex.reserve(gid.bytes.size() * 2);
+  for (const auto byte : gid.bytes) {
+    hex += kDigits[byte >> 4];
+    hex += kDigits[byte & 15];
+  }
+  return hex;
+}
+
+void put_duration(const char* key, Duration duration, Json& json) {
+  if (duration >= Duration::zero() && duration <= kDurationMax) json[key] = duration.count();
+}
+
+Json json_of(const Qos& qos) {
+  Json json;
+  json["reliability"] = word_of(kReliabilityWords, qos.reliability);
+  json["durability"] = word_of(kDurabilityWords, qos.durability);
+  json["history"] = word_of(kHistoryWords, qos.history);
+  json["depth"] = qos.depth;
+  put_duration("deadline_ns", qos.deadline, json);
+  put_duration("lifespan_ns", qos.lifespan, json);
+  json["liveliness"] = word_of(kLivelinessWords, qos.liveliness);
+  put_duration("liveliness_lease_ns", qos.liveliness_lease, json);
+  return json;
+}
+
+Json json_of(const OriginOffer& origin) {
+  Json json;
+  json["origin"] = origin.origin.value;
+  json["gid"] = to_hex(origin.gid);
+  json["node"] = to_text(origin.node, kNameBytesMax);
+  json["qos"] = json_of(origin.qos);
+  return json;
+}
+
+Json json_of(const std::vector<OriginOffer>& origins) {
+  Json json = Json::array();
+  for (const auto& origin : origins) json.push_back(json_of(origin));
+  return json;
+}
+
+template <class Tag>
+Json json_of(const std::vector<Id<Tag>>& ids) {
+  Json json = Json::array();
+  for (const auto& id : ids) json.push_back(id.value);
+  return json;
+}
+
+Json json_of(const ChannelOffer& channel) {
+  Json json;
+  json["channel"] = channel.channel.value;
+  json["kind"] = word_of(kKindWords, channel.kind);
+  json["name"] = channel.name;
+  json["type"] = channel.type;
+  json["type_hash"] = channel.type_hash;
+  json["priority"] = word_of(kPriorityWords, channel.priority);
+  json["newest_only"] = channel.newest_only;
+  json["origins"] = json_of(channel.origins);
+  return json;
+}
+
+void put(const Offer& message, Json& json) {
+  json["type"] = "offer";
+  Json& channels = json["channels"] = Json::array();
+  for (const auto& channel : message.channels) channels.push_back(json_of(channel));
+  json["complete"] = message.complete;
+}
+
+void put(const OriginsChanged& message, Json& json) {
+  json["type"] = "origins";
+  json["channel"] = message.channel.value;
+  json["added"] = json_of(message.added);
+  json["removed"] = json_of(message.removed);
+}
+
+void put(const Withdraw& message, Json& json) {
+  json["type"] = "withdraw";
+  json["channels"] = json_of(message.channels);
+}
+
+void put(const Demand& message, Json& json) {
+  json["type"] = "demand";
+  json["channels"] = json_of(message.channels);
+  json["on"] = message.on;
+}
+
+void put(const Accepts& message, Json& json) {
+  json["type"] = "accepts";
+  Json& rules = json["rules"] = Json::array();
+  for (const auto& rule : message.rules) {
+    Json entry;
+    entry["topics"] = rule.topics;
+    entry["types"] = rule.types;
+    rules.push_back(std::move(entry));
+  }
+  json["deny"] = message.deny;
+}
+
+void put(const Decline& message, Json& json) {
+  json["type"] = "decline";
+  json["channel"] = message.channel.value;
+  json["code"] = message.code;
+  json["reason"] = to_text(message.reason, kReasonBytesMax);
+}
+
+// Bytes that are no UTF-8 are replaced: dumping must not throw over what a graph contains.
+std::string dump(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string offer_of(const std::vector<std::string>& channels, bool complete) {
+  std::string text = R"({"type":"offer","channels":[)";
+  for (const auto& channel : channels) {
+    if (text.back() != '[') text += ',';
+    text += channel;
+  }
+  text += complete ? R"(],"complete":true})" : R"(],"complete":false})";
+  return text;
+}
+
+}  // namespace
+
+std::string encode(const Control& message) {
+  Json json;
+  std::visit([&json](const auto& kind) { put(kind, json); }, message);
+  return dump(json);
+}
+
+std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
+  // A channel with the most origins still fits the limits alone; a quarter keeps messages short.
+  constexpr std::size_t kBytes = kControlBytesMax / 4;
+  constexpr std::size_t kChannels = kOfferChannelsMax / 4;
+  std::vector<std::string> offers;
+  std::vector<std::string> gathered;
+  std::size_t gathered_bytes = 0;
+  for (const auto& channel : channels) {
+    std::string text = dump(json_of(channel));
+    const bool full = gathered.size() == kChannels || gathered_bytes + text.size() > kBytes;
+    if (full && !gathered.empty()) {
+      offers.push_back(offer_of(std::exchange(gathered, {}), false));
+      gathered_bytes = 0;
+    }
+    gathered_bytes += text.size();
+    gathered.push_back(std::move(text));
+  }
+  if (!gathered.empty() || complete) offers.push_back(offer_of(gathered, complete));
+  return offers;
+}
+
+}  // namespace connect_bridge

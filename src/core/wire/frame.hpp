@@ -1,0 +1,90 @@
+// Binary frames after login: a WebSocket binary message (a packet) holds one or more frames.
+// docs/protocol.md section "Data packets". All numbers are little-endian.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <variant>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/result.hpp"
+#include "core/base/time.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// Starts a message on a channel and carries its first part (or all of it).
+struct MessageFrame {
+  ChannelId channel;
+  OriginId origin;
+  std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
+  Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
+  Codec codec = Codec::kNone;
+  std::uint32_t raw_bytes = 0;   // size after decompression
+  std::uint32_t body_bytes = 0;  // size of all parts together; equals raw_bytes when codec is kNone
+  ByteView part;
+};
+
+// Continues the message that is open on a channel; `abort` ends it unfinished (no part then).
+struct PartFrame {
+  ChannelId channel;
+  bool abort = false;
+  ByteView part;
+};
+
+// Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection.
+struct AckFrame {
+  std::uint64_t received_bytes = 0;
+};
+
+// Four-stamp clock measurement and sign of life (NTP, RFC 5905 section 8): t1 sent, t2 received,
+// t3 answered. System clock, ns.
+struct TimeRequest {
+  Stamp t1 = 0;
+};
+struct TimeReply {
+  Stamp t1 = 0;
+  Stamp t2 = 0;
+  Stamp t3 = 0;
+  Stamp ros = 0;  // ROS time of the answering node at t3; 0 when it has none
+};
+
+using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply>;
+
+// Every stamp on the wire is 0 (not known) to this (the year 2116), so that sums and differences of
+// two fit 64 bits. append_header writes any other value as 0.
+inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
+
+// Largest WebSocket message after login, binary or text; what is beyond is refused with kTooLarge.
+inline constexpr std::size_t kPacketBytesMax = 1 << 20;
+
+inline constexpr std::size_t kMessageHeaderBytes = 36;
+inline constexpr std::size_t kPartHeaderBytes = 12;
+inline constexpr std::size_t kAckBytes = 16;
+inline constexpr std::size_t kTimeRequestBytes = 16;
+inline constexpr std::size_t kTimeReplyBytes = 40;
+
+// Reads the frames of one packet in order. Parts refer to the packet's bytes. Never allocates
+// except for an error text.
+class FrameReader {
+ public:
+  explicit FrameReader(ByteView packet) : rest_(packet) {}
+
+  // The next frame; nullopt at the end of the packet; an error (kMalformed) for anything that is
+  // not exactly as specified (unknown type, non-zero reserved byte, length beyond the packet,
+  // part longer than its body, unknown codec, codec none with raw_bytes != body_bytes, an empty
+  // part of a body that is not empty, channel, origin or sequence 0, a stamp beyond kWireStampMax).
+  // An error stays: the rest of the packet is not read.
+  Result<std::optional<Frame>> next();
+
+ private:
+  ByteView rest_;
+};
+
+// Appends a frame's header (and for ack and time frames the whole frame) to `out`; the parts of
+// messages are sent from where they lie and are not appended.
+void append_header(const Frame& frame, Bytes& out);
+
+}  // namespace connect_bridge

@@ -1,0 +1,18 @@
+// Text from and for peers. It ends in logs and on screens, so control characters are no text.
+// docs/protocol.md section "Conventions".
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace connect_bridge {
+
+// Valid UTF-8 (RFC 3629) without control characters (U+0000 to U+001F, U+007F to U+009F).
+[[nodiscard]] bool is_text(std::string_view bytes);
+
+// `bytes` made text of at most `bytes_max` bytes: what is not text becomes '?', the rest is cut off
+// between two characters. For words meant for people (a reason, an identity), not for names.
+[[nodiscard]] std::string to_text(std::string_view bytes, std::size_t bytes_max);
+
+}  // namespace connect_bridge

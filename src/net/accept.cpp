@@ -1,0 +1,224 @@
+#include "net/accept.hpp"
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/rfc7230.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/http/write.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
+#include <optional>
+
+#include "core/wire/login.hpp"
+#include "net/websocket.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::uint32_t kHeaderBytesMax = 8192;
+constexpr std::chrono::milliseconds kRefusalTime{1000};
+constexpr char kServerName[] = "ROS2 Connect";
+
+using HttpRequest = http::request<http::empty_body>;
+
+struct Refusal {
+  http::status status;
+  std::string text;
+};
+
+std::string to_string(beast::string_view text) {
+  return {text.data(), text.size()};
+}
+
+bool origin_allowed(const std::vector<std::string>& origins, const std::string& origin) {
+  return std::any_of(origins.begin(), origins.end(), [&](const std::string& allowed) {
+    return allowed == "*" || allowed == origin;
+  });
+}
+
+// What is wrong with the request, seen as the opening of a connection of ours.
+std::optional<Refusal> refusal_of(const HttpRequest& request, const AcceptOptions& options) {
+  const std::string target = to_string(request.target());
+  const std::string path = target.substr(0, target.find('?'));
+  const std::string here = "This is a ROS2 Connect server. ";
+  if (request.method() != http::verb::get) {
+    return Refusal{http::status::method_not_allowed, here + "It answers GET only."};
+  }
+  if (path != options.path) {
+    return Refusal{http::status::not_found, here + "There is nothing at this path."};
+  }
+  if (!websocket::is_upgrade(request)) {
+    return Refusal{http::status::upgrade_required,
+                   here + "Connect with a WebSocket of the subprotocol " + kSubprotocol +
+                       ":\n  ros2 run connect_bridge client --ros-args -p url:=" +
+                       (options.tls ? "wss://" : "ws://") + to_string(request[http::field::host]) +
+                       path};
+  }
+  if (!names_subprotocol(request[http::field::sec_websocket_protocol])) {
+    return Refusal{http::status::bad_request,
+                   here + "The WebSocket must offer the subprotocol " + kSubprotocol +
+                       "; yours offers '" + to_string(request["Sec-WebSocket-Protocol"]) + "'."};
+  }
+  const std::string origin = to_string(request[http::field::origin]);
+  if (!origin.empty() && !origin_allowed(options.origins, origin)) {
+    return Refusal{http::status::forbidden, here + "Web pages of this origin may not connect."};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool names_subprotocol(beast::string_view list) {
+  return http::token_list{list}.exists(kSubprotocol);
+}
+
+struct Acceptance::Request {
+  beast::flat_buffer buffer{kHeaderBytesMax};
+  http::request_parser<http::empty_body> parser;
+  http::response<http::string_body> response;
+};
+
+Acceptance::Acceptance(Socket socket, std::shared_ptr<const AcceptOptions> options)
+    : options_(std::move(options)),
+      socket_(std::make_shared<WebSocket>(std::move(socket))),
+      request_(std::make_unique<Request>()),
+      deadline_(socket_->get_executor()) {
+  request_->parser.header_limit(kHeaderBytesMax);
+}
+
+Acceptance::~Acceptance() = default;
+
+void Acceptance::start(Done done) {
+  done_ = std::move(done);
+  set_deadline(options_->timeout);
+  if (!options_->tls) return read_request();
+  Transport& transport = socket_->next_layer();
+  transport.start_tls(options_->tls);
+  transport.async_tls_handshake(
+      true, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
+}
+
+void Acceptance::on_tls(const ErrorCode& error) {
+  if (!done_) return;
+  if (!error) return read_request();
+  if (is_plain_http(error)) return answer_plain_http();
+  fail("TLS: " + failure_text(error, socket_->next_layer().tls(), {}));
+}
+
+// Below TLS: whoever sent plain HTTP can read nothing else.
+void Acceptance::answer_plain_http() {
+  static constexpr char kAnswer[] =
+      "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n"
+      "This is a ROS2 Connect server with TLS: use wss:// instead of ws://.\n";
+  problem_ = "plain HTTP on a TLS port";
+  set_deadline(kRefusalTime);
+  Socket& socket = socket_->next_layer().socket();
+  asio::async_write(socket, asio::buffer(kAnswer, sizeof kAnswer - 1),
+                    [self = shared_from_this()](ErrorCode, std::size_t) {
+                      if (!self->done_) return;
+                      self->socket_->next_layer().finish([self] { self->fail(self->problem_); });
+                    });
+}
+
+void Acceptance::read_request() {
+  http::async_read_header(
+      socket_->next_layer(), request_->buffer, request_->parser,
+      [self = shared_from_this()](ErrorCode error, std::size_t) { self->on_request(error); });
+}
+
+void Acceptance::on_request(const ErrorCode& error) {
+  if (!done_) return;
+  if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+    return refuse(431, "The HTTP header is too long.");
+  }
+  const bool http = error.category() == make_error_code(http::error::bad_version).category();
+  if (error && http && error != http::error::end_of_stream &&
+      error != http::error::partial_message) {
+    return refuse(400, "This is no HTTP request: " + error.message() + ".");
+  }
+  if (error) return fail(failure_text(error, socket_->next_layer().tls(), {}));
+  const HttpRequest& request = request_->parser.get();
+  if (const auto refusal = refusal_of(request, *options_)) {
+    return refuse(static_cast<unsigned>(refusal->status), refusal->text);
+  }
+  if (request_->buffer.size() > 0) {
+    return refuse(400, "Nothing may follow the request before it is answered.");
+  }
+  slot_ = options_->reserve();
+  if (!slot_) return refuse(503, "All connections of this server are taken; try again later.");
+  upgrade();
+}
+
+void Acceptance::upgrade() {
+  socket_->set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(http::field::server, kServerName);
+    response.set(http::field::sec_websocket_protocol, kSubprotocol);
+  }));
+  socket_->async_accept(request_->parser.get(), [self = shared_from_this()](ErrorCode error) {
+    if (!self->done_) return;
+    if (error) return self->fail("upgrade: " + error.message());
+    self->finish({std::move(self->socket_), std::move(self->slot_), {}});
+  });
+}
+
+void Acceptance::refuse(unsigned status, const std::string& text) {
+  problem_ = "HTTP " + std::to_string(status) + ": " + text;
+  set_deadline(kRefusalTime);
+  auto& response = request_->response;
+  response.result(status);
+  response.version(11);
+  response.set(http::field::server, kServerName);
+  response.set(http::field::content_type, "text/plain; charset=utf-8");
+  response.set(http::field::connection, "close");
+  if (response.result() == http::status::upgrade_required) {
+    response.set(http::field::upgrade, "websocket");
+    response.set(http::field::connection, "close, upgrade");
+  }
+  if (response.result() == http::status::service_unavailable) {
+    response.set(http::field::retry_after, "5");
+  }
+  response.body() = text + "\n";
+  response.prepare_payload();
+  response.keep_alive(false);
+  http::async_write(socket_->next_layer(), response,
+                    [self = shared_from_this()](ErrorCode error, std::size_t) {
+                      if (!self->done_) return;
+                      if (error) return self->fail(self->problem_);
+                      self->socket_->next_layer().finish([self] { self->fail(self->problem_); });
+                    });
+}
+
+void Acceptance::fail(std::string problem) {
+  if (!done_) return;
+  socket_->next_layer().abort();
+  finish({nullptr, nullptr, std::move(problem)});
+}
+
+void Acceptance::finish(Accepted accepted) {
+  deadline_.cancel();
+  const Done done = std::move(done_);
+  done_ = nullptr;
+  slot_.reset();
+  done(std::move(accepted));
+}
+
+void Acceptance::abandon() {
+  done_ = nullptr;
+  deadline_.cancel();
+  if (socket_) socket_->next_layer().abort();
+}
+
+void Acceptance::set_deadline(std::chrono::milliseconds time) {
+  deadline_.expires_after(time);
+  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
+    const auto self = weak.lock();
+    if (!self || error || !self->done_) return;
+    self->fail(self->problem_.empty() ? "no complete request in time" : self->problem_);
+  });
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,66 @@
+// The server's half of a handshake: TLS, HTTP request, upgrade or a refusal that a person can read.
+#pragma once
+
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "net/tls.hpp"
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+struct WebSocket;
+
+struct AcceptOptions {
+  std::string path;
+  std::vector<std::string> origins;
+  TlsContext tls;  // null: plain
+  std::chrono::milliseconds timeout{};
+  // A slot among the open connections, null when all are taken.
+  std::function<std::shared_ptr<void>()> reserve;
+};
+
+struct Accepted {
+  std::shared_ptr<WebSocket> socket;  // null: refused or failed
+  std::shared_ptr<void> slot;
+  std::string problem;
+};
+
+class Acceptance : public std::enable_shared_from_this<Acceptance> {
+ public:
+  using Done = std::function<void(Accepted)>;
+
+  Acceptance(Socket socket, std::shared_ptr<const AcceptOptions> options);
+  ~Acceptance();
+  // `done` is called once, when the WebSocket is open or the socket is closed.
+  void start(Done done);
+  // Closes at once; `done` is not called.
+  void abandon();
+
+ private:
+  struct Request;
+
+  void on_tls(const ErrorCode& error);
+  void read_request();
+  void on_request(const ErrorCode& error);
+  void upgrade();
+  void answer_plain_http();
+  void refuse(unsigned status, const std::string& text);
+  void fail(std::string problem);
+  void finish(Accepted accepted);
+  void set_deadline(std::chrono::milliseconds time);
+
+  std::shared_ptr<const AcceptOptions> options_;
+  std::shared_ptr<WebSocket> socket_;
+  std::unique_ptr<Request> request_;
+  boost::asio::steady_timer deadline_;
+  std::shared_ptr<void> slot_;
+  std::string problem_;
+  Done done_;
+};
+
+}  // namespace connect_bridge

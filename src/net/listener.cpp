@@ -1,0 +1,171 @@
+#include "net/listener.hpp"
+
+#include <boost/asio/ip/v6_only.hpp>
+
+#include "net/socket_tuning.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::chrono::milliseconds kRetryTime{100};
+
+// IPv4 peers of an IPv6 socket are shown, and counted, as what they are.
+asio::ip::address plain_address(const asio::ip::address& address) {
+  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
+    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
+  }
+  return address;
+}
+
+// Whom limits count: an IPv6 customer has at least a /64 of addresses.
+std::string limit_key(const asio::ip::address& address) {
+  if (address.is_v4()) return address.to_string();
+  auto bytes = address.to_v6().to_bytes();
+  std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
+  return asio::ip::make_address_v6(bytes).to_string();
+}
+
+std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
+  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  return host + ":" + std::to_string(port);
+}
+
+}  // namespace
+
+Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
+    : io_(io),
+      sockets_(std::move(sockets)),
+      events_(std::move(events)),
+      acceptor_(io),
+      retry_(io) {}
+
+std::string Listener::open(const ListenOptions& options) {
+  auto accept_options = std::make_shared<AcceptOptions>();
+  accept_options->path = options.path;
+  accept_options->origins = options.origins;
+  accept_options->timeout = options.handshake_timeout;
+  if (options.tls) {
+    std::string problem;
+    accept_options->tls = make_server_tls(*options.tls, problem);
+    if (!accept_options->tls) return problem;
+  }
+  admission_ =
+      std::make_shared<Admission>(options.connections_max, options.pending_per_address_max);
+  accept_options->reserve = [admission = admission_] { return admission->take_connection(); };
+  options_ = std::move(accept_options);
+
+  std::string problem;
+  if (options.address == "*") {
+    problem = bind("::", options.port);
+    if (!problem.empty()) problem = bind("0.0.0.0", options.port);  // a host without IPv6
+  } else {
+    problem = bind(options.address == "localhost" ? "127.0.0.1" : options.address, options.port);
+  }
+  if (!problem.empty()) return problem;
+  accept();
+  return {};
+}
+
+std::string Listener::bind(const std::string& address, std::uint16_t port) {
+  ErrorCode error;
+  const auto parsed = asio::ip::make_address(address, error);
+  if (error) return "cannot listen on '" + address + "': it is no IP address";
+  const Endpoint endpoint{parsed, port};
+  ErrorCode ignored;
+  acceptor_.close(ignored);
+  acceptor_.open(endpoint.protocol(), error);
+  if (!error) acceptor_.set_option(Acceptor::reuse_address(true), error);
+  if (!error && parsed.is_v6()) {
+    acceptor_.set_option(asio::ip::v6_only(!parsed.is_unspecified()), ignored);
+  }
+  if (!error) acceptor_.bind(endpoint, error);
+  if (!error) acceptor_.listen(Acceptor::max_listen_connections, error);
+  if (error) {
+    acceptor_.close(ignored);
+    return "cannot listen on " + peer_text(parsed, port) + ": " + error.message();
+  }
+  port_ = acceptor_.local_endpoint(ignored).port();
+  return {};
+}
+
+void Listener::close() {
+  ErrorCode ignored;
+  acceptor_.close(ignored);
+  retry_.cancel();
+  events_ = {};
+  const auto acceptances = std::move(acceptances_);
+  acceptances_.clear();
+  for (const auto& acceptance : acceptances) acceptance->abandon();
+}
+
+void Listener::accept() {
+  acceptor_.async_accept(io_.get_executor(),
+                         [self = shared_from_this()](ErrorCode error, Socket socket) {
+                           self->on_accepted(error, std::move(socket));
+                         });
+}
+
+void Listener::on_accepted(const ErrorCode& error, Socket socket) {
+  if (!acceptor_.is_open()) return;
+  if (!error) {
+    ++accepted_;
+    admit(std::move(socket));
+    return accept();
+  }
+  if (error == asio::error::connection_aborted) return accept();
+  // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
+  // would spin.
+  log(LogLevel::kWarn, "cannot accept connections now: " + error.message());
+  retry_.expires_after(kRetryTime);
+  retry_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
+    const auto self = weak.lock();
+    if (self && !cancelled && self->acceptor_.is_open()) self->accept();
+  });
+}
+
+void Listener::admit(Socket socket) {
+  ErrorCode error;
+  const Endpoint remote = socket.remote_endpoint(error);
+  if (error) return;  // gone already
+  const auto address = plain_address(remote.address());
+  const std::string peer = peer_text(address, remote.port());
+  auto slot = admission_->take_pending(limit_key(address));
+  if (!slot) {
+    ++refused_;
+    ErrorCode ignored;
+    socket.set_option(Socket::linger(true, 0), ignored);
+    socket.close(ignored);
+    return log(LogLevel::kDebug, peer + ": dropped, too many connections without a login");
+  }
+  const std::string refused = tune_socket(socket.native_handle(), sockets_);
+  if (!refused.empty() && !tuning_told_) {
+    tuning_told_ = true;
+    log(LogLevel::kWarn, "this host refuses socket options: " + refused);
+  }
+  auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_);
+  acceptances_.insert(acceptance);
+  acceptance->start([weak = weak_from_this(), key = std::weak_ptr{acceptance}, peer,
+                     slot = std::move(slot)](Accepted accepted) {
+    if (const auto self = weak.lock()) {
+      self->on_done(key.lock(), peer, slot, std::move(accepted));
+    }
+  });
+}
+
+void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
+                       std::shared_ptr<void> pending_slot, Accepted accepted) {
+  acceptances_.erase(acceptance);
+  if (!accepted.socket) {
+    ++refused_;
+    return log(LogLevel::kDebug, peer + ": " + accepted.problem);
+  }
+  if (!events_.arrived) return;
+  events_.arrived(
+      {std::move(accepted.socket), peer, std::move(pending_slot), std::move(accepted.slot)});
+}
+
+void Listener::log(LogLevel level, const std::string& text) {
+  if (events_.log) events_.log(level, text);
+}
+
+}  // namespace connect_bridge

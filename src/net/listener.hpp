@@ -1,0 +1,69 @@
+// Accepts TCP connections, admits some, and hands over those that became WebSockets.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_set>
+
+#include "core/side/ports.hpp"
+#include "net/accept.hpp"
+#include "net/admission.hpp"
+#include "net/options.hpp"
+
+namespace connect_bridge {
+
+class Listener : public std::enable_shared_from_this<Listener> {
+ public:
+  struct Arrival {
+    std::shared_ptr<WebSocket> socket;
+    std::string peer;
+    std::shared_ptr<void> pending_slot;
+    std::shared_ptr<void> connection_slot;
+  };
+  struct Events {
+    std::function<void(Arrival)> arrived;
+    std::function<void(LogLevel, std::string)> log;
+  };
+
+  Listener(asio::io_context& io, SocketOptions sockets, Events events);
+
+  // Empty, or what is wrong. Once only.
+  [[nodiscard]] std::string open(const ListenOptions& options);
+  // Accepts no more and drops handshakes; no event follows.
+  void close();
+
+  [[nodiscard]] std::uint16_t port() const { return port_; }
+  [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
+  [[nodiscard]] std::uint64_t refused() const { return refused_; }
+  [[nodiscard]] std::size_t pending() const { return acceptances_.size(); }
+
+ private:
+  using Acceptor = asio::ip::tcp::acceptor;
+  using Endpoint = asio::ip::tcp::endpoint;
+
+  std::string bind(const std::string& address, std::uint16_t port);
+  void accept();
+  void on_accepted(const ErrorCode& error, Socket socket);
+  void admit(Socket socket);
+  void on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
+               std::shared_ptr<void> pending_slot, Accepted accepted);
+  void log(LogLevel level, const std::string& text);
+
+  asio::io_context& io_;
+  SocketOptions sockets_;
+  Events events_;
+  Acceptor acceptor_;
+  asio::steady_timer retry_;
+  std::shared_ptr<Admission> admission_;
+  std::shared_ptr<const AcceptOptions> options_;
+  std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
+  std::uint16_t port_ = 0;
+  std::uint64_t accepted_ = 0;
+  std::uint64_t refused_ = 0;
+  bool tuning_told_ = false;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,173 @@
+#include "net/network.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <unordered_map>
+
+#include "net/connection.hpp"
+#include "net/dial.hpp"
+#include "net/listener.hpp"
+
+namespace connect_bridge {
+
+struct Network::State : std::enable_shared_from_this<Network::State> {
+  State(asio::io_context& context, NetworkEvents event_sinks, SocketOptions socket_options)
+      : io(context), events(std::move(event_sinks)), sockets(std::move(socket_options)) {}
+
+  void add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
+           std::shared_ptr<void> pending_slot, std::shared_ptr<void> connection_slot);
+  void on_arrival(Listener::Arrival arrival);
+  void on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
+                  std::string problem);
+  void abandon();
+  ConnectionId free_id();
+  std::shared_ptr<Connection> find(ConnectionId id) const;
+
+  asio::io_context& io;
+  NetworkEvents events;
+  SocketOptions sockets;
+  std::shared_ptr<Listener> listener;
+  std::unordered_map<ConnectionId, std::shared_ptr<Connection>> connections;
+  std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
+  std::uint32_t last_id = 0;
+  bool stopped = false;
+};
+
+std::shared_ptr<Connection> Network::State::find(ConnectionId id) const {
+  const auto found = connections.find(id);
+  return found == connections.end() ? nullptr : found->second;
+}
+
+ConnectionId Network::State::free_id() {
+  ConnectionId id;
+  do {
+    id.value = ++last_id;
+  } while (!id || connections.count(id) != 0 || dials.count(id) != 0);
+  return id;
+}
+
+void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
+                         std::shared_ptr<void> pending_slot,
+                         std::shared_ptr<void> connection_slot) {
+  ConnectionSetup setup;
+  setup.id = id;
+  setup.socket = std::move(socket);
+  setup.peer = std::move(peer);
+  setup.events = &events;
+  setup.gone = [weak = weak_from_this()](ConnectionId gone) {
+    if (const auto self = weak.lock()) self->connections.erase(gone);
+  };
+  setup.options = sockets;
+  setup.pending_slot = std::move(pending_slot);
+  setup.connection_slot = std::move(connection_slot);
+  const auto connection = std::make_shared<Connection>(std::move(setup));
+  connections[id] = connection;
+  connection->open();
+}
+
+void Network::State::on_arrival(Listener::Arrival arrival) {
+  add(free_id(), std::move(arrival.socket), std::move(arrival.peer),
+      std::move(arrival.pending_slot), std::move(arrival.connection_slot));
+}
+
+void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
+                                std::string problem) {
+  dials.erase(id);
+  if (!socket) {
+    events.input(DialFailed{id, std::move(problem)});
+    return;
+  }
+  add(id, std::move(socket), url.authority(), nullptr, nullptr);
+}
+
+void Network::State::abandon() {
+  if (listener) listener->close();
+  for (const auto& entry : dials) entry.second->abandon();
+  for (const auto& entry : connections) entry.second->abandon();
+  dials.clear();
+  connections.clear();
+}
+
+Network::Network(asio::io_context& io, NetworkEvents events, SocketOptions sockets)
+    : state_(std::make_shared<State>(io, std::move(events), std::move(sockets))) {}
+
+Network::~Network() {
+  state_->abandon();
+}
+
+std::string Network::listen(const ListenOptions& options) {
+  const std::weak_ptr<State> weak = state_;
+  Listener::Events events;
+  events.arrived = [weak](Listener::Arrival arrival) {
+    if (const auto state = weak.lock()) state->on_arrival(std::move(arrival));
+  };
+  events.log = [weak](LogLevel level, std::string text) {
+    const auto state = weak.lock();
+    if (state && state->events.log) state->events.log(Log{level, std::move(text)});
+  };
+  state_->listener = std::make_shared<Listener>(state_->io, state_->sockets, std::move(events));
+  std::string problem = state_->listener->open(options);
+  if (!problem.empty()) state_->listener.reset();
+  return problem;
+}
+
+std::uint16_t Network::listen_port() const {
+  return state_->listener ? state_->listener->port() : std::uint16_t{0};
+}
+
+void Network::dial(ConnectionId connection, const DialOptions& options) {
+  const auto dialing = std::make_shared<Dialing>(state_->io, options, state_->sockets);
+  state_->dials[connection] = dialing;
+  dialing->start([weak = std::weak_ptr{state_}, connection, url = options.url](
+                     std::shared_ptr<WebSocket> socket, std::string problem) {
+    if (const auto state = weak.lock()) {
+      state->on_dialled(connection, url, std::move(socket), std::move(problem));
+    }
+  });
+  if (state_->stopped) dialing->cancel("this side stops");
+}
+
+void Network::ready(ConnectionId connection) {
+  if (const auto found = state_->find(connection)) found->ready();
+}
+
+void Network::allow(ConnectionId connection, std::size_t packet_bytes_max) {
+  if (const auto found = state_->find(connection)) found->allow(packet_bytes_max);
+}
+
+void Network::close(ConnectionId connection, CloseCode code, const std::string& reason) {
+  if (const auto found = state_->find(connection)) {
+    found->close(static_cast<std::uint16_t>(code), reason);
+  }
+  const auto dialing = state_->dials.find(connection);
+  if (dialing != state_->dials.end()) dialing->second->cancel("given up: " + reason);
+}
+
+void Network::stop() {
+  state_->stopped = true;
+  if (state_->listener) state_->listener->close();
+  for (const auto& entry : state_->dials) entry.second->cancel("this side stops");
+  for (const auto& entry : state_->connections) {
+    entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "this side stops");
+  }
+}
+
+std::optional<ConnectionFacts> Network::facts(ConnectionId connection) const {
+  const auto found = state_->find(connection);
+  if (!found || !found->is_open()) return std::nullopt;
+  return found->facts();
+}
+
+NetworkCounts Network::counts() const {
+  NetworkCounts counts;
+  if (const auto& listener = state_->listener) {
+    counts.accepted = listener->accepted();
+    counts.refused = listener->refused();
+    counts.pending = listener->pending();
+  }
+  for (const auto& entry : state_->connections) {
+    if (entry.second->is_open()) ++counts.open;
+  }
+  return counts;
+}
+
+}  // namespace connect_bridge

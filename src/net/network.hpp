@@ -1,0 +1,99 @@
+// WebSocket connections: listens, dials, moves packets. Decides nothing about their content.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/ids.hpp"
+#include "core/flow/outbox.hpp"
+#include "core/side/ports.hpp"
+#include "net/options.hpp"
+
+namespace boost::asio {
+class io_context;
+}
+
+namespace connect_bridge {
+
+// Where the network's results go. `input` is called from the io_context only, never from inside a
+// call of Network; `next_packet` also from inside ready(). All of Network may be called from inside
+// `input`.
+struct NetworkEvents {
+  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed.
+  std::function<void(Input&&)> input;
+  // The next packet to send on a connection, or nullopt when there is none now.
+  std::function<std::optional<Packet>(ConnectionId)> next_packet;
+  // May be empty. Strangers' attempts are told at kDebug.
+  std::function<void(Log&&)> log;
+};
+
+// What one open connection runs on, for status pages and logs.
+struct ConnectionFacts {
+  std::string local;
+  std::string peer;
+  std::string tls;                 // "TLSv1.3 TLS_AES_256_GCM_SHA384"; empty: none
+  std::string congestion_control;  // as the kernel names it
+  std::uint32_t round_trip_us = 0;
+  std::uint32_t unsent_bytes = 0;  // handed to the kernel and not yet on the wire
+  std::uint64_t sent_bytes = 0;    // payloads of packets
+  std::uint64_t received_bytes = 0;
+};
+
+struct NetworkCounts {
+  std::uint64_t accepted = 0;  // TCP connections taken
+  std::uint64_t refused = 0;   // by a limit, a failed handshake or a wrong request
+  std::size_t pending = 0;     // in a handshake now
+  std::size_t open = 0;        // open WebSockets now
+};
+
+// Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly
+// one ConnectionClosed. The ids of accepted connections are given here, those of dials by the core.
+//
+// A new connection is behind a gate: packets of at most 4096 bytes, 16 KiB in total, and each one
+// is read only after the loop has called ready() since the one before. allow() opens the gate.
+//
+// Thread: that of the io_context, which must outlive this object. Nothing throws.
+class Network {
+ public:
+  Network(boost::asio::io_context& io, NetworkEvents events, SocketOptions sockets = {});
+  // Closes what is left at once and delivers nothing more.
+  ~Network();
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
+  // Starts to accept. Returns what is wrong (address in use, unreadable key, ...), empty if
+  // nothing. Once only.
+  [[nodiscard]] std::string listen(const ListenOptions& options);
+  [[nodiscard]] std::uint16_t listen_port() const;
+
+  // Ends in ConnectionOpened or DialFailed.
+  void dial(ConnectionId connection, const DialOptions& options);
+
+  // There may be something to send, and what was received has been handled. Call after each input,
+  // for every connection that it concerns (or all). Cheap when nothing is to be done.
+  void ready(ConnectionId connection);
+
+  // The peer has logged in (server) or welcomed us (client): it may send packets up to this size.
+  void allow(ConnectionId connection, std::size_t packet_bytes_max);
+
+  // Sends what was pulled, then a close frame (the reason is cut at 120 bytes). No PacketReceived
+  // follows; ConnectionClosed (or, for a dial under way, DialFailed) does, within a second.
+  void close(ConnectionId connection, CloseCode code, const std::string& reason);
+
+  // Stops to listen and closes everything with kGoingAway. Within a second the io_context has
+  // nothing of ours left to do.
+  void stop();
+
+  [[nodiscard]] std::optional<ConnectionFacts> facts(ConnectionId connection) const;
+  [[nodiscard]] NetworkCounts counts() const;
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,65 @@
+// What the network layer can be told. `config` fills these; every limit has a default.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "net/url.hpp"
+
+namespace connect_bridge {
+
+// The listener's own certificate, and whose client certificates it wants.
+struct ServerTls {
+  std::string certificate_file;  // PEM, the whole chain, our own certificate first
+  std::string private_key_file;  // PEM
+  std::string client_ca_file;    // empty: clients show no certificate; else every client must
+};
+
+// How a client decides that it talks to the right server.
+struct ClientTls {
+  std::string ca_file;      // PEM; empty: the system's store
+  std::string server_name;  // name or address in the certificate; empty: the URL's host
+  bool verify = true;
+  std::string certificate_file;  // PEM, shown to a server that wants one; empty: none
+  std::string private_key_file;  // PEM
+};
+
+// Treatment of every TCP connection.
+struct SocketOptions {
+  // TCP_NOTSENT_LOWAT: the next packet is pulled only while fewer bytes than this wait unsent in
+  // the kernel, so that what is urgent overtakes at the last moment (design section 6).
+  // 0: left to the kernel, then every packet goes out at once.
+  std::uint32_t unsent_bytes_max = 16384;
+  // Bytes a client masks and sends in one go.
+  std::uint32_t write_buffer_bytes = 65536;
+  // "bbr", "cubic", ...; "auto": bbr where the host allows it; empty or "host": the host's default
+  std::string congestion_control;
+  std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection
+  std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
+};
+
+struct ListenOptions {
+  std::string address = "127.0.0.1";  // a literal; "::" takes IPv6 and IPv4, "*" whatever there is
+  std::uint16_t port = 9090;          // 0: any free one, see Network::listen_port()
+  std::string path = "/";             // the only path that upgrades; others get 404
+  std::optional<ServerTls> tls;
+  // Web origins ("https://operator.example") whose pages may connect; "*": all. Any web page can
+  // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
+  // Programs send no origin and are not concerned.
+  std::vector<std::string> origins;
+  std::size_t connections_max = 64;          // beyond: HTTP 503
+  std::size_t pending_per_address_max = 16;  // connections without a login; beyond: dropped
+  std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
+};
+
+struct DialOptions {
+  Url url;
+  ClientTls tls;
+  std::chrono::milliseconds timeout{10000};  // from the name look-up to the open WebSocket
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,79 @@
+#include "net/socket_tuning.hpp"
+
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace connect_bridge {
+namespace {
+
+bool set(int socket, int level, int option, int value) {
+  return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
+}
+
+bool set_congestion_control(int socket, const std::string& name) {
+  return ::setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(),
+                      static_cast<socklen_t>(name.size())) == 0;
+}
+
+}  // namespace
+
+std::string tune_socket(int socket, const SocketOptions& options) {
+  std::string refused;
+  const auto note = [&refused](const std::string& what) {
+    refused += (refused.empty() ? "" : "; ") + what + ": " + std::strerror(errno);
+  };
+  if (!set(socket, IPPROTO_TCP, TCP_NODELAY, 1)) note("TCP_NODELAY");
+  if (options.unsent_bytes_max > 0 &&
+      !set(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(options.unsent_bytes_max))) {
+    note("TCP_NOTSENT_LOWAT");
+  }
+  if (options.user_timeout.count() > 0 &&
+      !set(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, static_cast<int>(options.user_timeout.count()))) {
+    note("TCP_USER_TIMEOUT");
+  }
+  if (options.keepalive.count() > 0) {
+    const int seconds = static_cast<int>(options.keepalive.count());
+    if (!set(socket, SOL_SOCKET, SO_KEEPALIVE, 1) ||
+        !set(socket, IPPROTO_TCP, TCP_KEEPIDLE, seconds) ||
+        !set(socket, IPPROTO_TCP, TCP_KEEPINTVL, seconds)) {
+      note("SO_KEEPALIVE");
+    }
+  }
+  const std::string& congestion = options.congestion_control;
+  if (congestion == "auto") {
+    set_congestion_control(socket, "bbr");  // where the host allows it
+  } else if (!congestion.empty() && congestion != "host" &&
+             !set_congestion_control(socket, congestion)) {
+    note("congestion control " + congestion);
+  }
+  return refused;
+}
+
+std::uint32_t unsent_bytes(int socket) {
+  int bytes = 0;
+  if (::ioctl(socket, SIOCOUTQNSD, &bytes) != 0 || bytes < 0) return 0;
+  return static_cast<std::uint32_t>(bytes);
+}
+
+std::string congestion_control_of(int socket) {
+  std::array<char, 32> name{};
+  socklen_t size = name.size() - 1;
+  if (::getsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(), &size) != 0) return {};
+  return name.data();
+}
+
+std::uint32_t round_trip_us_of(int socket) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return 0;
+  return info.tcpi_rtt;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,21 @@
+// What Linux is asked and told about one TCP connection.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "net/options.hpp"
+
+namespace connect_bridge {
+
+// Applies the options. Returns what the host refused, in words; empty: nothing. A connection works
+// without any of them.
+std::string tune_socket(int socket, const SocketOptions& options);
+
+// Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 where the kernel does not tell.
+std::uint32_t unsent_bytes(int socket);
+
+std::string congestion_control_of(int socket);
+std::uint32_t round_trip_us_of(int socket);  // smoothed; 0: not known
+
+}  // namespace connect_bridge

@@ -1,0 +1,211 @@
+#include "net/tls.hpp"
+
+#include <openssl/err.h>
+#include <openssl/ssl.h>
+#include <openssl/x509v3.h>
+
+#include <boost/asio/error.hpp>
+#include <boost/asio/ip/address.hpp>
+#include <boost/asio/ssl/error.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+namespace connect_bridge {
+namespace {
+
+// Empty, or why the file cannot be read. OpenSSL's own text would not name it.
+std::string unreadable(const std::string& what, const std::string& file) {
+  std::FILE* const opened = std::fopen(file.c_str(), "rb");
+  if (opened == nullptr) {
+    return what + " '" + file + "' cannot be read: " + std::strerror(errno);
+  }
+  std::fclose(opened);
+  return {};
+}
+
+std::string openssl_reason() {
+  const unsigned long code = ERR_peek_last_error();
+  ERR_clear_error();
+  const char* const reason = code == 0 ? nullptr : ERR_reason_error_string(code);
+  return reason == nullptr ? "unknown error" : reason;
+}
+
+// The certificate chain and its key into the context. Empty, or what is wrong.
+std::string load_pair(SSL_CTX* context, const std::string& certificate, const std::string& key) {
+  if (auto problem = unreadable("the certificate", certificate); !problem.empty()) return problem;
+  if (auto problem = unreadable("the private key", key); !problem.empty()) return problem;
+  ERR_clear_error();
+  if (SSL_CTX_use_certificate_chain_file(context, certificate.c_str()) != 1) {
+    return "the certificate '" + certificate + "' is no PEM certificate: " + openssl_reason();
+  }
+  // Without this, a key with a passphrase would ask for it on the terminal.
+  SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
+  if (SSL_CTX_use_PrivateKey_file(context, key.c_str(), SSL_FILETYPE_PEM) != 1) {
+    const bool mismatch = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH;
+    const std::string reason = openssl_reason();
+    if (mismatch) {
+      return "the private key '" + key + "' does not belong to the certificate '" + certificate +
+             "'";
+    }
+    return "the private key '" + key + "' is no PEM key without a passphrase: " + reason;
+  }
+  if (SSL_CTX_check_private_key(context) != 1) {
+    return "the private key '" + key + "' does not belong to the certificate '" + certificate + "'";
+  }
+  return {};
+}
+
+std::string load_authorities(SSL_CTX* context, const std::string& file) {
+  if (auto problem = unreadable("the CA file", file); !problem.empty()) return problem;
+  ERR_clear_error();
+  if (SSL_CTX_load_verify_locations(context, file.c_str(), nullptr) != 1) {
+    return "the CA file '" + file + "' has no PEM certificate: " + openssl_reason();
+  }
+  return {};
+}
+
+TlsContext make_context(std::string& problem) {
+  try {
+    auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls);
+    SSL_CTX* const native = context->native_handle();
+    SSL_CTX_set_min_proto_version(native, TLS1_2_VERSION);
+    SSL_CTX_set_options(
+        native, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION | SSL_OP_CIPHER_SERVER_PREFERENCE);
+    // An idle connection need not keep 34 kB of buffers.
+    SSL_CTX_set_mode(native, SSL_MODE_RELEASE_BUFFERS);
+    return context;
+  } catch (const std::exception& error) {
+    problem = std::string{"TLS cannot start: "} + error.what();
+    return nullptr;
+  }
+}
+
+std::string certificate_problem(long result, const std::string& name) {
+  switch (result) {
+    case X509_V_ERR_HOSTNAME_MISMATCH:
+    case X509_V_ERR_IP_ADDRESS_MISMATCH:
+      return "the server's certificate is not for '" + name +
+             "' (tls.server_name sets the name to expect)";
+    case X509_V_ERR_CERT_HAS_EXPIRED: return "the server's certificate has expired";
+    case X509_V_ERR_CERT_NOT_YET_VALID:
+      return "the server's certificate is not valid yet (is this machine's clock right?)";
+    case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
+    case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
+    case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
+      return std::string{"the server's certificate is from an unknown authority ("} +
+             X509_verify_cert_error_string(result) + "; tls.ca names the authority to trust)";
+    default:
+      return std::string{"the server's certificate is refused: "} +
+             X509_verify_cert_error_string(result);
+  }
+}
+
+bool is_tls_reason(const ErrorCode& error, int reason) {
+  return error.category() == asio::error::get_ssl_category() &&
+         ERR_GET_REASON(static_cast<unsigned long>(error.value())) == reason;
+}
+
+}  // namespace
+
+TlsContext make_server_tls(const ServerTls& options, std::string& problem) {
+  TlsContext context = make_context(problem);
+  if (!context) return nullptr;
+  SSL_CTX* const native = context->native_handle();
+  problem = load_pair(native, options.certificate_file, options.private_key_file);
+  if (problem.empty() && !options.client_ca_file.empty()) {
+    problem = load_authorities(native, options.client_ca_file);
+    SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
+    SSL_CTX_set_client_CA_list(native, SSL_load_client_CA_file(options.client_ca_file.c_str()));
+  }
+  // Resumption would need a session id context where clients show certificates, and gains little
+  // for connections that last.
+  SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
+  SSL_CTX_set_options(native, SSL_OP_NO_TICKET);
+  SSL_CTX_set_num_tickets(native, 0);
+  return problem.empty() ? context : nullptr;
+}
+
+TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
+  TlsContext context = make_context(problem);
+  if (!context) return nullptr;
+  SSL_CTX* const native = context->native_handle();
+  if (!options.certificate_file.empty()) {
+    problem = load_pair(native, options.certificate_file, options.private_key_file);
+    if (!problem.empty()) return nullptr;
+  }
+  SSL_CTX_set_verify(native, options.verify ? SSL_VERIFY_PEER : SSL_VERIFY_NONE, nullptr);
+  if (!options.ca_file.empty()) {
+    problem = load_authorities(native, options.ca_file);
+  } else {
+    SSL_CTX_set_default_verify_paths(native);
+  }
+  return problem.empty() ? context : nullptr;
+}
+
+void expect_server(SSL* tls, const std::string& name, bool verify) {
+  ErrorCode no_address;
+  const auto address = asio::ip::make_address(name, no_address);
+  const bool is_name = static_cast<bool>(no_address);
+  // RFC 6066: an address literal must not be sent as server name.
+  if (is_name) SSL_set_tlsext_host_name(tls, name.c_str());
+  if (!verify) return;
+  X509_VERIFY_PARAM* const expected = SSL_get0_param(tls);
+  X509_VERIFY_PARAM_set_hostflags(expected, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
+  if (is_name) {
+    X509_VERIFY_PARAM_set1_host(expected, name.c_str(), name.size());
+  } else if (address.is_v4()) {
+    const auto bytes = address.to_v4().to_bytes();
+    X509_VERIFY_PARAM_set1_ip(expected, bytes.data(), bytes.size());
+  } else {
+    const auto bytes = address.to_v6().to_bytes();
+    X509_VERIFY_PARAM_set1_ip(expected, bytes.data(), bytes.size());
+  }
+}
+
+bool is_plain_http(const ErrorCode& error) {
+  return is_tls_reason(error, SSL_R_HTTP_REQUEST);
+}
+
+std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name) {
+  if (is_tls_reason(error, SSL_R_CERTIFICATE_VERIFY_FAILED) && tls != nullptr) {
+    return SSL_is_server(tls) != 0 ? std::string{"the client's certificate is refused: "} +
+                                         X509_verify_cert_error_string(SSL_get_verify_result(tls))
+                                   : certificate_problem(SSL_get_verify_result(tls), name);
+  }
+  if (is_tls_reason(error, SSL_R_WRONG_VERSION_NUMBER)) {
+    return "the other end does not speak TLS on this port (ws:// instead of wss://?)";
+  }
+  if (is_plain_http(error)) return "plain HTTP on a TLS port";
+  if (is_tls_reason(error, SSL_R_PEER_DID_NOT_RETURN_A_CERTIFICATE)) {
+    return "the client showed no certificate";
+  }
+  if (is_tls_reason(error, SSL_R_TLSV13_ALERT_CERTIFICATE_REQUIRED)) {
+    return "the server wants a client certificate";
+  }
+  if (is_tls_reason(error, SSL_R_TLSV1_ALERT_UNKNOWN_CA)) {
+    return "the other end does not trust the authority of our certificate";
+  }
+  if (error == asio::error::eof || error == asio::ssl::error::stream_truncated) {
+    return "the other end ended the connection";
+  }
+  if (error == asio::error::connection_reset || error == asio::error::broken_pipe) {
+    return "the other end reset the connection";
+  }
+  if (error == asio::error::connection_refused) return "connection refused (nobody listens there)";
+  if (error == asio::error::timed_out) return "no answer from the other end (TCP timed out)";
+  if (error == asio::error::host_not_found || error == asio::error::host_not_found_try_again ||
+      error == asio::error::no_data) {
+    return "the name '" + name + "' cannot be resolved: " + error.message();
+  }
+  return error.message();
+}
+
+std::string tls_text(SSL* tls) {
+  if (tls == nullptr) return {};
+  return std::string{SSL_get_version(tls)} + " " + SSL_get_cipher_name(tls);
+}
+
+}  // namespace connect_bridge

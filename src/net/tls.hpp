@@ -1,0 +1,30 @@
+// TLS contexts from files, and what went wrong in words a person can act on.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "net/options.hpp"
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+using TlsContext = std::shared_ptr<asio::ssl::context>;
+
+// Null with `problem` set: the file and what is wrong with it.
+TlsContext make_server_tls(const ServerTls& options, std::string& problem);
+TlsContext make_client_tls(const ClientTls& options, std::string& problem);
+
+// Client, before the handshake: whom to expect (name or address literal), if verification is on.
+void expect_server(SSL* tls, const std::string& name, bool verify);
+
+// Why a connection failed. `tls` may be null; `name` is what expect_server() was told.
+std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name);
+
+// "TLSv1.3 TLS_AES_256_GCM_SHA384"
+std::string tls_text(SSL* tls);
+
+// A plain HTTP request arrived where a TLS hello was expected.
+bool is_plain_http(const ErrorCode& error);
+
+}  // namespace connect_bridge

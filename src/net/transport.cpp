@@ -1,0 +1,49 @@
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+void Transport::start_tls(std::shared_ptr<asio::ssl::context> context) {
+  context_ = std::move(context);
+  tls_ = std::make_unique<Tls>(socket_, *context_);
+}
+
+void Transport::async_tls_handshake(bool as_server, std::function<void(ErrorCode)> done) {
+  tls_->async_handshake(as_server ? Tls::server : Tls::client, std::move(done));
+}
+
+void Transport::finish(std::function<void()> done) {
+  if (!socket_.is_open()) {
+    asio::post(socket_.get_executor(), std::move(done));
+    return;
+  }
+  if (!tls_ || SSL_is_init_finished(tls()) == 0) {
+    drain(std::move(done));
+    return;
+  }
+  tls_->async_shutdown([this, done = std::move(done)](ErrorCode) mutable {
+    drain(std::move(done));  // an error there changes nothing: the TCP connection ends
+  });
+}
+
+void Transport::drain(std::function<void()> done) {
+  ErrorCode ignored;
+  socket_.shutdown(Socket::shutdown_send, ignored);
+  // Closing with unread data in the kernel sends a reset, which can destroy what the peer has not
+  // read yet: its close reason.
+  if (!record_) record_.reset(new Record);
+  socket_.async_read_some(asio::buffer(*record_),
+                          [this, done = std::move(done)](ErrorCode error, std::size_t) mutable {
+                            if (!error) return drain(std::move(done));
+                            ErrorCode late;
+                            socket_.close(late);
+                            done();
+                          });
+}
+
+void Transport::abort() {
+  ErrorCode ignored;
+  socket_.set_option(Socket::linger(true, 0), ignored);
+  socket_.close(ignored);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,28 @@
+// Whether two readings of the graph say the same.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "core/side/ports.hpp"
+
+namespace connect_bridge::ros {
+
+inline bool same_endpoints(const std::vector<Endpoint>& a, const std::vector<Endpoint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Endpoint& x, const Endpoint& y) {
+                      return x.gid == y.gid && x.node_name == y.node_name &&
+                             x.node_namespace == y.node_namespace && x.qos == y.qos;
+                    });
+}
+
+inline bool same_topics(const std::vector<TopicState>& a, const std::vector<TopicState>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const TopicState& x, const TopicState& y) {
+                      return x.name == y.name && x.type == y.type && x.type_hash == y.type_hash &&
+                             same_endpoints(x.publishers, y.publishers) &&
+                             same_endpoints(x.subscribers, y.subscribers);
+                    });
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,72 @@
+// The ROS node of this process: context, names, arguments, parameter overrides, clock and log.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/base/time.hpp"
+#include "core/side/ports.hpp"
+#include "ros/parameter.hpp"
+
+struct rcl_node_s;
+struct rcl_context_s;
+struct rcl_clock_s;
+struct rcl_publisher_s;
+
+namespace connect_bridge::ros {
+
+class OwnEndpoints;
+
+// Start-up failed: the arguments are wrong or the middleware does not start. Thrown by the
+// constructors of Node, Gateway and ParameterServer, and by nothing later.
+class RosError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct NodeOptions {
+  std::string name;  // "connect_server", unless the arguments say otherwise
+  // The arguments of main(): --ros-args with remaps, __node, __ns, --log-level, --params-file, -p.
+  int argc = 0;
+  const char* const* argv = nullptr;
+};
+
+// Lives longer than everything else of src/ros. Opens nothing but the publishers that every ROS
+// node has, /rosout and /parameter_events, so the parameters can be read and refused first.
+class Node {
+ public:
+  explicit Node(const NodeOptions& options);
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  [[nodiscard]] const std::string& name() const;        // "connect_server"
+  [[nodiscard]] const std::string& name_space() const;  // "/"
+  [[nodiscard]] const std::string& full_name() const;   // "/connect_server"
+  // What parameter files and -p say for this node, already merged.
+  [[nodiscard]] const ParameterMap& parameter_overrides() const;
+  // The arguments of main() that are not for ROS, without the program's name.
+  [[nodiscard]] const std::vector<std::string>& arguments() const;
+  [[nodiscard]] std::string middleware() const;  // "rmw_fastrtps_cpp"
+
+  // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
+  [[nodiscard]] Stamp ros_now() const;
+  // To the console, the log file and /rosout, if the level is enabled. Any thread.
+  void log(LogLevel level, const std::string& text) const;
+
+  // For src/ros only.
+  [[nodiscard]] rcl_node_s* handle() const;
+  [[nodiscard]] rcl_context_s* context() const;
+  [[nodiscard]] rcl_clock_s* clock() const;
+  [[nodiscard]] rcl_publisher_s* parameter_events() const;
+  [[nodiscard]] OwnEndpoints& own() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace connect_bridge::ros

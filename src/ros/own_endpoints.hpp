@@ -1,0 +1,34 @@
+// Which endpoints of the graph this process made, so that it never bridges its own traffic.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <mutex>
+#include <unordered_set>
+
+#include "core/base/ids.hpp"
+
+namespace connect_bridge::ros {
+
+// Any thread.
+class OwnEndpoints {
+ public:
+  // prefix_size: see distro::participant_prefix_size().
+  explicit OwnEndpoints(std::size_t prefix_size) : prefix_size_(prefix_size) {}
+
+  void add(const Gid& gid);
+  [[nodiscard]] bool contains(const Gid& gid) const;
+
+ private:
+  // Samples of a mirror arrive after it is gone, so ids stay known for a while.
+  static constexpr std::size_t kIdsMax = 4096;
+
+  const std::size_t prefix_size_;
+  mutable std::mutex mutex_;
+  bool prefix_known_ = false;
+  Gid prefix_;
+  std::unordered_set<Gid> ids_;
+  std::deque<Gid> order_;
+};
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,295 @@
+#include "ros/parameter_server.hpp"
+
+#include <rcl/publisher.h>
+#include <rcl_interfaces/msg/parameter_event.h>
+#include <rcl_interfaces/msg/set_parameters_result.h>
+#include <rcl_interfaces/srv/describe_parameters.h>
+#include <rcl_interfaces/srv/get_parameter_types.h>
+#include <rcl_interfaces/srv/get_parameters.h>
+#include <rcl_interfaces/srv/list_parameters.h>
+#include <rcl_interfaces/srv/set_parameters.h>
+#include <rcl_interfaces/srv/set_parameters_atomically.h>
+#include <rmw/qos_profiles.h>
+#include <rosidl_runtime_c/primitives_sequence_functions.h>
+
+#include <algorithm>
+#include <deque>
+
+#include "ros/parameter_messages.hpp"
+#include "ros/parameter_table.hpp"
+#include "ros/rcl_result.hpp"
+#include "ros/ready.hpp"
+#include "ros/service_server.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+constexpr char kUseSimTime[] = "use_sim_time";
+constexpr int kRequestsPerDrain = 16;
+
+#define CONNECT_SERVICE_TYPE(name)                                                              \
+  struct name {                                                                                 \
+    using Request = rcl_interfaces__srv__##name##_Request;                                      \
+    using Response = rcl_interfaces__srv__##name##_Response;                                    \
+    static constexpr auto* create_request = &rcl_interfaces__srv__##name##_Request__create;     \
+    static constexpr auto* destroy_request = &rcl_interfaces__srv__##name##_Request__destroy;   \
+    static constexpr auto* create_response = &rcl_interfaces__srv__##name##_Response__create;   \
+    static constexpr auto* destroy_response = &rcl_interfaces__srv__##name##_Response__destroy; \
+    static const rosidl_service_type_support_t* type_support() {                                \
+      return ROSIDL_GET_SRV_TYPE_SUPPORT(rcl_interfaces, srv, name);                            \
+    }                                                                                           \
+  }
+CONNECT_SERVICE_TYPE(DescribeParameters);
+CONNECT_SERVICE_TYPE(GetParameterTypes);
+CONNECT_SERVICE_TYPE(GetParameters);
+CONNECT_SERVICE_TYPE(ListParameters);
+CONNECT_SERVICE_TYPE(SetParameters);
+CONNECT_SERVICE_TYPE(SetParametersAtomically);
+#undef CONNECT_SERVICE_TYPE
+
+std::vector<Parameter> parameters_of(const rcl_interfaces__msg__Parameter__Sequence& messages) {
+  std::vector<Parameter> parameters;
+  parameters.reserve(messages.size);
+  for (std::size_t i = 0; i < messages.size; ++i) {
+    parameters.push_back(parameter_of(messages.data[i]));
+  }
+  return parameters;
+}
+
+bool fill(rcl_interfaces__msg__SetParametersResult& to, const SetResult& result) {
+  to.successful = result.successful;
+  return assign(to.reason, result.reason);
+}
+
+ParameterEntry sim_time_entry(bool on) {
+  ParameterEntry entry;
+  entry.name = kUseSimTime;
+  entry.type = ParameterType::kBool;
+  entry.value = on;
+  entry.description = "Whether this node's time follows /clock";
+  return entry;
+}
+
+bool is_on(const ParameterEntry* entry) {
+  return entry && entry->value && *entry->value == ParameterValue{true};
+}
+
+}  // namespace
+
+struct ParameterServer::State {
+  State(Node& the_node, ParameterServerOptions the_options);
+
+  template <class Type>
+  void serve(const char* name,
+             bool (State::*handler)(const typename Type::Request&, typename Type::Response&)) {
+    auto* slot = ready.acquire(nullptr, 0);
+    services.push_back(std::make_unique<ServiceServer<Type>>(
+        node, node.full_name() + "/" + name, rmw_qos_profile_parameters, slot,
+        [this, handler](const auto& request, auto& response) {
+          return (this->*handler)(request, response);
+        }));
+    slot->owner = services.back().get();
+  }
+
+  bool describe(const DescribeParameters::Request&, DescribeParameters::Response&);
+  bool get(const GetParameters::Request&, GetParameters::Response&);
+  bool get_types(const GetParameterTypes::Request&, GetParameterTypes::Response&);
+  bool list(const ListParameters::Request&, ListParameters::Response&);
+  bool set(const SetParameters::Request&, SetParameters::Response&);
+  bool set_all(const SetParametersAtomically::Request&, SetParametersAtomically::Response&);
+
+  SetResult apply(std::vector<Parameter> parameters);
+  void replace(std::vector<ParameterEntry> entries);
+  SetResult ask(const std::vector<Parameter>& parameters);
+  std::vector<ParameterEntry> with_sim_time(std::vector<ParameterEntry> entries, bool on) const;
+  void publish(const ParameterDifferences& differences);
+  void follow_sim_time();
+
+  Node& node;
+  ParameterServerOptions options;
+  ReadyList ready;
+  ParameterTable table;
+  bool sim_time = false;
+  std::vector<std::unique_ptr<ServiceEndpoint>> services;
+  std::deque<ReadyList::Slot*> turns;
+};
+
+ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options)
+    : node(the_node), options(std::move(the_options)), ready(options.wake), table({}) {
+  const auto given = node.parameter_overrides().find(kUseSimTime);
+  const bool on =
+      given != node.parameter_overrides().end() && given->second == ParameterValue{true};
+  serve<DescribeParameters>("describe_parameters", &State::describe);
+  serve<GetParameterTypes>("get_parameter_types", &State::get_types);
+  serve<GetParameters>("get_parameters", &State::get);
+  serve<ListParameters>("list_parameters", &State::list);
+  serve<SetParameters>("set_parameters", &State::set);
+  serve<SetParametersAtomically>("set_parameters_atomically", &State::set_all);
+  publish(table.replace(with_sim_time(std::move(options.entries), on)));
+  follow_sim_time();
+}
+
+void ParameterServer::State::publish(const ParameterDifferences& differences) {
+  if (differences.empty()) return;
+  const std::unique_ptr<rcl_interfaces__msg__ParameterEvent,
+                        decltype(&rcl_interfaces__msg__ParameterEvent__destroy)>
+      event(rcl_interfaces__msg__ParameterEvent__create(),
+            &rcl_interfaces__msg__ParameterEvent__destroy);
+  if (!event) return;
+  const Stamp now = node.ros_now();
+  event->stamp.sec = static_cast<std::int32_t>(now / 1000000000);
+  event->stamp.nanosec = static_cast<std::uint32_t>(now % 1000000000);
+  const bool filled = assign(event->node, node.full_name()) &&
+                      ros::fill(event->new_parameters, differences.added) &&
+                      ros::fill(event->changed_parameters, differences.changed) &&
+                      ros::fill(event->deleted_parameters, differences.removed);
+  if (filled) ignore_error(rcl_publish(node.parameter_events(), event.get(), nullptr));
+}
+
+bool ParameterServer::State::describe(const DescribeParameters::Request& request,
+                                      DescribeParameters::Response& response) {
+  const auto names = texts_of(request.names);
+  auto& list = response.descriptors;
+  if (!rcl_interfaces__msg__ParameterDescriptor__Sequence__init(&list, names.size())) return false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const ParameterEntry* entry = table.find(names[i]);
+    ParameterEntry unknown;
+    unknown.name = names[i];
+    unknown.type = ParameterType::kNotSet;
+    if (!ros::fill(list.data[i], entry ? *entry : unknown)) return false;
+  }
+  return true;
+}
+
+bool ParameterServer::State::get(const GetParameters::Request& request,
+                                 GetParameters::Response& response) {
+  const auto names = texts_of(request.names);
+  auto& list = response.values;
+  if (!rcl_interfaces__msg__ParameterValue__Sequence__init(&list, names.size())) return false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const ParameterEntry* entry = table.find(names[i]);
+    if (entry && !ros::fill(list.data[i], entry->value)) return false;
+  }
+  return true;
+}
+
+bool ParameterServer::State::get_types(const GetParameterTypes::Request& request,
+                                       GetParameterTypes::Response& response) {
+  const auto names = texts_of(request.names);
+  if (!rosidl_runtime_c__uint8__Sequence__init(&response.types, names.size())) return false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const ParameterEntry* entry = table.find(names[i]);
+    const bool is_set = entry && entry->value;
+    response.types.data[i] =
+        static_cast<std::uint8_t>(is_set ? type_of(*entry->value) : ParameterType::kNotSet);
+  }
+  return true;
+}
+
+bool ParameterServer::State::list(const ListParameters::Request& request,
+                                  ListParameters::Response& response) {
+  const auto prefixes = texts_of(request.prefixes);
+  std::vector<std::string> names, parents;
+  for (const ParameterEntry& entry : table.entries()) {
+    // As in rclcpp, a parameter without a value is listed.
+    if (!is_listed(entry.name, prefixes, request.depth)) continue;
+    names.push_back(entry.name);
+    const auto dot = entry.name.rfind('.');
+    if (dot == std::string::npos) continue;
+    const std::string parent = entry.name.substr(0, dot);
+    if (std::find(parents.begin(), parents.end(), parent) == parents.end()) {
+      parents.push_back(parent);
+    }
+  }
+  return assign(response.result.names, names) && assign(response.result.prefixes, parents);
+}
+
+bool ParameterServer::State::set(const SetParameters::Request& request,
+                                 SetParameters::Response& response) {
+  const auto parameters = parameters_of(request.parameters);
+  auto& list = response.results;
+  if (!rcl_interfaces__msg__SetParametersResult__Sequence__init(&list, parameters.size())) {
+    return false;
+  }
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (!fill(list.data[i], apply({parameters[i]}))) return false;
+  }
+  return true;
+}
+
+bool ParameterServer::State::set_all(const SetParametersAtomically::Request& request,
+                                     SetParametersAtomically::Response& response) {
+  return fill(response.result, apply(parameters_of(request.parameters)));
+}
+
+SetResult ParameterServer::State::apply(std::vector<Parameter> parameters) {
+  ParameterDifferences differences;
+  const auto asking = [this](const std::vector<Parameter>& checked) { return ask(checked); };
+  const SetResult result =
+      table.apply(std::move(parameters), asking, options.describe, differences);
+  publish(differences);
+  follow_sim_time();
+  return result;
+}
+
+// use_sim_time is ours; everything else is the owner's to decide.
+SetResult ParameterServer::State::ask(const std::vector<Parameter>& parameters) {
+  std::vector<Parameter> others;
+  std::copy_if(parameters.begin(), parameters.end(), std::back_inserter(others),
+               [](const Parameter& parameter) { return parameter.name != kUseSimTime; });
+  if (others.empty() || !options.set) return {};
+  return options.set(others);
+}
+
+std::vector<ParameterEntry> ParameterServer::State::with_sim_time(
+    std::vector<ParameterEntry> entries, bool on) const {
+  const bool there = std::any_of(entries.begin(), entries.end(), [](const ParameterEntry& entry) {
+    return entry.name == kUseSimTime;
+  });
+  if (!there) entries.push_back(sim_time_entry(on));
+  return entries;
+}
+
+void ParameterServer::State::replace(std::vector<ParameterEntry> entries) {
+  publish(table.replace(with_sim_time(std::move(entries), sim_time)));
+  follow_sim_time();
+}
+
+void ParameterServer::State::follow_sim_time() {
+  const bool on = is_on(table.find(kUseSimTime));
+  if (on == sim_time) return;
+  sim_time = on;
+  if (options.use_sim_time) options.use_sim_time(on);
+}
+
+ParameterServer::ParameterServer(Node& node, ParameterServerOptions options)
+    : state_(std::make_unique<State>(node, std::move(options))) {}
+
+ParameterServer::~ParameterServer() = default;
+
+bool ParameterServer::drain() {
+  State& state = *state_;
+  state.ready.collect(state.turns);
+  for (int served = 0; !state.turns.empty() && served < kRequestsPerDrain;) {
+    ReadyList::Slot& slot = *state.turns.front();
+    state.turns.pop_front();
+    slot.in_turn = false;
+    slot.bits_of_turn = 0;
+    if (!static_cast<ServiceEndpoint*>(slot.owner)->serve()) continue;
+    ++served;
+    slot.bits_of_turn = kReadyMessage;
+    slot.in_turn = true;
+    state.turns.push_back(&slot);
+  }
+  return !state.turns.empty();
+}
+
+void ParameterServer::replace(std::vector<ParameterEntry> entries) {
+  state_->replace(std::move(entries));
+}
+
+const std::vector<ParameterEntry>& ParameterServer::entries() const {
+  return state_->table.entries();
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,44 @@
+// The parameters of the node and the rules for changing them, without ROS.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ros/parameter.hpp"
+
+namespace connect_bridge::ros {
+
+// What /parameter_events tells.
+struct ParameterDifferences {
+  std::vector<Parameter> added, changed, removed;
+  [[nodiscard]] bool empty() const { return added.empty() && changed.empty() && removed.empty(); }
+};
+
+class ParameterTable {
+ public:
+  using Set = std::function<SetResult(const std::vector<Parameter>&)>;
+  using Describe = std::function<std::optional<ParameterEntry>(const std::string& name)>;
+
+  explicit ParameterTable(std::vector<ParameterEntry> entries);
+
+  // All or none: checks names, types and ranges, asks `set`, then changes the entries.
+  SetResult apply(std::vector<Parameter> parameters, const Set& set, const Describe& describe,
+                  ParameterDifferences& differences);
+  ParameterDifferences replace(std::vector<ParameterEntry> entries);
+
+  [[nodiscard]] const ParameterEntry* find(const std::string& name) const;
+  [[nodiscard]] const std::vector<ParameterEntry>& entries() const { return entries_; }
+
+ private:
+  ParameterEntry* find_mutable(const std::string& name);
+  SetResult check(Parameter& parameter, const Describe& describe,
+                  std::vector<ParameterEntry>& described) const;
+  void change(const Parameter& parameter, std::vector<ParameterEntry>& described,
+              ParameterDifferences& differences);
+
+  std::vector<ParameterEntry> entries_;  // sorted by name
+};
+
+}  // namespace connect_bridge::ros

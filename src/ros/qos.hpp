@@ -1,0 +1,18 @@
+// Quality of service between the core's value and rmw's.
+#pragma once
+
+#include <rmw/qos_policy_kind.h>
+#include <rmw/types.h>
+
+#include <string>
+
+#include "core/base/qos.hpp"
+
+namespace connect_bridge::ros {
+
+// What the graph tells about an endpoint. Unknown history or depth: depth 0.
+[[nodiscard]] Qos from_rmw(const rmw_qos_profile_t& profile);
+[[nodiscard]] rmw_qos_profile_t to_rmw(const Qos& qos);
+[[nodiscard]] std::string policy_name(rmw_qos_policy_kind_t kind);  // "reliability"
+
+}  // namespace connect_bridge::ros

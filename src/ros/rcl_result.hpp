@@ -1,0 +1,20 @@
+// The one place where rcl's return codes become text and rcl's error state is cleared.
+#pragma once
+
+#include <rcl/types.h>
+
+#include <string>
+
+namespace connect_bridge::ros {
+
+// "what: rcl's own words". Clears the error text of this thread.
+[[nodiscard]] std::string error_text(const std::string& what, rcl_ret_t code);
+
+// Nothing is to be said about this failure; clears the error text of this thread. True: it was
+// fine.
+bool ignore_error(rcl_ret_t code);
+
+// Start-up only: throws RosError unless the code is RCL_RET_OK.
+void require_ok(rcl_ret_t code, const std::string& what);
+
+}  // namespace connect_bridge::ros

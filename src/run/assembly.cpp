@@ -1,0 +1,122 @@
+#include "run/assembly.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <random>
+#include <string_view>
+
+#include "auth/credential.hpp"
+#include "ros/type_supports.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kStrangersMax = 256;  // connections before login
+
+Now wall_clock() {
+  Now now;
+  now.system = static_cast<Stamp>(std::time(nullptr)) * 1'000'000'000;
+  return now;
+}
+
+std::uint64_t secret_random() {
+  static thread_local std::random_device device;
+  return (std::uint64_t{device()} << 32) | device();
+}
+
+SocketOptions socket_options(const Config& config) {
+  SocketOptions sockets;
+  sockets.unsent_bytes_max = config.socket.not_sent_bytes;
+  sockets.congestion_control = config.socket.congestion_control;
+  return sockets;
+}
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembly) {
+  AuthOptions auth;
+  auth.method = config.auth.method;
+  auth.token = config.auth.token;
+  auth.token_file = config.auth.token_file;
+  if (auth.token.empty() && auth.token_file.empty())
+    if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
+  AuthSetup setup = make_authenticator(auth, wall_clock());
+  append(assembly.problems, setup.problems);
+  append(assembly.warnings, setup.warnings);
+  parts.authenticator = std::move(setup.authenticator);
+  parts.listen.address = config.listen.address;
+  parts.listen.port = config.listen.port;
+  parts.listen.path = config.listen.path;
+  // The core counts links after login; strangers must not take the place of those.
+  parts.listen.connections_max = config.limits.links_max + kStrangersMax;
+  if (!config.tls.certificate.empty())
+    parts.listen.tls = ServerTls{config.tls.certificate, config.tls.private_key, config.tls.ca};
+}
+
+void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembly) {
+  Credential credential =
+      client_credential({config.auth.method, config.auth.token, config.auth.token_file});
+  append(assembly.problems, credential.problems);
+  append(assembly.warnings, credential.warnings);
+  parts.side.credential = std::move(credential.bytes);
+  parts.side.login_method = config.auth.method;
+  parts.dial.url = {config.dial.tls, config.dial.host, config.dial.port, config.dial.target};
+  parts.dial.tls.ca_file = config.tls.ca;
+  parts.dial.tls.server_name = config.tls.server_name;
+  parts.dial.tls.certificate_file = config.tls.certificate;
+  parts.dial.tls.private_key_file = config.tls.private_key;
+  parts.dial.timeout =
+      std::chrono::duration_cast<std::chrono::milliseconds>(parts.side.dial_timeout);
+}
+
+}  // namespace
+
+Assembly assemble(const Config& config, const std::string& node) {
+  Assembly assembly;
+  BridgeParts parts;
+  parts.config = config;
+  parts.side = side_options(config);
+  parts.side.node = node;
+  parts.side.secret_random = &secret_random;
+  parts.sockets = socket_options(config);
+  if (config.role == Role::kServer) {
+    assemble_server(config, parts, assembly);
+  } else {
+    assemble_client(config, parts, assembly);
+  }
+  if (assembly.problems.empty()) assembly.parts = std::move(parts);
+  return assembly;
+}
+
+Surroundings surroundings() {
+  Surroundings s;
+  const char* token = std::getenv(kTokenVariable);
+  s.token_in_environment = token && *token;
+  s.readable = [](const std::string& file) { return access(file.c_str(), R_OK) == 0; };
+  s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
+    return !std::holds_alternative<ros::TypeRefusal>(types->message(type, ""));
+  };
+  return s;
+}
+
+void hide_secrets(int argc, char** argv) {
+  constexpr std::string_view kKey = "auth.token:=";
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument(argv[i]);
+    const auto at = argument.find(kKey);
+    if (at != std::string_view::npos)
+      std::memset(argv[i] + at + kKey.size(), 'x', argument.size() - at - kKey.size());
+  }
+  if (char* token = std::getenv(kTokenVariable)) {
+    std::memset(token, 'x', std::strlen(token));
+    unsetenv(kTokenVariable);
+  }
+}
+
+}  // namespace connect_bridge

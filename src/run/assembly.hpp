@@ -1,0 +1,27 @@
+// From a Config to the parts of a bridge: files and the environment are read here.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "run/bridge.hpp"
+
+namespace connect_bridge {
+
+struct Assembly {
+  std::optional<BridgeParts> parts;   // present exactly if there are no problems
+  std::vector<std::string> problems;  // sentences, each naming key or file
+  std::vector<std::string> warnings;
+};
+
+// `node`: the fully qualified name of ours.
+Assembly assemble(const Config& config, const std::string& node);
+
+// What the configuration wants to know of this machine.
+Surroundings surroundings();
+
+// Overwrites secrets in the arguments and the environment, where other users of the machine could
+// read them.
+void hide_secrets(int argc, char** argv);
+
+}  // namespace connect_bridge

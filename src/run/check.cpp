@@ -1,0 +1,80 @@
+#include "run/check.hpp"
+
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+#include "config/config.hpp"
+#include "ros/parameter_file.hpp"
+#include "run/assembly.hpp"
+#include "run/parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kExitConfiguration = 2;
+constexpr char kServerNode[] = "/connect_server";
+constexpr char kClientNode[] = "/connect_client";
+
+struct Given {
+  bool found = false;
+  ros::ParameterMap parameters;
+};
+
+Given parameters_for(const ros::ParameterFile& file, const std::string& node) {
+  Given given;
+  for (const auto& section : file.sections) {
+    if (!ros::node_name_matches(section.node, node)) continue;
+    given.found = true;
+    for (const auto& [key, value] : section.parameters)
+      given.parameters.insert_or_assign(key, value);
+  }
+  return given;
+}
+
+// A file for any node ("/**") is a client's if it says whom to dial.
+std::optional<Role> role_of(const ros::ParameterFile& file, const std::string& asked) {
+  if (asked == "server") return Role::kServer;
+  if (asked == "client") return Role::kClient;
+  const Given server = parameters_for(file, kServerNode);
+  const Given client = parameters_for(file, kClientNode);
+  if (client.found && (!server.found || client.parameters.contains("url"))) return Role::kClient;
+  if (server.found) return Role::kServer;
+  return std::nullopt;
+}
+
+int report(const std::string& file, const std::vector<std::string>& problems) {
+  std::fprintf(stderr, "%s: %zu problem%s\n", file.c_str(), problems.size(),
+               problems.size() == 1 ? "" : "s");
+  for (const auto& problem : problems) std::fprintf(stderr, "  %s\n", problem.c_str());
+  return kExitConfiguration;
+}
+
+}  // namespace
+
+int check_file(const std::string& file, const std::string& asked_role) {
+  const ros::ParameterFile read = ros::read_parameter_file(file);
+  if (!read.problem.empty()) return report(file, {read.problem});
+  const auto role = role_of(read, asked_role);
+  if (!role)
+    return report(file,
+                  {"no parameters for connect_server or connect_client; with another node name say "
+                   "--role server or --role client"});
+  const std::string node = *role == Role::kServer ? kServerNode : kClientNode;
+  Given given = parameters_for(read, node);
+  if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
+  std::vector<Problem> wrong;
+  Parsed parsed = parse_config(to_config(given.parameters, wrong), *role, surroundings());
+  wrong.insert(wrong.end(), parsed.problems.begin(), parsed.problems.end());
+  std::vector<std::string> problems;
+  for (const auto& problem : wrong) problems.push_back(to_text(problem));
+  if (!parsed.config || !problems.empty()) return report(file, problems);
+  const Assembly assembly = assemble(*parsed.config, node);
+  if (!assembly.problems.empty()) return report(file, assembly.problems);
+  std::fputs(explain(*parsed.config).c_str(), stdout);
+  for (const auto& warning : parsed.config->warnings) std::printf("Warning: %s\n", warning.c_str());
+  for (const auto& warning : assembly.warnings) std::printf("Warning: %s\n", warning.c_str());
+  return 0;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,12 @@
+// `ctl check FILE`: what a side would do with a parameter file, without starting it.
+#pragma once
+
+#include <string>
+
+namespace connect_bridge {
+
+// Prints what each rule allows to whom, or all problems. `role`: "server", "client", or empty:
+// found from the file. Exit code: 0 in order, 2 not.
+int check_file(const std::string& file, const std::string& role);
+
+}  // namespace connect_bridge

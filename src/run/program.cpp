@@ -1,0 +1,70 @@
+#include "run/program.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <optional>
+
+#include "run/assembly.hpp"
+#include "run/parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kExitRos = 1;
+constexpr int kExitConfiguration = 2;
+
+int refuse(const std::vector<std::string>& problems) {
+  std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
+               problems.size() == 1 ? "" : "s");
+  for (const auto& problem : problems) std::fprintf(stderr, "  %s\n", problem.c_str());
+  return kExitConfiguration;
+}
+
+std::optional<Config> read_config(const ros::Node& node, Role role,
+                                  std::vector<std::string>& problems) {
+  for (const auto& argument : node.arguments())
+    // What stands behind := may be a token.
+    problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
+                       "\": expected --ros-args ...");
+  std::vector<Problem> wrong;
+  const ParameterMap given = to_config(node.parameter_overrides(), wrong);
+  Parsed parsed = parse_config(given, role, surroundings());
+  wrong.insert(wrong.end(), parsed.problems.begin(), parsed.problems.end());
+  for (const auto& problem : wrong) problems.push_back(to_text(problem));
+  return problems.empty() ? std::move(parsed.config) : std::nullopt;
+}
+
+int start(ros::Node& node, Role role, int argc, char** argv) {
+  std::vector<std::string> problems;
+  const auto config = read_config(node, role, problems);
+  if (!config) return refuse(problems);
+  Assembly assembly = assemble(*config, node.full_name());
+  if (!assembly.parts) return refuse(assembly.problems);
+  hide_secrets(argc, argv);
+  for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
+  for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
+  Bridge bridge(node, std::move(*assembly.parts));
+  const std::string problem = bridge.open();
+  if (!problem.empty()) return refuse({problem});
+  bridge.run();
+  return 0;
+}
+
+}  // namespace
+
+int run_program(Role role, int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    ros::NodeOptions options;
+    options.name = role == Role::kServer ? "connect_server" : "connect_client";
+    options.argc = argc;
+    options.argv = argv;
+    ros::Node node(options);
+    return start(node, role, argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "Not started: %s\n", error.what());
+    return kExitRos;
+  }
+}
+
+}  // namespace connect_bridge

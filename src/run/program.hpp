@@ -1,0 +1,12 @@
+// The programs `server` and `client`: they differ in the role alone.
+#pragma once
+
+#include "core/side/side.hpp"
+
+namespace connect_bridge {
+
+// Exit codes: 0 orderly end, 1 ROS does not start, 2 wrong configuration or the port cannot be
+// opened.
+int run_program(Role role, int argc, char** argv);
+
+}  // namespace connect_bridge

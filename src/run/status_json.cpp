@@ -1,0 +1,84 @@
+#include "run/status_json.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double milliseconds(Duration d) {
+  return static_cast<double>(d.count()) / 1e6;
+}
+
+Json to_value(const TopicStatus& topic) {
+  Json dropped = Json::object();
+  for (std::size_t i = 0; i < kDropReasons; ++i)
+    if (topic.dropped.by_reason[i] > 0)
+      dropped[std::string(name_of(static_cast<DropReason>(i)))] = topic.dropped.by_reason[i];
+  Json json = {{"topic", topic.topic},
+               {"type", topic.type},
+               {"direction", topic.exported ? "export" : "import"},
+               {"demanded", topic.demanded},
+               {"origins", topic.origins},
+               {"messages", topic.messages},
+               {"bytes", topic.bytes},
+               {"wire_bytes", topic.wire_bytes},
+               {"queued", topic.queued},
+               {"dropped", dropped}};
+  if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
+  if (!topic.declined.empty()) json["declined"] = topic.declined;
+  return json;
+}
+
+Json to_value(const LinkStatus& link) {
+  Json json = {{"peer", link.peer},
+               {"node", link.node},
+               {"identity", link.identity},
+               {"open", link.open},
+               {"connects", link.connects},
+               {"sent_bytes", link.sent_bytes},
+               {"received_bytes", link.received_bytes},
+               {"queued_bytes", link.queued_bytes},
+               {"unacknowledged_bytes", link.unacknowledged_bytes}};
+  if (link.clock.known)
+    json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
+                     {"round_trip_ms", milliseconds(link.clock.round_trip)},
+                     {"error_bound_ms", milliseconds(link.clock.error_bound)}};
+  json["topics"] = Json::array();
+  for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const Status& status, const RunStatus& run) {
+  Json json = {{"node", run.node},
+               {"role", run.role},
+               {"loop_lag_ms", run.loop_lag_ms},
+               {"memory_bytes", status.memory_bytes},
+               {"taken", run.taken},
+               {"published", run.published},
+               {"last_failure", status.last_failure}};
+  json["links"] = Json::array();
+  for (const auto& link : status.links) json["links"].push_back(to_value(link));
+  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string write_atomically(const std::string& file, const std::string& text) {
+  const std::string part = file + ".part";
+  {
+    std::ofstream out(part, std::ios::trunc);
+    out << text << '\n';
+    if (!out) return "cannot write " + part + ": " + std::strerror(errno);
+  }
+  if (std::rename(part.c_str(), file.c_str()) != 0)
+    return "cannot replace " + file + ": " + std::strerror(errno);
+  return {};
+}
+
+}  // namespace connect_bridge

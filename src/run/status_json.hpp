@@ -1,0 +1,24 @@
+// The status of a side as JSON, for the status file (docs/config.md, `status_file`).
+#pragma once
+
+#include <string>
+
+#include "core/side/status.hpp"
+
+namespace connect_bridge {
+
+// What the run layer adds to the core's status.
+struct RunStatus {
+  std::string node;
+  std::string role;         // "server" or "client"
+  double loop_lag_ms = 0;   // longest hold-up of the loop in the last second
+  std::uint64_t taken = 0;  // samples taken from ROS
+  std::uint64_t published = 0;
+};
+
+std::string to_json(const Status& status, const RunStatus& run);
+
+// Replaces the file in one step; returns what went wrong, or nothing.
+std::string write_atomically(const std::string& file, const std::string& text);
+
+}  // namespace connect_bridge

@@ -1,0 +1,59 @@
+#include "run/workers.hpp"
+
+#include <utility>
+
+#include "core/compress/compress.hpp"
+
+namespace connect_bridge {
+namespace {
+
+JobDone carry_out(const CompressJob& job) {
+  JobDone done{job.job, std::nullopt};
+  if (auto body = compress(job.raw.view(), job.how)) done.result = Payload::adopt(std::move(*body));
+  return done;
+}
+
+JobDone carry_out(const DecompressJob& job) {
+  JobDone done{job.job, std::nullopt};
+  auto raw = decompress(job.body.view(), job.codec, job.raw_bytes);
+  if (raw) done.result = Payload::adopt(std::move(raw).value());
+  return done;
+}
+
+}  // namespace
+
+Workers::Workers(unsigned threads, std::function<void(JobDone)> done) : done_(std::move(done)) {
+  for (unsigned i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+}
+
+Workers::~Workers() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    waiting_.clear();
+  }
+  changed_.notify_all();
+  for (auto& thread : threads_) thread.join();
+}
+
+void Workers::add(Job job) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(job));
+  }
+  changed_.notify_one();
+}
+
+void Workers::run() {
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+    if (ending_) return;
+    const Job job = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    done_(std::visit([](const auto& j) { return carry_out(j); }, job));
+  }
+}
+
+}  // namespace connect_bridge

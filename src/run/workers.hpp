@@ -1,0 +1,42 @@
+// A small pool for work that would hold up the loop: compressing and decompressing large messages.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include "core/side/ports.hpp"
+
+namespace connect_bridge {
+
+// Jobs are pure; their results come back through `done`, called from a worker's thread. The core
+// bounds how many jobs it gives (one per channel at a time), so the queue needs no bound of its
+// own.
+class Workers {
+ public:
+  using Job = std::variant<CompressJob, DecompressJob>;
+
+  Workers(unsigned threads, std::function<void(JobDone)> done);
+  // Finishes the running jobs, forgets the waiting ones.
+  ~Workers();
+  Workers(const Workers&) = delete;
+  Workers& operator=(const Workers&) = delete;
+
+  void add(Job job);  // any thread
+
+ private:
+  void run();
+
+  std::function<void(JobDone)> done_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Job> waiting_;
+  bool ending_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace connect_bridge

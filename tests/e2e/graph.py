@@ -1,0 +1,148 @@
+"""A ROS graph as its nodes see it: rclpy nodes in one domain id, in a context of their own."""
+
+import contextlib
+import threading
+import time
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+WAIT = 20.0  # seconds that anything may take on a busy machine; a pass takes milliseconds
+
+
+def until(condition, what, timeout=WAIT, step=0.01):
+    """Waits until the condition holds and returns what it returned."""
+    end = time.monotonic() + timeout
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {timeout:g} s: {what() if callable(what) else what}")
+        time.sleep(step)
+
+
+class Collector:
+    """What one subscription received, in order. Messages of other runs can be cleared."""
+
+    def __init__(self, node, kind, topic, qos, raw=False):
+        self.topic = topic
+        self.messages = []
+        self.times = []
+        self._node = node
+        self._subscription = node.create_subscription(kind, topic, self._received, qos, raw=raw)
+
+    def _received(self, message):
+        self.times.append(time.monotonic())
+        self.messages.append(message)
+
+    def wait(self, count=1, timeout=WAIT):
+        """The messages, once there are so many."""
+        until(
+            lambda: len(self.messages) >= count,
+            lambda: f"{count} messages on {self.topic}, there are {len(self.messages)}",
+            timeout,
+        )
+        return self.messages
+
+    def wait_for(self, condition, what="a message", timeout=WAIT):
+        until(
+            lambda: any(condition(m) for m in list(self.messages)),
+            f"{what} on {self.topic}",
+            timeout,
+        )
+
+    def clear(self):
+        self.messages.clear()
+        self.times.clear()
+
+    def close(self):
+        self._node.destroy_subscription(self._subscription)
+
+
+class Graph:
+    """Nodes of one domain id. Callbacks run on a thread of its own; all else is the test's."""
+
+    def __init__(self, domain):
+        self.domain = domain
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._nodes = []
+        self.tester = self.node("tester")
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self):
+        with contextlib.suppress(ExternalShutdownException):
+            while self.context.ok():
+                self._executor.spin_once(timeout_sec=0.2)
+
+    def node(self, name, **options):
+        options = {"enable_rosout": False, "start_parameter_services": False, **options}
+        node = Node(name, context=self.context, **options)
+        self._executor.add_node(node)
+        self._nodes.append(node)
+        return node
+
+    def remove(self, node):
+        self._nodes.remove(node)
+        self._executor.remove_node(node)
+        node.destroy_node()
+
+    def publisher(self, kind, topic, qos=10, node=None):
+        return (node or self.tester).create_publisher(kind, topic, qos)
+
+    def collector(self, kind, topic, qos=10, node=None, raw=False):
+        return Collector(node or self.tester, kind, topic, qos, raw)
+
+    def publishers(self, topic):
+        """The publishers of a topic, as `ros2 topic info --verbose` shows them."""
+        return self.tester.get_publishers_info_by_topic(topic)
+
+    def subscriptions(self, topic):
+        return self.tester.get_subscriptions_info_by_topic(topic)
+
+    def topics(self):
+        """Name -> types of all that is published here."""
+        return {
+            name: types
+            for name, types in self.tester.get_topic_names_and_types()
+            if self.tester.count_publishers(name)
+        }
+
+    def wait_publishers(self, topic, count, timeout=WAIT):
+        until(
+            lambda: len(self.publishers(topic)) == count,
+            lambda: f"{count} publishers of {topic} in domain {self.domain}, there are "
+            + str([f"{p.node_namespace} {p.node_name}" for p in self.publishers(topic)]),
+            timeout,
+        )
+        return self.publishers(topic)
+
+    def close(self):
+        for node in list(self._nodes):
+            self.remove(node)
+        self.context.try_shutdown()
+        self._thread.join(5)
+        self._executor.shutdown(0.1)
+
+
+def connect(publisher, collector, message, timeout=WAIT):
+    """Publishes until something arrives, waits until nothing more is on its way, and forgets it."""
+    end = time.monotonic() + timeout
+    while not collector.messages:
+        assert time.monotonic() < end, f"nothing of {collector.topic} arrives within {timeout:g} s"
+        publisher.publish(message)
+        time.sleep(0.05)
+    before = 0
+    while before != len(collector.messages):
+        before = len(collector.messages)
+        time.sleep(0.2)
+    collector.clear()
+
+
+def qos(depth=10, **policies):
+    return QoSProfile(depth=depth, **policies)

@@ -1,0 +1,98 @@
+"""A TCP relay between client and server whose line can be cut, stalled (half-open) and healed."""
+
+import contextlib
+import select
+import socket
+import threading
+
+_PART = 1 << 16
+
+
+class Relay:
+    """Listens on `port`; every connection gets one of its own to the target."""
+
+    def __init__(self, target_port):
+        self._target = ("127.0.0.1", target_port)
+        self._lock = threading.Lock()
+        self._pairs = []
+        self._stalled = threading.Event()
+        self._refuses = False
+        self._closed = False
+        self.connections = 0
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            try:
+                near, _ = self._listener.accept()
+            except OSError:
+                return
+            if self._refuses:
+                near.close()
+                continue
+            try:
+                far = socket.create_connection(self._target, timeout=2)
+            except OSError:
+                near.close()
+                continue
+            for end in (near, far):
+                end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            with self._lock:
+                self._pairs.append((near, far))
+                self.connections += 1
+            threading.Thread(target=self._carry, args=(near, far), daemon=True).start()
+
+    def _carry(self, near, far):
+        other = {near: far, far: near}
+        with contextlib.suppress(OSError, ValueError):
+            while not self._closed:
+                for end in select.select([near, far], [], [], 0.1)[0]:
+                    while self._stalled.is_set() and not self._closed:  # bytes wait, unread
+                        if (near, far) not in self._pairs:
+                            return
+                        self._stalled_wait()
+                    part = end.recv(_PART)
+                    if not part:
+                        raise OSError("closed")
+                    other[end].sendall(part)
+        self._drop((near, far))
+
+    def _stalled_wait(self):
+        threading.Event().wait(0.02)
+
+    def _drop(self, pair):
+        with self._lock:
+            if pair in self._pairs:
+                self._pairs.remove(pair)
+        for end in pair:
+            with contextlib.suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+            end.close()
+
+    def cut(self):
+        """Ends all connections and refuses new ones, as a dead access point does."""
+        self._refuses = True
+        self.break_connections()
+
+    def break_connections(self):
+        """Ends all connections; new ones are served."""
+        for pair in list(self._pairs):
+            self._drop(pair)
+
+    def stall(self):
+        """Nothing passes, and nobody is told, as on a link that has lost its radio."""
+        self._stalled.set()
+
+    def heal(self, keep=False):
+        """Serves again. What was stalled is lost unless `keep`: its connections end unseen."""
+        if not keep and self._stalled.is_set():
+            self.break_connections()
+        self._refuses = False
+        self._stalled.clear()
+
+    def close(self):
+        self._closed = True
+        self._listener.close()
+        self.break_connections()

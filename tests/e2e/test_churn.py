@@ -1,0 +1,146 @@
+"""Graphs that change all the time: what comes is served, what goes leaves nothing behind."""
+
+import time
+
+import pytest
+from connect_bridge_test_interfaces.msg import Blob
+from rclpy.qos import DurabilityPolicy
+from std_msgs.msg import String
+
+from graph import Graph, connect, qos, until
+
+MIB = 1 << 20
+
+
+@pytest.mark.slow
+def test_a_publisher_of_the_same_name_restarted_50_times(pair, topic):
+    """Each incarnation is heard, none twice, and one is there at the end."""
+    collector = pair.operator.collector(Blob, topic)
+    for incarnation in range(50):
+        node = pair.robot.node("restless")
+        publisher = pair.robot.publisher(Blob, topic, 10, node)
+        sequence = 0
+
+        def heard():
+            nonlocal sequence
+            sequence += 1
+            publisher.publish(Blob(sequence=sequence, sent_ns=incarnation))
+            return any(m.sent_ns == incarnation for m in list(collector.messages))
+
+        until(heard, f"incarnation {incarnation}", step=0.02)
+        pair.robot.remove(node)
+    seen = [(m.sent_ns, m.sequence) for m in collector.messages]
+    assert len(seen) == len(set(seen)), "something came twice"
+    pair.operator.wait_publishers(topic, 0)
+
+
+def test_a_latched_publisher_restarted(pair, topic):
+    """A new incarnation says something new: it is not taken for the old one."""
+    latched = qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    collector = pair.operator.collector(String, topic, qos(50, durability=latched.durability))
+    for incarnation in range(10):
+        node = pair.robot.node("restless")
+        pair.robot.publisher(String, topic, latched, node).publish(String(data=str(incarnation)))
+        collector.wait(incarnation + 1)
+        pair.robot.remove(node)
+    time.sleep(0.5)
+    assert [m.data for m in collector.messages] == [str(i) for i in range(10)]
+
+
+def test_13_nodes_joining_at_once(pair):
+    """Each is a process of its own to the middleware, as after a launch file."""
+    joining = [Graph(pair.domains[0]) for _ in range(13)]
+    try:
+        alone = {i: g.publisher(String, f"/t/joined/own_{i}") for i, g in enumerate(joining)}
+        shared = [g.publisher(String, "/t/joined/shared") for g in joining]
+        own = {i: pair.operator.collector(String, f"/t/joined/own_{i}") for i in alone}
+        together = pair.operator.collector(String, "/t/joined/shared", 100)
+        pair.operator.wait_publishers("/t/joined/shared", len(joining))
+
+        def all_heard():
+            for i, publisher in alone.items():
+                publisher.publish(String(data=str(i)))
+                shared[i].publish(String(data=str(i)))
+            heard = {m.data for m in list(together.messages)}
+            return all(c.messages for c in own.values()) and len(heard) == len(joining)
+
+        until(all_heard, "every node is heard on both topics", step=0.2)
+        assert all(m.data == str(i) for i, c in own.items() for m in c.messages)
+    finally:
+        for graph in joining:
+            graph.close()
+    pair.operator.wait_publishers("/t/joined/shared", 0)
+
+
+@pytest.mark.slow
+def test_10000_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
+    """Demand rises and falls all the time; neither side may keep anything of it."""
+    names = [f"{topic}/n{i}" for i in range(4)]
+    publishers = [pair.robot.publisher(String, name) for name in names]
+    for name in names:
+        pair.operator.wait_publishers(name, 1)
+    resident = {}
+    begin = time.monotonic()
+    for cycle in range(10_000):
+        pair.operator.collector(String, names[cycle % len(names)]).close()
+        if cycle % 100 == 99:  # some live long enough to be served
+            brief = pair.operator.collector(String, names[0])
+            connect(publishers[0], brief, String(data=str(cycle)))
+            brief.close()
+        if cycle == 2000:
+            resident = {side.name: side.resident_bytes() for side in pair.bridge.sides}
+    for side in pair.bridge.sides:
+        grown = side.resident_bytes() - resident[side.name]
+        assert grown < 3 * MIB, f"{side.name} has grown by {grown / MIB:.1f} MiB"
+    until(lambda: all(not exported(pair, name) for name in names), "the exporter lets go")
+    print(f"{time.monotonic() - begin:.1f} s")
+
+
+def exported(pair, topic):
+    """The exporter's own subscriptions of a topic."""
+    return [s for s in pair.robot.subscriptions(topic) if s.node_name == "connect_server"]
+
+
+def test_demand_decides_whether_anything_is_subscribed(pair, topic):
+    """Without a subscriber at the operator the exporter holds none at the robot."""
+    publisher = pair.robot.publisher(String, topic)
+    pair.operator.wait_publishers(topic, 1)
+    time.sleep(0.5)
+    assert not exported(pair, topic)
+    first = pair.operator.collector(String, topic)
+    until(lambda: exported(pair, topic), "demand reaches the robot")
+    connect(publisher, first, String(data="warm"))
+    second = pair.operator.collector(String, topic)
+    connect(publisher, second, String(data="warm"))
+    assert len(exported(pair, topic)) == 1
+    first.clear()
+    before = crossed(pair, topic)
+    for _ in range(10):
+        publisher.publish(String(data="both"))
+    first.wait(10), second.wait(10)
+    until(
+        lambda: crossed(pair, topic) - before == 10,
+        lambda: f"10 cross, not "
+        f"{crossed(pair, topic) - before}: a second subscriber costs nothing",
+        5,
+        0.1,
+    )
+    first.close()
+    time.sleep(0.5)
+    assert exported(pair, topic)
+    second.close()
+    until(lambda: not exported(pair, topic), "the exporter lets go")
+
+
+def crossed(pair, topic):
+    """Messages that the server has handed to the link, from its status (which is a second old)."""
+    time.sleep(1.2)
+    return pair.server.topic(topic, "export").get("messages", 0)
+
+
+def test_a_topic_without_publisher_is_not_offered(pair, topic):
+    """A subscriber at the operator alone makes nothing exist at the robot."""
+    pair.operator.collector(String, topic)
+    time.sleep(1)
+    assert not pair.operator.publishers(topic)
+    assert not pair.robot.subscriptions(topic)

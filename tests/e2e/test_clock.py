@@ -1,0 +1,105 @@
+"""/clock: relayed newest-only, or published by the importing side itself."""
+
+import threading
+import time
+
+from rclpy.qos import ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
+from graph import qos, until
+
+CLOCK_QOS = qos(1, reliability=ReliabilityPolicy.BEST_EFFORT)  # as nodes with use_sim_time have it
+PUBLISH = {
+    "rules": ["time"],
+    "rule": {"time": {"import_topics": ["/clock"], "clock": "publish", "clock_rate": 100.0}},
+}
+
+
+def seconds(message):
+    return message.clock.sec + message.clock.nanosec / 1e9
+
+
+class Simulator:
+    """Publishes /clock at 100 Hz, from 1000 s on, at half the speed of real time."""
+
+    def __init__(self, graph):
+        self._publisher = graph.publisher(Clock, "/clock", qos(1))
+        self._begin = time.monotonic()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def now(self):
+        return 1000 + (time.monotonic() - self._begin) / 2
+
+    def _run(self):
+        while not self._stop.wait(0.01):
+            message = Clock()
+            message.clock.sec = int(self.now())
+            message.clock.nanosec = int(self.now() % 1 * 1e9)
+            self._publisher.publish(message)
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+
+
+def check(collector, now, tolerance):
+    """Rate, order and value of what has been collected in two seconds."""
+    collector.wait(1)
+    collector.clear()
+    errors = []
+    begin = time.monotonic()
+    seen = 0
+    while time.monotonic() - begin < 2:
+        if len(collector.messages) > seen:
+            seen = len(collector.messages)
+            errors.append(abs(seconds(collector.messages[-1]) - now()))
+        time.sleep(0.001)
+    values = [seconds(m) for m in collector.messages]
+    assert values == sorted(values), "time went backwards"
+    assert 100 < len(values) <= 220, len(values)
+    errors.sort()
+    assert errors[len(errors) // 2] < tolerance, f"off by {errors[len(errors) // 2]} s"
+
+
+def test_relay(make_pair):
+    pair = make_pair()
+    simulator = Simulator(pair.robot)
+    collector = pair.operator.collector(Clock, "/clock", CLOCK_QOS)
+    check(collector, simulator.now, 0.05)
+    simulator.stop()
+
+
+def test_publish_the_robots_simulated_time(make_pair):
+    pair = make_pair(
+        server={
+            "use_sim_time": True,
+            "rules": ["time"],
+            "rule": {"time": {"export_topics": ["/clock"]}},
+        },
+        client=PUBLISH,
+    )
+    simulator = Simulator(pair.robot)
+    collector = pair.operator.collector(Clock, "/clock", CLOCK_QOS)
+    check(collector, simulator.now, 0.05)
+    simulator.stop()
+    assert len(pair.operator.publishers("/clock")) == 1
+
+
+def test_publish_the_robots_system_time(make_pair):
+    pair = make_pair(client=PUBLISH)
+    collector = pair.operator.collector(Clock, "/clock", CLOCK_QOS)
+    check(collector, time.time, 0.05)
+    assert pair.client.stop() == 0
+    until(lambda: not pair.operator.publishers("/clock"), "it ends with the client")
+
+
+def test_offset_and_delay_are_visible(make_pair):
+    pair = make_pair()
+    clock = until(
+        lambda: pair.client.links() and pair.client.links()[0].get("clock"), "a clock", 15
+    )
+    assert abs(clock["offset_ms"]) < 5
+    assert 0 < clock["round_trip_ms"] < 50
+    assert clock["error_bound_ms"] <= clock["round_trip_ms"]

@@ -1,0 +1,76 @@
+"""The demo says what crossed, and leaves no process behind however it ends."""
+
+import os
+import pathlib
+import pty
+import signal
+import subprocess
+import time
+
+import pytest
+
+from graph import until
+from harness.programs import ROOT
+
+MARK = "CONNECT_DEMO_TEST"
+
+
+def marked(value):
+    """Processes that were started, at any remove, with the mark in their environment."""
+    found = []
+    for process in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            if f"{MARK}={value}".encode() in (process / "environ").read_bytes().split(b"\0"):
+                found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode())
+        except OSError:
+            pass  # it has just ended
+    return found
+
+
+def start(value, **options):
+    env = {k: v for k, v in os.environ.items() if k not in ("ROS_DOMAIN_ID", "DEMO_SECONDS")}
+    env.update({MARK: value, **options.pop("more", {})})
+    return subprocess.Popen([ROOT / "tools" / "demo" / "run"], env=env, **options)
+
+
+def test_every_topic_crosses_and_it_ends_by_itself():
+    demo = start("timed", more={"DEMO_SECONDS": "8"}, stdout=subprocess.PIPE, text=True)
+    said = demo.communicate(timeout=60)[0]
+    assert demo.returncode == 0, said
+    assert "Every topic crossed" in said and "\x1b[" not in said
+    assert not marked("timed")
+
+
+def test_what_did_not_cross_is_named(tmp_path):
+    """With a client that reaches nobody it fails."""
+    for name in ("server", "client"):
+        program = tmp_path / name
+        logged = {"server": "listening on nothing", "client": "link open with nobody"}[name]
+        program.write_text(f"#!/bin/sh\necho {logged}\nexec sleep 60\n", encoding="ascii")
+        program.chmod(0o755)
+    more = {"DEMO_SECONDS": "4", "CONNECT_BUILD_DIR": str(tmp_path)}
+    demo = start("broken", more=more, stdout=subprocess.PIPE, text=True)
+    said = demo.communicate(timeout=60)[0]
+    assert demo.returncode == 1
+    for name in ("/chatter", "/camera/image", "/tf", "/cmd_vel", "'lidar'", "'imu'", "'camera'"):
+        assert name in said.split("Did not cross:")[1].split("\n")[0], said
+    assert not marked("broken")
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_nothing_is_left_after_a_signal(how):
+    """On a terminal, as a user has it: the table is redrawn in place until Ctrl-C."""
+    master, slave = pty.openpty()
+    value = f"signal{int(how)}"
+    demo = start(value, stdout=slave, stderr=slave)
+    os.close(slave)
+    text = b""
+    end = time.monotonic() + 40
+    while b"\x1b[" not in text and time.monotonic() < end:
+        text += os.read(master, 4096)
+    assert b"/camera/image" in text, text.decode()
+    assert len(marked(value)) >= 5
+    demo.send_signal(how)
+    assert demo.wait(10) == (-how if how == signal.SIGKILL else 0)
+    os.close(master)
+    until(lambda: not marked(value), lambda: f"all have ended: {marked(value)}", 5)

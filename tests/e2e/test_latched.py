@@ -1,0 +1,130 @@
+"""/tf_static: every late subscriber gets every frame exactly once, reconnects included."""
+
+import collections
+import time
+
+import pytest
+from geometry_msgs.msg import TransformStamped
+from rclpy.qos import DurabilityPolicy
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from graph import qos, until
+from relay import Relay
+
+LATCHED = qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LISTENER = qos(100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+FRAMES = ("lidar", "camera", "imu")
+QUIET = 1.0  # in which a duplicate would have come
+
+
+def static(frame):
+    transform = TransformStamped(child_frame_id=frame)
+    transform.header.frame_id = "base_link"
+    return TFMessage(transforms=[transform])
+
+
+def publish_frames(pair, frames=FRAMES):
+    publishers = []
+    for frame in frames:
+        node = pair.robot.node(f"{frame}_mount")
+        publishers.append(pair.robot.publisher(TFMessage, "/tf_static", LATCHED, node))
+        publishers[-1].publish(static(frame))
+    return publishers
+
+
+def frames_of(collector):
+    return collections.Counter(
+        t.child_frame_id for m in list(collector.messages) for t in m.transforms
+    )
+
+
+def late_subscriber(graph, frames=FRAMES):
+    """Joins now; has every frame exactly once."""
+    collector = graph.collector(TFMessage, "/tf_static", LISTENER, graph.node("late"))
+    until(
+        lambda: set(frames_of(collector)) == set(frames),
+        lambda: f"all of {frames}, there are {dict(frames_of(collector))}",
+    )
+    time.sleep(QUIET)
+    assert frames_of(collector) == collections.Counter(frames)
+    return collector
+
+
+def test_two_late_subscribers(make_pair):
+    pair = make_pair()
+    publish_frames(pair)
+    first = late_subscriber(pair.operator)
+    time.sleep(0.5)
+    late_subscriber(pair.operator)
+    assert frames_of(first) == collections.Counter(FRAMES), "the first got something again"
+
+
+def test_a_frame_that_changes_and_one_that_comes_later(make_pair):
+    pair = make_pair()
+    publishers = publish_frames(pair)
+    early = late_subscriber(pair.operator)
+    publishers[0].publish(static("lidar"))
+    more = publish_frames(pair, ("gps",))
+    until(lambda: frames_of(early) == {"lidar": 2, "camera": 1, "imu": 1, "gps": 1}, "the changes")
+    assert more
+
+
+def test_operator_to_robot(make_pair):
+    """The same backwards: what is late at the robot gets the operator's last message."""
+    pair = make_pair()
+    publisher = pair.operator.publisher(String, "/o/mode", LATCHED)
+    publisher.publish(String(data="auto"))
+    for _ in range(2):
+        late = pair.robot.collector(String, "/o/mode", LISTENER, pair.robot.node("late"))
+        late.wait(1)
+        time.sleep(QUIET)
+        assert [m.data for m in late.messages] == ["auto"]
+
+
+@pytest.fixture
+def relayed(make_pair):
+    """A pair with a relay between its sides."""
+    pair = make_pair(start=False)
+    relay = Relay(pair.bridge.port)
+    pair.client.set_parameters({**pair.client.parameters, "url": f"ws://127.0.0.1:{relay.port}"})
+    pair.bridge.start()
+    yield pair, relay
+    relay.close()
+
+
+def test_after_a_short_cut_nothing_comes_twice(relayed):
+    """The link comes back within its time: those who had the frames do not get them again."""
+    pair, relay = relayed
+    publish_frames(pair)
+    early = late_subscriber(pair.operator)
+    for _ in range(3):
+        before = relay.connections
+        relay.break_connections()
+        until(lambda: relay.connections > before, "a new connection")
+        late_subscriber(pair.operator)
+    assert frames_of(early) == collections.Counter(FRAMES)
+
+
+def test_after_a_dead_link_late_subscribers_have_each_once(relayed):
+    pair, relay = relayed
+    publish_frames(pair)
+    late_subscriber(pair.operator)
+    relay.cut()
+    pair.operator.wait_publishers("/tf_static", 0)
+    time.sleep(0.5)
+    relay.heal()
+    pair.operator.wait_publishers("/tf_static", len(FRAMES))
+    late_subscriber(pair.operator)
+
+
+@pytest.mark.parametrize("which", ["server", "client"])
+def test_after_a_restart_late_subscribers_have_each_once(make_pair, which):
+    pair = make_pair()
+    publish_frames(pair)
+    late_subscriber(pair.operator)
+    side = getattr(pair, which)
+    side.kill()
+    side.start()
+    pair.client.wait_linked()
+    late_subscriber(pair.operator)

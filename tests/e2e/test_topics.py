@@ -1,0 +1,223 @@
+"""Topics of every size and QoS, seen on the far side as on the near one."""
+
+import array
+import hashlib
+import itertools
+import time
+
+import pytest
+from connect_bridge_test_interfaces.msg import Blob, Everything, Nothing
+from geometry_msgs.msg import Twist
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
+from std_msgs.msg import String
+
+from graph import connect, qos, until
+
+KIB, MIB = 1 << 10, 1 << 20
+SIZES = (
+    0,
+    1,
+    3,
+    100,
+    1000,
+    16 * KIB - 1,
+    16 * KIB,
+    64 * KIB + 1,
+    500_000,
+    2 * MIB,
+    8 * MIB,
+    32 * MIB,
+)
+
+
+def blob(sequence, size):
+    return Blob(sequence=sequence, data=array.array("B", hashlib.shake_128(b"x").digest(size)))
+
+
+def test_sizes_from_nothing_to_32_MiB(pair, topic):
+    publisher, collector = pair.opened(Blob, topic, blob(0, 10))
+    for sequence, size in enumerate(SIZES, 1):
+        sent = blob(sequence, size)
+        publisher.publish(sent)
+        received = collector.wait(sequence)[-1]
+        assert received.sequence == sequence
+        assert received.data == sent.data, f"{size} bytes arrive changed"
+
+
+def test_a_message_without_fields(pair, topic):
+    publisher, collector = pair.opened(Nothing, topic, Nothing())
+    publisher.publish(Nothing())
+    collector.wait(1)
+
+
+def test_every_kind_of_field(pair, topic):
+    message = Everything(
+        text="grüße", wide_text="日本", numbers=[1, 65535], texts=["", "a"], few_texts=["b"]
+    )
+    publisher, collector = pair.opened(Everything, topic, message)
+    publisher.publish(message)
+    assert collector.wait(1)[0] == message
+
+
+def test_order_and_completeness_of_a_burst(pair, topic):
+    publisher, collector = pair.opened(Blob, topic, Blob(), qos(100))
+    for sequence in range(1, 2001):
+        publisher.publish(Blob(sequence=sequence))
+        if sequence % 50 == 0:  # the depth of the queues is 100
+            collector.wait(sequence)
+    assert [m.sequence for m in collector.messages] == list(range(1, 2001))
+
+
+def test_operator_to_robot(pair):
+    publisher, collector = pair.opened(Twist, "/cmd_vel", Twist(), backward=True)
+    for i in range(1, 21):
+        publisher.publish(Twist())
+        publisher.publish(Twist(linear=Twist().linear))
+        collector.wait(2 * i)
+
+
+def described(info):
+    """What the graph tells of an endpoint, without who it is."""
+    profile = info.qos_profile
+    return (
+        info.topic_type,
+        str(info.topic_type_hash),
+        profile.reliability,
+        profile.durability,
+        profile.deadline.nanoseconds,
+        profile.lifespan.nanoseconds,
+        profile.liveliness,
+        profile.liveliness_lease_duration.nanoseconds,
+    )
+
+
+def combinations():
+    none = {}
+    deadline = {"deadline": Duration(seconds=5)}
+    lifespan = {"lifespan": Duration(seconds=7)}
+    for reliability, durability, times in itertools.product(
+        (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT),
+        (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL),
+        (none, deadline, lifespan, {**deadline, **lifespan}),
+    ):
+        yield qos(10, reliability=reliability, durability=durability, **times)
+    yield qos(
+        10, liveliness=LivelinessPolicy.AUTOMATIC, liveliness_lease_duration=Duration(seconds=9)
+    )
+
+
+def test_all_combinations_of_qos(pair):
+    """The mirror has its origin's QoS, and a subscriber with exactly that QoS is served."""
+    profiles = {f"/t/qos_{i}": profile for i, profile in enumerate(combinations())}
+    publishers = {name: pair.robot.publisher(String, name, p) for name, p in profiles.items()}
+    for name in profiles:
+        (mirror,) = pair.operator.wait_publishers(name, 1)
+        (origin,) = pair.robot.publishers(name)
+        assert described(mirror) == described(origin), name
+    collectors = {n: pair.operator.collector(String, n, p) for n, p in profiles.items()}
+    for name, publisher in publishers.items():
+        connect(publisher, collectors[name], String(data="first"))
+        publisher.publish(String(data=name))
+    for name, collector in collectors.items():
+        collector.wait_for(lambda m, name=name: m.data == name, name)
+        assert len([m for m in collector.messages if m.data == name]) == 1
+
+
+def test_qos_is_adapted_when_publishers_change(pair, topic):
+    """A reliable subscriber is served by the reliable publisher, whatever else publishes."""
+    best_effort = pair.robot.publisher(
+        String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    )
+    collector = pair.operator.collector(
+        String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT)
+    )
+    connect(best_effort, collector, String(data="a"))
+    reliable = pair.robot.publisher(String, topic)
+    late = pair.operator.collector(String, topic)
+    connect(reliable, late, String(data="b"))
+    reliable.publish(String(data="c"))
+    best_effort.publish(String(data="d"))
+    collector.wait_for(lambda m: m.data == "c")
+    collector.wait_for(lambda m: m.data == "d")
+    late.wait_for(lambda m: m.data == "c")
+    assert all(m.data != "d" for m in late.messages)
+
+
+def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
+    pair.robot.publisher(String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT))
+    pair.operator.wait_publishers(topic, 1)
+    pair.operator.collector(String, topic, qos(10, reliability=ReliabilityPolicy.RELIABLE))
+    until(
+        lambda: [
+            line
+            for line in pair.client.text().splitlines()
+            if topic in line and "reliability" in line.lower()
+        ],
+        "a warning that names topic and policy",
+    )
+
+
+def test_names_types_and_publisher_counts_are_equal(pair):
+    nodes = [pair.robot.node(f"counted_{i}") for i in range(3)]
+    for node in nodes:
+        pair.robot.publisher(String, "/t/counted", 10, node)
+    pair.robot.publisher(String, "/t/counted", 10, nodes[0])
+    pair.robot.publisher(Blob, "/t/counted_too", 10, nodes[1])
+    pair.operator.wait_publishers("/t/counted", 4)
+    pair.operator.wait_publishers("/t/counted_too", 1)
+
+    def ours(graph):
+        return {n: t for n, t in graph.topics().items() if n.startswith("/t/counted")}
+
+    assert ours(pair.operator) == ours(pair.robot)
+    pair.robot.remove(nodes[0])
+    pair.operator.wait_publishers("/t/counted", 2)
+    pair.robot.remove(nodes[1])
+    pair.operator.wait_publishers("/t/counted_too", 0)
+    pair.robot.remove(nodes[2])
+    pair.operator.wait_publishers("/t/counted", 0)
+
+
+def test_one_name_with_two_types(pair, topic, make_graph):
+    """One participant of Fast DDS cannot have both: the first goes on, the other is reported."""
+    texts, letters = pair.opened(String, topic, String(data="x"))
+    other = make_graph(pair.domains[0])
+    other.publisher(Twist, topic)
+    until(lambda: len(pair.robot.topics()[topic]) == 2, "both types at the robot")
+    time.sleep(1)
+    texts.publish(String(data="y"))
+    letters.wait_for(lambda m: m.data == "y")
+    if len(pair.operator.topics()[topic]) == 1:
+        assert f"cannot mirror {topic}" in pair.client.text()
+
+
+@pytest.mark.parametrize("kind", ["volatile", "transient_local"])
+def test_late_joiners(pair, topic, kind):
+    """Volatile: nothing from before. Transient local: the last samples, each once, in order."""
+    latched = kind == "transient_local"
+    profile = qos(5, durability=DurabilityPolicy[kind.upper()])
+    publisher = pair.robot.publisher(String, topic, profile)
+    pair.operator.wait_publishers(topic, 1)
+    for i in range(8):
+        publisher.publish(String(data=str(i)))
+    for number in range(2):
+        late = pair.operator.collector(String, topic, qos(100, durability=profile.durability))
+        if latched:
+            late.wait(5)
+        connect_data = f"live {number}"
+        until(lambda: publisher.get_subscription_count() > 0, "demand")
+        end = until(
+            lambda: publisher.publish(String(data=connect_data))
+            or late.messages
+            and late.messages[-1].data.startswith("live"),
+            "live messages",
+            step=0.1,
+        )
+        assert end
+        seen = [m.data for m in late.messages if not m.data.startswith("live")]
+        if latched and number == 0:
+            assert seen == ["3", "4", "5", "6", "7"]
+        elif not latched:
+            assert seen == []
+        late.close()

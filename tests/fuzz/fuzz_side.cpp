@@ -1,0 +1,174 @@
+// Sequences of inputs against a whole side: connections, logins, packets of any content before and
+// after login, graph changes, samples, time. Nothing may crash, and what it holds stays bounded.
+// Input: one byte of operation, its arguments, and so on.
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "core/base/check.hpp"
+#include "core/side/side.hpp"
+#include "core/wire/control.hpp"
+#include "core/wire/login.hpp"
+
+using namespace connect_bridge;
+
+namespace {
+
+constexpr std::uint64_t kMemoryMax = 64 << 20;
+
+class Script {
+ public:
+  Script(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
+  [[nodiscard]] bool done() const { return rest_.empty(); }
+  std::uint8_t byte() {
+    if (rest_.empty()) return 0;
+    const std::uint8_t b = rest_[0];
+    rest_ = rest_.subspan(1);
+    return b;
+  }
+  Payload bytes() {
+    const std::size_t size = std::min<std::size_t>(byte() * 4U + byte(), rest_.size());
+    const auto view = rest_.subspan(0, size);
+    rest_ = rest_.subspan(size);
+    return Payload::copy_of(view);
+  }
+
+ private:
+  ByteView rest_;
+};
+
+SideOptions options() {
+  SideOptions o;
+  Rule rule;
+  rule.name = "all";
+  rule.export_topics = {Pattern::parse("/**").value()};
+  rule.import_topics = {Pattern::parse("/**").value()};
+  o.policy = Policy({rule});
+  o.reassembly.message_bytes_max = 1 << 20;
+  o.reassembly.open_bytes_max = 2 << 20;
+  o.links_max = 4;
+  return o;
+}
+
+TopicState topic(std::uint8_t shape) {
+  TopicState t;
+  t.name = "/topic" + std::to_string(shape % 4);
+  t.type = "std_msgs/msg/String";
+  for (int i = 0; i < shape % 3; ++i) {
+    Endpoint e;
+    e.gid.bytes[0] = static_cast<std::uint8_t>(1 + i + shape % 4 * 4);
+    e.node_name = "node" + std::to_string(i);
+    if (shape & 16) e.qos.durability = Durability::kTransientLocal;
+    t.publishers.push_back(e);
+  }
+  if (shape & 32) t.subscribers.push_back({Gid{{200}}, "/", "listener", {}});
+  return t;
+}
+
+// The operator's side of it: carries out actions at once.
+class World {
+ public:
+  World() : side_(options(), 1) { drain(); }
+
+  void step(Script& script) {
+    const std::uint8_t op = script.byte();
+    const ConnectionId connection{1U + op / 16U % 4U};
+    switch (op % 12) {
+      case 0: return give(ConnectionOpened{connection, "peer"});
+      case 1: return give(ConnectionClosed{connection, std::nullopt, "gone"});
+      case 2: return give(PacketReceived{connection, true, script.bytes()});
+      case 3: return give(PacketReceived{connection, false, script.bytes()});
+      case 4: return login(connection, script.byte());
+      case 5: return give(Authenticated{connection, Identity{"fuzz", {}, 0}, ""});
+      case 6: return change_graph(script.byte());
+      case 7: return give(taken(script));
+      case 8:
+        now_.steady += std::chrono::milliseconds(script.byte() * 20);
+        now_.system = now_.steady.time_since_epoch().count();
+        return give(TimePassed{});
+      case 9: return give(PacketReceived{connection, true, offer(script.byte())});
+      case 10: return give(JobDone{JobId{script.byte()}, script.bytes()});
+      default: return give(PacketReceived{connection, true, demand(script.byte())});
+    }
+  }
+
+ private:
+  void login(ConnectionId connection, std::uint8_t who) {
+    Hello hello;
+    hello.side.bytes[0] = static_cast<std::uint8_t>(1 + who % 4);
+    hello.node = "/fuzz";
+    give(ConnectionOpened{connection, "peer"});
+    give(PacketReceived{connection, false, Payload::adopt(encode(hello))});
+    give(PacketReceived{connection, false, Payload::adopt(encode(Login{"token", {1, 2, 3}}))});
+    give(Authenticated{connection, Identity{"fuzz", {}, 0}, ""});
+    const std::string accepts = encode(Control{Accepts{{{{"/**"}, {}}}, {}}});
+    give(PacketReceived{connection, true, Payload::adopt({accepts.begin(), accepts.end()})});
+  }
+
+  static Payload text(const Control& control) {
+    const std::string json = encode(control);
+    return Payload::adopt({json.begin(), json.end()});
+  }
+
+  static Payload offer(std::uint8_t shape) {
+    ChannelOffer channel;
+    channel.channel = {1U + shape % 8U};
+    channel.name = "/topic" + std::to_string(shape / 8 % 4);
+    channel.type = "std_msgs/msg/String";
+    OriginOffer origin;
+    origin.origin = {1};
+    origin.gid.bytes[0] = static_cast<std::uint8_t>(100 + shape % 4);
+    origin.node = "/remote";
+    if (shape & 64) origin.qos.durability = Durability::kTransientLocal;
+    channel.origins = {origin};
+    return text(Offer{{channel}, (shape & 128) != 0});
+  }
+
+  static Payload demand(std::uint8_t shape) {
+    if (shape & 64) return text(Withdraw{{{1U + shape % 8U}}});
+    return text(Demand{{{1U + shape % 8U}}, (shape & 32) == 0});
+  }
+
+  void change_graph(std::uint8_t shape) {
+    GraphChanged graph;
+    graph.topics = {topic(shape)};
+    graph.topics.push_back(topic(static_cast<std::uint8_t>(shape + 1)));
+    give(std::move(graph));
+  }
+
+  MessageTaken taken(Script& script) {
+    MessageTaken m;
+    m.subscription = {script.byte()};
+    m.origin.bytes[0] = script.byte();
+    m.stamp = now_.system;
+    m.payload = script.bytes();
+    return m;
+  }
+
+  void give(Input input) {
+    side_.handle(std::move(input), now_);
+    drain();
+  }
+
+  void drain() {
+    while (side_.next_action()) {
+    }
+    for (std::uint32_t c = 1; c <= 4; ++c)
+      for (int i = 0; i < 8 && side_.next_packet({c}, now_); ++i) {
+      }
+    (void)side_.next_deadline();
+    CONNECT_CHECK(side_.status(now_).memory_bytes <= kMemoryMax);
+  }
+
+  Now now_{TimePoint(std::chrono::seconds(1)), 1'000'000'000, 1'000'000'000};
+  Side side_;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  Script script(data, size);
+  World world;
+  for (int i = 0; i < 400 && !script.done(); ++i) world.step(script);
+  return 0;
+}

@@ -1,0 +1,46 @@
+"""Fixtures: the real server, and peers that dial it."""
+
+import contextlib
+import pathlib
+import sys
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+import pytest  # noqa: E402
+
+from connect_peer import Peer  # noqa: E402
+from peer_world import TOKEN, Ticker, World  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    made = World(tmp_path_factory.mktemp("world"))
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def peer(world):
+    """peer(...): logged in; closed at the end."""
+    with contextlib.ExitStack() as stack:
+
+        def make(**options):
+            made = Peer(world.url, TOKEN, **options)
+            stack.callback(made.close)
+            return made
+
+        yield make
+
+
+@pytest.fixture(scope="module")
+def ticker(world):
+    made = Ticker(world)
+    yield made
+    made.stop()
+
+
+@pytest.fixture
+def served(ticker):
+    yield
+    ticker.goes_on()

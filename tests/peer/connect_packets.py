@@ -1,0 +1,237 @@
+"""Section 6 of docs/protocol.md: frames, bodies and fragments."""
+
+import ctypes
+import ctypes.util
+import struct
+
+from connect_records import ILLEGAL, MALFORMED, MESSAGE_MAX, STAMP_MAX, TOO_LARGE, Refused, require
+
+SAMPLE_MAX = 64 << 20
+OPEN_MAX = 256 << 20
+CODECS = ("none", "lz4", "zstd")
+
+
+def encode_frame(frame):
+    kind, part = frame["type"], frame.get("part", b"")
+    if kind == "message":
+        numbers = [
+            frame[key]
+            for key in ("channel", "origin", "sequence", "stamp_ns", "raw_bytes", "body_bytes")
+        ]
+        return (
+            struct.pack("<BBHIIIqIII", 1, CODECS.index(frame["codec"]), 0, *numbers, len(part))
+            + part
+        )
+    if kind == "part":
+        return struct.pack("<BBHII", 2, frame["abort"], 0, frame["channel"], len(part)) + part
+    if kind == "ack":
+        return struct.pack("<QQ", 3, frame["received_bytes"])
+    if kind == "time_request":
+        return struct.pack("<Qq", 4, frame["t1"])
+    return struct.pack("<Qqqqq", 5, *(frame[key] for key in ("t1", "t2", "t3", "ros")))
+
+
+def encode_packet(frames):
+    return b"".join(map(encode_frame, frames))
+
+
+def _take(data, at, layout):
+    require(len(data) - at >= struct.calcsize(layout), "a frame cut short")
+    return struct.unpack_from(layout, data, at), at + struct.calcsize(layout)
+
+
+def _take_part(data, at, size):
+    require(len(data) - at >= size, "a part cut short")
+    return bytes(data[at : at + size]), at + size
+
+
+def _stamps(*values):
+    require(all(0 <= value <= STAMP_MAX for value in values), "a stamp out of range")
+
+
+def decode_packet(data):
+    require(len(data) <= MESSAGE_MAX, "packet too long", TOO_LARGE)
+    frames, at = [], 0
+    while at < len(data):
+        kind = data[at]
+        if kind == 1:
+            (_, codec, zero, channel, origin, sequence, stamp, raw, body, p), at = _take(
+                data, at, "<BBHIIIqIII"
+            )
+            require(codec < 3 and zero == 0 and channel and origin and sequence, "message frame")
+            require(p <= body and (p or not body), "size of the part")
+            require(raw == body if codec == 0 else raw and body, "sizes of the message")
+            _stamps(stamp)
+            part, at = _take_part(data, at, p)
+            frame = dict(
+                type="message",
+                codec=CODECS[codec],
+                channel=channel,
+                origin=origin,
+                sequence=sequence,
+            )
+            frames.append(dict(frame, stamp_ns=stamp, raw_bytes=raw, body_bytes=body, part=part))
+        elif kind == 2:
+            (_, flags, zero, channel, p), at = _take(data, at, "<BBHII")
+            require(flags < 2 and zero == 0 and channel, "part frame")
+            require((p == 0) == (flags == 1), "size of the part")
+            part, at = _take_part(data, at, p)
+            frames.append(dict(type="part", abort=flags == 1, channel=channel, part=part))
+        elif kind in (3, 4, 5):
+            (head, *values), at = _take(data, at, {3: "<QQ", 4: "<Qq", 5: "<Qqqqq"}[kind])
+            require(head == kind, "a zero field")
+            if kind == 3:
+                frames.append(dict(type="ack", received_bytes=values[0]))
+                continue
+            _stamps(*values)
+            names = ("t1", "t2", "t3", "ros")
+            frames.append(
+                dict(zip(names, values), type="time_request" if kind == 4 else "time_reply")
+            )
+        else:
+            raise Refused(MALFORMED, f"frame type {kind}")
+    return frames
+
+
+def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None):
+    """A sample as frames."""
+    body = sample if body is None else body
+    head = dict(
+        type="message",
+        codec=codec,
+        channel=channel,
+        origin=origin,
+        sequence=sequence,
+        stamp_ns=stamp,
+    )
+    yield dict(head, raw_bytes=len(sample), body_bytes=len(body), part=body[:part])
+    for at in range(part, len(body), part):
+        yield dict(type="part", abort=False, channel=channel, part=body[at : at + part])
+
+
+def lz4_decompress(body, size):
+    """One block of lz4's block format."""
+    out, at = bytearray(), 0
+
+    def length(nibble):
+        nonlocal at
+        total = nibble
+        while nibble == 15:
+            require(at < len(body), "lz4 cut short")
+            at += 1
+            total += body[at - 1]
+            if body[at - 1] != 255:
+                break
+        return total
+
+    while True:
+        require(at < len(body), "lz4 cut short")
+        token = body[at]
+        at += 1
+        literals = length(token >> 4)
+        require(at + literals <= len(body) and len(out) + literals <= size, "lz4 literals")
+        out += body[at : at + literals]
+        at += literals
+        if at == len(body):
+            break
+        require(at + 2 <= len(body), "lz4 cut short")
+        offset = body[at] | body[at + 1] << 8
+        at += 2
+        count = length(token & 15) + 4
+        require(1 <= offset <= len(out) and len(out) + count <= size, "lz4 match")
+        piece = bytes(out[-offset:])
+        out += (piece * (count // offset + 1))[:count]
+    require(len(out) == size, "lz4 of another size")
+    return bytes(out)
+
+
+def _load_zstd():
+    name = ctypes.util.find_library("zstd")
+    if not name:
+        return None
+    library = ctypes.CDLL(name)
+    for function in (
+        "ZSTD_decompress",
+        "ZSTD_compress",
+        "ZSTD_compressBound",
+        "ZSTD_findFrameCompressedSize",
+    ):
+        getattr(library, function).restype = ctypes.c_size_t
+    library.ZSTD_getFrameContentSize.restype = ctypes.c_ulonglong
+    return library
+
+
+ZSTD = _load_zstd()  # None: this machine has no libzstd
+
+
+def _size(value):
+    return ctypes.c_size_t(value)
+
+
+def zstd_decompress(body, size):
+    require(body[:4] == b"\x28\xb5\x2f\xfd", "no zstd frame")
+    require(
+        ZSTD.ZSTD_findFrameCompressedSize(body, _size(len(body))) == len(body), "not one zstd frame"
+    )
+    require(ZSTD.ZSTD_getFrameContentSize(body, _size(len(body))) == size, "zstd of another size")
+    out = ctypes.create_string_buffer(size)
+    require(ZSTD.ZSTD_decompress(out, _size(size), body, _size(len(body))) == size, "zstd broken")
+    return out.raw
+
+
+def zstd_compress(sample):
+    room = ZSTD.ZSTD_compressBound(_size(len(sample)))
+    out = ctypes.create_string_buffer(room)
+    size = ZSTD.ZSTD_compress(out, _size(room), sample, _size(len(sample)), 3)
+    return out.raw[:size]
+
+
+def decompress(codec, body, size):
+    return (
+        body
+        if codec == "none"
+        else (lz4_decompress if codec == "lz4" else zstd_decompress)(body, size)
+    )
+
+
+class Reassembly:
+    """Frames become samples, as section 6 wants it."""
+
+    def __init__(self):
+        self._open = {}  # channel: (first frame, bytearray)
+        self._last = {}  # channel: sequence
+        self.lost = 0
+
+    def add(self, frame):
+        """The first frame and the sample, when it is whole."""
+        channel = frame["channel"]
+        if frame["type"] == "part":
+            require(channel in self._open, "no message is open", ILLEGAL)
+            if frame["abort"]:
+                del self._open[channel]
+                return None
+            head, body = self._open[channel]
+            require(
+                len(body) + len(frame["part"]) <= head["body_bytes"], "more than the body lacks"
+            )
+            body += frame["part"]
+        else:
+            require(channel not in self._open, "a message is open", ILLEGAL)
+            ahead = (frame["sequence"] - self._last.get(channel, 0)) % 0xFFFFFFFF
+            require(0 < ahead < 1 << 31, "the sequence does not rise", ILLEGAL)
+            self.lost += ahead - 1
+            self._last[channel] = frame["sequence"]
+            require(
+                max(frame["raw_bytes"], frame["body_bytes"]) <= SAMPLE_MAX, "too large", TOO_LARGE
+            )
+            head, body = frame, bytearray(frame["part"])
+            self._open[channel] = head, body
+            total = sum(each["body_bytes"] for each, _ in self._open.values())
+            require(total <= OPEN_MAX, "too much is open", TOO_LARGE)
+        if len(body) < head["body_bytes"]:
+            return None
+        del self._open[channel]
+        return head, decompress(head["codec"], bytes(body), head["raw_bytes"])
+
+    def forget(self, channel):
+        self._open.pop(channel, None)

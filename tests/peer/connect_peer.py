@@ -1,0 +1,340 @@
+"""A peer of the ROS2 Connect protocol, written from docs/protocol.md alone.
+
+connect_records, connect_control and connect_packets have the bytes; this is a client that is logged
+in: sections 2, 4, 7, 8 and 9.
+"""
+
+import secrets
+import threading
+import time
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect as dial
+
+from connect_control import decode_control, encode_control, is_accepted, matches
+from connect_packets import Reassembly, decode_packet, encode_packet, frames_of
+from connect_records import (
+    ILLEGAL,
+    MESSAGE_MAX,
+    SILENT,
+    UNKNOWN_CHANNEL,
+    Refused,
+    decode_welcome,
+    encode_hello,
+    encode_login,
+    require,
+)
+
+SUBPROTOCOL = "ros2-connect.v1"
+WINDOW = 16 << 20
+ACK_BYTES, ACK_AFTER = 65536, 0.1
+TIMING = ("ack", "time_request", "time_reply")
+
+
+class Sample:
+    def __init__(self, head, data):
+        self.origin, self.sequence, self.stamp = head["origin"], head["sequence"], head["stamp_ns"]
+        self.codec, self.data = head["codec"], data
+
+
+def open_socket(url, **options):
+    """A WebSocket before login."""
+    options = {
+        "subprotocols": [SUBPROTOCOL],
+        "compression": None,
+        "max_size": MESSAGE_MAX,
+        "ping_interval": None,
+        **options,
+    }
+    socket = dial(url, **options)
+    assert socket.subprotocol == options["subprotocols"][0]
+    return socket
+
+
+class Peer:
+    """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
+
+    def __init__(
+        self,
+        url,
+        token,
+        imports=("/**",),
+        exports=(),
+        session=bytes(16),
+        side=None,
+        seen=None,
+        dead_after=3.0,
+    ):
+        self.side = side or secrets.token_bytes(16)
+        self.rules = [{"topics": list(imports), "types": []}]
+        self.exports = list(exports)  # (name, type, durability)
+        self.dead_after = dead_after
+        self.accepts = None  # the peer's
+        self.offers, self.complete, self.withdrawn = {}, False, set()  # of the peer
+        self.offered, self.demanded, self.declined = {}, set(), {}  # of this side
+        self.samples, self.frames, self.times = {}, [], []
+        self.seen = {} if seen is None else seen  # of the link: newest stamp per mirror
+        self.sent_bytes = self.acked = self.received_bytes = 0
+        self.acks_received, self.acks_sent, self.asked_at = [], [], []
+        self.closed = None  # code and reason
+        self.mute = self.deaf = False  # for tests: send nothing by itself; send no ack
+        self._acked_to_peer, self._ack_due, self._sequences = 0, None, {}
+        self._reassembly = Reassembly()
+        self._changed = threading.Condition(threading.RLock())
+        self._sending = threading.Lock()
+        self._asked = set()
+        self.socket = open_socket(url)
+        self.socket.send(encode_hello(side=self.side, session=session, node="/python_peer"))
+        self.socket.send(encode_login("token", token))
+        try:
+            self.welcome = decode_welcome(self.socket.recv(timeout=10))
+        except ConnectionClosed as error:
+            self.closed = error.rcvd and (error.rcvd.code, error.rcvd.reason)
+            raise
+        assert self.welcome["side"] != self.side
+        self.send_control(type="accepts", rules=self.rules, deny=[])
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    # -- sending
+
+    def send_control(self, **message):
+        self.socket.send(encode_control(message))
+
+    def send_packet(self, frames):
+        self.send_raw(
+            encode_packet(frames), wait=any(frame["type"] not in TIMING for frame in frames)
+        )
+
+    def send_raw(self, data, wait=False):
+        if wait:
+            self.until(
+                lambda: self.sent_bytes - self.acked + len(data) < WINDOW, "room in the window"
+            )
+        with self._sending:
+            self.sent_bytes += len(data)
+            self.socket.send(data)
+
+    def ask_time(self):
+        t1 = time.time_ns()
+        self._asked.add(t1)
+        self.send_packet([dict(type="time_request", t1=t1)])
+        return t1
+
+    def offer(self, name, kind, durability="volatile", complete=None, **more):
+        """Offers a topic with one origin, and returns its channel."""
+        with self._changed:
+            channel = len(self.offered) + 1
+            self.offered[channel] = name
+        qos = {"reliability": "reliable", "durability": durability, "depth": 10}
+        origin = {
+            "origin": 1,
+            "gid": (self.side + bytes([channel])).ljust(24, b"\0").hex(),
+            "node": "/python",
+            "qos": qos,
+        }
+        described = {
+            "channel": channel,
+            "kind": "topic",
+            "name": name,
+            "type": kind,
+            "origins": [origin],
+            **more,
+        }
+        message = {"type": "offer", "channels": [described]}
+        self.send_control(**message, **({} if complete is None else {"complete": complete}))
+        return channel
+
+    def channel_of(self, name):
+        """The number of a topic that this side offers, once there is demand for it."""
+
+        def demanded():
+            return next(
+                (c for c, topic in self.offered.items() if topic == name and c in self.demanded),
+                None,
+            )
+
+        return self.until(demanded, f"demand for {name}")
+
+    def frames_for(self, channel, sample, stamp=None, **options):
+        self._sequences[channel] = sequence = self._sequences.get(channel, 0) + 1
+        return frames_of(
+            channel, 1, sequence, time.time_ns() if stamp is None else stamp, sample, **options
+        )
+
+    def publish(self, channel, sample, **options):
+        for frame in self.frames_for(channel, sample, **options):
+            self.send_packet([frame])
+
+    # -- receiving
+
+    def until(self, condition, what, timeout=15.0):
+        end = time.monotonic() + timeout
+        with self._changed:
+            while not (value := condition()):
+                if self.closed or time.monotonic() > end:
+                    raise AssertionError(f"no {what}; closed: {self.closed}")
+                self._changed.wait(0.1)
+            return value
+
+    def find(self, name):
+        """The channel on which the peer offers a topic."""
+
+        def there():
+            return next((c for c, offer in self.offers.items() if offer["name"] == name), None)
+
+        return self.until(there, f"offer of {name}")
+
+    def demand(self, *channels, on=True):
+        self.send_control(type="demand", channels=list(channels), on=on)
+
+    def wait_samples(self, channel, count=1):
+        return self.until(
+            lambda: len(self.samples.get(channel, ())) >= count and self.samples[channel],
+            f"{count} samples",
+        )
+
+    def wait_closed(self, timeout=10.0):
+        """The code with which the peer closed."""
+        self._thread.join(timeout)
+        assert self.closed, "still open"
+        return self.closed[0]
+
+    def close(self, code=1000):
+        self.socket.close(code)
+        self._thread.join(5)
+
+    def drop(self):
+        """The connection is lost."""
+        self.socket.socket.shutdown(2)
+        self._thread.join(5)
+
+    def _run(self):
+        heard = asked = time.monotonic()
+        try:
+            while True:
+                now = time.monotonic()
+                if not self.mute and now - asked >= self.dead_after / 3.5:
+                    self.ask_time()
+                    asked = now
+                if self._ack_due and now >= self._ack_due:
+                    self._send_ack()
+                if now - heard > self.dead_after:
+                    raise Refused(SILENT, "nothing heard")
+                try:
+                    message = self.socket.recv(timeout=0.02)
+                except TimeoutError:
+                    continue
+                heard = time.monotonic()
+                with self._changed:
+                    (self._control if isinstance(message, str) else self._packet)(message)
+                    self._changed.notify_all()
+        except ConnectionClosed as error:
+            closed = (error.rcvd.code, error.rcvd.reason) if error.rcvd else (1006, "lost")
+        except Refused as refused:
+            self.socket.close(refused.code, refused.why)
+            closed = (refused.code, f"by this side: {refused.why}")
+        with self._changed:
+            self.closed = closed
+            self._changed.notify_all()
+
+    def _send_ack(self):
+        self._ack_due = None
+        if not self.deaf:
+            self._acked_to_peer = self.received_bytes
+            self.acks_sent.append(self.received_bytes)
+            self.send_packet([dict(type="ack", received_bytes=self.received_bytes)])
+
+    def _control(self, text):
+        message = decode_control(text)
+        require(self.accepts or message["type"] == "accepts", "accepts must be first", ILLEGAL)
+        getattr(self, "_on_" + message["type"])(message)
+
+    def _on_accepts(self, message):
+        first, self.accepts = self.accepts is None, message
+        if first:
+            for name, kind, durability in self.exports:
+                if is_accepted(message, name, kind):
+                    self.offer(name, kind, durability)
+            self.send_control(type="offer", channels=[], complete=True)
+
+    def _on_offer(self, message):
+        for channel in message["channels"]:
+            number = channel["channel"]
+            require(number not in self.offers, "number in use", ILLEGAL)
+            self.offers[number] = channel
+            if channel["kind"] != "topic":
+                self.send_control(type="decline", channel=number, code="unsupported")
+            elif not any(matches(pattern, channel["name"]) for pattern in self.rules[0]["topics"]):
+                self.send_control(type="decline", channel=number, code="not_permitted")
+        self.complete = self.complete or message.get("complete", False)
+
+    def _on_origins(self, message):
+        number = message["channel"]
+        require(number in self.offers, "no such channel", UNKNOWN_CHANNEL)
+        origins = self.offers[number]["origins"]
+        known = {origin["origin"] for origin in origins}
+        origins[:] = [origin for origin in origins if origin["origin"] not in message["removed"]]
+        origins += [origin for origin in message["added"] if origin["origin"] not in known]
+
+    def _on_withdraw(self, message):
+        for number in message["channels"]:
+            require(number in self.offers, "no such channel", UNKNOWN_CHANNEL)
+            del self.offers[number]
+            self.withdrawn.add(number)
+            self._reassembly.forget(number)
+
+    def _on_demand(self, message):
+        for number in message["channels"]:
+            if number in self.offered:
+                (self.demanded.add if message["on"] else self.demanded.discard)(number)
+
+    def _on_decline(self, message):
+        self.declined[message["channel"]] = message["code"], message.get("reason", "")
+
+    def _packet(self, data):
+        arrival = time.time_ns()
+        self.received_bytes += len(data)
+        frames = decode_packet(data)
+        for frame in frames:
+            if frame["type"] in ("message", "part"):
+                self._data(frame)
+            elif frame["type"] == "ack":
+                require(
+                    frame["received_bytes"] <= self.sent_bytes, "ack of more than was sent", ILLEGAL
+                )
+                self.acked = max(self.acked, frame["received_bytes"])
+                self.acks_received.append((time.monotonic(), frame["received_bytes"]))
+            elif frame["type"] == "time_request":
+                self.asked_at.append(time.monotonic())
+                if not self.mute:
+                    reply = dict(
+                        type="time_reply", t1=frame["t1"], t2=arrival, t3=time.time_ns(), ros=0
+                    )
+                    self.send_packet([reply])
+            elif frame["t1"] in self._asked:
+                self._asked.discard(frame["t1"])
+                self.times.append(dict(frame, t4=arrival))
+        if any(frame["type"] not in TIMING for frame in frames):
+            self._ack_due = self._ack_due or time.monotonic() + ACK_AFTER * 0.7
+            if self.received_bytes - self._acked_to_peer >= ACK_BYTES:
+                self._send_ack()
+
+    def _data(self, frame):
+        number = frame["channel"]
+        require(number in self.offers, "data for no channel", UNKNOWN_CHANNEL)
+        self.frames.append((number, frame["type"], len(frame["part"])))
+        done = self._reassembly.add(frame)
+        if not done:
+            return
+        head, data = done
+        channel = self.offers[number]
+        origin = next((o for o in channel["origins"] if o["origin"] == head["origin"]), None)
+        if origin is None or len(data) < 4 or data[0] or data[1] > 0x0B:
+            return
+        if origin["qos"].get("durability") == "transient_local":
+            mirror = channel["name"], channel["type"], origin["gid"]
+            if head["stamp_ns"] <= self.seen.get(mirror, -1):
+                return
+            self.seen[mirror] = head["stamp_ns"]
+        self.samples.setdefault(number, []).append(Sample(head, data))

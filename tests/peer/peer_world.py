@@ -1,0 +1,183 @@
+"""What the tests of the peer share: the server with its graph, a stream, and bytes to say."""
+
+import contextlib
+import json
+import os
+import pathlib
+import struct
+import sys
+import threading
+import time
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "e2e"), str(HERE.parents[1] / "tools")]
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of the contexts in this process
+
+import pytest  # noqa: E402
+from graph import Graph, until  # noqa: E402
+from harness.domains import free_port, release_domains, take_domains  # noqa: E402
+from harness.programs import Side  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from std_msgs.msg import String  # noqa: E402
+from websockets.exceptions import ConnectionClosed  # noqa: E402
+
+from connect_packets import ZSTD, encode_packet  # noqa: E402
+from connect_peer import Peer, open_socket  # noqa: E402
+from connect_records import encode_hello  # noqa: E402
+
+TOKEN = b"token-of-the-python-peer"
+STRING, BYTES, TWIST = (
+    "std_msgs/msg/String",
+    "std_msgs/msg/UInt8MultiArray",
+    "geometry_msgs/msg/Twist",
+)
+RULES = {
+    "rules": ["lz4", "zstd", "all"],
+    "rule": {
+        "lz4": {"export_topics": ["/t/lz4"], "compression": "lz4"},
+        "zstd": {"export_topics": ["/t/zstd"], "compression": "zstd"},
+        "all": {
+            "export_topics": ["/t/**"],
+            "import_topics": ["/o/**", "/cmd_vel"],
+        },
+    },
+}
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+without_zstd = pytest.mark.skipif(ZSTD is None, reason="this machine has no libzstd")
+
+
+def vectors(name):
+    return json.loads((HERE.parent / "vectors" / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def named(entries):
+    return pytest.mark.parametrize("vector", entries, ids=[entry["name"] for entry in entries])
+
+
+def cdr_string(text):
+    data = text.encode() + b"\0"
+    return b"\0\1\0\0" + struct.pack("<I", len(data)) + data
+
+
+def string_of(cdr):
+    assert cdr[:4] in (b"\0\1\0\0", b"\0\1\0\1", b"\0\1\0\2", b"\0\1\0\3"), cdr[:4].hex()
+    (size,) = struct.unpack_from("<I", cdr, 4)
+    assert cdr[7 + size] == 0
+    return cdr[8 : 7 + size].decode()
+
+
+def cdr_bytes(data):
+    return b"\0\1\0\0" + struct.pack("<III", 0, 0, len(data)) + data
+
+
+def bytes_of(cdr):
+    (size,) = struct.unpack_from("<I", cdr, 12)
+    return cdr[16 : 16 + size]
+
+
+class World:
+    def __init__(self, folder):
+        self.domains = take_domains(1)
+        self.graph = Graph(self.domains[0])
+        self.port = free_port()
+        self.url = f"ws://127.0.0.1:{self.port}"
+        listen = {"address": "127.0.0.1", "port": self.port}
+        auth = {"method": "token", "token": TOKEN.decode()}
+        self.server = Side(
+            "server",
+            self.domains[0],
+            {"listen": listen, "auth": auth, "connections_max": 500, **RULES},
+            folder,
+        )
+        self.server.start().wait_listening()
+
+    def close(self):
+        code = self.server.stop()
+        self.graph.close()
+        release_domains(self.domains)
+        assert code == 0, self.server.text()
+
+
+class Ticker:
+    """A publisher that ticks every 20 ms, and the peer that must be served all the time."""
+
+    def __init__(self, world):
+        self._publisher = world.graph.publisher(String, "/t/tick")
+        self._peer = Peer(world.url, TOKEN)
+        self._channel = self._peer.find("/t/tick")
+        self._peer.demand(self._channel)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        self.goes_on()
+
+    def _run(self):
+        while not self._stop.wait(0.02):
+            self._publisher.publish(String(data="tick"))
+
+    def goes_on(self):
+        have = len(self._peer.samples.get(self._channel, ()))
+        self._peer.wait_samples(self._channel, have + 2)
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+        assert self._peer.closed is None
+        self._peer.close()
+
+
+def closed_with(socket, timeout=8.0):
+    """The code with which the server closes; nothing else may come before."""
+    with pytest.raises(ConnectionClosed) as closed:
+        got = socket.recv(timeout=timeout)
+        pytest.fail(f"the server sent {got!r}")
+    assert closed.value.rcvd, "no close frame"
+    assert len(closed.value.rcvd.reason.encode()) <= 120
+    return closed.value.rcvd.code
+
+
+def say(world, *messages):
+    """The code that these messages earn before login."""
+    socket = open_socket(world.url)
+    with contextlib.suppress(ConnectionClosed):
+        for message in messages:
+            socket.send(message)
+    return closed_with(socket)
+
+
+SIDE = bytes(range(1, 17))
+HELLO = encode_hello(side=SIDE)
+
+
+BAD_BYTES = vectors("malformed")
+BAD_TEXTS = vectors("malformed_control")
+
+
+def packet(*frames):
+    return encode_packet(frames)
+
+
+def message(channel, sequence, part, body_bytes=None, **more):
+    size = len(part) if body_bytes is None else body_bytes
+    head = dict(
+        type="message", codec="none", channel=channel, origin=1, sequence=sequence, stamp_ns=1
+    )
+    return dict(head, raw_bytes=size, body_bytes=size, part=part, **more)
+
+
+def part_of(channel, part, abort=False):
+    return dict(type="part", abort=abort, channel=channel, part=part)
+
+
+OFFER = [("/o/states", STRING, "volatile")]
+
+
+def publish_until(publisher, make, arrived):
+    """Publishes again until something has come through."""
+
+    def go():
+        publisher.publish(make())
+        time.sleep(0.02)
+        return arrived()
+
+    until(go, "a message that crosses")

@@ -1,0 +1,135 @@
+"""Acknowledgements, time, liveness and sessions."""
+
+import array
+import contextlib
+import time
+
+import pytest
+from graph import until
+from rclpy.qos import QoSProfile
+from std_msgs.msg import String, UInt8MultiArray
+from websockets.exceptions import ConnectionClosed
+
+from connect_peer import Peer
+from peer_world import BYTES, LATCHED, STRING, TOKEN, cdr_bytes, cdr_string
+
+
+def test_time(world, peer):
+    mine = peer()
+    t1 = mine.ask_time()
+    mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "time reply")
+    reply = next(reply for reply in mine.times if reply["t1"] == t1)
+    assert reply["t1"] <= reply["t2"] <= reply["t3"] <= reply["t4"]
+    assert reply["ros"] == 0 or abs(reply["ros"] - reply["t3"]) < 1e9
+
+
+def test_server_acknowledges(world, peer):
+    """At once from 65,536 bytes on; within 100 ms what is less; never what is only ack and time."""
+    collector = world.graph.collector(UInt8MultiArray, "/o/acks")
+    mine = peer(exports=[("/o/acks", BYTES, "volatile")])
+    channel = mine.channel_of("/o/acks")
+    time.sleep(0.3)
+    mine.publish(channel, cdr_bytes(bytes(100)))
+    begin = time.monotonic()
+    mine.until(lambda: mine.acked == mine.sent_bytes, "ack of a small packet", 2)
+    assert time.monotonic() - begin < 0.5  # 100 ms and a busy machine
+    acks = len(mine.acks_received)
+    mine.publish(channel, cdr_bytes(bytes(400_000)))
+    mine.until(lambda: mine.acked == mine.sent_bytes, "ack of everything", 2)
+    assert len(mine.acks_received) - acks >= 5
+    counts = [count for _, count in mine.acks_received]
+    assert counts == sorted(counts)
+    acks = len(mine.acks_received)
+    for _ in range(5):
+        mine.ask_time()
+    time.sleep(0.4)
+    assert len(mine.acks_received) == acks
+    collector.close()
+
+
+def test_who_never_acknowledges_gets_one_window(world, peer):
+    publisher = world.graph.publisher(UInt8MultiArray, "/t/window", QoSProfile(depth=50))
+    mine = peer()
+    mine.deaf = True
+    channel = mine.find("/t/window")
+    mine.demand(channel)
+    large = UInt8MultiArray(data=array.array("B", bytes(1_000_000)))
+    until(
+        lambda: (publisher.publish(large), time.sleep(0.05), mine.received_bytes > 15 << 20)[2],
+        "a full window",
+    )
+    for _ in range(4):
+        publisher.publish(large)
+    time.sleep(0.5)
+    assert mine.received_bytes < (16 << 20) + 100_000
+    times = len(mine.times)
+    mine.ask_time()
+    mine.until(lambda: len(mine.times) > times, "a time reply in spite of the window")
+    mine.deaf = False
+    mine._send_ack()
+    mine.until(lambda: mine.received_bytes > (16 << 20) + 100_000, "data again after an ack")
+
+
+def test_the_server_asks_for_the_time_and_misses_who_is_silent(world):
+    mine = Peer(world.url, TOKEN)
+    mine.until(lambda: mine.complete, "opening")
+    mine.mute = True
+    begin = time.monotonic()
+    while not mine.closed and time.monotonic() < begin + 4.5:
+        with contextlib.suppress(ConnectionClosed):
+            mine.socket.ping()  # no sign of life
+        time.sleep(0.1)
+    assert mine.wait_closed() == 4008
+    assert 2.5 < time.monotonic() - begin < 4.5
+    gaps = [b - a for a, b in zip(mine.asked_at, mine.asked_at[1:])]
+    assert len(gaps) >= 3 and max(gaps) < 1.3, gaps
+
+
+def test_session_continues(world, peer):
+    old = Peer(world.url, TOKEN)
+    old.until(lambda: old.complete, "opening")
+    new = peer(session=old.welcome["session"])
+    assert old.wait_closed() == 4005
+    assert new.welcome["session"] == old.welcome["session"]
+    new.until(lambda: new.complete, "the opening done anew")
+
+
+def test_session_continues_after_a_loss(world, peer):
+    """The server keeps the mirror and publishes what is transient local once."""
+    collector = world.graph.collector(String, "/o/kept", LATCHED)
+    exports = [("/o/kept", STRING, "transient_local")]
+    old = Peer(world.url, TOKEN, exports=exports)
+    sample, stamp = cdr_string("once"), time.time_ns()
+    old.publish(old.channel_of("/o/kept"), sample, stamp=stamp)
+    collector.wait(1)
+    (mirror,) = world.graph.publishers("/o/kept")
+    old.drop()
+    # The same process, hence the same gid.
+    new = peer(exports=exports, session=old.welcome["session"], side=old.side)
+    assert new.welcome["session"] == old.welcome["session"]
+    channel = new.channel_of("/o/kept")
+    new.publish(channel, sample, stamp=stamp)
+    new.publish(channel, cdr_string("twice"), stamp=stamp + 1)
+    assert [m.data for m in collector.wait(2)] == ["once", "twice"]
+    (now,) = world.graph.publishers("/o/kept")
+    assert now.endpoint_gid == mirror.endpoint_gid
+    collector.close()
+
+
+@pytest.mark.parametrize("code", [1000, 1001], ids=str)
+def test_link_ends_with_a_goodbye(peer, code, world):
+    old = Peer(world.url, TOKEN)
+    old.close(code)
+    assert peer(session=old.welcome["session"]).welcome["session"] != old.welcome["session"]
+
+
+@pytest.mark.parametrize("code", [4002, None], ids=str)
+def test_link_is_kept_after_the_end_of_a_connection(world, peer, code):
+    old = Peer(world.url, TOKEN)
+    old.close(code) if code else old.drop()
+    assert peer(session=old.welcome["session"]).welcome["session"] == old.welcome["session"]
+
+
+def test_unknown_session(world, peer):
+    mine = peer(session=bytes([7]) * 16)
+    assert mine.welcome["session"] != bytes([7]) * 16

@@ -1,0 +1,319 @@
+#include "ros/gateway.hpp"
+
+#include <filesystem>
+#include <set>
+
+#include "ros/ros_fixture.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+Bytes bytes_of(const Payload& payload) {
+  return {payload.view().begin(), payload.view().end()};
+}
+
+class GatewayTest : public RosTest {
+ protected:
+  void subscribe(TestSide& side, const std::string& name, std::uint32_t depth = 10) {
+    side.gateway.apply(CreateSubscription{kSubscription, name, kString, "", qos_of_depth(depth)});
+  }
+  void mirror(TestSide& side, const std::string& name, const Qos& qos) {
+    side.gateway.apply(CreateMirror{kMirror, name, kString, "", qos});
+  }
+
+  static constexpr SubscriptionId kSubscription{7};
+  static constexpr MirrorId kMirror{9};
+};
+
+TEST_F(GatewayTest, TakesWhatOthersPublish) {
+  TestNode talker("talker");
+  TestSide side("connect_server");
+  RawPublisher publisher(talker, topic("chatter"));
+  subscribe(side, topic("chatter"));
+  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
+  const Bytes small = string_message("hello"), large = string_message(std::string(500000, 'x'));
+  publisher.publish(small);
+  publisher.publish(large);
+  publisher.publish(small);
+  for (const Bytes& expected : {small, large, small}) {
+    const auto message = side.next<MessageTaken>();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(kSubscription, message->subscription);
+    EXPECT_EQ(publisher.gid(), message->origin);
+    EXPECT_NE(0, message->stamp);
+    EXPECT_TRUE(expected == bytes_of(message->payload));
+  }
+  EXPECT_EQ(3u, side.gateway.counters().taken);
+}
+
+TEST_F(GatewayTest, PublishesOnMirrors) {
+  TestNode listener("listener");
+  TestSide side("connect_client");
+  RawSubscription subscription(listener, topic("chatter"));
+  mirror(side, topic("chatter"), qos_of_depth(5));
+  const auto seen = [](const TopicState& state) { return state.subscribers.size() == 1; };
+  ASSERT_TRUE(side.topic_state(topic("chatter"), seen));
+  const Bytes sent = string_message("hello");
+  std::optional<Bytes> received;
+  // The graph knows a subscription shortly before it is matched.
+  ASSERT_TRUE(side.until([&] {
+    side.gateway.apply(Action{Publish{kMirror, Payload::copy_of(sent)}});
+    return (received = subscription.take()).has_value();
+  }));
+  EXPECT_EQ(sent, *received);
+}
+
+TEST_F(GatewayTest, OtherActionsAreLeftAlone) {
+  TestSide side("connect_client");
+  EXPECT_FALSE(side.gateway.apply(Action{Log{}}));
+  EXPECT_FALSE(side.gateway.apply(Action{Dial{}}));
+  EXPECT_TRUE(side.gateway.apply(Action{RefreshGraph{}}));
+  EXPECT_TRUE(side.gateway.apply(Action{DestroyMirror{MirrorId{55}}}));
+}
+
+TEST_F(GatewayTest, RefusesTypesThatAreNotInstalled) {
+  TestSide side("connect_client");
+  for (const char* type : {"no_such_package/msg/Thing", "std_msgs/msg/NoSuchMessage",
+                           "../../evil/msg/String", "String", "std_msgs/msg/Str/ing", ""}) {
+    side.gateway.apply(CreateMirror{kMirror, topic("chatter"), type, "", qos_of_depth(1)});
+    const auto failed = side.next<MirrorFailed>();
+    ASSERT_TRUE(failed) << type;
+    EXPECT_EQ(kMirror, failed->mirror);
+    EXPECT_EQ("type_unknown", failed->code);
+    EXPECT_NE("", failed->reason);
+  }
+  side.gateway.apply(CreateSubscription{kSubscription, topic("chatter"), "nav_gadgets/msg/A", "",
+                                        qos_of_depth(1)});
+  const auto failed = side.next<SubscriptionFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ("type_unknown", failed->code);
+  EXPECT_NE(std::string::npos, failed->reason.find("ros-<distro>-nav-gadgets")) << failed->reason;
+}
+
+TEST_F(GatewayTest, RefusesTypesWithAnotherHash) {
+  TestNode talker("talker");
+  TestSide side("connect_client");
+  RawPublisher publisher(talker, topic("chatter"));
+  const auto state = side.topic_state(topic("chatter"), [](const TopicState&) { return true; });
+  ASSERT_TRUE(state);
+  if (state->type_hash.empty()) GTEST_SKIP() << "this distribution has no type hashes";
+  EXPECT_EQ(0u, state->type_hash.find("RIHS01_"));
+  side.gateway.apply(
+      CreateMirror{kMirror, topic("chatter"), kString, state->type_hash, qos_of_depth(1)});
+  std::string other = state->type_hash;
+  other.back() = other.back() == '0' ? '1' : '0';
+  side.gateway.apply(
+      CreateSubscription{kSubscription, topic("chatter"), kString, other, qos_of_depth(1)});
+  const auto failed = side.next<SubscriptionFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ("type_mismatch", failed->code);
+  EXPECT_EQ(1u, side.gateway.counters().mirrors);
+  EXPECT_EQ(0u, side.gateway.counters().subscriptions);
+}
+
+TEST_F(GatewayTest, RefusesNamesThatAreNone) {
+  TestSide side("connect_client");
+  side.gateway.apply(CreateMirror{kMirror, "/not a name", kString, "", qos_of_depth(1)});
+  const auto failed = side.next<MirrorFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ("failed", failed->code);
+}
+
+TEST_F(GatewayTest, LateSubscriptionsGetTransientLocalHistory) {
+  TestNode talker("talker");
+  TestSide side("connect_server");
+  Qos qos = qos_of_depth(3);
+  qos.durability = Durability::kTransientLocal;
+  RawPublisher publisher(talker, topic("static"), qos);
+  for (const char* text : {"a", "b", "c", "d"}) publisher.publish(string_message(text));
+  side.gateway.apply(CreateSubscription{kSubscription, topic("static"), kString, "", qos});
+  for (const char* text : {"b", "c", "d"}) {
+    const auto message = side.next<MessageTaken>();
+    ASSERT_TRUE(message);
+    EXPECT_EQ(string_message(text), bytes_of(message->payload));
+  }
+}
+
+TEST_F(GatewayTest, ReportsIncompatibleQos) {
+  TestNode other("other");
+  TestSide side("connect_server");
+  Qos weak = qos_of_depth(5);
+  weak.reliability = Reliability::kBestEffort;
+  RawPublisher publisher(other, topic("a"), weak);
+  subscribe(side, topic("a"));
+  auto report = side.next<QosIncompatible>();
+  ASSERT_TRUE(report);
+  EXPECT_EQ(topic("a"), report->topic);
+  EXPECT_EQ("reliability", report->policy);
+  EXPECT_FALSE(report->at_mirror);
+
+  Qos latched = qos_of_depth(5);
+  latched.durability = Durability::kTransientLocal;
+  RawSubscription subscription(other, topic("b"), latched);
+  mirror(side, topic("b"), qos_of_depth(5));
+  report = side.next<QosIncompatible>();
+  ASSERT_TRUE(report);
+  EXPECT_EQ(topic("b"), report->topic);
+  EXPECT_EQ("durability", report->policy);
+  EXPECT_TRUE(report->at_mirror);
+}
+
+TEST_F(GatewayTest, DropsWhatIsTooLarge) {
+  TestNode talker("talker");
+  GatewayOptions options;
+  options.message_bytes_max = 100;
+  TestSide side("connect_server", options);
+  RawPublisher publisher(talker, topic("chatter"));
+  subscribe(side, topic("chatter"));
+  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
+  publisher.publish(string_message(std::string(200, 'x')));
+  publisher.publish(string_message("small"));
+  const auto lost = side.next<MessagesLost>();
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(kSubscription, lost->subscription);
+  EXPECT_EQ(1u, lost->count);
+  EXPECT_TRUE(lost->too_large);
+  const auto message = side.next<MessageTaken>();
+  ASSERT_TRUE(message);
+  EXPECT_EQ(string_message("small"), bytes_of(message->payload));
+}
+
+TEST_F(GatewayTest, IgnoresItsOwnMirrors) {
+  TestNode talker("talker");
+  TestSide side("connect_server");
+  mirror(side, topic("chatter"), qos_of_depth(10));
+  subscribe(side, topic("chatter"));
+  RawPublisher publisher(talker, topic("chatter"));
+  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
+  side.gateway.apply(Publish{kMirror, Payload::adopt(string_message("own"))});
+  side.gateway.apply(DestroyMirror{kMirror});
+  publisher.publish(string_message("other"));
+  const auto message = side.next<MessageTaken>();
+  ASSERT_TRUE(message);
+  EXPECT_EQ(string_message("other"), bytes_of(message->payload));
+  side.drain_for(100ms);
+  EXPECT_FALSE(side.next<MessageTaken>(0ms));
+}
+
+TEST_F(GatewayTest, TakesInTurnsAndBounded) {
+  TestNode talker("talker");
+  GatewayOptions options;
+  options.takes_per_wake_max = 4;
+  TestSide side("connect_server", options);
+  const std::string names[] = {topic("a"), topic("b")};
+  RawPublisher publishers[] = {RawPublisher(talker, names[0], qos_of_depth(100)),
+                               RawPublisher(talker, names[1], qos_of_depth(100))};
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    side.gateway.apply(
+        CreateSubscription{SubscriptionId{i + 1}, names[i], kString, "", qos_of_depth(100)});
+  }
+  ASSERT_TRUE(
+      side.until([&] { return publishers[0].matched() == 1 && publishers[1].matched() == 1; }));
+  for (int i = 0; i < 20; ++i) publishers[0].publish(string_message("flood"));
+  publishers[1].publish(string_message("command"));
+  std::this_thread::sleep_for(200ms);
+  std::vector<std::uint32_t> order;
+  int drains = 0;
+  bool more = true;
+  while (more && drains < 50) {
+    const std::size_t before = order.size();
+    more = side.gateway.drain([&](Input&& input) {
+      if (auto* taken = std::get_if<MessageTaken>(&input)) {
+        order.push_back(taken->subscription.value);
+      }
+    });
+    EXPECT_LE(order.size() - before, 4u);
+    ++drains;
+  }
+  ASSERT_EQ(21u, order.size());
+  EXPECT_GE(drains, 5);
+  EXPECT_TRUE(order[0] == 2 || order[1] == 2) << "the command waits behind the flood";
+}
+
+// The sink destroys the entity that is being drained, and its slot goes to another one.
+TEST_F(GatewayTest, TheSinkMayDestroyWhatIsDrained) {
+  TestNode talker("talker");
+  TestSide side("connect_server");
+  RawPublisher publisher(talker, topic("chatter"), qos_of_depth(50));
+  subscribe(side, topic("chatter"), 50);
+  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
+  for (int i = 0; i < 10; ++i) publisher.publish(string_message("x"));
+  int taken = 0;
+  for (int i = 0; i < 1000 && taken == 0; ++i) {
+    std::this_thread::sleep_for(10ms);
+    side.gateway.drain([&](Input&& input) {
+      if (!std::holds_alternative<MessageTaken>(input)) return;
+      ++taken;
+      side.gateway.apply(DestroySubscription{kSubscription});
+      mirror(side, topic("other"), qos_of_depth(1));
+    });
+  }
+  side.drain_for(100ms);
+  EXPECT_EQ(1, taken);
+}
+
+TEST_F(GatewayTest, ManyCyclesWhileCallbacksFire) {
+  TestNode talker("talker");
+  TestSide side("connect_server");
+  RawPublisher publisher(talker, topic("chatter"), qos_of_depth(10));
+  std::atomic<bool> stop{false};
+  std::thread flood([&] {
+    while (!stop) publisher.publish(string_message("x"));
+  });
+  std::uint64_t taken = 0;
+  const int cycles = 1000;
+  for (std::uint32_t i = 1; i <= cycles; ++i) {
+    const SubscriptionId id{i};
+    side.gateway.apply(CreateSubscription{id, topic("chatter"), kString, "", qos_of_depth(10)});
+    side.gateway.apply(CreateMirror{MirrorId{i}, topic("chatter"), kString, "", qos_of_depth(10)});
+    const auto count = [&](Input&& input) { taken += std::holds_alternative<MessageTaken>(input); };
+    // Sometimes the publisher finds the subscription in time.
+    for (int n = 0; i % 20 == 0 && n < 20; ++n) {
+      side.alarm.wait(std::chrono::steady_clock::now() + 5ms);
+      side.gateway.drain(count);
+    }
+    side.gateway.apply(DestroyMirror{MirrorId{i}});
+    side.gateway.apply(DestroySubscription{id});
+    side.gateway.drain(
+        [&](Input&& input) { EXPECT_FALSE(std::holds_alternative<MessageTaken>(input)); });
+  }
+  stop = true;
+  flood.join();
+  EXPECT_GT(taken, 0u);
+  EXPECT_EQ(0u, side.gateway.counters().subscriptions);
+  EXPECT_EQ(0u, side.gateway.counters().mirrors);
+}
+
+std::size_t threads() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
+}
+
+TEST_F(GatewayTest, StopsInTimeAndLeavesNoThread) {
+  {
+    TestSide first("connect_first");  // the middleware keeps threads of its own from here on
+    subscribe(first, topic("warm"));
+  }
+  const std::size_t before = threads();
+  std::chrono::steady_clock::time_point begin;
+  {
+    TestNode talker("talker");
+    RawPublisher publisher(talker, topic("chatter"));
+    TestSide side("connect_server");
+    subscribe(side, topic("chatter"));
+    mirror(side, topic("other"), qos_of_depth(1));
+    ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
+    publisher.publish(string_message("not taken"));
+    begin = std::chrono::steady_clock::now();
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 1s);
+  // The kernel lists a thread for a moment after it was joined.
+  const auto end = std::chrono::steady_clock::now() + 2s;
+  while (threads() > before && std::chrono::steady_clock::now() < end) {
+    std::this_thread::sleep_for(1ms);
+  }
+  EXPECT_GE(before, threads());
+}
+
+}  // namespace
+}  // namespace connect_bridge::ros

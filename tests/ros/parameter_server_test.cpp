@@ -1,0 +1,202 @@
+#include "ros/parameter_server.hpp"
+
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "ros/parameter_table.hpp"
+#include "ros/ros_fixture.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+ParameterEntry entry(const std::string& name, ParameterValue value) {
+  ParameterEntry made;
+  made.name = name;
+  made.type = type_of(value);
+  made.value = std::move(value);
+  made.description = "What " + name + " does";
+  return made;
+}
+
+std::vector<ParameterEntry> entries() {
+  std::vector<ParameterEntry> list{entry("listen.port", std::int64_t{9090}),
+                                   entry("listen.address", std::string{"0.0.0.0"}),
+                                   entry("rules", std::vector<std::string>{"a", "b"}),
+                                   entry("rate", 1.5), entry("verbose", false)};
+  list[0].read_only = true;
+  list[0].constraints = "not below 1024 without rights";
+  list[0].integer_range = Range<std::int64_t>{1, 65535, 0};
+  list[3].double_range = Range<double>{0, 100, 0};
+  return list;
+}
+
+std::optional<ParameterEntry> describe_rule(const std::string& name) {
+  if (!name.starts_with("rule.")) return std::nullopt;
+  return entry(name, std::vector<std::string>{});
+}
+
+// A parameter server with a loop that runs until a program has ended.
+class Server {
+ public:
+  explicit Server(Node& node)
+      : server(node,
+               {entries(), [this](const std::vector<Parameter>& wanted) { return set(wanted); },
+                describe_rule, [this](bool on) { sim_time = on; }, [this] { alarm.wake(); }}) {}
+
+  SetResult set(const std::vector<Parameter>& wanted) {
+    for (const Parameter& parameter : wanted) {
+      if (parameter.value == ParameterValue{13.0}) return {false, "13 brings bad luck"};
+    }
+    return {};
+  }
+
+  std::string run(const std::string& command) {
+    std::string output;
+    std::atomic<bool> ended{false};
+    std::thread program([&] {
+      FILE* pipe = popen(command.c_str(), "r");
+      char buffer[4096];
+      while (pipe && std::fgets(buffer, sizeof buffer, pipe)) output += buffer;
+      if (pipe) pclose(pipe);
+      ended = true;
+      alarm.wake();
+    });
+    while (!ended) {
+      alarm.wait(std::chrono::steady_clock::now() + 20ms);
+      while (server.drain()) {
+      }
+    }
+    program.join();
+    return output;
+  }
+
+  Alarm alarm;
+  bool sim_time = false;
+  ParameterServer server;
+};
+
+using ParameterServerTest = RosTest;
+
+TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
+  TestNode node("connect_server");
+  Server server(*node);
+  const auto script = std::filesystem::path(__FILE__).parent_path() / "parameter_client.py";
+  const std::string report =
+      server.run("python3 -B '" + script.string() + "' /connect_server 2>&1");
+  const auto expect = [&](const std::string& part) {
+    EXPECT_NE(std::string::npos, report.find(part)) << part << "\nis missing in\n" << report;
+  };
+  expect(
+      R"("names": ["listen.address", "listen.port", "rate", "rules", "use_sim_time", "verbose"])");
+  expect(R"("listen": ["listen.address", "listen.port"], "prefixes": ["listen"])");
+  expect(R"("values": [9090, ["a", "b"], 1.5, false, null], "types": [2, 9, 3, 1, 0])");
+  expect(R"("port": ["listen.port", 2, "What listen.port does", true, )"
+         R"("not below 1024 without rights", 1, 65535])");
+  expect(
+      R"("set": [[true, ""], [false, "Wrong parameter type, parameter {rate} is of type )"
+      R"({double}, setting it to {string} is not allowed."], [false, "parameter 'rate' must be)");
+  expect(R"([false, "parameter 'listen.port' cannot be set because it is read-only"])");
+  expect(R"([false, "parameter 'no_such' cannot be set because it was not declared"])");
+  expect(R"([false, "13 brings bad luck"]], "added": [[true, ""]])");
+  expect(R"("atomically": [false, "Wrong parameter type)");
+  expect(R"("after": [7.0, false, ["/x"]])");
+  expect(R"("deleted": [[true, ""], [false, "parameter 'rate' cannot be removed"]])");
+  expect(R"("sim": [[true, ""]])");
+  EXPECT_TRUE(server.sim_time);
+}
+
+TEST_F(ParameterServerTest, TellsParameterEvents) {
+  TestNode node("connect_server");
+  TestNode listener("listener");
+  Server server(*node);
+  RawSubscription events(listener, "/parameter_events", qos_of_depth(1000),
+                         "rcl_interfaces/msg/ParameterEvent");
+  std::optional<Bytes> event;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  for (int i = 0; !event && std::chrono::steady_clock::now() < deadline; ++i) {
+    auto changed = entries();
+    changed[4].value = i % 2 == 0;
+    server.server.replace(std::move(changed));
+    std::this_thread::sleep_for(20ms);
+    event = events.take();
+  }
+  ASSERT_TRUE(event);
+  const std::string text(event->begin(), event->end());
+  EXPECT_NE(std::string::npos, text.find("/connect_server"));
+  EXPECT_NE(std::string::npos, text.find("verbose"));
+  EXPECT_EQ(std::string::npos, text.find("listen"));
+}
+
+TEST(ParameterTableTest, ChangesAllOrNone) {
+  ParameterTable table(entries());
+  ParameterDifferences differences;
+  const auto result =
+      table.apply({{"verbose", true}, {"listen.port", std::int64_t{1}}}, {}, {}, differences);
+  EXPECT_FALSE(result.successful);
+  EXPECT_TRUE(differences.empty());
+  EXPECT_EQ(ParameterValue{false}, *table.find("verbose")->value);
+}
+
+TEST(ParameterTableTest, ReplaceTellsDifferences) {
+  ParameterTable table(entries());
+  auto next = entries();
+  next.erase(next.begin());
+  next[2].value = 2.5;
+  next.push_back(entry("new", true));
+  const auto differences = table.replace(next);
+  ASSERT_EQ(1u, differences.added.size());
+  EXPECT_EQ("new", differences.added[0].name);
+  ASSERT_EQ(1u, differences.changed.size());
+  EXPECT_EQ("rate", differences.changed[0].name);
+  ASSERT_EQ(1u, differences.removed.size());
+  EXPECT_EQ("listen.port", differences.removed[0].name);
+}
+
+TEST(ParameterTest, ChecksValues) {
+  ParameterEntry ranged = entry("n", std::int64_t{4});
+  ranged.integer_range = Range<std::int64_t>{2, 11, 3};
+  for (const auto& [value, good] : {std::pair<std::int64_t, bool>{2, true},
+                                    {5, true},
+                                    {11, true},
+                                    {1, false},
+                                    {12, false},
+                                    {6, false}}) {
+    ParameterValue wanted = value;
+    EXPECT_EQ(good, check_value(ranged, wanted).successful) << value;
+  }
+  ParameterEntry list = entry("l", std::vector<std::string>{"a"});
+  ParameterValue nothing = std::vector<std::int64_t>{};
+  EXPECT_TRUE(check_value(list, nothing).successful);
+  EXPECT_EQ(ParameterValue{std::vector<std::string>{}}, nothing);
+  ParameterValue nan = std::numeric_limits<double>::quiet_NaN();
+  ParameterEntry number = entry("d", 1.0);
+  number.double_range = Range<double>{0, 1, 0};
+  EXPECT_FALSE(check_value(number, nan).successful);
+}
+
+TEST(ParameterTest, ListsAsRclcppDoes) {
+  EXPECT_TRUE(is_listed("a.b.c", {}, 0));
+  EXPECT_TRUE(is_listed("a", {}, 1));
+  EXPECT_FALSE(is_listed("a.b", {}, 1));
+  EXPECT_TRUE(is_listed("a.b", {"a"}, 1));
+  EXPECT_FALSE(is_listed("a.b.c", {"a"}, 1));
+  EXPECT_TRUE(is_listed("a.b.c", {"a"}, 0));
+  EXPECT_TRUE(is_listed("a.b", {"a.b"}, 1));
+  EXPECT_FALSE(is_listed("ab.c", {"a"}, 0));
+}
+
+TEST(ParameterTest, NodeNamesOfFilesMatch) {
+  EXPECT_TRUE(node_name_matches("/**", "/a/b"));
+  EXPECT_TRUE(node_name_matches("/*", "/a"));
+  EXPECT_FALSE(node_name_matches("/*", "/a/b"));
+  EXPECT_TRUE(node_name_matches("a", "/a"));
+  EXPECT_TRUE(node_name_matches("/**/b", "/b"));
+  EXPECT_TRUE(node_name_matches("/**/b", "/x/y/b"));
+  EXPECT_TRUE(node_name_matches("/*/b", "/x/b"));
+  EXPECT_FALSE(node_name_matches("/a", "/ab"));
+  EXPECT_FALSE(node_name_matches("/a/b", "/a"));
+}
+
+}  // namespace
+}  // namespace connect_bridge::ros

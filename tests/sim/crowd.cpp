@@ -1,0 +1,229 @@
+#include "sim/crowd.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "sim/label.hpp"
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::size_t kEndpointsMax = 40;
+
+}  // namespace
+
+Crowd::Crowd(Schedule& schedule, Middleware& middleware, Ledger& ledger, const Scenario& scenario,
+             Rng rng, bool verbose)
+    : schedule_(schedule),
+      middleware_(middleware),
+      ledger_(ledger),
+      scenario_(scenario),
+      rng_(rng),
+      verbose_(verbose) {}
+
+std::string Crowd::local_name(int graph, const TopicPlan& topic) const {
+  for (const auto& host : scenario_.hosts) {
+    if (host.graph == graph) return host.names.to_local(topic.name);
+  }
+  return topic.name;
+}
+
+void Crowd::tell(const std::string& what, int id, bool writer) const {
+  const EndpointSpec& spec = writer ? middleware_.writer(id).spec : middleware_.reader(id).spec;
+  const Qos& qos = spec.qos;
+  std::printf("%9.4f graph %d %s: %s, %s, %s, depth %u, lifespan %.3g s\n",
+              seconds(schedule_.now()), spec.graph, what.c_str(), spec.topic.c_str(),
+              qos.reliability == Reliability::kReliable ? "reliable" : "best effort",
+              qos.durability == Durability::kVolatile ? "volatile" : "transient local", qos.depth,
+              qos.lifespan == kForever ? 0 : seconds(qos.lifespan));
+}
+
+const TopicPlan& Crowd::plan_of(int writer) const {
+  return scenario_.topics[plan_of_writer_.at(static_cast<std::size_t>(writer))];
+}
+
+Qos Crowd::writer_qos(const TopicPlan& topic) {
+  Qos qos;
+  const bool latched = topic.mixed ? rng_.chance(500) : topic.latched;
+  qos.durability = latched ? Durability::kTransientLocal : Durability::kVolatile;
+  qos.reliability = rng_.chance(750) ? Reliability::kReliable : Reliability::kBestEffort;
+  qos.depth = static_cast<std::uint32_t>(rng_.chance(300) ? 1 : rng_.between(1, 20));
+  if (!latched && rng_.chance(60)) qos.history = History::kKeepAll;
+  if (rng_.chance(100)) qos.lifespan = rng_.between(100ms, 1500ms);
+  if (rng_.chance(50)) qos.deadline = rng_.between(500ms, 2s);
+  if (rng_.chance(50)) {
+    qos.liveliness = Liveliness::kManualByTopic;
+    qos.liveliness_lease = rng_.between(1s, 3s);
+  }
+  return qos;
+}
+
+Qos Crowd::reader_qos(const TopicPlan& topic) {
+  Qos qos;
+  if (topic.latched && rng_.chance(700)) qos.durability = Durability::kTransientLocal;
+  qos.reliability = rng_.chance(500) ? Reliability::kReliable : Reliability::kBestEffort;
+  qos.depth = static_cast<std::uint32_t>(rng_.between(1, 20));
+  if (rng_.chance(40)) qos.deadline = rng_.between(1s, 3s);
+  if (rng_.chance(30)) qos.liveliness = Liveliness::kManualByTopic;
+  return qos;
+}
+
+EndpointSpec Crowd::spec(const TopicPlan& topic, int graph, const std::string& node,
+                         const Qos& qos) {
+  EndpointSpec spec;
+  spec.graph = graph;
+  spec.topic = local_name(graph, topic);
+  // Where names have a prefix, something may also live outside of it.
+  if (spec.topic != topic.name && rng_.chance(100)) spec.topic = topic.name;
+  spec.type = topic.type;
+  spec.type_hash = topic.type_hash;
+  spec.node_namespace = "/app";
+  spec.node_name = node;
+  spec.qos = qos;
+  return spec;
+}
+
+int Crowd::add_writer(const TopicPlan& topic, int graph, const std::string& node) {
+  const int id = middleware_.create_writer(spec(topic, graph, node, writer_qos(topic)));
+  plan_of_writer_.resize(static_cast<std::size_t>(id) + 1);
+  plan_of_writer_[static_cast<std::size_t>(id)] =
+      static_cast<std::size_t>(&topic - scenario_.topics.data());
+  writers_.push_back(id);
+  if (verbose_) tell("publisher " + std::to_string(id), id, true);
+  schedule_.after(rng_.between(0ms, topic.period), [this, id] { tick(id); });
+  return id;
+}
+
+int Crowd::add_reader(int graph, const std::string& topic, const TopicPlan& plan, const Qos& qos) {
+  EndpointSpec made = spec(plan, graph, "reader" + std::to_string(++last_node_), qos);
+  made.topic = topic;
+  const int id = middleware_.create_reader(std::move(made));
+  readers_.push_back(id);
+  return id;
+}
+
+void Crowd::add_random_reader() {
+  const TopicPlan& topic = rng_.pick(scenario_.topics);
+  const int graph = static_cast<int>(rng_.below(scenario_.graphs.size()));
+  const int id = middleware_.create_reader(
+      spec(topic, graph, "reader" + std::to_string(++last_node_), reader_qos(topic)));
+  readers_.push_back(id);
+  if (verbose_) tell("subscriber " + std::to_string(id), id, false);
+}
+
+void Crowd::start() {
+  for (const auto& topic : scenario_.topics) {
+    for (const int graph : topic.graphs) {
+      const auto count = rng_.between(1, 4);
+      for (int i = 0; i < count; ++i) {
+        schedule_.after(rng_.between(0ms, 2s), [this, &topic, graph] {
+          if (!calm_) add_writer(topic, graph, "writer" + std::to_string(++last_node_));
+        });
+      }
+    }
+  }
+  const auto readers = rng_.between(1, 4 * static_cast<int>(scenario_.topics.size()) + 3);
+  for (int i = 0; i < readers; ++i) {
+    schedule_.after(rng_.between(0ms, 2s), [this] {
+      if (!calm_) add_random_reader();
+    });
+  }
+  schedule_.after(scenario_.churn, [this] { churn(); });
+}
+
+void Crowd::remove_writer(std::size_t at) {
+  if (verbose_) tell("publisher " + std::to_string(writers_[at]) + " is gone", writers_[at], true);
+  middleware_.destroy_writer(writers_[at]);
+  writers_.erase(writers_.begin() + static_cast<std::ptrdiff_t>(at));
+}
+
+void Crowd::churn() {
+  if (calm_) return;
+  const auto what = rng_.below(5);
+  if (what == 0 && writers_.size() < kEndpointsMax) {
+    const TopicPlan& topic = rng_.pick(scenario_.topics);
+    add_writer(topic, rng_.pick(topic.graphs), "writer" + std::to_string(++last_node_));
+  } else if (what == 1 && !writers_.empty()) {
+    remove_writer(rng_.below(writers_.size()));
+  } else if (what == 2 && !writers_.empty()) {
+    // A node restarts: the same name, another publisher, at once or a little later.
+    const auto at = rng_.below(writers_.size());
+    const EndpointSpec old = middleware_.writer(writers_[at]).spec;
+    const TopicPlan& topic = plan_of(writers_[at]);
+    remove_writer(at);
+    const Duration gap = rng_.chance(500) ? 0ms : rng_.between(1ms, 800ms);
+    schedule_.after(gap, [this, &topic, old] {
+      if (!calm_) add_writer(topic, old.graph, old.node_name);
+    });
+  } else if (what == 3 && readers_.size() < kEndpointsMax) {
+    add_random_reader();
+  } else if (!readers_.empty()) {
+    const auto at = rng_.below(readers_.size());
+    if (verbose_) {
+      tell("subscriber " + std::to_string(readers_[at]) + " is gone", readers_[at], false);
+    }
+    middleware_.destroy_reader(readers_[at]);
+    readers_.erase(readers_.begin() + static_cast<std::ptrdiff_t>(at));
+  }
+  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void Crowd::tick(int writer) {
+  if (calm_ || !middleware_.writer(writer).alive) return;
+  publish(writer);
+  const Duration period = plan_of(writer).period;
+  schedule_.after(rng_.between(period / 2, period * 3 / 2), [this, writer] { tick(writer); });
+}
+
+void Crowd::publish(int writer) {
+  const Writer& state = middleware_.writer(writer);
+  if (!state.alive) return;
+  const TopicPlan& topic = plan_of(writer);
+  const auto size = static_cast<std::size_t>(rng_.between(
+      static_cast<std::int64_t>(topic.bytes_min), static_cast<std::int64_t>(topic.bytes_max)));
+  ledger_.note_published(writer);
+  const Label label{static_cast<std::uint32_t>(writer), state.count + 1};
+  middleware_.publish(writer, Payload::adopt(make_message(label, size, topic.compressible)));
+}
+
+void Crowd::calm() {
+  calm_ = true;
+}
+
+// Long enough for the message to be through before the next.
+Duration Crowd::pause_after(int writer) {
+  return rng_.between(15ms, 25ms) + 2us * plan_of(writer).bytes_max;
+}
+
+Duration Crowd::publish_round() {
+  Duration at{};
+  for (const int writer : writers_) {
+    schedule_.after(at, [this, writer] { publish(writer); });
+    at += pause_after(writer);
+  }
+  return at;
+}
+
+Duration Crowd::last_words() {
+  Duration at{};
+  for (const int writer : writers_) {
+    schedule_.after(at, [this, writer] { publish(writer); });
+    schedule_.after(at + rng_.between(1ms, 30ms), [this, writer] {
+      if (verbose_) tell("publisher " + std::to_string(writer) + " ends", writer, true);
+      middleware_.destroy_writer(writer);
+    });
+    at += pause_after(writer);
+  }
+  writers_.clear();
+  return at;
+}
+
+void Crowd::remove_readers() {
+  for (const int id : readers_) middleware_.destroy_reader(id);
+  readers_.clear();
+}
+
+}  // namespace connect_bridge::sim

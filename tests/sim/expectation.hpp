@@ -1,0 +1,105 @@
+// What must be true once a world has been quiet for a while: who is linked, which mirrors exist,
+// which messages have arrived.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/checker.hpp"
+#include "sim/crowd.hpp"
+#include "sim/host.hpp"
+#include "sim/scenario.hpp"
+
+namespace connect_bridge::sim {
+
+// An origin as it should exist in another graph.
+struct ExpectedMirror {
+  int graph = 0;
+  std::string topic;  // there
+  std::string type;
+  int origin = 0;
+  Qos qos;                            // with the overrides of both sides
+  int ways = 1;                       // pairs of sides that can carry it
+  bool certain = true;                // all pairs of sides that can carry it would treat it alike
+  bool limited = false;               // rules or limits may drop messages even on a quiet link
+  bool unreachable = false;           // mirrored, but the exporter cannot subscribe to its type
+  std::size_t bytes_max = 0;          // largest message that both sides accept
+  std::uint64_t queue_bytes_max = 0;  // how much may wait at once
+  std::uint32_t history = 0;          // samples that the exporter keeps for late subscribers
+};
+
+class Expectation {
+ public:
+  // `rules_change`: what is in force at the end was not so from the start.
+  Expectation(const Middleware& middleware, Checker& checker, const Crowd& crowd,
+              const std::vector<std::unique_ptr<Host>>& hosts, bool rules_change);
+
+  // Takes the picture: what should be there now. To be called when nothing changes any more.
+  void settle();
+
+  void check_links() const;
+  void check_mirrors() const;
+
+  // Around a few rounds of messages.
+  void begin_rounds();
+  void check_rounds() const;
+  // Mirrors are of the QoS their origins have; known once each has published.
+  void check_qos() const;
+
+  // Transient-local subscribers that come late.
+  void add_late_subscribers(Crowd& crowd);
+  void check_late_subscribers() const;
+
+  // Around the time in which every publisher publishes once more and ends.
+  void begin_last_words() { last_writers_ = crowd_.writers(); }
+  void check_last_words() const;
+
+  // Around a time in which nobody subscribes to anything.
+  void begin_silence();
+  void check_silence() const;
+
+  [[nodiscard]] const std::vector<ExpectedMirror>& mirrors() const { return mirrors_; }
+
+ private:
+  struct Counts {
+    std::uint64_t taken = 0, handled = 0;  // exporter
+    std::uint64_t sent = 0, arrived = 0;   // exporter, importer
+  };
+  struct Late {
+    int reader = 0;
+    std::size_t mirror = 0;  // index of the expected mirror
+  };
+  void expect_origin(const Writer& origin, const Host& importer);
+  void merge(ExpectedMirror expected);
+  // Whether every message of the origin must arrive, as far as rules and limits are concerned.
+  [[nodiscard]] bool is_complete(const ExpectedMirror& expected) const;
+  [[nodiscard]] bool is_mixed(const Writer& origin) const;
+  [[nodiscard]] bool was_overloaded(const Writer& origin) const;
+  [[nodiscard]] bool is_uniform(const Writer& origin) const;
+  [[nodiscard]] std::map<std::string, Counts> count_topics() const;
+  void check_reader(const ExpectedMirror& expected, const Reader& reader) const;
+  void check_late(const Late& late) const;
+  // How many of its origin's last samples a late subscriber gets, at least.
+  [[nodiscard]] std::uint64_t history_of(const ExpectedMirror& expected) const;
+  // Bytes that all origins of the topic keep for late subscribers, at most.
+  [[nodiscard]] std::uint64_t history_bytes(const ExpectedMirror& expected) const;
+
+  const Middleware& middleware_;
+  Checker& checker_;
+  const Crowd& crowd_;
+  const std::vector<std::unique_ptr<Host>>& hosts_;
+  bool rules_change_;
+  std::vector<ExpectedMirror> mirrors_;
+  std::map<int, std::uint64_t> published_before_;  // by origin
+  std::map<std::string, Counts> counts_before_;
+  std::vector<Late> late_;
+  std::vector<int> last_writers_;
+  std::map<std::pair<int, std::string>, std::uint64_t> sent_before_;  // (host, topic on the wire)
+};
+
+}  // namespace connect_bridge::sim

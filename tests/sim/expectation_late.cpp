@@ -1,0 +1,169 @@
+// What late subscribers must get, and what must not happen when there are none.
+#include <algorithm>
+#include <set>
+
+#include "sim/expectation.hpp"
+
+namespace connect_bridge::sim {
+
+// ---- late subscribers
+// --------------------------------------------------------------------------------
+
+// Whether the topic ever had volatile publishers as well: then it was subscribed as volatile.
+bool Expectation::is_mixed(const Writer& origin) const {
+  const auto& all = middleware_.writers();
+  return std::any_of(all.begin(), all.end(), [&](const Writer& other) {
+    return other.spec.host < 0 && other.spec.graph == origin.spec.graph &&
+           other.spec.topic == origin.spec.topic && other.spec.type == origin.spec.type &&
+           other.spec.qos.durability == Durability::kVolatile;
+  });
+}
+
+// What an overloaded queue gave up while the link lasted is not sent again.
+bool Expectation::was_overloaded(const Writer& origin) const {
+  for (const auto& host : hosts_) {
+    if (host->graph() != origin.spec.graph || !host->running()) continue;
+    for (const auto& link : host->status().links) {
+      for (const auto& topic : link.topics) {
+        if (!topic.exported || topic.topic != origin.spec.topic) continue;
+        if (topic.dropped.of(DropReason::kQueueBytes) > 0) return true;
+        if (topic.dropped.of(DropReason::kQueueDepth) > 0) return true;
+      }
+    }
+  }
+  return false;
+}
+
+std::uint64_t Expectation::history_of(const ExpectedMirror& expected) const {
+  const Writer& origin = middleware_.writer(expected.origin);
+  return std::min({std::uint64_t{origin.spec.qos.depth}, std::uint64_t{expected.qos.depth},
+                   std::uint64_t{expected.history}, origin.count});
+}
+
+std::uint64_t Expectation::history_bytes(const ExpectedMirror& expected) const {
+  // The exporter keeps as many samples of each as the deepest of them asks for.
+  std::uint64_t depth = 0;
+  std::uint64_t sizes = 0;
+  for (const auto& other : mirrors_) {
+    if (other.graph != expected.graph || other.topic != expected.topic) continue;
+    depth = std::max<std::uint64_t>(
+        {depth, other.qos.depth, other.history, middleware_.writer(other.origin).spec.qos.depth});
+    sizes += crowd_.plan_of(other.origin).bytes_max;
+  }
+  return depth * sizes;
+}
+
+void Expectation::add_late_subscribers(Crowd& crowd) {
+  std::map<std::pair<int, std::string>, int> readers;
+  for (std::size_t i = 0; i < mirrors_.size(); ++i) {
+    const ExpectedMirror& expected = mirrors_[i];
+    const Writer& origin = middleware_.writer(expected.origin);
+    if (expected.qos.durability != Durability::kTransientLocal) continue;
+    if (origin.spec.qos.durability != Durability::kTransientLocal) continue;
+    Qos qos;
+    qos.durability = Durability::kTransientLocal;
+    qos.reliability = Reliability::kBestEffort;  // fits every publisher
+    qos.depth = 100;
+    const auto [it, is_new] = readers.try_emplace({expected.graph, expected.topic}, 0);
+    if (is_new) {
+      it->second = crowd.add_reader(expected.graph, expected.topic, crowd.plan_of(origin.id), qos);
+    }
+    late_.push_back(Late{it->second, i});
+  }
+}
+
+void Expectation::check_late_subscribers() const {
+  for (const auto& late : late_) check_late(late);
+}
+
+void Expectation::check_late(const Late& late) const {
+  const ExpectedMirror& expected = mirrors_[late.mirror];
+  const Writer& origin = middleware_.writer(expected.origin);
+  if (!is_complete(expected) || is_mixed(origin) || rules_change_) return;
+  if (was_overloaded(origin)) return;
+  if (middleware_.has_lost(origin.spec.graph)) return;  // the side itself may have missed some
+  if (origin.spec.qos.lifespan != kForever || expected.qos.lifespan != kForever) return;
+  if (history_bytes(expected) > expected.queue_bytes_max) return;
+  const auto& received = checker_.deliveries().received(late.reader, origin.id);
+  const std::uint64_t should = history_of(expected);
+  for (std::uint64_t n = origin.count - should + 1; n <= origin.count; ++n) {
+    ++checker_.ledger().coverage().history;
+    if (std::count(received.begin(), received.end(), n) == 1) continue;
+    std::string got;
+    for (const auto counter : received) got += " " + std::to_string(counter);
+    violated("late subscriber " + std::to_string(late.reader) + " of " + expected.topic +
+             " did not get message " + std::to_string(n) + " of publisher " +
+             std::to_string(origin.id) + ", one of its last " + std::to_string(should) + " of " +
+             std::to_string(origin.count) + ", but" + (got.empty() ? " nothing" : got));
+  }
+}
+
+// Whether all publishers of the topic are alike. Where they are not, the subscription of the
+// exporter changes with them, and what is published meanwhile is lost.
+bool Expectation::is_uniform(const Writer& origin) const {
+  return std::all_of(last_writers_.begin(), last_writers_.end(), [&](int id) {
+    const EndpointSpec& spec = middleware_.writer(id).spec;
+    const bool same = spec.graph == origin.spec.graph && spec.topic == origin.spec.topic &&
+                      spec.type == origin.spec.type;
+    return !same || (spec.qos.reliability == origin.spec.qos.reliability &&
+                     spec.qos.durability == origin.spec.qos.durability);
+  });
+}
+
+// ---- last words
+// ---------------------------------------------------------------------------------------
+
+void Expectation::check_last_words() const {
+  for (const auto& expected : mirrors_) {
+    if (!is_complete(expected) || !is_uniform(middleware_.writer(expected.origin))) continue;
+    // When one way learns of the end before the other, the other takes over for a moment, and what
+    // other publishers of the topic send meanwhile may be lost.
+    if (expected.ways > 1) continue;
+    const Writer& origin = middleware_.writer(expected.origin);
+    for (const int id : crowd_.readers()) {
+      const Reader& reader = middleware_.reader(id);
+      const EndpointSpec& spec = reader.spec;
+      const bool same = spec.graph == expected.graph && spec.topic == expected.topic &&
+                        spec.type == expected.type;
+      if (!same || !compatible(expected.qos, spec.qos)) continue;
+      ++checker_.ledger().coverage().last_words;
+      const auto& received = checker_.deliveries().received(id, origin.id);
+      if (std::count(received.begin(), received.end(), origin.count) == 1) continue;
+      violated("publisher " + std::to_string(origin.id) + " of " + origin.spec.topic +
+               " ended right after message " + std::to_string(origin.count) +
+               ", which did not reach subscriber " + std::to_string(id));
+    }
+  }
+}
+
+// ---- no demand
+// ----------------------------------------------------------------------------------------
+
+void Expectation::begin_silence() {
+  for (const auto& host : hosts_) {
+    for (const auto& topic : host->running() ? host->status().links : std::vector<LinkStatus>{}) {
+      for (const auto& exported : topic.topics) {
+        if (!exported.exported || is_hostile(exported.topic)) continue;
+        const auto wire = host->plan().names.to_wire(exported.topic).value_or("");
+        sent_before_[{host->index(), wire}] = checker_.wire().messages_sent(*host, wire);
+      }
+    }
+    for (const auto& [id, subscription] : host->subscriptions()) {
+      const std::string& topic = subscription.made.topic;
+      if (!is_ordinary(topic)) continue;
+      violated(describe(*host) + " subscribes to " + topic + " although nobody asks for it");
+    }
+  }
+}
+
+void Expectation::check_silence() const {
+  for (const auto& [key, before] : sent_before_) {
+    const Host& host = *hosts_[static_cast<std::size_t>(key.first)];
+    const auto sent = checker_.wire().messages_sent(host, key.second);
+    if (sent == before) continue;
+    violated(describe(host) + " sent " + std::to_string(sent - before) + " messages of " +
+             key.second + " although nobody subscribes to it");
+  }
+}
+
+}  // namespace connect_bridge::sim

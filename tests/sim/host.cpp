@@ -1,0 +1,259 @@
+#include "sim/host.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "sim/checker.hpp"
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kActionsMax = 200'000;  // answers to one input
+
+// Each process has a monotonic clock of its own.
+TimePoint steady_of(int host, TimePoint t) {
+  return t + 1000s * (host + 1);
+}
+
+}  // namespace
+
+Host::Host(int index, HostPlan plan, const World& world, Rng rng)
+    : index_(index),
+      plan_(std::move(plan)),
+      world_(world),
+      rng_(rng),
+      held_bytes_(std::make_shared<std::uint64_t>(0)) {}
+
+Host::~Host() = default;
+
+Now Host::now() const {
+  const Stamp system = world_.middleware.stamp(plan_.graph);
+  return Now{steady_of(index_, world_.schedule.now()), system, system};
+}
+
+const Identity* Host::identity_on(ConnectionId id) const {
+  const auto it = identities_.find(id);
+  return it == identities_.end() ? nullptr : &it->second;
+}
+
+void Host::start() {
+  if (side_ || stopped_) return;
+  ++life_;
+  tell("starts");
+  side_ = std::make_unique<Side>(plan_.options, rng_.next());
+  last_packet_ = last_open_ = world_.schedule.now();
+  world_.checker.on_start(*this);
+  on_graph_change();
+  input(TimePassed{});
+}
+
+void Host::crash(bool peers_notice) {
+  if (!side_) return;
+  tell(stopped_ ? "ends" : "crashes");
+  ++life_;
+  draining_ = drain_planned_ = false;
+  side_.reset();
+  world_.network.died(*this, peers_notice);
+  connections_.clear();
+  identities_.clear();
+  gates_.clear();
+  planned_deadline_.reset();
+  snapshot_planned_ = false;
+  held_bytes_ = std::make_shared<std::uint64_t>(0);
+  forget_entities();
+  world_.checker.on_end(*this);
+}
+
+void Host::forget_entities() {
+  for (const auto& [id, mirror] : mirrors_) world_.middleware.destroy_writer(mirror.writer);
+  for (const auto& [id, made] : subscriptions_) world_.middleware.destroy_reader(made.reader);
+  mirrors_.clear();
+  subscriptions_.clear();
+}
+
+void Host::request_stop() {
+  if (!side_) return;
+  input(StopRequested{});
+  later(1s, [this]() -> Input {
+    if (!stopped_) violated("side " + std::to_string(index_) + " did not stop within 1 s");
+    return TimePassed{};
+  });
+}
+
+void Host::report_trouble() {
+  if (!side_ || subscriptions_.empty()) return;
+  auto it = subscriptions_.begin();
+  std::advance(it, static_cast<std::ptrdiff_t>(rng_.below(subscriptions_.size())));
+  if (rng_.chance(500)) {
+    input(MessagesLost{it->first, rng_.below(10), rng_.chance(300)});
+  } else {
+    input(QosIncompatible{it->second.made.topic, "reliability", rng_.chance(500)});
+  }
+}
+
+void Host::set_policy(Policy policy) {
+  plan_.options.policy = policy;
+  if (!side_) return;
+  tell("gets other rules");
+  world_.checker.on_policy(*this);
+  input(PolicyChanged{std::move(policy)});
+}
+
+void Host::calm() {
+  calm_ = true;
+  plan_.login_delay_max = std::min<Duration>(plan_.login_delay_max, 20ms);
+  plan_.job_delay_max = std::min<Duration>(plan_.job_delay_max, 5ms);
+  plan_.graph_delay_max = std::min<Duration>(plan_.graph_delay_max, 20ms);
+}
+
+void Host::later(Duration delay, std::function<Input()> make) {
+  world_.schedule.after(delay, [this, life = life_, make = std::move(make)] {
+    if (life == life_) input(make());
+  });
+}
+
+// ---- the loop
+// -------------------------------------------------------------------------------------
+
+void Host::input(Input input) {
+  if (!side_) return;
+  side_->handle(std::move(input), now());
+  drain();
+  world_.checker.after_input(*this);
+}
+
+void Host::drain() {
+  const std::uint64_t life = life_;
+  draining_ = true;
+  drain_planned_ = false;
+  for (int count = 0; life == life_ && side_;) {
+    auto action = side_->next_action();
+    if (!action) {
+      pump();
+      action = side_->next_action();
+      if (!action) break;
+    }
+    if (++count > kActionsMax) violated("a side answers one input with actions without end");
+    std::visit([this](const auto& a) { act(a); }, *action);
+  }
+  draining_ = false;
+  if (life == life_ && side_) plan_deadline();
+}
+
+void Host::pump() {
+  const auto open = connections_;
+  for (const ConnectionId id : open) world_.network.poke(*this, id);
+}
+
+void Host::plan_deadline() {
+  const auto deadline = side_->next_deadline();
+  if (!deadline) return;
+  const TimePoint earliest = now().steady;
+  if (planned_deadline_ && *planned_deadline_ <= std::max(*deadline, earliest)) return;
+  planned_deadline_ = std::max(*deadline, earliest);
+  const bool again = *planned_deadline_ == last_deadline_;
+  last_deadline_ = *planned_deadline_;
+  same_deadlines_ = again ? same_deadlines_ + 1 : 0;
+  if (same_deadlines_ > 1000) violated("a side wants to be called again and again at once");
+  later(*planned_deadline_ - earliest, [this, at = *planned_deadline_]() -> Input {
+    if (planned_deadline_ == at) planned_deadline_.reset();
+    return TimePassed{};
+  });
+}
+
+// ---- from the world
+// --------------------------------------------------------------------------------
+
+void Host::on_graph_change() {
+  if (!side_ || snapshot_planned_) return;
+  snapshot_planned_ = true;
+  later(rng_.between(Duration{100us}, plan_.graph_delay_max), [this]() -> Input {
+    snapshot_planned_ = false;
+    return world_.middleware.snapshot(plan_.graph, index_);
+  });
+}
+
+// A copy whose bytes count as held until nobody refers to them any more.
+Payload Host::counted(Bytes bytes) const {
+  auto* owned = new Bytes(std::move(bytes));
+  *held_bytes_ += owned->size();
+  std::shared_ptr<const Bytes> owner(owned, [counter = held_bytes_](const Bytes* b) {
+    *counter -= b->size();
+    delete b;
+  });
+  const ByteView view{*owner};
+  return Payload::wrap(std::move(owner), view);
+}
+
+void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& sample) {
+  const SubscriptionId id{reader.spec.handle};
+  if (!side_ || !subscriptions_.contains(id)) return;
+  world_.checker.on_taken(*this, reader, writer, sample);
+  const ByteView view = sample.payload.view();
+  input(MessageTaken{id, writer.gid, sample.stamp, counted(Bytes{view.begin(), view.end()})});
+}
+
+bool Host::listening() const {
+  return side_ && !stopped_ && is_server();
+}
+
+ConnectionId Host::accept() {
+  return ConnectionId{++last_connection_};
+}
+
+void Host::on_open(ConnectionId id) {
+  connections_.push_back(id);
+  gates_[id] = Gate{};
+  world_.checker.on_connection(*this, id);
+  input(ConnectionOpened{id, "peer " + std::to_string(id.value)});
+}
+
+void Host::on_dial_failed(ConnectionId id, const std::string& reason) {
+  input(DialFailed{id, reason});
+}
+
+void Host::on_packet(ConnectionId id, FlatPacket packet) {
+  Gate& gate = gates_[id];
+  gate.bytes += packet.bytes.size();
+  if (packet.bytes.size() > gate.packet_bytes_max || gate.bytes > gate.bytes_max) {
+    world_.network.close(*this, id, static_cast<std::uint16_t>(CloseCode::kTooLarge));
+    return;
+  }
+  last_packet_ = world_.schedule.now();
+  world_.checker.on_received(*this, id, packet);
+  input(PacketReceived{id, packet.text, counted(std::move(packet.bytes))});
+}
+
+void Host::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
+  std::erase(connections_, id);
+  identities_.erase(id);
+  gates_.erase(id);
+  world_.checker.on_disconnected(*this, id);
+  input(ConnectionClosed{id, code, code ? "closed by the peer" : "connection lost"});
+}
+
+std::optional<FlatPacket> Host::pull(ConnectionId id) {
+  if (!side_) return {};
+  auto packet = side_->next_packet(id, now());
+  // Taking a packet may have changed when the side wants to be called, and may have made actions.
+  if (!draining_ && !drain_planned_) {
+    drain_planned_ = true;
+    world_.schedule.after(0ns, [this, life = life_] {
+      if (life == life_) drain();
+    });
+  }
+  if (!packet) return {};
+  FlatPacket flat{packet->text, {}};
+  flat.bytes.reserve(packet->size());
+  for (const auto& piece : packet->pieces) {
+    flat.bytes.insert(flat.bytes.end(), piece.view().begin(), piece.view().end());
+  }
+  if (flat.bytes.empty()) violated("a side sends an empty packet");
+  world_.checker.on_sent(*this, id, flat);
+  return flat;
+}
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,163 @@
+// One process of the bridge in the simulated world: a Side and around it what the program has
+// around it (the loop, a gateway, sockets, login, workers), all fake.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/side/side.hpp"
+#include "sim/middleware.hpp"
+#include "sim/network.hpp"
+#include "sim/rights.hpp"
+#include "sim/rng.hpp"
+#include "sim/schedule.hpp"
+
+namespace connect_bridge::sim {
+
+struct HostPlan {
+  int graph = 0;
+  SideOptions options;           // role, rules, names, credential, limits
+  Names names;                   // the same names as in options, for the checker
+  bool meets_strangers = false;  // a hostile peer may be connected
+  Duration start{};              // when the process starts
+  Duration login_delay_max{};    // server: how long its login may think
+  Duration job_delay_max{};      // how long a worker may take
+  Duration graph_delay_max{};    // until a change of the graph is told
+};
+
+// Who may log in, and as whom.
+using Accounts = std::map<std::string, Identity>;  // by credential
+
+class Checker;
+
+class Host : public Party {
+ public:
+  struct World {
+    Schedule& schedule;
+    Middleware& middleware;
+    Network& network;
+    Checker& checker;
+    const Accounts& accounts;
+    bool verbose = false;
+  };
+  struct MirrorInfo {
+    int writer = 0;
+    CreateMirror made;
+  };
+  struct SubscriptionInfo {
+    int reader = 0;
+    CreateSubscription made;
+  };
+
+  Host(int index, HostPlan plan, const World& world, Rng rng);
+  ~Host() override;
+
+  void start();
+  void crash(bool peers_notice);
+  void request_stop();
+  void set_policy(Policy policy);
+  // What a middleware reports now and then: lost samples, endpoints that do not fit.
+  void report_trouble();
+  // Login, workers and graph are quick from now on, and logins do not expire.
+  void calm();
+  void set_path(int path) { path_ = path; }  // client: whom it dials
+
+  // From the middleware.
+  void on_graph_change();
+  void on_sample(const Reader& reader, const Writer& writer, const Sample& sample);
+
+  // From the network.
+  [[nodiscard]] bool listening() const override;
+  ConnectionId accept() override;
+  void on_open(ConnectionId id) override;
+  void on_dial_failed(ConnectionId id, const std::string& reason) override;
+  void on_packet(ConnectionId id, FlatPacket packet) override;
+  void on_closed(ConnectionId id, std::optional<std::uint16_t> code) override;
+  std::optional<FlatPacket> pull(ConnectionId id) override;
+
+  [[nodiscard]] Now now() const;
+  [[nodiscard]] bool running() const { return side_ != nullptr; }
+  [[nodiscard]] bool stopped() const { return stopped_; }
+  [[nodiscard]] bool meets_strangers() const { return plan_.meets_strangers; }
+  [[nodiscard]] int index() const { return index_; }
+  [[nodiscard]] int graph() const { return plan_.graph; }
+  [[nodiscard]] const HostPlan& plan() const { return plan_; }
+  [[nodiscard]] bool is_server() const { return plan_.options.role == Role::kServer; }
+  [[nodiscard]] const Policy& policy() const { return plan_.options.policy; }
+  [[nodiscard]] Status status() const { return side_->status(now()); }
+  [[nodiscard]] const std::map<MirrorId, MirrorInfo>& mirrors() const { return mirrors_; }
+  [[nodiscard]] const std::map<SubscriptionId, SubscriptionInfo>& subscriptions() const {
+    return subscriptions_;
+  }
+  // Bytes of taken samples and received packets that the side still refers to.
+  [[nodiscard]] std::uint64_t held_bytes() const { return *held_bytes_; }
+  [[nodiscard]] TimePoint last_packet() const { return last_packet_; }
+  [[nodiscard]] TimePoint last_open() const { return last_open_; }
+  // Who logged in on a connection (server).
+  [[nodiscard]] const Identity* identity_on(ConnectionId id) const;
+
+ private:
+  // What the network takes from a peer (OpenGate).
+  struct Gate {
+    std::size_t packet_bytes_max = 4096;
+    std::uint64_t bytes_max = 16384;
+    std::uint64_t bytes = 0;
+  };
+  void input(Input input);
+  void drain();
+  void pump();
+  void plan_deadline();
+  void later(Duration delay, std::function<Input()> make);
+
+  void act(const CreateSubscription& action);
+  void act(const DestroySubscription& action);
+  void act(const CreateMirror& action);
+  void act(const DestroyMirror& action);
+  void act(const Publish& action);
+  void act(const RefreshGraph& action);
+  void act(const Dial& action);
+  void act(const OpenGate& action);
+  void act(const CloseConnection& action);
+  void act(const Authenticate& action);
+  void act(const CompressJob& action);
+  void act(const DecompressJob& action);
+  void act(const Log& action);
+  void act(const Stopped& action);
+
+  EndpointSpec endpoint(const std::string& topic, const std::string& type,
+                        const std::string& type_hash, const Qos& qos, std::uint32_t handle) const;
+  Payload counted(Bytes bytes) const;
+  void forget_entities();
+  void tell(const std::string& what) const;  // a line of the log of a verbose run
+
+  int index_;
+  HostPlan plan_;
+  World world_;
+  Rng rng_;
+  int path_ = -1;
+  std::unique_ptr<Side> side_;
+  bool calm_ = false;
+  std::uint64_t life_ = 0;  // counts starts and ends; events of an earlier life are void
+  bool stopped_ = false;
+  bool snapshot_planned_ = false;
+  bool draining_ = false, drain_planned_ = false;
+  std::optional<TimePoint> planned_deadline_;
+  TimePoint last_deadline_{};
+  int same_deadlines_ = 0;
+  std::uint32_t last_connection_ = 0;
+  std::vector<ConnectionId> connections_;
+  std::map<ConnectionId, Identity> identities_;
+  std::map<ConnectionId, Gate> gates_;
+  std::map<MirrorId, MirrorInfo> mirrors_;
+  std::map<SubscriptionId, SubscriptionInfo> subscriptions_;
+  std::set<MirrorId> failed_mirrors_;
+  std::shared_ptr<std::uint64_t> held_bytes_;
+  TimePoint last_packet_{}, last_open_{};
+};
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,132 @@
+// The truth about a world that all checkers share: who published what and when, which rules were in
+// force, who may be connected to whom. Rules speak of names on the wire, at both ends.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "sim/host.hpp"
+#include "sim/middleware.hpp"
+#include "sim/schedule.hpp"
+
+namespace connect_bridge::sim {
+
+inline constexpr char kClaimsTopicName[] = "/_connect_bridge/claims";
+inline constexpr char kHostilePrefix[] = "/hostile/";
+
+inline bool is_claims(const std::string& topic) {
+  return topic == kClaimsTopicName;
+}
+inline bool is_hostile(const std::string& topic) {
+  return topic.rfind(kHostilePrefix, 0) == 0;
+}
+
+// What publishes here is made by the sides themselves (rule key `clock`).
+inline bool is_clock(const std::string& topic) {
+  return topic.size() >= 6 && topic.compare(topic.size() - 6, 6, "/clock") == 0;
+}
+inline bool is_ordinary(const std::string& topic) {
+  return !is_claims(topic) && !is_hostile(topic) && !is_clock(topic);
+}
+
+// How often the checkers had something to judge: a checker that never looks finds nothing.
+struct Coverage {
+  std::uint64_t urgent = 0;      // urgent messages timed
+  std::uint64_t turns = 0;       // queues seen waiting for their turn
+  std::uint64_t quiet = 0;       // messages expected at a subscriber after quiet
+  std::uint64_t history = 0;     // samples expected at a late subscriber
+  std::uint64_t last_words = 0;  // messages of publishers that ended at once
+  std::uint64_t clocks = 0;      // clock offsets compared
+  std::uint64_t ages = 0;        // messages with a lifespan or max_age begun to be sent
+  std::uint64_t offences = 0;    // ways in which strangers broke the protocol
+};
+
+// A client and the server it dials.
+struct Pair {
+  Host* client = nullptr;
+  Host* server = nullptr;
+  int path = 0;
+  Identity identity;  // who the server takes the client for
+  bool may_log_in = true;
+};
+
+class Ledger {
+ public:
+  Ledger(const Schedule& schedule, const Middleware& middleware)
+      : schedule_(schedule), middleware_(middleware) {}
+
+  void add_pair(Pair pair) { pairs_.push_back(std::move(pair)); }
+  [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
+
+  void note_policy(const Host& host) {
+    policies_[host.index()].push_back({schedule_.now(), host.policy()});
+  }
+  void note_published(int writer) { published_[writer].push_back(schedule_.now()); }
+
+  [[nodiscard]] TimePoint published_at(int writer, std::uint64_t counter) const {
+    return published_.at(writer).at(counter - 1);
+  }
+  [[nodiscard]] std::uint64_t published(int writer) const {
+    const auto it = published_.find(writer);
+    return it == published_.end() ? 0 : it->second.size();
+  }
+
+  // Some clock is set while the world runs: then offsets are wrong for a while.
+  void note_clock_step() { clock_steps_ = true; }
+  [[nodiscard]] bool clock_steps() const { return clock_steps_; }
+
+  // The peers a host can be linked with, and as whom each is seen by the other.
+  struct Peer {
+    const Host* host = nullptr;
+    Identity seen_as;  // the peer, as the host sees it
+    Identity sees_us;  // the host, as the peer sees it
+  };
+  [[nodiscard]] std::vector<Peer> peers_of(const Host& host) const {
+    std::vector<Peer> result;
+    for (const auto& pair : pairs_) {
+      if (!pair.may_log_in) continue;
+      if (pair.client == &host) result.push_back({pair.server, {}, pair.identity});
+      if (pair.server == &host) result.push_back({pair.client, pair.identity, {}});
+    }
+    return result;
+  }
+
+  // Whether any policy that was in force at `host` from `since` on permits it.
+  [[nodiscard]] bool was_permitted(const Host& host, TimePoint since, Direction direction,
+                                   const std::string& topic, const std::string& type,
+                                   const Identity& who) const {
+    const auto found = policies_.find(host.index());
+    if (found == policies_.end()) return false;  // it has not started yet
+    const auto& all = found->second;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const bool ended = i + 1 < all.size() && all[i + 1].from < since;
+      if (!ended && is_permitted(all[i].policy, direction, topic, type, who)) return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] const Middleware& middleware() const { return middleware_; }
+  [[nodiscard]] TimePoint now() const { return schedule_.now(); }
+  [[nodiscard]] Coverage& coverage() const { return coverage_; }
+
+ private:
+  struct InForce {
+    TimePoint from;
+    Policy policy;
+  };
+  const Schedule& schedule_;
+  const Middleware& middleware_;
+  mutable Coverage coverage_;
+  bool clock_steps_ = false;
+  std::vector<Pair> pairs_;
+  std::unordered_map<int, std::vector<InForce>> policies_;     // by host
+  std::unordered_map<int, std::vector<TimePoint>> published_;  // by writer
+};
+
+// "reader 7 of /tf (side 1)", for sentences.
+std::string describe(const Host& host);
+
+}  // namespace connect_bridge::sim

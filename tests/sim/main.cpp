@@ -1,0 +1,215 @@
+// The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
+//
+//   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
+//
+// A failure prints the seed, its scenario, what a checker found and the command that replays it.
+#include <unistd.h>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sim/world.hpp"
+
+namespace {
+
+using connect_bridge::sim::Coverage;
+using connect_bridge::sim::Scenario;
+using connect_bridge::sim::Violation;
+using connect_bridge::sim::World;
+using connect_bridge::sim::WorldCounts;
+
+struct Options {
+  std::uint64_t first = 1;
+  std::uint64_t last = 2000;
+  bool verbose = false;
+  bool stop = false;   // at the first failure
+  double minutes = 0;  // > 0: go on with the next seeds for so long
+  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+};
+
+struct Totals {
+  std::atomic<std::uint64_t> next{0}, passed{0}, failed{0}, events{0}, delivered{0}, frames{0};
+  connect_bridge::sim::Coverage coverage;  // under `printing`
+  std::mutex printing;
+};
+
+// A seed takes milliseconds; one that takes so long hangs.
+constexpr std::chrono::seconds kSeedMax{120};
+
+thread_local std::uint64_t running_seed = 0;
+
+// Ends the program when a seed does not end. One per thread that runs seeds.
+class Watch {
+ public:
+  Watch() : watcher_([this] { watch(); }) {}
+  ~Watch() {
+    begin(0);
+    done_ = true;
+    watcher_.join();
+  }
+  void begin(std::uint64_t seed) {
+    since_ = std::chrono::steady_clock::now().time_since_epoch().count();
+    seed_ = seed;
+  }
+
+ private:
+  void watch() const {
+    while (!done_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      const std::uint64_t seed = seed_;
+      const auto since =
+          std::chrono::steady_clock::time_point{std::chrono::steady_clock::duration{since_.load()}};
+      if (seed == 0 || std::chrono::steady_clock::now() - since < kSeedMax) continue;
+      std::fprintf(stderr, "seed %llu does not end\n", static_cast<unsigned long long>(seed));
+      std::_Exit(2);
+    }
+  }
+  std::atomic<std::chrono::steady_clock::rep> since_{0};
+  std::atomic<std::uint64_t> seed_{0};
+  std::atomic<bool> done_{false};
+  std::thread watcher_;  // last: it uses the others
+};
+
+// A failed CONNECT_CHECK or a bad access must tell its seed, too.
+void on_fatal(int signal) {
+  char line[160];
+  const int size = std::snprintf(
+      line, sizeof line, "seed %llu ends with signal %d\nreplay: sim --seed %llu --verbose\n",
+      static_cast<unsigned long long>(running_seed), signal,
+      static_cast<unsigned long long>(running_seed));
+  if (size > 0 && write(STDERR_FILENO, line, static_cast<std::size_t>(size)) < 0) std::_Exit(3);
+  std::_Exit(2);
+}
+
+void add(Coverage& to, const Coverage& more) {
+  to.urgent += more.urgent;
+  to.turns += more.turns;
+  to.quiet += more.quiet;
+  to.history += more.history;
+  to.last_words += more.last_words;
+  to.clocks += more.clocks;
+  to.ages += more.ages;
+  to.offences += more.offences;
+}
+
+std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& totals) {
+  running_seed = seed;
+  Scenario scenario = connect_bridge::sim::make_scenario(seed);
+  if (verbose)
+    std::printf("seed %llu: %s\n", static_cast<unsigned long long>(seed), scenario.text().c_str());
+  World world(std::move(scenario), verbose);
+  std::optional<std::string> found;
+  try {
+    world.run();
+  } catch (const Violation& violation) {
+    found = violation.what();
+    if (verbose) world.tell_status();
+  }
+  const WorldCounts counts = world.counts();
+  totals.events += counts.events;
+  totals.delivered += counts.delivered;
+  totals.frames += counts.frames;
+  const std::lock_guard lock(totals.printing);
+  add(totals.coverage, counts.coverage);
+  return found;
+}
+
+void work(const Options& options, std::chrono::steady_clock::time_point end, Totals& totals) {
+  Watch watch;
+  for (;;) {
+    const std::uint64_t seed = options.first + totals.next++;
+    const bool timed = options.minutes > 0;
+    if (options.stop && totals.failed > 0) return;
+    if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
+    watch.begin(seed);
+    const auto found = run_seed(seed, options.verbose, totals);
+    if (!found) {
+      ++totals.passed;
+      continue;
+    }
+    ++totals.failed;
+    const std::lock_guard lock(totals.printing);
+    const auto number = static_cast<unsigned long long>(seed);
+    std::printf("FAILED seed %llu: %s\n  found: %s\n  replay: sim --seed %llu --verbose\n", number,
+                connect_bridge::sim::make_scenario(seed).text().c_str(), found->c_str(), number);
+    std::fflush(stdout);
+  }
+}
+
+bool parse(int argc, char** argv, Options& options) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string arg = argv[i];
+    if (arg == "--verbose" || arg == "--stop") {
+      (arg == "--stop" ? options.stop : options.verbose) = true;
+      continue;
+    }
+    if (++i == argc) return false;
+    const std::string value = argv[i];
+    const auto number = std::strtoull(value.c_str(), nullptr, 10);
+    if (arg == "--seed") {
+      options.first = options.last = number;
+    } else if (arg == "--seeds") {
+      const auto dots = value.find("..");
+      options.first = dots == std::string::npos ? 1 : number;
+      options.last =
+          dots == std::string::npos ? number : std::strtoull(value.c_str() + dots + 2, nullptr, 10);
+    } else if (arg == "--minutes") {
+      options.minutes = std::strtod(value.c_str(), nullptr);
+    } else if (arg == "--threads") {
+      options.threads = static_cast<unsigned>(std::max(1ULL, number));
+    } else {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  if (!parse(argc, argv, options)) {
+    std::fprintf(stderr,
+                 "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
+                 "[--minutes M] [--threads T]\n");
+    return 2;
+  }
+  for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
+  if (options.verbose) options.threads = 1;
+  Totals totals;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto end = begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                               std::chrono::duration<double>(options.minutes * 60));
+  std::vector<std::thread> threads;
+  for (unsigned i = 1; i < options.threads; ++i) {
+    threads.emplace_back([&] { work(options, end, totals); });
+  }
+  work(options, end, totals);
+  for (auto& thread : threads) thread.join();
+  const double took =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::uint64_t seeds = totals.passed + totals.failed;
+  std::printf("%.1f s, %.0f seeds/s, %llu events, %llu frames, %llu deliveries\n", took,
+              static_cast<double>(seeds) / took,
+              static_cast<unsigned long long>(totals.events.load()),
+              static_cast<unsigned long long>(totals.frames.load()),
+              static_cast<unsigned long long>(totals.delivered.load()));
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const Coverage& c = totals.coverage;
+  std::printf(
+      "judged: %llu urgent messages, %llu waiting queues, %llu messages after quiet, "
+      "%llu samples of history, %llu last words, %llu clocks, %llu ages, %llu offences\n",
+      number(c.urgent), number(c.turns), number(c.quiet), number(c.history), number(c.last_words),
+      number(c.clocks), number(c.ages), number(c.offences));
+  std::printf("%llu passed, %llu failed\n", static_cast<unsigned long long>(totals.passed.load()),
+              static_cast<unsigned long long>(totals.failed.load()));
+  return totals.failed > 0 ? 1 : 0;
+}

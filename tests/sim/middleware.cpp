@@ -1,0 +1,201 @@
+#include "sim/middleware.hpp"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+bool same_topic(const EndpointSpec& a, const EndpointSpec& b) {
+  return a.graph == b.graph && a.topic == b.topic && a.type == b.type;
+}
+
+bool same_process(const EndpointSpec& a, const EndpointSpec& b) {
+  return a.host >= 0 && a.host == b.host;
+}
+
+}  // namespace
+
+bool compatible(const Qos& offered, const Qos& requested) {
+  if (requested.reliability == Reliability::kReliable &&
+      offered.reliability == Reliability::kBestEffort) {
+    return false;
+  }
+  if (requested.durability == Durability::kTransientLocal &&
+      offered.durability == Durability::kVolatile) {
+    return false;
+  }
+  if (offered.deadline > requested.deadline) return false;
+  if (offered.liveliness < requested.liveliness) return false;
+  return offered.liveliness_lease <= requested.liveliness_lease;
+}
+
+Middleware::Middleware(Schedule& schedule, std::vector<GraphPlan> graphs, Rng rng,
+                       Listener& listener)
+    : schedule_(schedule),
+      graphs_(std::move(graphs)),
+      rng_(rng),
+      listener_(listener),
+      losses_(graphs_.size()) {}
+
+// As in DDS, the endpoints of a node share the first 12 bytes.
+Gid Middleware::new_gid(const EndpointSpec& spec) {
+  const std::string node = std::to_string(spec.graph) + " " + std::to_string(spec.host) + " " +
+                           spec.node_namespace + "/" + spec.node_name;
+  const auto [it, is_new] = participants_.try_emplace(node);
+  Gid& gid = it->second;
+  for (std::size_t i = is_new ? 0 : 12; i < 16; ++i) {
+    gid.bytes[i] = static_cast<std::uint8_t>(rng_.next());
+  }
+  return gid;
+}
+
+void Middleware::announce(const EndpointSpec& spec) {
+  listener_.on_graph_change(spec.graph);
+  const Duration delay = graphs_[index(spec.graph)].name_delay;
+  if (delay > 0ns) {
+    schedule_.after(delay, [this, graph = spec.graph] { listener_.on_graph_change(graph); });
+  }
+}
+
+bool Middleware::knows_type(int graph, const std::string& type) const {
+  const auto& unknown = graphs_[index(graph)].unknown_types;
+  return std::find(unknown.begin(), unknown.end(), type) == unknown.end();
+}
+
+Stamp Middleware::stamp(int graph) const {
+  return graphs_[index(graph)].clock.at(schedule_.now());
+}
+
+void Middleware::calm() {
+  for (auto& graph : graphs_) graph.loss_permille = 0;
+}
+
+int Middleware::create_writer(EndpointSpec spec) {
+  Writer& writer = writers_.emplace_back();
+  writer.spec = std::move(spec);
+  writer.id = static_cast<int>(writers_.size()) - 1;
+  writer.gid = new_gid(writer.spec);
+  writer.created = schedule_.now();
+  for (const auto& reader : readers_) plan_match(writer, reader);
+  announce(writer.spec);
+  return writer.id;
+}
+
+int Middleware::create_reader(EndpointSpec spec) {
+  Reader& reader = readers_.emplace_back();
+  reader.spec = std::move(spec);
+  reader.id = static_cast<int>(readers_.size()) - 1;
+  reader.gid = new_gid(reader.spec);
+  reader.created = schedule_.now();
+  for (const auto& writer : writers_) plan_match(writer, reader);
+  announce(reader.spec);
+  return reader.id;
+}
+
+void Middleware::destroy_writer(int id) {
+  Writer& writer = writers_[index(id)];
+  if (!writer.alive) return;
+  writer.alive = false;
+  writer.destroyed = schedule_.now();
+  writer.history.clear();
+  writer.matches.clear();
+  listener_.on_graph_change(writer.spec.graph);
+}
+
+void Middleware::destroy_reader(int id) {
+  Reader& reader = readers_[index(id)];
+  if (!reader.alive) return;
+  reader.alive = false;
+  listener_.on_graph_change(reader.spec.graph);
+}
+
+void Middleware::plan_match(const Writer& writer, const Reader& reader) {
+  if (!writer.alive || !reader.alive || !same_topic(writer.spec, reader.spec)) return;
+  if (same_process(writer.spec, reader.spec)) return;
+  if (!compatible(writer.spec.qos, reader.spec.qos)) return;
+  const Duration delay = rng_.between(1us, graphs_[index(writer.spec.graph)].discovery_max);
+  schedule_.after(delay, [this, w = writer.id, r = reader.id] {
+    if (writers_[index(w)].alive && readers_[index(r)].alive) {
+      match(writers_[index(w)], readers_[index(r)]);
+    }
+  });
+}
+
+void Middleware::match(Writer& writer, const Reader& reader) {
+  Writer::Match& made = writer.matches.emplace_back(Writer::Match{reader.id, schedule_.now()});
+  if (writer.spec.qos.durability != Durability::kTransientLocal ||
+      reader.spec.qos.durability != Durability::kTransientLocal) {
+    return;
+  }
+  const Duration lifespan = writer.spec.qos.lifespan;
+  for (const auto& sample : writer.history) {
+    if (lifespan == kForever || schedule_.now() - sample.published <= lifespan) {
+      deliver(writer, made, sample);
+    }
+  }
+}
+
+void Middleware::publish(int id, Payload payload) {
+  Writer& writer = writers_[index(id)];
+  if (!writer.alive) violated("published on a publisher that does not exist");
+  ++writer.count;
+  writer.last_stamp = std::max(stamp(writer.spec.graph), writer.last_stamp + 1);
+  Sample sample{std::move(payload), writer.last_stamp, schedule_.now()};
+  auto& matches = writer.matches;
+  std::erase_if(matches, [this](const auto& m) { return !readers_[index(m.reader)].alive; });
+  for (auto& made : matches) deliver(writer, made, sample);
+  if (writer.spec.qos.durability != Durability::kTransientLocal) return;
+  writer.history.push_back(std::move(sample));
+  const std::uint32_t depth = std::max(1U, writer.spec.qos.depth);
+  if (writer.spec.qos.history == History::kKeepLast && writer.history.size() > depth) {
+    writer.history.pop_front();
+  }
+}
+
+void Middleware::deliver(const Writer& writer, Writer::Match& made, const Sample& sample) {
+  const Reader& reader = readers_[index(made.reader)];
+  const bool reliable = reader.spec.qos.reliability == Reliability::kReliable;
+  if (!reliable && rng_.chance(graphs_[index(reader.spec.graph)].loss_permille)) {
+    ++losses_[index(reader.spec.graph)];
+    return;
+  }
+  made.last_delivery =
+      std::max(made.last_delivery, schedule_.now() + rng_.between(Duration{20us}, 300us));
+  schedule_.at(made.last_delivery, [this, r = made.reader, w = writer.id, sample] {
+    if (readers_[index(r)].alive) {
+      listener_.on_delivery(readers_[index(r)], writers_[index(w)], sample);
+    }
+  });
+}
+
+GraphChanged Middleware::snapshot(int graph, int host) const {
+  std::map<std::tuple<std::string, std::string, std::string>, TopicState> topics;
+  const bool tells_depth = graphs_[index(graph)].tells_depth;
+  const Duration name_delay = graphs_[index(graph)].name_delay;
+  const auto add = [&](const auto& endpoint, auto member) {
+    const EndpointSpec& spec = endpoint.spec;
+    if (!endpoint.alive || spec.graph != graph || spec.host == host) return;
+    TopicState& topic = topics[{spec.topic, spec.type, spec.type_hash}];
+    Endpoint seen{endpoint.gid, spec.node_namespace, spec.node_name, spec.qos};
+    if (!tells_depth) seen.qos.depth = 0;
+    if (schedule_.now() < endpoint.created + name_delay) {
+      seen.node_name = "_NODE_NAME_UNKNOWN_";
+      seen.node_namespace = "_NODE_NAMESPACE_UNKNOWN_";
+    }
+    (topic.*member).push_back(std::move(seen));
+  };
+  for (const auto& writer : writers_) add(writer, &TopicState::publishers);
+  for (const auto& reader : readers_) add(reader, &TopicState::subscribers);
+  GraphChanged result;
+  for (auto& [key, topic] : topics) {
+    std::tie(topic.name, topic.type, topic.type_hash) = key;
+    result.topics.push_back(std::move(topic));
+  }
+  return result;
+}
+
+}  // namespace connect_bridge::sim

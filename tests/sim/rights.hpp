@@ -1,0 +1,28 @@
+// A second opinion on who may exchange what, written from the description of the rules alone:
+// simple and slow, and sharing no code with the policy it judges.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/policy/policy.hpp"
+
+namespace connect_bridge::sim {
+
+bool is_permitted(const Policy& policy, Direction direction, const std::string& name,
+                  const std::string& type, const Identity& who);
+
+// The treatment of the first rule that allows, for a topic that is permitted.
+std::optional<Treatment> treatment_of(const Policy& policy, Direction direction,
+                                      const std::string& name, const std::string& type,
+                                      const Identity& who);
+
+// A side's names: a prefix and pairs of (name on the wire, name here).
+struct Names {
+  std::string prefix;
+  std::vector<NameMap::Pair> remap;
+  [[nodiscard]] std::string to_local(const std::string& wire) const;
+  [[nodiscard]] std::optional<std::string> to_wire(const std::string& local) const;
+};
+
+}  // namespace connect_bridge::sim

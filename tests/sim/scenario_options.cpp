@@ -1,0 +1,162 @@
+// Rules and limits of simulated sides.
+#include <algorithm>
+
+#include "sim/scenario.hpp"
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+Pattern pattern(const std::string& text) {
+  auto parsed = Pattern::parse(text);
+  if (!parsed) violated("the simulation uses a bad pattern: " + parsed.error().message);
+  return std::move(parsed).value();
+}
+
+const std::vector<std::string>& allowed_patterns() {
+  static const std::vector<std::string> kTexts = {"/**",
+                                                  "/**",
+                                                  "/**",
+                                                  "/camera/**",
+                                                  "/camera/*/image",
+                                                  "/tf",
+                                                  "/tf*",
+                                                  "/robot/**",
+                                                  "/**/odom",
+                                                  "/*",
+                                                  "/cmd_vel",
+                                                  "/map",
+                                                  "/*/*",
+                                                  "/robot/_hidden/*",
+                                                  "/robot/*/*",
+                                                  "/robot/**/state",
+                                                  "/scan",
+                                                  "/_connect_bridge/**"};
+  return kTexts;
+}
+
+const std::vector<std::string>& denied_patterns() {
+  static const std::vector<std::string> kTexts = {"/camera/secret/**", "/map",   "/robot/**/odom",
+                                                  "/camera/*/raw",     "/_*/**", "/scan",
+                                                  "/robot/_hidden/**", "/cmd_*"};
+  return kTexts;
+}
+
+Treatment random_treatment(Rng& rng) {
+  Treatment t;
+  if (rng.chance(300)) t.priority = static_cast<Priority>(rng.below(kPriorities));
+  if (rng.chance(300)) {
+    t.compression.codec = rng.chance(500) ? Codec::kLz4 : Codec::kZstd;
+    t.compression.level = static_cast<int>(rng.between(1, 5));
+  }
+  if (rng.chance(60)) t.max_rate = static_cast<double>(rng.between(1, 50));
+  if (rng.chance(40)) {
+    t.bytes_per_second_max = static_cast<std::uint64_t>(rng.between(1000, 100'000));
+  }
+  if (rng.chance(80)) t.max_age = rng.between(50ms, 1500ms);
+  if (rng.chance(150)) t.queue_bytes_max = static_cast<std::uint64_t>(rng.between(100, 100'000));
+  if (rng.chance(40)) t.qos.reliability = Reliability::kBestEffort;
+  if (rng.chance(20)) t.qos.durability = Durability::kVolatile;
+  if (rng.chance(40)) t.qos.depth = static_cast<std::uint32_t>(rng.between(1, 30));
+  if (rng.chance(20)) t.qos.lifespan = rng.between(100ms, 2s);
+  return t;
+}
+
+void draw_patterns(Rng& rng, std::vector<Pattern>& into) {
+  const auto count = rng.between(0, 3);
+  for (int i = 0; i < count; ++i) into.push_back(pattern(rng.pick(allowed_patterns())));
+}
+
+}  // namespace
+
+std::vector<Rule> random_rules(Rng& rng) {
+  std::vector<Rule> rules;
+  const auto count = rng.between(0, 3);
+  for (int i = 0; i < count; ++i) {
+    Rule rule;
+    rule.name = "rule" + std::to_string(i);
+    draw_patterns(rng, rule.export_topics);
+    draw_patterns(rng, rule.import_topics);
+    if (rng.chance(250)) rule.deny.push_back(pattern(rng.pick(denied_patterns())));
+    if (rng.chance(150)) rule.types = {"std_msgs/msg/String", "nav_msgs/msg/Odometry"};
+    if (rng.chance(150)) rule.identities = {"ann"};
+    if (rng.chance(100)) rule.groups = {"ops"};
+    rule.treatment = random_treatment(rng);
+    rules.push_back(std::move(rule));
+  }
+  if (rng.chance(350)) {  // commands before everything
+    Rule commands;
+    commands.name = "commands";
+    commands.export_topics = {pattern("/cmd_vel"), pattern("/scan")};
+    commands.import_topics = commands.export_topics;
+    commands.treatment.priority = Priority::kUrgent;
+    rules.insert(rules.begin(), std::move(commands));
+  }
+  if (rng.chance(850)) {  // the rest of the world, as it comes
+    Rule rest;
+    rest.name = "rest";
+    rest.export_topics = {pattern("/**")};
+    rest.import_topics = {pattern("/**")};
+    if (rng.chance(200)) rest.treatment = random_treatment(rng);
+    rules.push_back(std::move(rest));
+  }
+  return rules;
+}
+
+// For a side that meets nobody but strangers.
+Policy corner_for_all() {
+  Rule corner;
+  corner.name = "corner";
+  corner.import_topics = {pattern("/hostile/**")};
+  corner.export_topics = {pattern("/hostile/**")};
+  return Policy{{corner}};
+}
+
+// What was for everybody is for the known people; a stranger may use a corner of its own.
+Policy with_strangers(const Policy& policy) {
+  std::vector<Rule> rules = policy.rules();
+  for (auto& rule : rules) {
+    if (rule.identities.empty() && rule.groups.empty()) rule.identities = {"ann", "bob0"};
+  }
+  Rule corner;
+  corner.name = "corner";
+  corner.identities = {kStranger};
+  corner.import_topics = {pattern("/hostile/**")};
+  corner.export_topics = {pattern("/hostile/**")};
+  rules.push_back(std::move(corner));
+  return Policy{std::move(rules)};
+}
+
+SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
+  SideOptions o;
+  o.role = role;
+  o.reassembly.open_bytes_max = 64 << 20;
+  o.dead_after = rng.between(1s, 3s);
+  o.login_timeout = rng.between(1s, 5s);
+  o.retry_min = rng.between(50ms, 300ms);
+  o.retry_max = rng.between(300ms, 1500ms);
+  o.default_depth = static_cast<std::uint32_t>(rng.pick(std::vector<int>{10, 100, 100}));
+  o.latched_depth = static_cast<std::uint32_t>(rng.pick(std::vector<int>{3, 10, 10}));
+  o.compress_job_bytes = static_cast<std::uint32_t>(rng.pick(std::vector<int>{64, 2000, 16384}));
+  // A fragment must not keep a thin line busy for so long that the peer seems silent.
+  const auto fragment_max =
+      std::clamp<std::int64_t>(static_cast<std::int64_t>(path.bytes_per_second / 16), 1024, 65536);
+  o.outbox.fragment_bytes = static_cast<std::uint32_t>(rng.between(1000, fragment_max));
+  o.outbox.packet_bytes =
+      static_cast<std::uint32_t>(rng.between(500, std::min<std::int64_t>(16384, fragment_max)));
+  if (rng.chance(400)) {
+    o.outbox.unacknowledged_bytes_max = static_cast<std::uint64_t>(rng.between(140'000, 400'000));
+  }
+  if (rng.chance(400)) {
+    o.outbox.data_bytes_max = static_cast<std::uint64_t>(rng.between(20'000, 500'000));
+  }
+  if (rng.chance(300)) o.history_bytes_max = static_cast<std::uint64_t>(rng.between(2000, 200'000));
+  if (role == Role::kServer && rng.chance(200)) {  // a client cannot tell a limit of its own
+    o.reassembly.message_bytes_max = static_cast<std::uint32_t>(rng.between(3000, 50'000));
+  }
+  if (rng.chance(50)) o.clock_publish_period = 100ms;
+  return o;
+}
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,318 @@
+#include "sim/wire_check.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <variant>
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Larger messages may legitimately wait for a worker or for the window.
+constexpr std::size_t kSmallMessageBytes = 2048;
+constexpr Duration kTakenKept = 20s;
+
+std::string_view text_of(const Bytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// Who the host takes its peer for.
+Identity identity_of(const Host& host, ConnectionId id) {
+  const Identity* who = host.identity_on(id);
+  return who == nullptr ? Identity{} : *who;
+}
+
+}  // namespace
+
+void WireCheck::on_connection(const Host& host, ConnectionId id) {
+  Connection& connection = connections_[{host.index(), id}];
+  connection.records_left = host.is_server() ? 1 : 2;
+  connection.path = network_.path_of(host, id);
+  connection.opened = ledger_.now();
+}
+
+void WireCheck::on_disconnected(const Host& host, ConnectionId id) {
+  connections_.erase({host.index(), id});
+}
+
+void WireCheck::on_end(const Host& host) {
+  std::erase_if(connections_, [&](const auto& c) { return c.first.first == host.index(); });
+}
+
+// ---- what a side sends
+// ---------------------------------------------------------------------------
+
+void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& packet) {
+  const auto it = connections_.find({host.index(), id});
+  if (it == connections_.end()) violated(describe(host) + " sends on a closed connection");
+  Connection& connection = it->second;
+  if (connection.records_left > 0) {
+    if (packet.text) violated(describe(host) + " sends a text before its login records");
+    --connection.records_left;
+    return;
+  }
+  check_expiry(host, id);
+  if (packet.text) {
+    connection.first_bytes += packet.bytes.size();
+    const auto control = decode_control(text_of(packet.bytes));
+    if (!control)
+      violated(describe(host) + " sends a bad control text: " + control.error().message);
+    on_control(host, identity_of(host, id), connection, control.value());
+    return;
+  }
+  FrameReader reader(packet.bytes);
+  for (;;) {
+    const auto next = reader.next();
+    if (!next) violated(describe(host) + " sends a bad frame: " + next.error().message);
+    if (!next.value()) break;
+    ++frames_;
+    if (const auto* message = std::get_if<MessageFrame>(&*next.value())) {
+      on_message(host, id, connection, *message);
+    } else if (const auto* part = std::get_if<PartFrame>(&*next.value())) {
+      on_part(host, connection, *part);
+    } else {
+      connection.first_bytes += kTimeReplyBytes;
+    }
+  }
+}
+
+void WireCheck::check_expiry(const Host& host, ConnectionId id) const {
+  const Identity* who = host.identity_on(id);
+  if (who == nullptr || who->expires == 0) return;
+  // It is noticed when the side is next called, with the next question for the peer's clock.
+  const Duration notice = host.plan().options.dead_after / 3 + 100ms;
+  if (host.now().system > who->expires + notice.count()) {
+    violated(describe(host) + " still sends to " + who->name + ", whose login has expired");
+  }
+}
+
+void WireCheck::on_control(const Host& host, const Identity& who, Connection& connection,
+                           const Control& control) {
+  if (const auto* offer = std::get_if<Offer>(&control)) {
+    for (const auto& channel : offer->channels) on_offer(host, who, connection, channel);
+  } else if (const auto* change = std::get_if<OriginsChanged>(&control)) {
+    const auto it = connection.channels.find(change->channel);
+    if (it == connection.channels.end()) violated("origins of a channel that was not offered");
+    for (const auto& origin : change->added) {
+      it->second.origins[origin.origin] = Origin{origin.gid, origin.qos, ledger_.now()};
+    }
+    for (const OriginId gone : change->removed) {
+      it->second.origins.erase(gone);
+    }
+  } else if (const auto* withdraw = std::get_if<Withdraw>(&control)) {
+    for (const ChannelId gone : withdraw->channels) {
+      if (connection.channels.erase(gone) == 0) violated("a channel is withdrawn twice");
+    }
+  }
+}
+
+void WireCheck::on_offer(const Host& host, const Identity& who, Connection& connection,
+                         const ChannelOffer& offer) {
+  const std::string local = host.plan().names.to_local(offer.name);
+  if (is_claims(offer.name) || is_claims(local)) violated("the bridges' own topic is offered");
+  if (connection.channels.contains(offer.channel)) violated("a channel is offered twice");
+  // A rule may have changed while the offer waited behind other texts.
+  if (!ledger_.was_permitted(host, ledger_.now() - 5s, Direction::kExport, offer.name, offer.type,
+                             who)) {
+    violated(describe(host) + " offers " + offer.name + " without a right");
+  }
+  Channel& channel = connection.channels[offer.channel];
+  channel.wire = offer.name;
+  channel.local = local;
+  channel.type = offer.type;
+  channel.priority = offer.priority;
+  for (const auto& origin : offer.origins) {
+    channel.origins[origin.origin] = Origin{origin.gid, origin.qos, ledger_.now()};
+  }
+}
+
+void WireCheck::count(Connection& connection, Channel& channel, std::size_t bytes) {
+  if (channel.priority == Priority::kUrgent) {
+    connection.first_bytes += bytes;
+  } else {
+    connection.weighted_bytes += bytes;
+  }
+  channel.progress_at = connection.weighted_bytes;
+  channel.progress_time = ledger_.now();
+}
+
+void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connection,
+                           const MessageFrame& frame) {
+  const auto it = connection.channels.find(frame.channel);
+  if (it == connection.channels.end()) {
+    violated(describe(host) + " sends data of a channel that it does not offer");
+  }
+  Channel& channel = it->second;
+  const std::string what = describe(host) + " sends a message of " + channel.wire;
+  if (!channel.demanded) violated(what + " that nobody demands");
+  if (channel.open_bytes > 0) violated(what + " inside another one");
+  if (frame.sequence != ++connection.sequences[frame.channel]) violated(what + " out of sequence");
+  check_age(host, identity_of(host, id), channel, frame);
+  if (channel.priority == Priority::kUrgent) check_urgent(host, id, connection, channel, frame);
+  channel.open_bytes = frame.body_bytes - frame.part.size();
+  count(connection, channel, frame.part.size() + kMessageHeaderBytes);
+  ++sent_[{host.index(), channel.wire}];
+}
+
+void WireCheck::on_part(const Host& host, Connection& connection, const PartFrame& frame) {
+  const auto it = connection.channels.find(frame.channel);
+  if (it == connection.channels.end()) {
+    violated(describe(host) + " sends a part for a channel that it does not offer");
+  }
+  Channel& channel = it->second;
+  if (channel.open_bytes < frame.part.size() || (channel.open_bytes == 0 && !frame.abort)) {
+    violated(describe(host) + " sends a part that belongs to no message of " + channel.wire);
+  }
+  channel.open_bytes = frame.abort ? 0 : channel.open_bytes - frame.part.size();
+  if (frame.abort) return;
+  count(connection, channel, frame.part.size() + kPartHeaderBytes);
+}
+
+// What is older than its publisher's lifespan or the exporter's max_age is not begun to be sent.
+void WireCheck::check_age(const Host& host, const Identity& who, const Channel& channel,
+                          const MessageFrame& frame) const {
+  if (frame.stamp == 0) return;
+  const Duration age{host.now().system - frame.stamp};
+  const std::string what = describe(host) + " sends a message of " + channel.wire + " that is " +
+                           std::to_string(seconds(age)) + " s old, beyond its ";
+  // The origins of a channel share its queue, and with it the longest of their lifespans.
+  Duration lifespan{};
+  for (const auto& [id, origin] : channel.origins)
+    lifespan = std::max(lifespan, origin.qos.lifespan);
+  if (lifespan != kForever) ++ledger_.coverage().ages;
+  if (lifespan != kForever && age > lifespan) violated(what + "lifespan");
+  const auto treatment =
+      treatment_of(host.policy(), Direction::kExport, channel.wire, channel.type, who);
+  if (treatment && treatment->max_age != kForever && age > treatment->max_age) {
+    violated(what + "max_age");
+  }
+}
+
+// Between the taking of an urgent message and its sending nothing else may be begun, and it must
+// not wait longer than what lies before it in the network's buffers takes on a path that is well.
+void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection& connection,
+                             const Channel& channel, const MessageFrame& frame) {
+  const auto offered = channel.origins.find(frame.origin);
+  if (offered == channel.origins.end()) return;
+  const Origin& origin = offered->second;
+  const auto it = taken_.find({host.index(), {origin.gid, frame.stamp}});
+  if (it == taken_.end() || origin.offered >= it->second.at) return;
+  if (!channel.demanded || channel.demanded_since >= it->second.at) return;
+  const auto before = it->second.bytes.find(id);
+  if (before == it->second.bytes.end()) return;
+  ++ledger_.coverage().urgent;
+  const auto weighted = connection.weighted_bytes - before->second.first;
+  if (weighted > 0) {
+    violated(describe(host) + " sent " + std::to_string(weighted) +
+             " bytes of lower classes before an urgent message of " + channel.wire);
+  }
+  const TimePoint taken = it->second.at;
+  const Path& path = network_.path(connection.path);
+  if (path.disturbed_until + 5s > taken || connection.opened + 5s > taken) return;
+  const auto& outbox = host.plan().options.outbox;
+  const std::uint64_t ahead =
+      2 * (path.plan.send_buffer + outbox.fragment_bytes + outbox.packet_bytes) +
+      connection.first_bytes - before->second.second;
+  const Duration bound =
+      Duration{static_cast<std::int64_t>(ahead * 1'000'000'000 / path.plan.bytes_per_second)} +
+      2 * (path.plan.delay + path.plan.jitter) + 120ms;
+  if (ledger_.now() - taken > bound) {
+    violated("an urgent message of " + channel.wire + " waits " +
+             std::to_string(seconds(ledger_.now() - taken)) + " s in " + describe(host) +
+             ", more than " + std::to_string(seconds(bound)) + " s");
+  }
+}
+
+// ---- what a side knows
+// -----------------------------------------------------------------------------
+
+void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket& packet) {
+  const auto it = connections_.find({host.index(), id});
+  if (it == connections_.end() || !packet.text) return;
+  const auto control = decode_control(text_of(packet.bytes));
+  if (!control) return;  // a hostile peer
+  const auto* demand = std::get_if<Demand>(&control.value());
+  if (demand == nullptr) return;
+  for (const ChannelId wanted : demand->channels) {
+    const auto channel = it->second.channels.find(wanted);
+    if (channel == it->second.channels.end()) continue;
+    channel->second.demanded = demand->on;
+    channel->second.demanded_since = ledger_.now();
+  }
+}
+
+void WireCheck::on_taken(const Host& host, const Reader&, const Writer& writer,
+                         const Sample& sample) {
+  while (!taken_order_.empty() && taken_order_.front().first + kTakenKept < ledger_.now()) {
+    taken_.erase(taken_order_.front().second);
+    taken_order_.pop_front();
+  }
+  const std::size_t small =
+      std::min<std::size_t>(kSmallMessageBytes, host.plan().options.compress_job_bytes);
+  auto& largest = largest_[{host.graph(), writer.spec.topic}];
+  largest = std::max(largest, sample.payload.size());
+  if (largest >= small || writer.spec.qos.durability != Durability::kVolatile) return;
+  const TakenKey key{host.index(), {writer.gid, sample.stamp}};
+  Taken& taken = taken_[key];
+  taken.at = ledger_.now();
+  for (const auto& [id, connection] : connections_) {
+    if (id.first != host.index()) continue;
+    taken.bytes[id.second] = {connection.weighted_bytes, connection.first_bytes};
+  }
+  taken_order_.push_back({ledger_.now(), key});
+}
+
+// A topic that has something queued must get its turn: when the classes that share by weight have
+// sent as much as it takes for every channel to have had several turns at the worst weight, and
+// some time has passed, none may have had none.
+void WireCheck::on_status(const Host& host, const Status& status) {
+  const auto& outbox = host.plan().options.outbox;
+  const std::uint64_t turn = outbox.fragment_bytes + outbox.packet_bytes + kMessageHeaderBytes;
+  for (auto& [key, connection] : connections_) {
+    if (key.first != host.index()) continue;
+    const auto channels = connection.channels.size() + 1;
+    for (auto& [id, channel] : connection.channels) {
+      std::uint64_t queued = 0;
+      // With several links the topic's queue cannot be told apart; then nobody is blamed.
+      if (status.links.size() == 1) {
+        for (const auto& topic : status.links[0].topics) {
+          if (topic.exported && topic.topic == channel.local && topic.type == channel.type) {
+            queued = topic.queued;
+          }
+        }
+      }
+      if (queued == 0) channel.waits = false;
+      if (queued > 0) ++ledger_.coverage().turns;
+      if (queued > 0 && !channel.waits) {
+        channel.waits = true;
+        channel.progress_at = connection.weighted_bytes;
+        channel.progress_time = ledger_.now();
+      }
+      if (channel.waits && ledger_.now() - channel.progress_time > 2s &&
+          connection.weighted_bytes - channel.progress_at > 26 * channels * turn) {
+        violated(channel.wire + " starves at " + describe(host) +
+                 ": nothing sent while others sent " +
+                 std::to_string(connection.weighted_bytes - channel.progress_at) + " bytes");
+      }
+    }
+  }
+}
+
+std::uint64_t WireCheck::messages_sent(const Host& host, const std::string& wire) const {
+  const auto it = sent_.find({host.index(), wire});
+  return it == sent_.end() ? 0 : it->second;
+}
+
+bool WireCheck::is_demanded(const Host& host, const std::string& wire) const {
+  for (const auto& [key, connection] : connections_) {
+    if (key.first != host.index()) continue;
+    for (const auto& [id, channel] : connection.channels) {
+      if (channel.wire == wire && channel.demanded) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,214 @@
+#include "sim/world.hpp"
+
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kInspectEvery = 200ms;
+// Noticing a dead link, a login that hangs until its time-out, the longest back-off, discovery.
+constexpr Duration kSettle = 9s;
+constexpr int kRounds = 3;
+const std::string kStrangersSecret = "stranger's secret";
+
+}  // namespace
+
+World::World(Scenario scenario, bool verbose)
+    : scenario_(std::move(scenario)),
+      rng_(scenario_.seed ^ 0x5eedULL),
+      middleware_(schedule_, scenario_.graphs, rng_.fork(), *this),
+      network_(schedule_, rng_.fork()),
+      checker_(schedule_, middleware_, network_,
+               scenario_.shape == Shape::kTwoBridges || scenario_.shape == Shape::kSharedStar),
+      crowd_(schedule_, middleware_, checker_.ledger(), scenario_, rng_.fork(), verbose) {
+  if (scenario_.shape == Shape::kHostile) {
+    Identity stranger;
+    stranger.name = kStranger;
+    scenario_.accounts[kStrangersSecret] = stranger;
+  }
+  build_hosts(verbose);
+  weather_ =
+      std::make_unique<Weather>(schedule_, network_, hosts_, scenario_, rng_.fork(), verbose);
+  expectation_ = std::make_unique<Expectation>(middleware_, checker_, crowd_, hosts_,
+                                               !scenario_.later_policies.empty());
+}
+
+void World::build_hosts(bool verbose) {
+  const Host::World around{schedule_, middleware_, network_, checker_, scenario_.accounts, verbose};
+  for (std::size_t i = 0; i < scenario_.hosts.size(); ++i) {
+    hosts_.push_back(
+        std::make_unique<Host>(static_cast<int>(i), scenario_.hosts[i], around, rng_.fork()));
+  }
+  for (const auto& plan : scenario_.pairs) {
+    Host& client = *hosts_[static_cast<std::size_t>(plan.client)];
+    Host& server = *hosts_[static_cast<std::size_t>(plan.server)];
+    const int path = network_.add_path(client, server, plan.path);
+    client.set_path(path);
+    Pair pair{&client, &server, path, {}, plan.may_log_in};
+    const auto& credential = client.plan().options.credential;
+    const auto account = scenario_.accounts.find(std::string{credential.begin(), credential.end()});
+    if (account != scenario_.accounts.end()) pair.identity = account->second;
+    checker_.ledger().add_pair(std::move(pair));
+  }
+  if (scenario_.shape == Shape::kHostile) build_strangers();
+}
+
+// Two that dial the server, and one that a client of its own takes for its server.
+void World::build_strangers() {
+  PathPlan fast;
+  fast.delay = 1ms;
+  for (const std::string& secret : {kStrangersSecret, kStrangersSecret, std::string{}}) {
+    strangers_.push_back(std::make_unique<Hostile>(schedule_, network_, rng_.fork(), secret));
+    Hostile& stranger = *strangers_.back();
+    if (secret.empty()) {
+      hosts_.back()->set_path(network_.add_path(*hosts_.back(), stranger, fast));
+    } else {
+      stranger.set_path(network_.add_path(stranger, *hosts_.front(), fast));
+    }
+  }
+}
+
+void World::on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) {
+  if (reader.spec.host >= 0) {
+    hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
+  } else {
+    checker_.on_delivery(reader, writer, sample);
+  }
+}
+
+void World::on_graph_change(int graph) {
+  for (auto& host : hosts_) {
+    if (host->graph() == graph) host->on_graph_change();
+  }
+}
+
+void World::inspect() {
+  for (const auto& host : hosts_) checker_.inspect(*host);
+  schedule_.after(kInspectEvery, [this] { inspect(); });
+}
+
+void World::run() {
+  for (auto& host : hosts_) {
+    schedule_.after(host->plan().start, [&host] { host->start(); });
+  }
+  crowd_.start();
+  weather_->start();
+  for (auto& stranger : strangers_) stranger->start();
+  schedule_.after(kInspectEvery, [this] { inspect(); });
+  if (scenario_.clock_step != 0s) {
+    schedule_.after(rng_.between(1s, scenario_.chaos),
+                    [this] { middleware_.step_clock(0, scenario_.clock_step); });
+    checker_.ledger().note_clock_step();
+  }
+  run_for(scenario_.chaos);
+
+  crowd_.calm();
+  weather_->heal();
+  for (auto& stranger : strangers_) stranger->stop();
+  run_for(kSettle);
+  middleware_.calm();
+  expectation_->settle();
+  expectation_->check_links();
+  expectation_->check_mirrors();
+  check_delivery();
+  check_late_subscribers();
+  if (rng_.chance(500)) {
+    check_no_demand();
+  } else {
+    check_last_words();
+  }
+  end();
+}
+
+void World::check_delivery() {
+  expectation_->begin_rounds();
+  for (int i = 0; i < kRounds; ++i) run_for(crowd_.publish_round());
+  run_for(2s);
+  expectation_->check_rounds();
+  expectation_->check_qos();
+}
+
+void World::check_late_subscribers() {
+  expectation_->add_late_subscribers(crowd_);
+  run_for(2s);
+  expectation_->check_late_subscribers();
+}
+
+void World::check_no_demand() {
+  crowd_.remove_readers();
+  run_for(1500ms);
+  expectation_->begin_silence();
+  run_for(crowd_.publish_round());
+  run_for(500ms);
+  expectation_->check_silence();
+}
+
+void World::check_last_words() {
+  expectation_->begin_last_words();
+  run_for(crowd_.last_words());
+  run_for(2s);
+  expectation_->check_last_words();
+  run_for(2s);  // mirrors stay for the last samples of their origins, but not for long
+  expectation_->settle();
+  expectation_->check_links();
+  expectation_->check_mirrors();
+}
+
+void World::end() {
+  switch (scenario_.ending) {
+    case Ending::kStop:
+      for (auto& host : hosts_) host->request_stop();
+      run_for(1100ms);
+      break;
+    case Ending::kSilence:
+      for (int i = 0; i < network_.paths(); ++i) {
+        network_.cut(i, false, false);
+        network_.path(i).refuses = true;
+      }
+      run_for(4s);
+      break;
+    case Ending::kCrash:
+      hosts_[rng_.below(hosts_.size())]->crash(rng_.chance(500));
+      run_for(4s);
+      break;
+  }
+}
+
+void World::tell_status() const {
+  for (const auto& host : hosts_) {
+    if (!host->running()) continue;
+    for (const auto& link : host->status().links) {
+      std::printf("side %d, link with %s (%s), %s\n", host->index(), link.node.c_str(),
+                  link.identity.c_str(), link.open ? "open" : "lost");
+      for (const auto& topic : link.topics) {
+        std::printf("  %s %s: %s, %u origins, %llu messages, %llu queued;",
+                    topic.exported ? "exports" : "imports", topic.topic.c_str(),
+                    topic.demanded ? "demanded" : "not demanded", topic.origins,
+                    static_cast<unsigned long long>(topic.messages),
+                    static_cast<unsigned long long>(topic.queued));
+        for (std::size_t i = 0; i < kDropReasons; ++i) {
+          const auto count = topic.dropped.by_reason[i];
+          if (count == 0) continue;
+          const auto reason = name_of(static_cast<DropReason>(i));
+          std::printf(" %llu %.*s", static_cast<unsigned long long>(count),
+                      static_cast<int>(reason.size()), reason.data());
+        }
+        std::printf("\n");
+      }
+    }
+  }
+}
+
+WorldCounts World::counts() const {
+  WorldCounts counts{schedule_.events(), checker_.deliveries().published(),
+                     checker_.deliveries().delivered(), checker_.wire().frames(),
+                     checker_.ledger().coverage()};
+  for (const auto& stranger : strangers_) counts.coverage.offences += stranger->offences();
+  return counts;
+}
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,66 @@
+// A whole simulated world, from its seed to the last checker's verdict.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/checker.hpp"
+#include "sim/crowd.hpp"
+#include "sim/expectation.hpp"
+#include "sim/host.hpp"
+#include "sim/hostile.hpp"
+#include "sim/middleware.hpp"
+#include "sim/network.hpp"
+#include "sim/scenario.hpp"
+#include "sim/weather.hpp"
+
+namespace connect_bridge::sim {
+
+struct WorldCounts {
+  std::uint64_t events = 0;
+  std::uint64_t published = 0;  // on mirrors
+  std::uint64_t delivered = 0;  // to subscribers, from mirrors
+  std::uint64_t frames = 0;
+  Coverage coverage;
+};
+
+class World : public Middleware::Listener {
+ public:
+  World(Scenario scenario, bool verbose);
+
+  // Throws Violation.
+  void run();
+  [[nodiscard]] WorldCounts counts() const;
+  // Prints what each side knows of its links; for a verbose run that failed.
+  void tell_status() const;
+
+  void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
+  void on_graph_change(int graph) override;
+
+ private:
+  void build_hosts(bool verbose);
+  void build_strangers();
+  void inspect();
+  void run_for(Duration how_long) { schedule_.run_until(schedule_.now() + how_long); }
+  void check_delivery();
+  void check_late_subscribers();
+  void check_no_demand();
+  void check_last_words();
+  void end();
+
+  Scenario scenario_;
+  Rng rng_;
+  Schedule schedule_;
+  Middleware middleware_;
+  Network network_;
+  Checker checker_;
+  Crowd crowd_;
+  std::vector<std::unique_ptr<Host>> hosts_;
+  std::unique_ptr<Weather> weather_;
+  std::vector<std::unique_ptr<Hostile>> strangers_;
+  std::unique_ptr<Expectation> expectation_;
+};
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,125 @@
+#include "auth/token_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+constexpr char kAnna[] = "anna-0123456789abcdef";
+constexpr char kBert[] = "bert-0123456789abcdef";
+
+struct Reading {
+  explicit Reading(const std::string& text, Stamp now = 0) {
+    table.read(text, "f.yaml", now, problems, warnings);
+  }
+  [[nodiscard]] TokenTable::Found find(const std::string& token, Stamp now = 0) const {
+    return table.find({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()}, now);
+  }
+  TokenTable table;
+  std::vector<std::string> problems;
+  std::vector<std::string> warnings;
+};
+
+TEST(TokenTable, ReadsAList) {
+  const Reading file(std::string("- {identity: anna, token: ") + kAnna +
+                     ", groups: [ops, night]}\n"
+                     "- identity: bert\n  token_sha256: "  // printf %s bert-... | sha256sum
+                     "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855\n"
+                     "  expires: 2027-01-31T12:00:00Z\n");
+  EXPECT_THAT(file.problems, IsEmpty());
+  const auto anna = file.find(kAnna);
+  ASSERT_TRUE(anna.identity.has_value());
+  EXPECT_EQ(anna.identity->name, "anna");
+  EXPECT_THAT(anna.identity->groups, ElementsAre("ops", "night"));
+  EXPECT_EQ(anna.identity->expires, 0);
+  const auto bert = file.find("");  // the digest above is that of nothing
+  ASSERT_TRUE(bert.identity.has_value());
+  EXPECT_EQ(bert.identity->expires, 1801396800LL * 1'000'000'000);
+  EXPECT_EQ(file.find(kBert).reason, "unknown token");
+}
+
+TEST(TokenTable, ReadsAMapOfIdentities) {
+  const Reading file(std::string("tokens:\n  anna: {token: ") + kAnna +
+                     ", groups: ops}\n  bert: " + kBert + "\n");
+  EXPECT_THAT(file.problems, IsEmpty());
+  EXPECT_EQ(file.find(kAnna).identity.value().name, "anna");
+  EXPECT_THAT(file.find(kAnna).identity.value().groups, ElementsAre("ops"));
+  EXPECT_EQ(file.find(kBert).identity.value().name, "bert");
+}
+
+TEST(TokenTable, ReadsOneWordAsTheOnlyToken) {
+  const Reading file(std::string(kAnna) + "\n");
+  EXPECT_THAT(file.problems, IsEmpty());
+  EXPECT_EQ(file.find(kAnna).identity.value().name, "token");
+}
+
+TEST(TokenTable, ReportsAllProblemsWithTheirLines) {
+  const Reading file(
+      "- {identity: anna, token: short}\n"
+      "- {identity: bert}\n"
+      "- {token: 0123456789abcdef-ghij}\n"
+      "- {identity: carl, token_sha256: 12, expires: 2027-02-30}\n"
+      "- {identity: dora, tokn: x, groups: {a: b}}\n"
+      "- word\n");
+  EXPECT_THAT(file.problems,
+              ElementsAre(StartsWith("f.yaml:1: token: the token has 5 characters"),
+                          "f.yaml:2: an entry has either 'token' or 'token_sha256'",
+                          "f.yaml:3: 'identity' is missing", HasSubstr("f.yaml:4: token_sha256"),
+                          HasSubstr("f.yaml:4: expires"), HasSubstr("f.yaml:5: unknown key 'tokn'"),
+                          HasSubstr("f.yaml:5: groups"), HasSubstr("f.yaml:5: an entry has either"),
+                          HasSubstr("f.yaml:6: an entry is a map")));
+  EXPECT_EQ(file.table.size(), 0U);
+}
+
+TEST(TokenTable, ReportsWhatIsNoYamlWithoutShowingIt) {
+  const Reading file(std::string("- {identity: anna, token: ") + kAnna + "\n- [");
+  ASSERT_EQ(file.problems.size(), 1U);
+  EXPECT_THAT(file.problems[0], HasSubstr("f.yaml:"));
+  EXPECT_THAT(file.problems[0], testing::Not(HasSubstr("anna")));
+}
+
+TEST(TokenTable, RefusesTheSameTokenTwiceAndWeakOnes) {
+  const Reading twice(std::string("anna: ") + kAnna + "\nbert: " + kAnna + "\n");
+  EXPECT_THAT(twice.problems, ElementsAre("f.yaml:2: the token of 'bert' is there twice"));
+  EXPECT_THAT(Reading("").problems, ElementsAre("f.yaml: the token is empty"));
+  EXPECT_THAT(Reading("fifteen-charact").problems, ElementsAre(HasSubstr("15 characters")));
+}
+
+TEST(TokenTable, RefusesAnExpiredToken) {
+  const std::string text = std::string("anna: {token: ") + kAnna + ", expires: 2027-01-31}\n";
+  const Stamp end = parse_date("2027-01-31").value();
+  const Reading early(text, end - 1);
+  EXPECT_THAT(early.warnings, IsEmpty());
+  EXPECT_TRUE(early.find(kAnna, end - 1).identity.has_value());
+  EXPECT_EQ(early.find(kAnna, end).reason, "the token of 'anna' has expired");
+  const Reading late(text, end);
+  EXPECT_THAT(late.warnings, ElementsAre("f.yaml:1: the token of 'anna' has expired"));
+  EXPECT_THAT(late.problems, IsEmpty());
+}
+
+TEST(TokenTable, SurvivesStrangeYaml) {
+  for (const char* text : {"{[a]: b, c: d}", "a: b: c", "&a [*a, *a]", "? x\n: - y\n", "--- \n...",
+                           "tokens: ~\nother: 1", "[[[[ ]]]] x", "!!binary | x y"}) {
+    const Reading file(text);
+    EXPECT_THAT(file.problems, testing::Not(IsEmpty())) << text;
+  }
+}
+
+TEST(Date, KnowsTheCalendar) {
+  EXPECT_EQ(parse_date("1970-01-02"), 86400LL * 1'000'000'000);
+  EXPECT_TRUE(parse_date("2028-02-29").has_value());
+  for (const char* wrong :
+       {"", "2027", "2027-02-29", "2027-13-01", "2027-1-1", "27-01-01", "2027-01-31T24:00:00Z",
+        "2027-01-31T12:00:00", "2027-01--1", "2027-01-31 12:00:00Z", "2027-01-31T12:00:00+"}) {
+    EXPECT_FALSE(parse_date(wrong).has_value()) << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,105 @@
+// The table seen from outside: descriptors, manual, examples.
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "config/config.hpp"
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TEST(ConfigDescribe, DescriptorsOfTheRole) {
+  const Config config = config_of(yaml(R"(
+auth: {token: 0123456789abcdef}
+rules: [drive]
+rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
+)"),
+                                  Role::kServer);
+  std::map<std::string, KeyDescriptor> found;
+  for (const KeyDescriptor& one : describe_parameters(config)) found[one.name] = one;
+  EXPECT_FALSE(found.contains("auth.token"));
+  EXPECT_FALSE(found.contains("url"));
+  EXPECT_EQ(found.at("listen.port").value, ParameterValue{std::int64_t{9090}});
+  EXPECT_EQ(found.at("listen.port").max, 65535);
+  EXPECT_TRUE(found.at("listen.port").read_only);
+  EXPECT_EQ(found.at("rule.drive.max_age").value, ParameterValue{0.3});
+  EXPECT_FALSE(found.at("rule.drive.max_age").read_only);
+  EXPECT_THAT(found.at("rule.drive.priority").constraints, "one of urgent, high, normal, bulk");
+  EXPECT_TRUE(describe_parameter("rule.new.types", Role::kClient));
+  EXPECT_FALSE(describe_parameter("auth.token", Role::kClient));
+  EXPECT_FALSE(describe_parameter("listen.port", Role::kClient));
+}
+
+std::string file_text(const std::string& path) {
+  std::ifstream file(std::string(CONNECT_SOURCE_DIR) + "/" + path);
+  EXPECT_TRUE(file) << path;
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+TEST(ConfigDocument, HasEveryKeyAndIsTheCommittedOne) {
+  const std::string document = config_document();
+  for (const KeySpec& spec : key_table()) {
+    EXPECT_THAT(document, HasSubstr("| `" + spec.key + "` |"));
+    EXPECT_THAT(spec.help, Not(IsEmpty())) << spec.key;
+  }
+  EXPECT_EQ(document, file_text("docs/config.md")) << "make it again: ctl config-doc";
+}
+
+// Every ```yaml block is valid as it stands or, when it begins with `rules`, inside a node.
+TEST(ConfigDocument, ItsExamplesAreValid) {
+  const std::string document = config_document();
+  const std::string fence = "```yaml\n";
+  int examples = 0;
+  for (std::size_t at = document.find(fence); at != std::string::npos;
+       at = document.find(fence, at)) {
+    at += fence.size();
+    const YAML::Node node = YAML::Load(document.substr(at, document.find("```", at) - at));
+    ParameterMap map;
+    if (node["rules"]) {
+      flatten(node, "", map);
+    } else {
+      map = parameters_of(node);
+    }
+    const Role role = map.contains("url") ? Role::kClient : Role::kServer;
+    EXPECT_THAT(problems_text(parse_config(map, role, kWithToken)), IsEmpty());
+    ++examples;
+  }
+  EXPECT_GE(examples, 5);
+}
+
+TEST(ConfigExamples, AreValid) {
+  const auto check = [](const std::string& path, Role role) {
+    const ParameterMap map = parameters_of(YAML::Load(file_text(path)));
+    const Config config = config_of(map, role);
+    EXPECT_THAT(config.warnings, IsEmpty()) << path;
+    EXPECT_THAT(config.policy.rules(), Not(IsEmpty())) << path;
+  };
+  check("config/robot.yaml", Role::kServer);
+  check("config/robot_tls.yaml", Role::kServer);
+  check("config/operator.yaml", Role::kClient);
+}
+
+// A table whose rows contradict themselves would refuse its own defaults.
+TEST(ConfigTable, DefaultsAreValid) {
+  for (const Role role : {Role::kServer, Role::kClient}) {
+    ParameterMap map;
+    for (const KeySpec& spec : key_table()) {
+      if (spec.fallback && rule_of(spec.key).empty() && is_used_by(spec, role)) {
+        map[spec.key] = *spec.fallback;
+      }
+    }
+    if (role == Role::kClient) map["url"] = "wss://robot.example";
+    EXPECT_TRUE(parse_config(map, role, kWithToken).config);
+  }
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,172 @@
+// One case per mistake an operator can make, with what the program says to it.
+#include <gmock/gmock.h>
+
+#include "config/config.hpp"
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::AnyOf;
+using testing::HasSubstr;
+using testing::Not;
+
+struct Case {
+  const char* name;
+  Role role;
+  const char* yaml;
+  const char* said;  // part of the problem's text
+};
+
+constexpr Role kServer = Role::kServer;
+constexpr Role kClient = Role::kClient;
+
+// Only one problem is expected of each; clients get a url unless they give one.
+const Case kCases[] = {
+    {"unknown", kServer, "listen: {prot: 1}",
+     "listen.prot: 1 is wrong, expected a known "
+     "parameter; did you mean listen.port?"},
+    {"unknown_part", kServer, "port: 1", "did you mean listen.port?"},
+    {"unknown_far", kServer, "wombat_colour: red", "docs/config.md lists them"},
+    {"unknown_secret", kServer, "auth: {tokn: hush}",
+     "auth.tokn: (hidden) is wrong, expected a known parameter; did you mean auth.token?"},
+    {"unknown_rule_key", kServer,
+     "{rules: [a], rule: {a: {import_topics: [/a], prioriti: urgent}}}",
+     "did you mean rule.a.priority?"},
+    {"rules_for_rule", kServer, "rules: {a: {types: [a/msg/B]}}", "did you mean rule.a.types?"},
+    {"wrong_role_client", kClient, "listen: {port: 1}",
+     "listen.port: 1 is wrong, expected nothing: it is a parameter of the server, this is a "
+     "client"},
+    {"wrong_role_server", kServer, "url: ws://localhost", "it is a parameter of the client"},
+    {"identities_at_client", kClient,
+     "{rules: [a], rule: {a: {import_topics: [/a], identities: [x]}}}",
+     "it is a parameter of the server"},
+    {"bool", kServer, "allow_plaintext: 1", "expected true or false"},
+    {"integer", kServer, "listen: {port: 9090.0}",
+     "listen.port: 9090.0 is wrong, expected a whole number from 0 to 65535"},
+    {"integer_text", kServer, "listen: {port: '9090'}", "\"9090\" is wrong, expected a whole"},
+    {"range", kServer, "listen: {port: 65536}", "65536 is wrong, expected a whole number"},
+    {"range_low", kServer, "max_message_size: 10", "from 1024 to 1073741824"},
+    {"number_nan", kServer, "dead_after: .nan", "expected a number from 0.2 to 300"},
+    {"number_text", kServer, "dead_after: soon", "\"soon\" is wrong, expected a number"},
+    {"word", kServer, "auth: {method: passwrd}", "expected one of token, none"},
+    {"text_not_string", kServer, "listen: {path: 5}", "5 is wrong, expected a path"},
+    {"token_not_string", kServer, "auth: {token: 12345}",
+     "auth.token: (hidden) is wrong, expected 1 to 3900 printable"},
+    {"token_spaces", kServer, "auth: {token: 'a b'}", "auth.token: (hidden) is wrong"},
+    {"list", kServer, "{rules: [a], rule: {a: {import_topics: [/a], types: a/msg/B}}}",
+     "rule.a.types: \"a/msg/B\" is wrong, expected a list of strings: [\"a/msg/B\"]"},
+    {"pattern", kServer, "{rules: [a], rule: {a: {import_topics: [cmd_vel]}}}",
+     "rule.a.import_topics: \"cmd_vel\" is wrong, expected an absolute name"},
+    {"pattern_service", kServer, "{rules: [a], rule: {a: {export_services: [/a//b]}}}",
+     "rule.a.export_services: \"/a//b\" is wrong"},
+    {"pattern_deny", kServer, "{rules: [a], rule: {a: {deny: ['/a b']}}}", "rule.a.deny: \"/a b\""},
+    {"pattern_twice", kServer, "{rules: [a], rule: {a: {deny: [/a, /a]}}}",
+     "\"/a\" is wrong, expected each entry only once"},
+    {"type", kServer, "{rules: [a], rule: {a: {import_topics: [/a], types: [Twist]}}}",
+     "\"Twist\" is wrong, expected the full name of a type"},
+    {"priority", kServer, "{rules: [a], rule: {a: {import_topics: [/a], priority: fast}}}",
+     "expected one of urgent, high, normal, bulk"},
+    {"compression", kServer, "{rules: [a], rule: {a: {import_topics: [/a], compression: gzip}}}",
+     "expected none, lz4, zstd"},
+    {"compression_level", kServer,
+     "{rules: [a], rule: {a: {import_topics: [/a], compression: 'zstd:20'}}}",
+     "\"zstd:20\" is wrong"},
+    {"max_age", kServer, "{rules: [a], rule: {a: {import_topics: [/a], max_age: -1}}}",
+     "rule.a.max_age: -1 is wrong, expected a number from 0.001"},
+    {"qos", kServer, "{rules: [a], rule: {a: {import_topics: [/a], qos: {reliability: sure}}}}",
+     "expected one of reliable, best_effort"},
+    {"qos_depth", kServer, "{rules: [a], rule: {a: {import_topics: [/a], qos: {depth: 0}}}}",
+     "rule.a.qos.depth: 0 is wrong"},
+    {"clock_without_topic", kClient,
+     "{rules: [a], rule: {a: {import_topics: [/a], clock: publish}}}",
+     "rule.a.clock: \"publish\" is wrong, expected /clock among import_topics"},
+    {"clock_export", kClient, "{rules: [a], rule: {a: {export_topics: [/clock], clock: publish}}}",
+     "expected import_topics: [/clock] beside it"},
+    {"clock_rate_alone", kClient,
+     "{rules: [a], rule: {a: {import_topics: [/clock], clock_rate: 10}}}",
+     "rule.a.clock_rate: expected clock: publish beside it"},
+    {"clock_twice", kClient,
+     "{rules: [a, b], rule: {a: {import_topics: [/clock], clock: publish}, "
+     "b: {import_topics: [/clock], clock: publish}}}",
+     "rule.b.clock: \"publish\" is wrong, expected only one rule"},
+    {"rule_undefined", kServer, "rules: [ghost]",
+     "rules: \"ghost\" is wrong, expected a rule that"},
+    {"rule_unlisted", kServer, "rule: {a: {import_topics: [/a]}}",
+     "rule.a: expected its name in `rules`"},
+    {"rule_twice", kServer, "{rules: [a, a], rule: {a: {import_topics: [/a]}}}",
+     "rules: \"a\" is wrong, expected each entry only once"},
+    {"rule_name", kServer, "{rules: ['a b']}", "expected a name of letters, digits and '_'"},
+    {"rule_empty", kServer, "{rules: [a], rule: {a: {priority: bulk}}}",
+     "this rule allows nothing"},
+    {"rule_empty_list", kServer, "{rules: [a], rule: {a: {import_topics: []}}}",
+     "this rule allows nothing"},
+    {"identities_without_login", kServer,
+     "{auth: {method: none}, rules: [a], rule: {a: {import_topics: [/a], identities: [x]}}}",
+     "rule.a.identities: [\"x\"] is wrong, expected a login"},
+    {"address", kServer, "listen: {address: robot.local}", "expected an IP address"},
+    {"address_octet", kServer, "listen: {address: 127.0.0.256}", "expected an IP address"},
+    {"path", kServer, "listen: {path: connect}", "expected a path of a URL"},
+    {"public_without_login", kServer,
+     "{listen: {address: 0.0.0.0}, auth: {method: none}, "
+     "tls: {certificate: /c, private_key: /k}}",
+     "auth.method: \"none\" is wrong, expected a login (token)"},
+    {"public_without_tls", kServer, "listen: {address: '::'}",
+     "listen.address: \"::\" is wrong, expected tls.certificate and tls.private_key"},
+    {"any_without_tls", kServer, "listen: {address: '*'}", "listen.address: \"*\" is wrong"},
+    {"certificate_alone", kServer, "tls: {certificate: /c.pem}", "tls.private_key: expected"},
+    {"key_alone", kServer, "tls: {private_key: /k.pem}", "tls.certificate: expected"},
+    {"ca_alone", kServer, "tls: {ca: /ca.pem}", "tls.ca: expected tls.certificate"},
+    {"token_twice", kServer, "auth: {token: abc, token_file: /t}",
+     "expected either auth.token or auth.token_file"},
+    {"token_unused", kServer, "auth: {method: none, token: abc}",
+     "auth.token: expected auth.method: token beside it"},
+    {"no_url", kClient, "url: ''", "url: \"\" is wrong, expected a URL"},
+    {"url_scheme", kClient, "url: https://robot.example", "expected a URL that begins with wss://"},
+    {"url_host", kClient, "url: 'wss:///path'", "expected a URL"},
+    {"url_port", kClient, "url: wss://robot.example:0/", "expected a URL"},
+    {"url_password", kClient, "url: wss://me:hush@robot.example/",
+     "\"wss://...@robot.example/\" is wrong, expected a URL without user and password"},
+    {"url_plain", kClient, "url: ws://robot.example", "expected wss://, since the way leaves"},
+    {"tls_unused", kClient, "{url: ws://localhost, tls: {ca: /ca.pem}}",
+     "tls.ca: expected a url that begins with wss://"},
+    {"retry", kClient, "{retry_min: 5.0, retry_max: 1.0}",
+     "retry_min: 5.0 is wrong, expected at "
+     "most retry_max"},
+    {"prefix", kServer, "prefix: robot1", "expected an absolute name without a '/' at its end"},
+    {"remap", kServer, "remap: ['/a:/b']", "\"/a:/b\" is wrong, expected two absolute names"},
+    {"remap_twice", kServer, "remap: ['/a:=/b', '/a:=/c']", "expected /a to be remapped once only"},
+    {"remap_target", kServer, "remap: ['/a:=/c', '/b:=/c']", "expected /c to be the target once"},
+    {"congestion", kServer, "congestion_control: 'B B R'", "e.g. bbr"},
+};
+
+void PrintTo(const Case& one, std::ostream* out) {
+  *out << one.name;
+}
+
+class ConfigInvalid : public testing::TestWithParam<Case> {};
+
+TEST_P(ConfigInvalid, IsToldOnce) {
+  const Case& one = GetParam();
+  ParameterMap map = yaml(one.yaml);
+  if (one.role == Role::kClient) map.emplace("url", "wss://robot.example");
+  const Parsed parsed = parse_config(map, one.role, kWithToken);
+  EXPECT_FALSE(parsed.config);
+  const std::string text = problems_text(parsed);
+  EXPECT_EQ(parsed.problems.size(), 1U) << text;
+  EXPECT_THAT(text, HasSubstr(one.said));
+  EXPECT_THAT(text, Not(AnyOf(HasSubstr("hush"), HasSubstr("12345"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Mistakes, ConfigInvalid, testing::ValuesIn(kCases),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+TEST(ConfigInvalidMore, MissingUrlAndToken) {
+  const Parsed parsed = parse_config({}, Role::kClient, {});
+  ASSERT_EQ(parsed.problems.size(), 2U);
+  EXPECT_THAT(to_text(parsed.problems[0]), HasSubstr("url: expected the server to dial"));
+  EXPECT_THAT(to_text(parsed.problems[1]), HasSubstr("CONNECT_BRIDGE_TOKEN"));
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,304 @@
+#include "config/config.hpp"
+
+#include <gmock/gmock.h>
+
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr char kDrive[] = R"(
+rules: [drive]
+rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
+)";
+
+TEST(Config, ServerDefaults) {
+  const Config config = config_of({}, Role::kServer);
+  EXPECT_EQ(config.listen.address, "127.0.0.1");
+  EXPECT_EQ(config.listen.port, 9090);
+  EXPECT_EQ(config.listen.path, "/");
+  EXPECT_EQ(config.socket.not_sent_bytes, 16384U);
+  EXPECT_EQ(config.socket.congestion_control, "auto");
+  EXPECT_THAT(config.policy.rules(), IsEmpty());
+  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("no peer may exchange anything")));
+
+  // Without parameters the core's own numbers hold.
+  const SideOptions made = side_options(config);
+  const SideOptions core;
+  EXPECT_EQ(made.dead_after, core.dead_after);
+  EXPECT_EQ(made.retry_min, core.retry_min);
+  EXPECT_EQ(made.retry_max, core.retry_max);
+  EXPECT_EQ(made.login_timeout, core.login_timeout);
+  EXPECT_EQ(made.outbox.fragment_bytes, core.outbox.fragment_bytes);
+  EXPECT_EQ(made.outbox.packet_bytes, core.outbox.packet_bytes);
+  EXPECT_EQ(made.outbox.data_bytes_max, core.outbox.data_bytes_max);
+  EXPECT_EQ(made.reassembly.message_bytes_max, core.reassembly.message_bytes_max);
+  EXPECT_EQ(made.reassembly.open_bytes_max, core.reassembly.open_bytes_max);
+  EXPECT_EQ(made.links_max, core.links_max);
+  EXPECT_TRUE(made.login_required);
+}
+
+TEST(Config, ClientNeedsOnlyUrlAndToken) {
+  const Config config = config_of({{"url", "wss://robot.example/connect"}}, Role::kClient);
+  EXPECT_TRUE(config.dial.tls);
+  EXPECT_EQ(config.dial.host, "robot.example");
+  EXPECT_EQ(config.dial.port, 443);
+  EXPECT_EQ(config.dial.target, "/connect");
+  EXPECT_TRUE(config.default_rules);
+  const Identity nobody;
+  const auto topic = InterfaceKind::kTopic;
+  const std::string type = "std_msgs/msg/String";
+  EXPECT_TRUE(config.policy.decide(Direction::kImport, topic, "/a/b", type, nobody));
+  EXPECT_TRUE(config.policy.decide(Direction::kExport, topic, "/a", type, nobody));
+  EXPECT_FALSE(config.policy.decide(Direction::kImport, topic, "/rosout", type, nobody));
+  EXPECT_FALSE(config.policy.decide(Direction::kExport, topic, "/parameter_events", type, nobody));
+  EXPECT_EQ(side_options(config).role, Role::kClient);
+  EXPECT_EQ(side_options(config).login_method, "token");
+}
+
+TEST(Config, UrlsAreTakenApart) {
+  const Config v6 = config_of({{"url", "ws://[::1]:9091"}}, Role::kClient);
+  EXPECT_FALSE(v6.dial.tls);
+  EXPECT_EQ(v6.dial.host, "::1");
+  EXPECT_EQ(v6.dial.port, 9091);
+  EXPECT_EQ(v6.dial.target, "/");
+  EXPECT_EQ(config_of({{"url", "ws://localhost/a?b=c"}}, Role::kClient).dial.target, "/a?b=c");
+}
+
+TEST(Config, RuleReachesTheCore) {
+  const Config config = config_of(yaml(R"(
+rules: [a]
+rule:
+  a:
+    import_topics: [/cmd_vel, "/arm/*"]
+    types: [geometry_msgs/msg/Twist]
+    deny: [/arm/secret]
+    identities: [ops]
+    groups: [crew]
+    priority: high
+    compression: "zstd:7"
+    max_rate: 15
+    max_age: 0.3
+    max_bytes_per_second: 1000
+    queue_bytes_max: 4096
+    qos:
+      {reliability: best_effort, durability: transient_local, depth: 3, deadline: 1, lifespan: 2.5}
+)"),
+                                  Role::kServer);
+  ASSERT_EQ(config.policy.rules().size(), 1U);
+  const Rule& rule = config.policy.rules()[0];
+  EXPECT_EQ(rule.name, "a");
+  ASSERT_EQ(rule.import_topics.size(), 2U);
+  EXPECT_EQ(rule.import_topics[1].text(), "/arm/*");
+  EXPECT_EQ(rule.deny.size(), 1U);
+  EXPECT_THAT(rule.identities, ElementsAre("ops"));
+  EXPECT_THAT(rule.groups, ElementsAre("crew"));
+  Treatment expected;
+  expected.priority = Priority::kHigh;
+  expected.compression = {Codec::kZstd, 7};
+  expected.max_rate = 15;
+  expected.bytes_per_second_max = 1000;
+  expected.max_age = std::chrono::milliseconds(300);
+  expected.queue_bytes_max = 4096;
+  expected.qos = {Reliability::kBestEffort, Durability::kTransientLocal, 3, std::chrono::seconds(1),
+                  std::chrono::milliseconds(2500)};
+  EXPECT_TRUE(rule.treatment == expected);
+}
+
+TEST(Config, LimitsAndNamesReachTheCore) {
+  const Config config = config_of(yaml(R"(
+max_message_size: 1048576
+queue_bytes_max: 8388608
+fragment_bytes: 4096
+dead_after: 5
+connections_max: 2
+prefix: /robot1
+remap: ["/scan:=/laser"]
+auth: {token: 0123456789abcdef}
+)"),
+                                  Role::kServer);
+  const SideOptions options = side_options(config);
+  EXPECT_EQ(options.reassembly.message_bytes_max, 1048576U);
+  EXPECT_EQ(options.reassembly.open_bytes_max, 4 * 1048576U);
+  EXPECT_EQ(options.outbox.data_bytes_max, 8388608U);
+  EXPECT_EQ(options.outbox.fragment_bytes, 4096U);
+  EXPECT_EQ(options.outbox.packet_bytes, 4096U);
+  EXPECT_EQ(options.dead_after, std::chrono::seconds(5));
+  EXPECT_EQ(options.links_max, 2U);
+  EXPECT_EQ(options.names.to_local("/odom"), "/robot1/odom");
+  EXPECT_EQ(options.names.to_local("/scan"), "/laser");
+  EXPECT_EQ(options.credential.size(), 16U);
+}
+
+TEST(Config, PublishedClockIsNotForwardedToo) {
+  const Config config = config_of(yaml(R"(
+url: ws://localhost
+rules: [all]
+rule: {all: {import_topics: ["/**"], export_topics: ["/**"], clock: publish, clock_rate: 100}}
+)"),
+                                  Role::kClient);
+  const auto decide = [&](Direction direction) {
+    return config.policy.decide(direction, InterfaceKind::kTopic, "/clock",
+                                "rosgraph_msgs/msg/Clock", Identity{});
+  };
+  EXPECT_FALSE(decide(Direction::kImport));
+  EXPECT_FALSE(decide(Direction::kExport));
+  EXPECT_EQ(side_options(config).clock_publish_period, std::chrono::milliseconds(10));
+  EXPECT_THAT(explain(config), HasSubstr("published on /clock every 10 ms"));
+}
+
+TEST(Config, RosKeysAndEmptyListsOfAnyTypePass) {
+  const Config config = config_of({{"use_sim_time", true},
+                                   {"qos_overrides./tf.publisher.depth", std::int64_t{5}},
+                                   {"rules", std::vector<bool>{}},
+                                   {"remap", std::vector<double>{}}},
+                                  Role::kServer);
+  EXPECT_FALSE(config.given.contains("use_sim_time"));
+}
+
+TEST(Config, AllProblemsAtOnce) {
+  const Parsed parsed = parse_config(yaml(R"(
+listen: {address: 0.0.0.0, port: 70000}
+auth: {method: none}
+rules: [drive, ghost]
+rule: {drive: {import_topics: [cmd_vel], priority: fast, typs: [a]}}
+)"),
+                                     Role::kServer, {});
+  EXPECT_FALSE(parsed.config);
+  EXPECT_EQ(parsed.problems.size(), 7U) << problems_text(parsed);
+}
+
+TEST(Config, WarnsOfWhatIsNotForwardedYet) {
+  const Config config = config_of(
+      yaml("{rules: [nav], rule: {nav: {export_actions: [/navigate], parameters: [/n]}}}"),
+      Role::kServer);
+  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("rule.nav.export_actions: not forwarded yet"),
+                                           HasSubstr("rule.nav.parameters: not forwarded yet")));
+  EXPECT_THAT(explain(config), HasSubstr("may use the actions /navigate [not forwarded yet]"));
+}
+
+TEST(Config, UnreadableFilesAreNamed) {
+  Surroundings around;
+  around.readable = [](const std::string& file) { return file != "/b.pem"; };
+  const Parsed parsed = parse_config(
+      yaml("{auth: {token_file: /t}, tls: {certificate: /a.pem, private_key: /b.pem}}"),
+      Role::kServer, around);
+  EXPECT_EQ(problems_text(parsed),
+            "tls.private_key: \"/b.pem\" is wrong, expected a file that this program can read\n");
+}
+
+TEST(Config, PlaintextIsAllowedOnlyWithAWarning) {
+  const Config config =
+      config_of(yaml(std::string("allow_plaintext: true\nlisten: {address: 0.0.0.0}") + kDrive),
+                Role::kServer);
+  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("without TLS")));
+}
+
+// ---- changes at run time
+// --------------------------------------------------------------------------
+
+TEST(ConfigChange, TreatmentAndRulesOneByOne) {
+  Config config = config_of(yaml(kDrive), Role::kServer);
+  const auto apply = [&](const std::string& key, const std::optional<ParameterValue>& value) {
+    // The environment may have been scrubbed of the token since.
+    const Parsed parsed = apply_change(config, {{key, value}}, {});
+    EXPECT_THAT(problems_text(parsed), IsEmpty());
+    if (parsed.config) config = *parsed.config;
+  };
+  apply("rule.drive.max_age", 1.0);
+  EXPECT_EQ(config.policy.rules()[0].treatment.max_age, std::chrono::seconds(1));
+  apply("rule.drive.max_age", std::nullopt);
+  EXPECT_EQ(config.policy.rules()[0].treatment.max_age, kForever);
+
+  apply("rule.see.export_topics", std::vector<std::string>{"/tf"});
+  EXPECT_EQ(config.policy.rules().size(), 1U);
+  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("rule.see: has no effect")));
+  apply("rules", std::vector<std::string>{"see"});
+  ASSERT_EQ(config.policy.rules().size(), 1U);
+  EXPECT_EQ(config.policy.rules()[0].name, "see");
+}
+
+TEST(ConfigChange, AllOrNothing) {
+  const Config config = config_of(yaml(kDrive), Role::kServer);
+  const Parsed parsed = apply_change(
+      config, {{"rule.drive.max_age", 1.0}, {"rule.drive.priority", "fast"}}, kWithToken);
+  EXPECT_FALSE(parsed.config);
+  EXPECT_THAT(problems_text(parsed), HasSubstr("rule.drive.priority: \"fast\" is wrong"));
+}
+
+TEST(ConfigChange, FixedKeysStay) {
+  const Config config = config_of(yaml(kDrive), Role::kServer);
+  const auto change = [&](const std::string& key, const ParameterValue& value) {
+    return problems_text(apply_change(config, {{key, value}}, kWithToken));
+  };
+  EXPECT_THAT(change("listen.port", std::int64_t{1234}), HasSubstr("no change while running"));
+  EXPECT_THAT(change("listen.port", std::int64_t{9090}), IsEmpty());
+  EXPECT_THAT(change("auth.token", "0123456789abcdef"), Not(HasSubstr("0123456789abcdef")));
+  EXPECT_THAT(change("rule.drive.clock", "publish"), HasSubstr("no change while running"));
+  EXPECT_THAT(change("listen.prot", std::int64_t{1}), HasSubstr("did you mean listen.port?"));
+  EXPECT_THAT(change("use_sim_time", true), IsEmpty());
+}
+
+TEST(ConfigChange, TheClockRuleStays) {
+  const Config config = config_of(yaml("{url: 'ws://localhost', rules: [c], "
+                                       "rule: {c: {import_topics: [/clock], clock: publish}}}"),
+                                  Role::kClient);
+  const Parsed parsed = apply_change(config, {{"rules", std::vector<std::string>{}}}, kWithToken);
+  EXPECT_THAT(problems_text(parsed), HasSubstr("clock: publish to stay"));
+}
+
+TEST(ConfigChange, AClientThatLosesItsRulesDoesNotOpenUp) {
+  const Config config = config_of(
+      yaml("{url: 'ws://localhost', rules: [a], rule: {a: {import_topics: [/a]}}}"), Role::kClient);
+  const Parsed parsed = apply_change(config, {{"rules", std::vector<std::string>{}}}, kWithToken);
+  ASSERT_TRUE(parsed.config);
+  EXPECT_THAT(parsed.config->policy.rules(), IsEmpty());
+}
+
+// ---- words
+// ----------------------------------------------------------------------------------------
+
+TEST(ConfigExplain, Server) {
+  const Config config = config_of(yaml(R"(
+listen: {address: 0.0.0.0}
+tls: {certificate: /c.pem, private_key: /k.pem}
+auth: {token: 0123456789abcdef}
+rules: [drive, camera]
+rule:
+  drive: {import_topics: [/cmd_vel], types: [geometry_msgs/msg/Twist], identities: [ops],
+          priority: urgent, max_age: 0.3}
+  camera: {export_topics: ["/camera/**", /map], deny: [/camera/x], priority: bulk, max_rate: 15,
+           compression: lz4}
+)"),
+                                  Role::kServer);
+  EXPECT_EQ(
+      explain(config),
+      "listens: on 0.0.0.0, port 9090, path /, with TLS (certificate /c.pem); reachable by "
+      "others\n"
+      "login: token, taken from the parameter auth.token\n"
+      "rules, the first that allows an interface decides:\n"
+      "  drive: the peer may publish to /cmd_vel (geometry_msgs/msg/Twist only), if logged in "
+      "as ops; urgent; dropped when older than 300 ms\n"
+      "  camera: the peer may receive /camera/** and /map; never /camera/x, whatever rules "
+      "allow; bulk; at most 15 messages per second; compressed with lz4\n");
+}
+
+TEST(ConfigExplain, Client) {
+  const Config config =
+      config_of({{"url", "wss://robot.example/c?key=hush"}, {"prefix", "/r1"}}, Role::kClient);
+  const std::string text = explain(config);
+  EXPECT_THAT(text, HasSubstr("dials: wss://robot.example/c?..., with TLS; the certificate must "
+                              "be for robot.example and signed by an authority the system trusts"));
+  EXPECT_THAT(text, HasSubstr("environment variable CONNECT_BRIDGE_TOKEN"));
+  EXPECT_THAT(text, HasSubstr("the peer's /x is /r1/x"));
+  EXPECT_THAT(text, HasSubstr("everything that the server accepts"));
+  EXPECT_THAT(text, Not(HasSubstr("hush")));
+}
+
+}  // namespace
+}  // namespace connect_bridge

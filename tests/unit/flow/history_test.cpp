@@ -1,0 +1,79 @@
+#include "core/flow/history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace connect_bridge {
+namespace {
+
+constexpr OriginId kOne{1};
+constexpr OriginId kTwo{2};
+
+Payload sample(std::size_t size) {
+  return Payload::adopt(Bytes(size));
+}
+
+// "1:10 2:20": origin and stamp in the order a late link gets them.
+std::string line_of(const HistoryCache& history) {
+  std::string line;
+  history.for_each([&](OriginId origin, Stamp stamp, const Payload&) {
+    if (!line.empty()) line += ' ';
+    line += std::to_string(origin.value) + ":" + std::to_string(stamp);
+  });
+  return line;
+}
+
+TEST(History, KeepsTheLastOfEachOriginInOrderOfArrival) {
+  HistoryCache history(2, 1000);
+  history.add(kOne, 1, sample(10));
+  history.add(kTwo, 2, sample(10));
+  history.add(kOne, 3, sample(10));
+  history.add(kOne, 4, sample(10));
+  history.add(kOne, 5, sample(10));
+  EXPECT_EQ(line_of(history), "2:2 1:4 1:5");
+  EXPECT_EQ(history.bytes(), 30U);
+  EXPECT_EQ(history.lost(), 0U);  // depth is what was asked for
+}
+
+TEST(History, KeepsItsBytesExactly) {
+  HistoryCache history(10, 100);
+  history.add(kOne, 1, sample(50));
+  history.add(kTwo, 2, sample(50));
+  EXPECT_EQ(history.bytes(), 100U);
+  history.add(kTwo, 3, sample(1));
+  EXPECT_EQ(line_of(history), "2:2 2:3");
+  history.add(kTwo, 4, sample(101));  // can never be kept, and displaces nothing
+  EXPECT_EQ(line_of(history), "2:2 2:3");
+  EXPECT_EQ(history.lost(), 2U);
+  history.add(kOne, 5, sample(100));
+  EXPECT_EQ(line_of(history), "1:5");
+}
+
+TEST(History, AnOriginTakesItsSamplesWithIt) {
+  HistoryCache history(0, 1000);
+  for (Stamp stamp = 1; stamp <= 3; ++stamp) {
+    history.add(kOne, stamp, sample(10));
+    history.add(kTwo, stamp, sample(10));
+  }
+  history.remove(kOne);
+  history.remove(kOne);
+  EXPECT_EQ(line_of(history), "2:1 2:2 2:3");
+  EXPECT_EQ(history.bytes(), 30U);
+  history.clear();
+  EXPECT_EQ(history.size() + history.bytes(), 0U);
+}
+
+TEST(History, NewLimitsHoldAtOnce) {
+  HistoryCache history;
+  for (Stamp stamp = 1; stamp <= 5; ++stamp) history.add(kOne, stamp, sample(10));
+  history.limit(3, 1000);
+  EXPECT_EQ(line_of(history), "1:3 1:4 1:5");
+  history.limit(0, 15);
+  EXPECT_EQ(line_of(history), "1:5");
+  history.add(kOne, 6, sample(5));
+  EXPECT_EQ(line_of(history), "1:5 1:6");
+}
+
+}  // namespace
+}  // namespace connect_bridge

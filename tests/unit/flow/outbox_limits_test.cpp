@@ -1,0 +1,320 @@
+// What is dropped, when, under which reason; the window; ends of channels and connections.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/flow/outbox.hpp"
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+using std::chrono::milliseconds;
+
+OutboxOptions thin() {
+  OutboxOptions options;
+  options.fragment_bytes = 100;
+  options.packet_bytes = 1;
+  return options;
+}
+
+std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason) {
+  const auto counts = outbox.counts(channel);
+  expect_balance(counts);
+  return counts.dropped.of(reason);
+}
+
+TEST(OutboxQueue, KeepLastDropsTheOldest) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.depth = 2;
+  outbox.add_channel(kA, options);
+  for (const std::size_t size : {11, 12, 13, 14}) outbox.push(kA, message(size), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:13\n1#2:14\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueDepth), 2U);
+  EXPECT_EQ(outbox.counts(kA).sent_bytes, 27U);
+}
+
+TEST(OutboxQueue, NewestOnlyHasAReasonOfItsOwn) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kUrgent);
+  options.newest_only = true;
+  options.depth = 0;  // does not matter then
+  options.queue_bytes_max = 1;
+  outbox.add_channel(kA, options);
+  for (const std::size_t size : {11, 12, 13}) outbox.push(kA, message(size), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:13\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kNewerAvailable), 2U);
+}
+
+TEST(OutboxQueue, AnOpenMessageIsNeverDisplaced) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kBulk);
+  options.newest_only = true;
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(150), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:100/150");
+  outbox.push(kA, message(11), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued, 2U);
+  EXPECT_EQ(drain(outbox), "1+50\n1#2:12\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kNewerAvailable), 1U);
+}
+
+TEST(OutboxQueue, BytesAreKeptExactly) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.queue_bytes_max = 100;
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(60), now_ms(0));
+  outbox.push(kA, message(40), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 100U);
+  outbox.push(kA, message(1), now_ms(0));  // one byte too many: the oldest goes
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 41U);
+  outbox.push(kA, message(1000), now_ms(0));  // one message always fits an empty queue
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 1000U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueBytes), 3U);
+}
+
+TEST(OutboxQueue, KeepAllRefusesTheNewest) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.depth = 0;
+  options.queue_bytes_max = 100;
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(60), now_ms(0));
+  outbox.push(kA, message(41), now_ms(0));
+  outbox.push(kA, message(40), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:60\n1#2:40\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueBytes), 1U);
+  outbox.push(kA, message(1000), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued, 1U);
+}
+
+TEST(OutboxQueue, AgeIsCheckedWhenQueuedAndWhenStarted) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.lifespan = milliseconds(100);
+  options.max_age = milliseconds(50);
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(11, at_ms(0)),
+              now_ms(101));  // too old for both: the origin's limit counts
+  outbox.push(kA, message(12, at_ms(0)), now_ms(51));
+  outbox.push(kA, message(13, at_ms(0)), now_ms(50));  // exactly as old as allowed
+  outbox.push(kA, message(14, at_ms(10)), now_ms(50));
+  EXPECT_EQ(outbox.counts(kA).queued, 2U);
+  EXPECT_EQ(drain(outbox, now_ms(55)), "1#1:14\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kLifespan), 1U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kMaxAge), 2U);
+}
+
+TEST(OutboxQueue, AStartedMessageIsFinishedHoweverOld) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.max_age = milliseconds(50);
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(150, at_ms(0)), now_ms(0));
+  EXPECT_EQ(next(outbox, now_ms(0)), "1#1:100/150");
+  EXPECT_EQ(next(outbox, now_ms(1000)), "1+50");
+}
+
+TEST(OutboxQueue, SequencesGoFromTheLargestToOne) {
+  ChannelQueue channel(kA, {});
+  channel.restart(std::numeric_limits<std::uint32_t>::max() - 1);
+  PacketBuilder packet;
+  for (std::uint64_t arrival = 1; arrival <= 2; ++arrival) {
+    channel.push(message(12), arrival, now_ms(0));
+    ASSERT_TRUE(channel.ready(now_ms(0)));
+    channel.take_part(100, packet);
+  }
+  EXPECT_EQ(line_of(packet.finish()), "1#4294967295:12 1#1:12");
+}
+
+TEST(OutboxQueue, UnknownTimesHaveNoAge) {
+  Outbox outbox(thin());
+  auto options = queue(Priority::kNormal);
+  options.lifespan = options.max_age = Duration::zero();
+  outbox.add_channel(kA, options);
+  outbox.push(kA, message(11, 0), now_ms(1000));         // no stamp
+  outbox.push(kA, message(12, at_ms(5000)), now_ms(0));  // from the future
+  outbox.push(kA, message(13, at_ms(0)), Now{});         // no clock
+  EXPECT_EQ(outbox.counts(kA).queued, 3U);
+  constexpr auto kMin = std::numeric_limits<Stamp>::min();
+  outbox.push(kA, message(14, kMin), now_ms(0));  // its age fits no Stamp
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kLifespan), 1U);
+}
+
+TEST(OutboxBudget, TheOldestOfTheLowestClassGoes) {
+  auto options = thin();
+  options.data_bytes_max = 100;
+  Outbox outbox(options);
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.add_channel(kB, queue(Priority::kNormal));
+  outbox.add_channel(kC, queue(Priority::kBulk));
+  outbox.add_channel(kD, queue(Priority::kBulk));
+  outbox.push(kD, message(30), now_ms(0));
+  outbox.push(kC, message(30), now_ms(0));
+  outbox.push(kB, message(40), now_ms(0));
+  EXPECT_EQ(outbox.data_bytes(), 100U);
+  outbox.push(kA, message(1), now_ms(0));
+  EXPECT_EQ(dropped(outbox, kD, DropReason::kQueueBytes), 1U);
+  EXPECT_EQ(outbox.data_bytes(), 71U);
+  outbox.push(kA, message(60), now_ms(0));
+  EXPECT_EQ(dropped(outbox, kC, DropReason::kQueueBytes), 1U);
+  EXPECT_EQ(dropped(outbox, kB, DropReason::kQueueBytes), 1U);
+  outbox.push(kC, message(40), now_ms(0));  // no room is made for it by higher classes
+  EXPECT_EQ(dropped(outbox, kC, DropReason::kQueueBytes), 2U);
+  EXPECT_EQ(drain(outbox), "1#1:1\n1#2:60\n");
+}
+
+TEST(OutboxBudget, AnOpenMessageGoesForAHigherClassOnly) {
+  auto options = thin();
+  options.data_bytes_max = 1000;
+  Outbox outbox(options);
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kB, message(1000), now_ms(0));
+  EXPECT_EQ(next(outbox), "2#1:100/1000");
+  outbox.push(kB, message(1), now_ms(0));
+  EXPECT_EQ(dropped(outbox, kB, DropReason::kQueueBytes), 1U);
+  EXPECT_EQ(next(outbox), "2+100");
+  outbox.push(kA, message(1), now_ms(0));
+  EXPECT_EQ(dropped(outbox, kB, DropReason::kQueueBytes), 2U);
+  EXPECT_EQ(outbox.data_bytes(), 1U);
+  EXPECT_EQ(drain(outbox), "2!\n1#1:1\n");
+}
+
+TEST(OutboxBudget, ControlTextsBeyondTheirBudgetAreRefused) {
+  auto options = thin();
+  options.control_bytes_max = 10;
+  Outbox outbox(options);
+  EXPECT_TRUE(outbox.push_control("12345"));
+  EXPECT_TRUE(outbox.push_control("67890"));
+  EXPECT_FALSE(outbox.push_control("1"));
+  EXPECT_EQ(outbox.control_bytes(), 10U);
+  EXPECT_EQ(drain(outbox), "\"12345\"\n\"67890\"\n");
+  EXPECT_TRUE(outbox.push_control("1"));
+}
+
+// A window of three parts of 100 bytes with their headers: 136 + 112 + 112.
+OutboxOptions narrow() {
+  auto options = thin();
+  options.unacknowledged_bytes_max = 360;
+  return options;
+}
+
+TEST(OutboxWindow, DataStopsExactlyThereAndGoesOnWithAcks) {
+  Outbox outbox(narrow());
+  outbox.add_channel(kB, queue(Priority::kHigh));
+  outbox.push(kB, message(1000), now_ms(0));
+  EXPECT_EQ(drain(outbox), "2#1:100/1000\n2+100\n2+100\n");
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U);
+  EXPECT_TRUE(outbox.acknowledge(111, {}));
+  EXPECT_EQ(next(outbox), "-");
+  EXPECT_TRUE(outbox.acknowledge(112, {}));
+  EXPECT_EQ(next(outbox), "2+100");
+  EXPECT_TRUE(outbox.acknowledge(5, {}));  // an old one takes nothing back
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U);
+  EXPECT_FALSE(outbox.acknowledge(473, {}));  // more than was sent
+  EXPECT_TRUE(outbox.acknowledge(472, {}));
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 0U);
+}
+
+TEST(OutboxWindow, UrgentHasAReserveAndAcksAreNeverHeldBack) {
+  Outbox outbox(narrow());
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kB, message(1000), now_ms(0));
+  drain(outbox);
+  auto urgent = queue(Priority::kUrgent);
+  urgent.depth = 0;
+  outbox.add_channel(kA, urgent);
+  for (int i = 0; i < 1000; ++i) outbox.push(kA, message(92), now_ms(0));  // 128 with header
+  drain(outbox);
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U + kUrgentReserveBytes);
+  EXPECT_EQ(outbox.counts(kA).sent, kUrgentReserveBytes / 128);
+  outbox.push_small(AckFrame{1});
+  outbox.push_small(TimeRequest{1});
+  ASSERT_TRUE(outbox.push_control("{}"));
+  EXPECT_EQ(drain(outbox), "\"{}\"\nack 1 ask\n");
+}
+
+TEST(OutboxWindow, AFragmentLargerThanTheWindowIsCut) {
+  auto options = thin();
+  options.fragment_bytes = 65'536;
+  options.unacknowledged_bytes_max = 1000;
+  Outbox outbox(options);
+  outbox.add_channel(kA, {});
+  outbox.push(kA, message(2000), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:500/2000\n");
+  EXPECT_TRUE(outbox.acknowledge(536, {}));
+  EXPECT_EQ(drain(outbox), "1+500\n");
+}
+
+TEST(OutboxChannel, ClearedItAbortsWhatIsOpen) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  outbox.push(kA, message(150), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:100/150");
+  outbox.clear_channel(kA);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kNoDemand), 2U);
+  EXPECT_EQ(outbox.data_bytes(), 0U);
+  outbox.push(kA, message(13), now_ms(0));
+  outbox.clear_channel(kA);  // nothing open: no second abort
+  outbox.push(kA, message(14), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1!\n1#2:14\n");
+}
+
+TEST(OutboxChannel, RemovedItIsSilent) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  outbox.push(kA, message(150), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:100/150");
+  outbox.clear_channel(kA);  // the abort that waits goes, too: the peer forgets the channel
+  outbox.push(kA, message(13), now_ms(0));
+  const auto last = outbox.remove_channel(kA);
+  expect_balance(last);
+  EXPECT_EQ(last.dropped.of(DropReason::kNoDemand), 2U);
+  EXPECT_EQ(last.dropped.of(DropReason::kWithdrawn), 1U);
+  EXPECT_EQ(last.queued, 0U);
+  outbox.push(kA, message(14), now_ms(0));
+  EXPECT_EQ(drain(outbox), "");
+  EXPECT_EQ(outbox.data_bytes(), 0U);
+  EXPECT_EQ(outbox.counts(kA).accepted, 0U);
+  outbox.remove_channel(kA);
+  outbox.clear_channel(kA);
+}
+
+TEST(OutboxChannel, ANewConnectionStartsAfresh) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  outbox.push(kA, message(12), now_ms(0));
+  outbox.push(kA, message(150), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:12");
+  EXPECT_EQ(next(outbox), "1#2:100/150");
+  ASSERT_TRUE(outbox.push_control("{}"));
+  outbox.push_small(AckFrame{1});
+  outbox.push_small(TimeRequest{1});
+  outbox.reset();
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kLinkLost), 2U);
+  EXPECT_EQ(outbox.data_bytes() + outbox.control_bytes() + outbox.unacknowledged_bytes(), 0U);
+  EXPECT_EQ(next(outbox), "-");
+  EXPECT_FALSE(outbox.acknowledge(1, {}));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:12\n");
+}
+
+TEST(OutboxChannel, WithoutACodecBothSizesAreTheBodys) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  auto odd = message(12);
+  odd.raw_bytes = 99;
+  outbox.push(kA, std::move(odd), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:12\n");  // the reader would refuse different sizes
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test

@@ -1,0 +1,233 @@
+// What leaves next: classes, turns, fragments, gathering.
+#include "core/flow/outbox.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+// Parts of 100 bytes, gathered up to 300 bytes of packet.
+OutboxOptions thin() {
+  OutboxOptions options;
+  options.fragment_bytes = 100;
+  options.packet_bytes = 300;
+  return options;
+}
+
+// As thin(), but every part is a packet of its own, so that order is easy to read.
+OutboxOptions one_by_one() {
+  auto options = thin();
+  options.packet_bytes = 1;
+  return options;
+}
+
+TEST(OutboxOrder, NothingIsNoPacket) {
+  Outbox outbox(thin());
+  EXPECT_EQ(next(outbox), "-");
+  outbox.add_channel(kA, {});
+  EXPECT_EQ(next(outbox), "-");
+}
+
+TEST(OutboxOrder, ControlThenSmallThenData) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.push(kA, message(12), now_ms(0));
+  outbox.push_small(TimeRequest{1});
+  outbox.push_small(AckFrame{5});
+  outbox.push_small(AckFrame{9});  // replaces the older one
+  ASSERT_TRUE(outbox.push_control("{1}"));
+  ASSERT_TRUE(outbox.push_control("{2}"));
+  EXPECT_EQ(drain(outbox), "\"{1}\"\n\"{2}\"\nack 9 ask 1#1:12\n");
+}
+
+TEST(OutboxOrder, TheNewestTimeFramesStay) {
+  Outbox outbox(thin());
+  for (Stamp t = 1; t <= 100; ++t) outbox.push_small(TimeRequest{t});
+  const auto packet = outbox.next(now_ms(0));
+  ASSERT_TRUE(packet);
+  EXPECT_EQ(packet->size(), kTimeFramesMax * kTimeRequestBytes);
+  const auto bytes = joined(*packet);
+  const auto first = FrameReader(bytes).next();
+  EXPECT_EQ(std::get<TimeRequest>(*first.value()).t1, 85);
+}
+
+TEST(OutboxOrder, SmallMessagesShareAPacketAndOnePiece) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  for (int i = 0; i < 7; ++i) outbox.push(kA, message(14), now_ms(0));  // 50 bytes each with header
+  const auto packet = outbox.next(now_ms(0));
+  EXPECT_EQ(packet->pieces.size(), 1U);
+  EXPECT_EQ(line_of(*packet), "1#1:14 1#2:14 1#3:14 1#4:14 1#5:14 1#6:14");
+  EXPECT_EQ(next(outbox), "1#7:14");
+}
+
+TEST(OutboxOrder, LargePartsAreReferredTo) {
+  Outbox outbox(OutboxOptions{});
+  outbox.add_channel(kA, {});
+  auto large = message(kCopiedPartBytesMax + 1);
+  const auto* bytes = large.body.view().data();
+  outbox.push(kA, message(kCopiedPartBytesMax), now_ms(0));
+  outbox.push(kA, std::move(large), now_ms(0));
+  outbox.push(kA, message(0), now_ms(0));
+  const auto packet = outbox.next(now_ms(0));
+  ASSERT_EQ(packet->pieces.size(), 3U);
+  EXPECT_EQ(packet->pieces[1].view().data(), bytes);
+  EXPECT_EQ(line_of(*packet), "1#1:512 1#2:513 1#3:0");
+}
+
+TEST(OutboxOrder, APartThatFitsNoPacketEndsOne) {
+  auto options = thin();
+  options.fragment_bytes = 1000;
+  Outbox outbox(options);
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kA, message(12), now_ms(0));
+  outbox.push(kB, message(1500), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:12 2#1:1000/1500\n1#2:12 2+500\n");
+}
+
+TEST(OutboxOrder, APartThatFitsTheNextPacketWaitsForIt) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  outbox.push(kA, message(90), now_ms(0));
+  outbox.push(kA, message(90), now_ms(0));
+  outbox.push(kA, message(90), now_ms(0));  // 378 bytes with headers
+  EXPECT_EQ(drain(outbox), "1#1:90 1#2:90\n1#3:90\n");
+}
+
+TEST(OutboxOrder, UrgentPassesAnOpenBulkMessage) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kB, message(350), now_ms(0));
+  EXPECT_EQ(next(outbox), "2#1:100/350");
+  EXPECT_EQ(next(outbox), "2+100");
+  outbox.push(kA, message(12), now_ms(0));
+  outbox.push(kA, message(12), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:12\n1#2:12\n2+100\n2+50\n");
+}
+
+TEST(OutboxOrder, ChannelsOfAClassTakeTurnsAndKeepTheirOrder) {
+  Outbox outbox(one_by_one());
+  for (const auto channel : {kA, kB, kC}) outbox.add_channel(channel, queue(Priority::kBulk));
+  outbox.push(kA, message(250), now_ms(0));
+  outbox.push(kA, message(20), now_ms(0));
+  outbox.push(kB, message(150), now_ms(0));
+  outbox.push(kC, message(10), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:100/250\n2#1:100/150\n3#1:10\n1+100\n2+50\n1+50\n1#2:20\n");
+}
+
+// Sends for a while with all classes backlogged; body bytes of each channel.
+std::map<std::uint32_t, std::uint64_t> shares(Outbox& outbox, int packets) {
+  std::map<std::uint32_t, std::uint64_t> bytes;
+  for (int i = 0; i < packets; ++i) {
+    const auto packet = outbox.next(now_ms(0));
+    const auto content = joined(*packet);
+    FrameReader reader(content);
+    while (const auto frame = reader.next().value()) {
+      if (const auto* first = std::get_if<MessageFrame>(&*frame)) {
+        bytes[first->channel.value] += first->part.size();
+      } else if (const auto* part = std::get_if<PartFrame>(&*frame)) {
+        bytes[part->channel.value] += part->part.size();
+      }
+    }
+  }
+  return bytes;
+}
+
+TEST(OutboxOrder, ClassesShareByWeightInBytes) {
+  auto options = one_by_one();
+  options.fragment_bytes = 1000;
+  Outbox outbox(options);
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  outbox.add_channel(kB, queue(Priority::kNormal));
+  outbox.add_channel(kC, queue(Priority::kBulk));
+  for (const auto channel : {kA, kB, kC}) outbox.push(channel, message(5'000'000), now_ms(0));
+  const auto bytes = shares(outbox, 1300);
+  EXPECT_NEAR(static_cast<double>(bytes.at(1)), 800'000, 10'000);
+  EXPECT_NEAR(static_cast<double>(bytes.at(2)), 400'000, 10'000);
+  EXPECT_NEAR(static_cast<double>(bytes.at(3)), 100'000, 10'000);
+}
+
+TEST(OutboxOrder, BulkGetsItsShareBesideAFloodOfSmallMessages) {
+  Outbox outbox(OutboxOptions{});
+  auto flood = queue(Priority::kNormal);
+  flood.depth = 1000;
+  outbox.add_channel(kA, flood);
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kB, message(30'000'000), now_ms(0));
+  std::uint64_t bulk = 0;
+  std::uint64_t all = 0;
+  while (all < 10'000'000) {
+    for (int i = 0; i < 1000; ++i) outbox.push(kA, message(12), now_ms(0));
+    const auto packet = outbox.next(now_ms(0));
+    ASSERT_TRUE(packet);
+    all += packet->size();
+    if (packet->size() > 60'000) bulk += 65'536;
+    ASSERT_TRUE(outbox.acknowledge(all, {}));
+  }
+  EXPECT_NEAR(static_cast<double>(bulk) / static_cast<double>(all), 0.2, 0.02);  // 1 of 4 + 1
+}
+
+TEST(OutboxOrder, UrgentIsFirstWhateverElseWaits) {
+  Outbox outbox(OutboxOptions{});
+  const Priority classes[] = {Priority::kUrgent, Priority::kHigh, Priority::kNormal,
+                              Priority::kBulk};
+  std::uint32_t id = 0;
+  for (const auto priority : classes) outbox.add_channel(ChannelId{++id}, queue(priority));
+  for (int round = 0; round < 50; ++round) {
+    outbox.push(kB, message(100'000), now_ms(0));
+    outbox.push(kC, message(100'000), now_ms(0));
+    outbox.push(kD, message(100'000), now_ms(0));
+    outbox.push(kA, message(12), now_ms(0));
+    EXPECT_EQ(next(outbox).rfind("1#", 0), 0U);
+  }
+}
+
+TEST(OutboxOrder, AnIdleClassSavesUpNothing) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  outbox.add_channel(kB, queue(Priority::kBulk));
+  outbox.push(kB, message(100'000), now_ms(0));
+  for (int i = 0; i < 500; ++i) EXPECT_TRUE(outbox.next(now_ms(0)));
+  // The bulk class had the line for itself; the high class gets its share from now on, not more.
+  outbox.push(kA, message(100'000), now_ms(0));
+  const auto bytes = shares(outbox, 90);
+  EXPECT_NEAR(static_cast<double>(bytes.at(2)), 1000, 200);
+}
+
+TEST(OutboxOrder, AChannelCanChangeItsClassWhileItWaits) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kBulk));
+  outbox.add_channel(kB, queue(Priority::kHigh));
+  outbox.push(kA, message(12), now_ms(0));
+  outbox.push(kB, message(12), now_ms(0));
+  outbox.add_channel(kA, queue(Priority::kUrgent));
+  EXPECT_EQ(drain(outbox), "1#1:12\n2#1:12\n");
+}
+
+TEST(OutboxOrder, PacketsStayBelowWhatReceiversTake) {
+  OutboxOptions options;
+  options.fragment_bytes = 4'000'000'000;
+  options.packet_bytes = 4'000'000'000;
+  Outbox outbox(options);
+  auto keep_all = queue(Priority::kNormal);
+  keep_all.depth = 0;
+  keep_all.queue_bytes_max = 64 << 20;
+  outbox.add_channel(kA, keep_all);
+  outbox.add_channel(kB, keep_all);
+  for (int i = 0; i < 20'000; ++i) outbox.push(kB, message(100), now_ms(0));
+  for (int i = 0; i < 3; ++i) outbox.push(kA, message(3'000'000), now_ms(0));
+  while (const auto packet = outbox.next(now_ms(0))) {
+    EXPECT_LE(packet->size(), kPacketBytesMax);
+  }
+  EXPECT_EQ(outbox.data_bytes(), 0U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test

@@ -1,0 +1,81 @@
+#include "core/flow/rate_limit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace connect_bridge {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+TimePoint at(Duration since_start) {
+  return TimePoint{} + since_start;
+}
+
+// How many messages of `bytes` pass of those that come every `period` for ten seconds.
+int passed(RateLimit& limit, std::size_t bytes, Duration period) {
+  int count = 0;
+  for (Duration t{}; t < seconds(10); t += period) count += limit.admit(bytes, at(t)) ? 1 : 0;
+  return count;
+}
+
+TEST(RateLimit, WithoutLimitsAllPass) {
+  RateLimit none;
+  EXPECT_EQ(passed(none, 1 << 30, milliseconds(1)), 10'000);
+  RateLimit zero(0, 0);
+  EXPECT_EQ(passed(zero, 1 << 30, milliseconds(1)), 10'000);
+  RateLimit nonsense(-1, 0);
+  EXPECT_EQ(passed(nonsense, 1, milliseconds(1)), 10'000);
+}
+
+TEST(RateLimit, TheRateOfMessagesIsKept) {
+  RateLimit fast(15, 0);
+  EXPECT_NEAR(passed(fast, 1, milliseconds(1)), 150, 1);
+  RateLimit half(10, 0);
+  EXPECT_EQ(passed(half, 1, milliseconds(50)), 100);
+  RateLimit slower_source(15, 0);
+  EXPECT_EQ(passed(slower_source, 1, milliseconds(100)), 100);
+}
+
+TEST(RateLimit, ASourceOfExactlyThatRatePassesThoughItShakes) {
+  std::mt19937_64 random(1);
+  RateLimit limit(10, 0);
+  for (int i = 0; i < 1000; ++i) {
+    const auto shake = milliseconds(random() % 24);
+    EXPECT_TRUE(limit.admit(1, at(milliseconds(100 * i) + shake))) << i;
+  }
+}
+
+TEST(RateLimit, TheRateOfBytesIsKeptWhateverTheSizes) {
+  RateLimit small(0, 1'000'000);
+  EXPECT_NEAR(passed(small, 1000, milliseconds(1)), 10'000, 0);
+  RateLimit flood(0, 1'000'000);
+  EXPECT_NEAR(passed(flood, 10'000, milliseconds(1)), 1000, 11);  // and 100 ms of burst
+  RateLimit large(0, 1'000'000);
+  EXPECT_EQ(passed(large, 2'500'000, milliseconds(100)), 5);  // at 0, 2.4, 4.9, 7.4, 9.9 s
+}
+
+TEST(RateLimit, BothLimitsHoldAndARefusedMessageCostsNothing) {
+  RateLimit limit(10, 1'000'000);
+  EXPECT_TRUE(limit.admit(1000, at(seconds(1))));
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(limit.admit(1'000'000, at(seconds(1))));
+  EXPECT_TRUE(limit.admit(1000, at(milliseconds(1100))));
+}
+
+TEST(RateLimit, IdleTimeIsNotSavedUp) {
+  RateLimit limit(10, 0);
+  EXPECT_TRUE(limit.admit(1, at(seconds(1))));
+  EXPECT_TRUE(limit.admit(1, at(seconds(3600))));
+  EXPECT_FALSE(limit.admit(1, at(seconds(3600))));
+}
+
+TEST(RateLimit, ExtremesDoNotOverflow) {
+  RateLimit limit(1e-300, 1);
+  EXPECT_TRUE(limit.admit(std::size_t{1} << 62, at(seconds(1))));
+  EXPECT_FALSE(limit.admit(1, at(seconds(1'000'000))));
+}
+
+}  // namespace
+}  // namespace connect_bridge

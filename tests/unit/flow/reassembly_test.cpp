@@ -1,0 +1,172 @@
+#include "core/flow/reassembly.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace connect_bridge {
+namespace {
+
+constexpr ChannelId kOne{1};
+constexpr ChannelId kTwo{2};
+
+ReassemblyOptions small() {
+  ReassemblyOptions options;
+  options.message_bytes_max = 100;
+  options.open_bytes_max = 150;
+  return options;
+}
+
+// What came of a frame: "whole 5", "open", or the name of the close code.
+std::string outcome_of(const Result<std::optional<InMessage>>& result) {
+  if (!result) return std::string(name_of(result.error().code));
+  if (!result.value()) return "open";
+  return "whole " + std::to_string(result.value()->body.size());
+}
+
+class ReassemblyTest : public ::testing::Test {
+ protected:
+  // A message frame with `part` bytes of `body`.
+  std::string begin(ChannelId channel, std::uint32_t sequence, std::uint32_t part,
+                    std::uint32_t body) {
+    return outcome_of(reassembly_.on_message(frame(channel, sequence, part, body), packet_));
+  }
+  std::string go_on(ChannelId channel, std::uint32_t part) {
+    return outcome_of(reassembly_.on_part({channel, false, packet_.view().first(part)}));
+  }
+  std::string abort(ChannelId channel) {
+    return outcome_of(reassembly_.on_part({channel, true, {}}));
+  }
+  MessageFrame frame(ChannelId channel, std::uint32_t sequence, std::uint32_t part,
+                     std::uint32_t body) const {
+    return {channel,      OriginId{3}, sequence, 4,
+            Codec::kNone, body,        body,     packet_.view().first(part)};
+  }
+
+  Payload packet_ = Payload::adopt(Bytes(1000, 0xAB));
+  Reassembly reassembly_{small()};
+};
+
+TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
+  auto sent = frame(kOne, 1, 0, 10);
+  sent.part = packet_.view().subspan(20, 10);
+  const auto result = reassembly_.on_message(sent, packet_);
+  ASSERT_TRUE(result.ok() && result.value());
+  EXPECT_EQ(result.value()->body.view().data(), packet_.view().data() + 20);
+  EXPECT_EQ(result.value()->body.size(), 10U);
+  EXPECT_EQ(result.value()->origin, OriginId{3});
+  EXPECT_EQ(result.value()->stamp, 4);
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+}
+
+TEST_F(ReassemblyTest, PartsOfTwoChannelsInterleave) {
+  EXPECT_EQ(begin(kOne, 1, 40, 100), "open");
+  EXPECT_EQ(begin(kTwo, 1, 10, 50), "open");
+  EXPECT_EQ(reassembly_.open_bytes(), 150U);
+  EXPECT_EQ(go_on(kOne, 40), "open");
+  EXPECT_EQ(go_on(kTwo, 40), "whole 50");
+  EXPECT_EQ(go_on(kOne, 20), "whole 100");
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+  EXPECT_EQ(begin(kOne, 2, 5, 5), "whole 5");
+  EXPECT_EQ(begin(kTwo, 2, 0, 0), "whole 0");
+}
+
+TEST_F(ReassemblyTest, SizesAreCheckedBeforeAnythingIsKept) {
+  EXPECT_EQ(begin(kOne, 1, 1, 101), "too_large");
+  EXPECT_EQ(begin(kOne, 1, 1, 0xFFFFFFFF), "too_large");
+  auto bomb = frame(kOne, 1, 10, 10);
+  bomb.codec = Codec::kZstd;
+  bomb.raw_bytes = 101;
+  EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "too_large");
+  bomb.raw_bytes = 100;
+  EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "whole 10");
+  EXPECT_EQ(begin(kTwo, 1, 20, 10), "malformed");
+  EXPECT_EQ(begin(kTwo, 1, 0, 10), "malformed");
+  auto two_sizes = frame(kTwo, 1, 10, 10);
+  two_sizes.raw_bytes = 11;
+  EXPECT_EQ(outcome_of(reassembly_.on_message(two_sizes, packet_)), "malformed");
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+}
+
+TEST_F(ReassemblyTest, TheBudgetOfAllUnfinishedMessagesIsExact) {
+  EXPECT_EQ(begin(kOne, 1, 1, 100), "open");
+  EXPECT_EQ(begin(kTwo, 1, 1, 51), "too_large");
+  EXPECT_EQ(begin(kTwo, 1, 1, 50), "open");
+  EXPECT_EQ(begin(ChannelId{3}, 1, 1, 2), "too_large");
+  EXPECT_EQ(begin(ChannelId{3}, 1, 100, 100), "whole 100");  // whole messages need no room
+  EXPECT_EQ(abort(kOne), "open");
+  EXPECT_EQ(reassembly_.open_bytes(), 50U);
+  EXPECT_EQ(begin(kOne, 2, 1, 100), "open");
+}
+
+TEST_F(ReassemblyTest, PartsMustBelongToAnOpenMessage) {
+  EXPECT_EQ(go_on(kOne, 1), "illegal");
+  EXPECT_EQ(abort(kOne), "illegal");
+  EXPECT_EQ(begin(kOne, 1, 5, 5), "whole 5");
+  EXPECT_EQ(go_on(kOne, 1), "illegal");
+  EXPECT_EQ(begin(kOne, 2, 5, 10), "open");
+  EXPECT_EQ(go_on(kOne, 6), "malformed");
+  EXPECT_EQ(go_on(kOne, 0), "malformed");
+  EXPECT_EQ(begin(kOne, 3, 1, 10), "illegal");
+  EXPECT_EQ(go_on(kOne, 5), "whole 10");
+  EXPECT_EQ(abort(kOne), "illegal");
+}
+
+TEST_F(ReassemblyTest, SequencesRiseAndGoFromTheLargestToOne) {
+  EXPECT_EQ(begin(kOne, 0, 1, 1), "illegal");
+  EXPECT_EQ(begin(kOne, 1, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kOne, 1, 1, 1), "illegal");
+  EXPECT_EQ(begin(kOne, 5, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kOne, 4, 1, 1), "illegal");
+  EXPECT_EQ(begin(kTwo, 1, 1, 1), "whole 1");
+  for (const std::uint32_t next : {0x70000000U, 0xE0000000U, 0xFFFFFFFFU}) {
+    EXPECT_EQ(begin(kOne, next, 1, 1), "whole 1") << next;
+  }
+  EXPECT_EQ(begin(kOne, 0, 1, 1), "illegal");
+  for (const std::uint32_t next : {1U, 2U}) {
+    EXPECT_EQ(begin(kOne, next, 1, 1), "whole 1") << next;
+  }
+  EXPECT_EQ(begin(kOne, 0xFFFFFFFF, 1, 1), "illegal");
+}
+
+TEST_F(ReassemblyTest, AnAbortedMessageLeavesRoomForTheNext) {
+  EXPECT_EQ(begin(kOne, 1, 5, 10), "open");
+  EXPECT_EQ(abort(kOne), "open");
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+  EXPECT_EQ(begin(kOne, 1, 1, 1), "illegal");  // its number is used up
+  EXPECT_EQ(begin(kOne, 2, 1, 1), "whole 1");
+}
+
+TEST_F(ReassemblyTest, AForgottenChannelIsAsNew) {
+  EXPECT_EQ(begin(kOne, 9, 5, 10), "open");
+  reassembly_.forget(kOne);
+  reassembly_.forget(kTwo);
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+  EXPECT_EQ(go_on(kOne, 5), "illegal");
+  EXPECT_EQ(begin(kOne, 1, 1, 1), "whole 1");
+}
+
+TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
+  std::mt19937_64 random(20);
+  const auto pick = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
+  for (int i = 0; i < 50'000; ++i) {
+    const ChannelId channel{1 + pick(5)};
+    switch (pick(8)) {
+      case 0: abort(channel); break;
+      case 1: reassembly_.forget(channel); break;
+      case 2:
+      case 3: {
+        const auto body = pick(120);
+        begin(channel, 1 + pick(1000), pick(body + 3), body);
+        break;
+      }
+      default: go_on(channel, pick(60)); break;
+    }
+    ASSERT_LE(reassembly_.open_bytes(), small().open_bytes_max);
+  }
+  for (std::uint32_t id = 1; id <= 5; ++id) reassembly_.forget(ChannelId{id});
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,176 @@
+// A link in state open: frames, liveness, acknowledgements, clocks.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "unit/link/script.hpp"
+
+namespace connect_bridge::link_test {
+namespace {
+
+TEST(LinkOpen, MessagesOfExpectedChannelsArrive) {
+  auto script = open_client();
+  script.link.expect_incoming({1});
+  EXPECT_EQ(script.binary(message(1, 1, 5) + message(1, 4, 0)), "message 1#1:5, message 1#4:0");
+  EXPECT_EQ(script.binary(message(1, 5, 10, 4)), "-");
+  EXPECT_EQ(script.link.open_bytes(), 10U);
+  EXPECT_EQ(script.binary(part(1, 2) + part(1, 4)), "message 1#5:10");
+  EXPECT_EQ(script.link.open_bytes(), 0U);
+}
+
+TEST(LinkOpen, DataForUnknownChannelsEndsTheLink) {
+  EXPECT_EQ(open_client().binary(message(1, 1, 5)), "failed 4010");
+  EXPECT_EQ(open_client().binary(part(1, 5)), "failed 4010");
+  EXPECT_EQ(open_client().binary(abort_of(1)), "failed 4010");
+}
+
+TEST(LinkOpen, DataForAForgottenChannelEndsTheLink) {
+  auto script = open_client();
+  script.link.expect_incoming({1});
+  EXPECT_EQ(script.binary(message(1, 1, 10, 4)), "-");
+  script.link.forget_incoming({1});
+  EXPECT_EQ(script.link.open_bytes(), 0U);
+  EXPECT_EQ(script.binary(part(1, 6)), "failed 4010");
+}
+
+TEST(LinkOpen, WhatStandsBeforeAWrongFrameIsActedUpon) {
+  auto script = open_client();
+  script.link.expect_incoming({1});
+  EXPECT_EQ(script.binary(message(1, 1, 5) + message(2, 1, 5) + message(1, 2, 5)),
+            "message 1#1:5, failed 4010");
+}
+
+// docs/protocol.md section 6, "refused with".
+TEST(LinkOpen, WrongDataHasItsCode) {
+  const struct {
+    const char* what;
+    Bytes packet;
+    const char* code;
+  } rows[] = {
+      {"a part without a message", part(1, 5), "4009"},
+      {"an abort without a message", abort_of(1), "4009"},
+      {"a message in a message", message(1, 1, 9, 4) + message(1, 2, 9), "4009"},
+      {"a sequence that does not rise", message(1, 7, 0) + message(1, 7, 0), "4009"},
+      {"a part that is too long", message(1, 1, 9, 4) + part(1, 6), "4002"},
+      {"a message that is too large", message(1, 1, 101), "4006"},
+      {"too many open bytes", message(1, 1, 90, 1) + message(2, 1, 61, 1), "4006"},
+      {"an unknown frame", Bytes(16, 6), "4002"},
+      {"half a frame", Bytes{3, 0, 0, 0}, "4002"},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.what);
+    auto small = options(true);
+    small.reassembly = {100, 150};
+    Script script(small);
+    script.binary(hello());
+    script.binary(login());
+    script.authenticated();
+    script.link.expect_incoming({1});
+    script.link.expect_incoming({2});
+    EXPECT_THAT(script.binary(row.packet), testing::EndsWith(std::string("failed ") + row.code));
+  }
+}
+
+TEST(LinkOpen, AnAckOfMoreThanWasSentEndsTheLink) {
+  EXPECT_EQ(open_client().binary(bytes_of(AckFrame{0})), "-");
+  EXPECT_EQ(open_client().binary(bytes_of(AckFrame{1})), "failed 4009");
+}
+
+TEST(LinkOpen, OnlyBinaryPacketsOfStateOpenCount) {
+  auto script = open_client();
+  EXPECT_EQ(script.link.received_bytes(), 0U);  // not the welcome
+  EXPECT_EQ(script.text(R"({"type":"demand","channels":[1],"on":true})"), "control");
+  EXPECT_EQ(script.link.received_bytes(), 0U);
+  script.link.expect_incoming({1});
+  script.binary(message(1, 1, 64));
+  EXPECT_EQ(script.link.received_bytes(), 100U);
+  EXPECT_EQ(script.pass(99), "-");
+  EXPECT_EQ(script.sent(), "ask\n");  // the sign of life; the next one is due with the ack
+  EXPECT_EQ(script.pass(100), "-");
+  EXPECT_EQ(script.sent(), "ack 100 ask\n");
+  EXPECT_EQ(script.link.sent_bytes(), 48U);
+}
+
+TEST(LinkOpen, ManyBytesAreAcknowledgedAtOnce) {
+  auto script = open_client();
+  script.link.expect_incoming({1});
+  script.binary(message(1, 1, 65'500));
+  EXPECT_EQ(script.sent(), "ack 65536\n");
+}
+
+TEST(LinkOpen, TimeRequestsAreAnsweredAtOnce) {
+  auto script = open_server();
+  script.at = 50;
+  EXPECT_EQ(script.binary(bytes_of(TimeRequest{4711})), "-");
+  const auto packet = script.link.next_packet(now_ms(50));
+  ASSERT_TRUE(packet);
+  const auto bytes = joined(*packet);
+  const auto frame = FrameReader(bytes).next();
+  const auto& reply = std::get<TimeReply>(*frame.value());
+  EXPECT_EQ(reply.t1, 4711);
+  EXPECT_EQ(reply.t2, now_ms(50).system);
+  EXPECT_EQ(reply.t3, now_ms(50).system);
+  EXPECT_EQ(reply.ros, 0);
+}
+
+TEST(LinkOpen, RepliesToOwnRequestsTellTheClock) {
+  auto script = open_server();
+  EXPECT_EQ(script.pass(0), "-");
+  EXPECT_EQ(script.sent(), "ask\n");
+  script.at = 40;
+  const Stamp there = now_ms(5020).system;
+  EXPECT_EQ(script.binary(bytes_of(TimeReply{now_ms(0).system, there, there, 0})), "clock");
+  EXPECT_TRUE(script.link.clock().known());
+  EXPECT_EQ(script.link.clock().offset(), std::chrono::milliseconds(5000));
+  EXPECT_EQ(script.link.clock().round_trip(), std::chrono::milliseconds(40));
+  // The same once more: it is not asked for any longer.
+  EXPECT_EQ(script.binary(bytes_of(TimeReply{now_ms(0).system, there, there, 0})), "-");
+}
+
+TEST(LinkOpen, TimeRepliesNotAskedForAreIgnored) {
+  auto script = open_server();
+  EXPECT_EQ(script.pass(0), "-");
+  script.at = 10;
+  const Stamp there = now_ms(9999).system;
+  EXPECT_EQ(script.binary(bytes_of(TimeReply{now_ms(1).system, there, there, 77})), "-");
+  EXPECT_FALSE(script.link.clock().known());
+}
+
+TEST(LinkOpen, TheFirstTimeRequestsAreQuickThenEveryThirdOfDeadAfter) {
+  auto script = open_server();
+  std::vector<std::int64_t> asked;
+  for (std::int64_t t = 0; t <= 4000; t += 10) {
+    script.binary({});  // the peer lives
+    script.pass(t);
+    if (script.sent() == "ask\n") asked.push_back(t);
+  }
+  EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 100, 200, 300, 400, 500, 1500, 2500, 3500}));
+}
+
+TEST(LinkOpen, ASilentPeerIsDead) {
+  auto script = open_server();
+  EXPECT_EQ(script.pass(2000), "-");
+  EXPECT_EQ(script.binary({}), "-");  // any WebSocket message proves life
+  EXPECT_EQ(script.pass(4999), "-");
+  EXPECT_EQ(script.pass(5000), "failed 4008");
+}
+
+TEST(LinkOpen, ControlTextsThatBackUpEndTheLink) {
+  auto tight = options(false);
+  tight.outbox.control_bytes_max = 10;
+  Script script(tight);
+  EXPECT_EQ(script.binary(encode(a_welcome())), "open");
+  EXPECT_EQ(script.send("12345"), "-");
+  EXPECT_EQ(script.send("12345"), "-");
+  EXPECT_EQ(script.send("6"), "failed 4007");
+}
+
+TEST(LinkOpen, NothingIsSentBeforeTheLoginIsThrough) {
+  Script script(false);
+  EXPECT_EQ(script.send("{}"), "-");
+  script.link.next_packet(now_ms(0));
+  script.link.next_packet(now_ms(0));
+  EXPECT_EQ(script.sent(), "");
+}
+
+}  // namespace
+}  // namespace connect_bridge::link_test

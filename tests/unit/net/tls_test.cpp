@@ -1,0 +1,181 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <fstream>
+
+#include "unit/net/certificates.hpp"
+#include "unit/net/harness.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+using testing::HasSubstr;
+
+class Tls : public testing::Test {
+ protected:
+  static Authority& authority() {
+    static Authority made{testing::TempDir() + "net_tls_"};
+    return made;
+  }
+  static Authority::Files good() { return authority().sign("robot", "IP:127.0.0.1,DNS:robot"); }
+
+  static ListenOptions server_of(const Authority::Files& files) {
+    ListenOptions options;
+    options.tls = ServerTls{files.certificate, files.key, ""};
+    return options;
+  }
+
+  static DialOptions trusting(const Pair& pair) {
+    DialOptions options = pair.dial_options("wss");
+    options.tls.ca_file = authority().ca;
+    return options;
+  }
+
+  // What a client hears that dials a server with this certificate.
+  static std::string failure(const Authority::Files& files) {
+    Pair pair{server_of(files)};
+    EXPECT_EQ(pair.problem, "");
+    EXPECT_FALSE(pair.connect(trusting(pair)));
+    EXPECT_TRUE(pair.server.opened.empty());
+    return pair.client.failures[kDial];
+  }
+};
+
+TEST_F(Tls, CarriesPacketsBothWays) {
+  Pair pair{server_of(good())};
+  pair.server.echo = true;
+  ASSERT_EQ(pair.problem, "");
+  ASSERT_TRUE(pair.connect(trusting(pair))) << pair.client.failures[kDial];
+  pair.server.network.allow(pair.accepted(), 32U << 20U);
+  pair.client.network.allow(kDial, 32U << 20U);
+  const std::string large(20U << 20U, 'x');
+  for (int i = 0; i < 100; ++i) pair.client.send(kDial, std::to_string(i), true);
+  pair.client.send(kDial, large);
+  ASSERT_TRUE(pair.loop.until([&] { return pair.client.packets(kDial) == 101; }, 20s));
+  EXPECT_EQ(text_of(pair.client.received[kDial][99].payload), "99");
+  EXPECT_EQ(text_of(pair.client.received[kDial][100].payload), large);
+  EXPECT_THAT(pair.client.network.facts(kDial).value().tls, HasSubstr("TLSv1.3"));
+  pair.client.network.close(kDial, CloseCode::kGoingAway, "bye");
+  ASSERT_TRUE(pair.loop.until(
+      [&] { return pair.client.is_closed(kDial) && pair.server.is_closed(pair.accepted()); }));
+  EXPECT_EQ(pair.server.closed[pair.accepted()].code, 1001);
+  pair.loop.io.restart();
+  pair.server.network.stop();
+  pair.loop.io.run_for(1500ms);
+  EXPECT_TRUE(pair.loop.io.stopped());
+}
+
+TEST_F(Tls, ChecksTheName) {
+  EXPECT_THAT(failure(authority().sign("other", "DNS:robot,IP:127.0.0.2")),
+              HasSubstr("not for '127.0.0.1'"));
+  Pair pair{server_of(authority().sign("named", "DNS:robot"))};
+  DialOptions options = trusting(pair);
+  options.tls.server_name = "robot";
+  EXPECT_TRUE(pair.connect(options));
+  options.tls.server_name = "robots";
+  EXPECT_FALSE(pair.connect(options, {78}));
+  EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robots'"));
+}
+
+TEST_F(Tls, ChecksTheAuthorityAndTheDates) {
+  EXPECT_THAT(failure(authority().sign("old", "IP:127.0.0.1", -10, -1)), HasSubstr("has expired"));
+  EXPECT_THAT(failure(authority().sign("new", "IP:127.0.0.1", 1, 9)), HasSubstr("not valid yet"));
+  Pair pair{server_of(good())};
+  DialOptions options = pair.dial_options("wss");  // the system's store
+  EXPECT_FALSE(pair.connect(options));
+  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("unknown authority"));
+  options.tls.verify = false;
+  EXPECT_TRUE(pair.connect(options, {78}));
+}
+
+TEST_F(Tls, RefusesOldVersions) {
+  Pair pair{server_of(good())};
+  RawPeer peer(pair.server.network.listen_port());
+  // The start of a TLS 1.0 hello without the extension for newer versions.
+  std::string hello("\x16\x03\x01\0\x2d\x01\0\0\x29\x03\x01", 11);
+  hello += std::string(32, 'r') + std::string("\0\0\2\xc0\x13\1\0", 7);
+  peer.send(hello);
+  EXPECT_TRUE(peer.ends(pair.loop));
+  EXPECT_TRUE(pair.server.opened.empty());
+}
+
+TEST_F(Tls, TellsPlainClientsAndServersApart) {
+  Pair tls{server_of(good())};
+  EXPECT_FALSE(tls.connect(tls.dial_options("ws")));
+  EXPECT_THAT(tls.client.failures[kDial], HasSubstr("use wss://"));
+  Pair plain;
+  EXPECT_FALSE(plain.connect(trusting(plain)));
+  EXPECT_THAT(plain.client.failures[kDial], HasSubstr("does not speak TLS"));
+}
+
+TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
+  ListenOptions options = server_of(good());
+  options.tls->client_ca_file = authority().ca;
+  Pair pair{options};
+  DialOptions dial = trusting(pair);
+  EXPECT_FALSE(pair.connect(dial));
+  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("client certificate"));
+  const auto own = authority().sign("operator", "DNS:operator");
+  dial.tls.certificate_file = own.certificate;
+  dial.tls.private_key_file = own.key;
+  EXPECT_TRUE(pair.connect(dial, {78})) << pair.client.failures[{78}];
+  Authority stranger{testing::TempDir() + "net_tls_stranger_", "Stranger"};
+  const auto strange = stranger.sign("operator", "DNS:operator");
+  dial.tls.certificate_file = strange.certificate;
+  dial.tls.private_key_file = strange.key;
+  EXPECT_FALSE(pair.connect(dial, {79}));
+  EXPECT_THAT(pair.client.failures[{79}], HasSubstr("does not trust"));
+}
+
+TEST_F(Tls, NamesTheFileThatIsWrong) {
+  const auto files = good();
+  const auto other = authority().sign("another", "DNS:another");
+  const std::string garbage = testing::TempDir() + "net_tls_garbage.pem";
+  std::ofstream{garbage} << "-----BEGIN NOTHING-----\n";
+  const auto problem = [](const std::string& certificate, const std::string& key) {
+    return Pair{server_of({certificate, key})}.problem;
+  };
+  EXPECT_THAT(problem("/nowhere/c.pem", files.key),
+              HasSubstr("certificate '/nowhere/c.pem' cannot be read: No such file"));
+  EXPECT_THAT(problem(files.certificate, "/nowhere/k.pem"),
+              HasSubstr("private key '/nowhere/k.pem' cannot be read"));
+  EXPECT_THAT(problem(garbage, files.key), HasSubstr(garbage));
+  EXPECT_THAT(problem(files.certificate, garbage), HasSubstr("no PEM key"));
+  EXPECT_THAT(problem(files.certificate, other.key), HasSubstr("does not belong to"));
+  Pair pair;
+  DialOptions dial = pair.dial_options("wss");
+  dial.tls.ca_file = "/nowhere/ca.pem";
+  EXPECT_FALSE(pair.connect(dial));
+  EXPECT_THAT(pair.client.failures[kDial], HasSubstr("CA file '/nowhere/ca.pem' cannot be read"));
+}
+
+TEST_F(Tls, SlowHandshakesAreCut) {
+  ListenOptions options = server_of(good());
+  options.handshake_timeout = 200ms;
+  Pair pair{options};
+  RawPeer silent(pair.server.network.listen_port());
+  RawPeer half(pair.server.network.listen_port());
+  half.send("\x16\x03\x01");
+  EXPECT_TRUE(silent.ends(pair.loop, 400ms));
+  EXPECT_TRUE(half.ends(pair.loop, 400ms));
+}
+
+TEST_F(Tls, APeerThatDoesNotReadIsCutAfterASecond) {
+  Pair pair{server_of(good())};
+  ASSERT_TRUE(pair.connect(trusting(pair)));
+  // The client reads one packet and waits for ready(), which never comes.
+  pair.client.packet_bytes_max = 0;
+  pair.client.handles_at_once = false;
+  const ConnectionId second{78};
+  ASSERT_TRUE(pair.connect(trusting(pair), second));
+  const ConnectionId id = pair.accepted();
+  pair.server.send(id, "one");
+  pair.server.send(id, std::string(30U << 20U, 'x'));
+  pair.loop.run_for(100ms);
+  pair.server.network.close(id, CloseCode::kSlowPeer, "slow");
+  EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(id); }, 1300ms));
+}
+
+}  // namespace
+}  // namespace connect_bridge::test

@@ -1,0 +1,49 @@
+#include <gtest/gtest.h>
+
+#include "core/policy/policy.hpp"
+
+namespace connect_bridge {
+namespace {
+
+TEST(NameMap, WithoutSettingsNamesStay) {
+  const NameMap names;
+  EXPECT_EQ(names.to_local("/tf"), "/tf");
+  EXPECT_EQ(names.to_wire("/tf"), "/tf");
+}
+
+TEST(NameMap, ThePrefixIsAWholeToken) {
+  const NameMap names("/robot1", {});
+  EXPECT_EQ(names.to_local("/tf"), "/robot1/tf");
+  EXPECT_EQ(names.to_wire("/robot1/tf"), "/tf");
+  EXPECT_EQ(names.to_wire("/robot1/a/b"), "/a/b");
+  EXPECT_EQ(names.to_wire("/robot1"), std::nullopt);
+  EXPECT_EQ(names.to_wire("/robot10/tf"), std::nullopt);
+  EXPECT_EQ(names.to_wire("/tf"), std::nullopt);
+}
+
+TEST(NameMap, SloppyPrefixesMeanTheSame) {
+  for (const auto* prefix : {"/robot1/", "robot1", "robot1//"}) {
+    EXPECT_EQ(NameMap(prefix, {}).to_local("/tf"), "/robot1/tf") << prefix;
+  }
+  EXPECT_EQ(NameMap("/", {}).to_local("/tf"), "/tf");
+}
+
+TEST(NameMap, ARemapWinsInBothDirections) {
+  const NameMap names("/robot1", {{"/cmd_vel", "/teleop/cmd_vel"}, {"/tf", "/tf"}});
+  EXPECT_EQ(names.to_local("/cmd_vel"), "/teleop/cmd_vel");
+  EXPECT_EQ(names.to_wire("/teleop/cmd_vel"), "/cmd_vel");
+  EXPECT_EQ(names.to_wire("/robot1/cmd_vel"), std::nullopt);  // it is not at both places
+  EXPECT_EQ(names.to_local("/tf"), "/tf");
+  EXPECT_EQ(names.to_wire("/tf"), "/tf");
+  EXPECT_EQ(names.to_local("/cmd_vel/x"), "/robot1/cmd_vel/x");
+}
+
+TEST(NameMap, WhatIsMappedComesBack) {
+  const NameMap names("/r", {{"/a", "/b"}, {"/b", "/a"}, {"/c/d", "/r/e"}});
+  for (const std::string wire : {"/a", "/b", "/c/d", "/x/y"}) {
+    EXPECT_EQ(names.to_wire(names.to_local(wire)), wire);
+  }
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,261 @@
+#include "core/policy/policy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+namespace connect_bridge {
+namespace {
+
+constexpr auto kExport = Direction::kExport;
+constexpr auto kImport = Direction::kImport;
+constexpr auto kTopic = InterfaceKind::kTopic;
+constexpr auto kService = InterfaceKind::kService;
+constexpr auto kAction = InterfaceKind::kAction;
+constexpr auto kTwist = "geometry_msgs/msg/Twist";
+
+std::vector<Pattern> patterns(std::initializer_list<std::string_view> texts) {
+  std::vector<Pattern> result;
+  for (const auto text : texts) result.push_back(Pattern::parse(text).value());
+  return result;
+}
+
+Rule rule(std::string name) {
+  Rule result;
+  result.name = std::move(name);
+  return result;
+}
+
+Rule all_topics(std::string name) {
+  auto result = rule(std::move(name));
+  result.export_topics = result.import_topics = patterns({"/**"});
+  return result;
+}
+
+const Identity kNobody;
+const Identity kOperator{"anna", {"ops", "day"}, 0};
+
+// The rule's name, or "denied".
+std::string decided(const Policy& policy, Direction direction, InterfaceKind kind,
+                    std::string_view name, std::string_view type = kTwist,
+                    const Identity& who = kOperator) {
+  const auto decision = policy.decide(direction, kind, name, type, who);
+  return decision ? decision->rule : "denied";
+}
+
+TEST(Policy, WithoutRulesEverythingIsDenied) {
+  EXPECT_EQ(decided(Policy{}, kExport, kTopic, "/tf"), "denied");
+  EXPECT_EQ(decided(Policy{{rule("empty")}}, kImport, kService, "/tf"), "denied");
+}
+
+TEST(Policy, DirectionsAndKindsAreApart) {
+  auto all = rule("r");
+  all.export_topics = patterns({"/a"});
+  all.import_topics = patterns({"/b"});
+  all.export_services = patterns({"/c"});
+  all.import_services = patterns({"/d"});
+  all.export_actions = patterns({"/e"});
+  all.import_actions = patterns({"/f"});
+  const Policy policy({all});
+  const std::pair<std::string, std::pair<Direction, InterfaceKind>> cells[] = {
+      {"/a", {kExport, kTopic}},   {"/b", {kImport, kTopic}},  {"/c", {kExport, kService}},
+      {"/d", {kImport, kService}}, {"/e", {kExport, kAction}}, {"/f", {kImport, kAction}}};
+  for (const auto& [name, own] : cells) {
+    for (const auto& [other_name, cell] : cells) {
+      EXPECT_EQ(decided(policy, cell.first, cell.second, name),
+                name == other_name ? "r" : "denied");
+    }
+    EXPECT_EQ(decided(policy, kImport, InterfaceKind::kOther, name), "denied");
+  }
+}
+
+TEST(Policy, TheFirstMatchDecidesTheTreatment) {
+  auto camera = rule("camera");
+  camera.export_topics = patterns({"/camera/**"});
+  camera.treatment.priority = Priority::kBulk;
+  camera.treatment.max_rate = 15;
+  const Policy policy({camera, all_topics("base")});
+  const auto decision = policy.decide(kExport, kTopic, "/camera/image", kTwist, kNobody);
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->rule, "camera");
+  EXPECT_EQ(decision->treatment, camera.treatment);
+  EXPECT_EQ(decided(policy, kImport, kTopic, "/camera/image"), "base");
+  EXPECT_EQ(policy.decide(kExport, kTopic, "/tf", kTwist, kNobody)->treatment, Treatment{});
+}
+
+TEST(Policy, ADenyOfAnyRuleWinsBeforeAndBehind) {
+  auto secrets = rule("secrets");
+  secrets.deny = patterns({"/camera/secret/**", "/cmd_*"});
+  for (const auto& rules :
+       {std::vector{secrets, all_topics("all")}, std::vector{all_topics("all"), secrets}}) {
+    const Policy policy(rules);
+    EXPECT_EQ(decided(policy, kExport, kTopic, "/camera/secret/image"), "denied");
+    EXPECT_EQ(decided(policy, kImport, kTopic, "/cmd_vel"), "denied");
+    EXPECT_EQ(decided(policy, kExport, kTopic, "/camera/image"), "all");
+  }
+}
+
+TEST(Policy, ADenyCoversHiddenNames) {
+  auto open = rule("open");
+  open.export_topics = patterns({"/camera/_raw", "/other/_raw"});
+  auto closed = rule("closed");
+  closed.deny = patterns({"/camera/**"});
+  const Policy policy({open, closed});
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/camera/_raw"), "denied");
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/other/_raw"), "open");
+}
+
+TEST(Policy, TypesNarrowWhatIsAllowedNotWhatIsDenied) {
+  auto drive = rule("drive");
+  drive.import_topics = patterns({"/cmd_vel"});
+  drive.types = {"a/msg/B", kTwist};
+  drive.deny = patterns({"/secret"});
+  const Policy policy({drive, all_topics("base")});
+  EXPECT_EQ(decided(policy, kImport, kTopic, "/cmd_vel", kTwist), "drive");
+  EXPECT_EQ(decided(policy, kImport, kTopic, "/cmd_vel", "std_msgs/msg/String"), "base");
+  EXPECT_EQ(decided(policy, kImport, kTopic, "/secret", "std_msgs/msg/String"), "denied");
+}
+
+TEST(Policy, IdentitiesAndGroupsNarrowAllOfARule) {
+  auto named = all_topics("named");
+  named.identities = {"bob", "anna"};
+  auto grouped = all_topics("grouped");
+  grouped.groups = {"ops"};
+  auto guests = rule("guests");
+  guests.identities = {"guest", ""};
+  guests.deny = patterns({"/**"});
+  const Policy policy({
+      guests,
+      named,
+      grouped,
+  });
+  const auto who = [&](const Identity& identity) {
+    return decided(policy, kExport, kTopic, "/tf", kTwist, identity);
+  };
+  EXPECT_EQ(who({"anna", {}, 0}), "named");
+  EXPECT_EQ(who({"carl", {"day", "ops"}, 0}), "grouped");
+  EXPECT_EQ(who({"carl", {"bob"}, 0}), "denied");
+  EXPECT_EQ(who({"ops", {}, 0}), "denied");
+  EXPECT_EQ(who({"guest", {"ops"}, 0}), "denied");
+  EXPECT_EQ(who(kNobody), "denied");
+  EXPECT_EQ(who({"", {"ops"}, 0}), "grouped");  // an empty name is no identity of a rule
+}
+
+TEST(Policy, PartsOfActionsAreNoTopicsAndNoServices) {
+  auto open = rule("open");
+  open.export_topics = patterns({"/**", "/nav/_action/feedback", "/nav/_action/**"});
+  open.export_services = patterns({"/nav/_action/send_goal"});
+  open.export_actions = patterns({"/**"});
+  const Policy policy({open});
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/nav/_action/feedback"), "denied");
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/nav/_action"), "denied");
+  EXPECT_EQ(decided(policy, kExport, kService, "/nav/_action/send_goal"), "denied");
+  EXPECT_EQ(decided(policy, kExport, kAction, "/nav/_action/x"), "denied");
+  EXPECT_EQ(decided(policy, kExport, kAction, "/nav"), "open");
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/nav/my_action/x"), "open");
+}
+
+TEST(Policy, ParametersAreNoSideDoor) {
+  auto open = rule("open");
+  open.export_services = patterns({"/**", "/node/get_parameters"});
+  open.export_topics = patterns({"/**", "/parameter_events"});
+  const Policy policy({open});
+  for (const std::string name :
+       {"get_parameters", "get_parameter_types", "set_parameters", "set_parameters_atomically",
+        "describe_parameters", "list_parameters"}) {
+    EXPECT_EQ(decided(policy, kExport, kService, "/node/" + name), "denied");
+    EXPECT_EQ(decided(policy, kExport, kService, "/" + name), "denied");
+    EXPECT_EQ(decided(policy, kExport, kService, "/" + name + "/x"), "open");
+  }
+  EXPECT_EQ(decided(policy, kExport, kService, "/node/my_get_parameters"), "open");
+  EXPECT_EQ(decided(policy, kExport, kTopic, "/parameter_events"), "denied");
+}
+
+TEST(Policy, NamesThatAreNotCanonicalAreDenied) {
+  const Policy policy({all_topics("all")});
+  for (const auto* name : {"", "tf", "/tf/", "//tf", "/a/../b", "/a b", "/**", "/a/*"}) {
+    EXPECT_EQ(decided(policy, kImport, kTopic, name), "denied") << name;
+  }
+}
+
+TEST(Policy, AcceptsIsWhatThisIdentityMayOffer) {
+  auto drive = rule("drive");
+  drive.import_topics = patterns({"/cmd_vel", "/joy"});
+  drive.types = {kTwist};
+  drive.groups = {"ops"};
+  auto out = rule("out");
+  out.export_topics = patterns({"/tf"});
+  out.deny = patterns({"/secret/**"});
+  const Policy policy({drive, out});
+  const auto accepts = policy.accepts(kOperator);
+  ASSERT_EQ(accepts.rules.size(), 1U);
+  EXPECT_EQ(accepts.rules[0].topics, (std::vector<std::string>{"/cmd_vel", "/joy"}));
+  EXPECT_EQ(accepts.rules[0].types, std::vector<std::string>{kTwist});
+  EXPECT_EQ(accepts.deny, std::vector<std::string>{"/secret/**"});
+  EXPECT_TRUE(policy.accepts(kNobody).rules.empty());
+  EXPECT_EQ(policy.accepts(kNobody).deny.size(), 1U);
+}
+
+TEST(Policy, WhatIsAcceptedIsWhatWouldBeAllowed) {
+  auto typed = rule("typed");
+  typed.import_topics = patterns({"/cmd_*", "/_x"});
+  typed.types = {kTwist};
+  auto wide = rule("wide");
+  wide.import_topics = patterns({"/robot/**"});
+  wide.deny = patterns({"/robot/secret/**", "/cmd_raw"});
+  const Policy policy({typed, wide});
+  const auto accepts = policy.accepts(kOperator);
+  for (const auto* name :
+       {"/cmd_vel", "/cmd_raw", "/_x", "/robot/a", "/robot/_a", "/robot/secret/a",
+        "/robot/nav/_action/feedback", "/parameter_events", "/robot", "bad", "/robot//a"}) {
+    for (const auto* type : {kTwist, "std_msgs/msg/String"}) {
+      EXPECT_EQ(accepted_by(accepts, name, type),
+                policy.decide(kImport, kTopic, name, type, kOperator).has_value())
+          << name << " " << type;
+    }
+  }
+}
+
+TEST(Policy, TextsOfAPeerThatAreNoPatternsMatchNothing) {
+  Accepts accepts;
+  accepts.rules.push_back({{"", "/", "tf", "/t**", std::string(10'000, '*'), "//tf"}, {}});
+  EXPECT_FALSE(accepted_by(accepts, "/tf", kTwist));
+  accepts.rules.push_back({{"/tf"}, {}});
+  accepts.deny = {"/tf/", "", "**"};
+  EXPECT_TRUE(accepted_by(accepts, "/tf", kTwist));
+}
+
+TEST(Policy, ThousandsOfNamesAndTensOfRulesAreFast) {
+  std::vector<Rule> rules;
+  for (int i = 0; i < 50; ++i) {
+    auto next = rule("r" + std::to_string(i));
+    const auto text = "/robot/part_" + std::to_string(i) + "/**/state_*";
+    next.export_topics = patterns({text, "/x/**/y", "/*/z"});
+    next.deny = patterns({"/**/secret/**"});
+    rules.push_back(next);
+  }
+  const Policy policy(rules);
+  const auto begin = std::chrono::steady_clock::now();
+  int allowed = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const auto name =
+        "/robot/part_" + std::to_string(i % 100) + "/arm/joint/state_" + std::to_string(i);
+    allowed += policy.decide(kExport, kTopic, name, kTwist, kNobody) ? 1 : 0;
+  }
+  EXPECT_EQ(allowed, 2500);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+}
+
+TEST(DefaultPriority, TheClassesOfWellKnownTopics) {
+  EXPECT_EQ(default_priority("/clock", "rosgraph_msgs/msg/Clock"), Priority::kUrgent);
+  EXPECT_EQ(default_priority("/tf", "tf2_msgs/msg/TFMessage"), Priority::kHigh);
+  EXPECT_EQ(default_priority("/robot1/tf_static", "tf2_msgs/msg/TFMessage"), Priority::kHigh);
+  EXPECT_EQ(default_priority("/joint_states", "sensor_msgs/msg/JointState"), Priority::kHigh);
+  EXPECT_EQ(default_priority("/camera/image", "sensor_msgs/msg/Image"), Priority::kBulk);
+  EXPECT_EQ(default_priority("/map", "nav_msgs/msg/OccupancyGrid"), Priority::kBulk);
+  EXPECT_EQ(default_priority("/cmd_vel", kTwist), Priority::kNormal);
+  EXPECT_EQ(default_priority("/image", "std_msgs/msg/String"), Priority::kNormal);
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,98 @@
+#include "run/status_json.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(StatusJson, WithoutLinks) {
+  Status status;
+  status.memory_bytes = 7;
+  status.last_failure = "refused";
+  const auto json = Json::parse(to_json(status, {"/connect", "client", 1.5, 2, 3}));
+  EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
+    "memory_bytes": 7, "taken": 2, "published": 3, "last_failure": "refused", "links": []})"));
+}
+
+TEST(StatusJson, ALinkWithItsTopics) {
+  TopicStatus exported;
+  exported.topic = "/a";
+  exported.type = "p/msg/T";
+  exported.exported = exported.demanded = true;
+  exported.origins = 2;
+  exported.messages = 3;
+  exported.bytes = 30;
+  exported.wire_bytes = 20;
+  exported.queued = 1;
+  exported.dropped.add(DropReason::kRate, 4);
+  exported.declined = "no such type";
+  TopicStatus imported;
+  imported.topic = "/b";
+  imported.type = "p/msg/T";
+  imported.latency_ms = 2.5;
+  LinkStatus link;
+  link.peer = "10.0.0.2:4";
+  link.node = "/peer";
+  link.identity = "anna";
+  link.open = true;
+  link.sent_bytes = 1;
+  link.received_bytes = 2;
+  link.queued_bytes = 3;
+  link.unacknowledged_bytes = 4;
+  link.connects = 5;
+  link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
+                std::chrono::microseconds(1250)};
+  link.topics = {exported, imported};
+  Status status;
+  status.links = {link};
+  const auto json = Json::parse(to_json(status, {}));
+  EXPECT_EQ(json.at("links"), Json::parse(R"([{
+    "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
+    "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3, "unacknowledged_bytes": 4,
+    "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25},
+    "topics": [
+      {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
+       "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
+       "declined": "no such type"},
+      {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
+       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
+       "latency_ms": 2.5}]}])"));
+}
+
+TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {
+  Status status;
+  status.links.resize(1);
+  EXPECT_FALSE(Json::parse(to_json(status, {})).at("links").at(0).contains("clock"));
+}
+
+TEST(StatusJson, BytesThatAreNoTextDoNotThrow) {
+  Status status;
+  status.last_failure = "\xff\xfe";
+  EXPECT_EQ(Json::parse(to_json(status, {})).at("last_failure"), "\xef\xbf\xbd\xef\xbf\xbd");
+}
+
+TEST(StatusJson, TheFileIsReplacedInOneStep) {
+  const auto folder = std::filesystem::path(testing::TempDir()) / "status_json_test";
+  std::filesystem::create_directories(folder);
+  const std::string file = folder / "status.json";
+  EXPECT_EQ(write_atomically(file, "{1}"), "");
+  EXPECT_EQ(write_atomically(file, "{2}"), "");
+  std::stringstream text;
+  text << std::ifstream(file).rdbuf();
+  EXPECT_EQ(text.str(), "{2}\n");
+  EXPECT_FALSE(std::filesystem::exists(file + ".part"));
+  EXPECT_EQ(write_atomically(folder / "nowhere" / "x", "{}").find("cannot write"), 0U);
+  std::filesystem::create_directories(folder / "taken" / "x");
+  EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,89 @@
+#include "run/workers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <map>
+
+#include "core/compress/compress.hpp"
+
+namespace connect_bridge {
+namespace {
+
+const Bytes kRaw(10'000, 7);
+const Compression kHow{Codec::kZstd, 3};
+
+// Collects results until there are so many.
+struct Results {
+  std::function<void(JobDone)> taker() {
+    return [this](JobDone done) {
+      const std::lock_guard lock(mutex);
+      by_job[done.job.value] = std::move(done.result);
+      changed.notify_all();
+    };
+  }
+  bool wait_for(std::size_t count) {
+    std::unique_lock lock(mutex);
+    return changed.wait_for(lock, std::chrono::seconds(30), [&] { return by_job.size() >= count; });
+  }
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::map<std::uint32_t, std::optional<Payload>> by_job;
+};
+
+TEST(Workers, CompressAndDecompress) {
+  Results results;
+  Workers workers(2, results.taker());
+  workers.add(CompressJob{{1}, kHow, Payload::adopt(Bytes(kRaw))});
+  ASSERT_TRUE(results.wait_for(1));
+  ASSERT_TRUE(results.by_job[1]);
+  const Payload body = *results.by_job[1];
+  EXPECT_LT(body.size(), kRaw.size());
+  workers.add(DecompressJob{{2}, Codec::kZstd, static_cast<std::uint32_t>(kRaw.size()), body});
+  ASSERT_TRUE(results.wait_for(2));
+  const auto view = results.by_job[2].value().view();
+  EXPECT_EQ(Bytes(view.begin(), view.end()), kRaw);
+}
+
+TEST(Workers, WhatDoesNotShrinkOrIsMalformedHasNoResult) {
+  Results results;
+  Workers workers(2, results.taker());
+  workers.add(CompressJob{{1}, kHow, Payload::adopt({1, 2, 3})});
+  workers.add(DecompressJob{{2}, Codec::kLz4, 100, Payload::adopt({1, 2, 3})});
+  ASSERT_TRUE(results.wait_for(2));
+  EXPECT_FALSE(results.by_job[1]);
+  EXPECT_FALSE(results.by_job[2]);
+}
+
+TEST(Workers, EveryJobIsDoneOnce) {
+  Results results;
+  Workers workers(4, results.taker());
+  for (std::uint32_t job = 1; job <= 500; ++job)
+    workers.add(CompressJob{{job}, kHow, Payload::adopt(Bytes(kRaw))});
+  EXPECT_TRUE(results.wait_for(500));
+}
+
+TEST(Workers, TheEndForgetsWhatWaits) {
+  const Payload large = Payload::adopt(Bytes(1 << 20, 7));
+  std::promise<void> all_added;
+  const auto gate = all_added.get_future().share();
+  std::atomic<int> done = 0;
+  {
+    Workers workers(1, [&](const JobDone&) {
+      gate.wait();
+      ++done;
+    });
+    for (std::uint32_t job = 1; job <= 1000; ++job) workers.add(CompressJob{{job}, kHow, large});
+    all_added.set_value();
+  }
+  EXPECT_LT(done, 1000);  // the thread has ended: nothing follows
+}
+
+TEST(Workers, WithoutWorkNothingHangs) {
+  Results results;
+  const Workers workers(8, results.taker());
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,192 @@
+// The way of a sample from its subscription to the links: attributed, admitted, compressed,
+// counted.
+#include <gtest/gtest.h>
+
+#include "core/compress/compress.hpp"
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+// One link that demands /a of publisher 1 by subscription 2, treated so.
+Script demanding(const Treatment& treatment, SideOptions options = server()) {
+  auto treated = everything();
+  treated.treatment = treatment;
+  options.policy = Policy({treated});
+  return Script(std::move(options));
+}
+void begin(Script& s, const Qos& q = qos()) {
+  s.graph({topic("/a").pub(1, q)});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+}
+
+TEST(SideExportsData, WhatThePeerDoesNotTakeIsDroppedAndTold) {
+  Script s(client());
+  s.graph({topic("/a").pub(1)});
+  s.be_welcomed(1, 10);
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  s.demand(1, 1);
+  s.said(1);
+  s.did();
+  s.take(2, 1, "123456");   // 10 bytes with its encapsulation
+  s.take(2, 1, "1234567");  // 11
+  s.take(2, 1, "12345678");
+  EXPECT_EQ(s.said(1), "1.1 123456\n");
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 2U);
+  s.did();
+  EXPECT_NE(s.logged.find("a message of 11 bytes"), std::string::npos);
+  EXPECT_EQ(s.logged.find("a message of 12 bytes"), std::string::npos);  // told once
+}
+
+TEST(SideExportsData, ARateIsKept) {
+  Treatment treatment;
+  treatment.max_rate = 10;
+  auto s = demanding(treatment);
+  begin(s);
+  for (int i = 0; i < 100; ++i) {  // 100 Hz for a second
+    s.take(2, 1, "x");
+    s.said(1);
+    s.pass(10);
+  }
+  const auto status = s.status().links[0].topics[0];
+  EXPECT_GE(status.messages, 10U);
+  EXPECT_LE(status.messages, 13U);
+  EXPECT_EQ(status.dropped.of(DropReason::kRate), 100 - status.messages);
+}
+
+TEST(SideExportsData, RatesAreEachLinksOwn) {
+  Treatment treatment;
+  treatment.max_rate = 1;
+  auto s = demanding(treatment);
+  begin(s);
+  s.take(2, 1, "a");
+  s.join(2);
+  s.demand(2, 1);
+  s.take(2, 1, "b");
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+  EXPECT_EQ(s.said(2), "1.1 b\n");
+}
+
+TEST(SideExportsData, LossesBelowAreCounted) {
+  auto s = demanding({});
+  begin(s);
+  s.give(MessagesLost{{2}, 3, false});
+  s.give(MessagesLost{{2}, 5, true});
+  s.give(MessagesLost{{77}, 9, true});
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 5U);
+}
+
+TEST(SideExportsData, SamplesOfUnknownOriginsWaitForTheGraph) {
+  auto s = demanding({});
+  begin(s);
+  s.take(2, 7, "first");
+  s.take(2, 7, "second");
+  s.take(2, 1, "known");
+  EXPECT_EQ(s.did(), "refresh\n");
+  EXPECT_EQ(s.said(1), "1.1 known\n");
+  s.graph({topic("/a").pub(1).pub(7)});
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n1.2 first, 1.2 second\n");
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
+TEST(SideExportsData, UnknownOriginsThatDoNotAppearAreDropped) {
+  auto s = demanding({});
+  begin(s);
+  s.take(2, 7, "whose");
+  EXPECT_GT(s.status().memory_bytes, 0U);
+  s.pass(999);
+  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 0U);
+  s.pass(1);
+  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 1U);
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+  s.graph({topic("/a").pub(1).pub(7)});
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
+}
+
+TEST(SideExportsData, OnlySoManySamplesOfUnknownOriginsWait) {
+  auto s = demanding({});
+  begin(s, qos(1000));
+  for (int i = 0; i < 300; ++i) s.take(2, 7, "x");
+  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 44U);
+  s.demand(1, 1, false);
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
+TEST(SideExportsData, SamplesOfABridgeDoNotCross) {
+  auto s = demanding({});
+  begin(s);
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").pub(1).pub(7, {}, "bridge")});
+  s.take(2, 7, "comes from elsewhere");
+  s.pass(2000);
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kUnknownOrigin), 0U);
+}
+
+TEST(SideExportsData, WithoutAnOriginASampleIsTheOnlyPublishers) {
+  auto s = demanding({});
+  begin(s);
+  s.give(MessageTaken{{2}, Gid{}, 0, sample("whose")});
+  EXPECT_EQ(s.said(1), "1.1 whose\n");
+}
+
+TEST(SideExportsData, OneCompressionServesAllLinks) {
+  Treatment treatment;
+  treatment.compression.codec = Codec::kZstd;
+  auto options = server();
+  options.compress_job_bytes = 1000;
+  auto s = demanding(treatment, options);
+  begin(s);
+  s.join(2);
+  s.demand(2, 1);
+  s.take(2, 1, std::string(2000, 'x'));
+  s.take(2, 1, "ab");  // waits behind it
+  EXPECT_EQ(s.did(), "compress 1\n");
+  EXPECT_EQ(s.said(1), "");
+  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
+  EXPECT_EQ(s.said(1), "1.1 zstd, 1.1 ab\n");
+  EXPECT_EQ(s.said(2), "1.1 zstd, 1.1 ab\n");
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideExportsData, DemandThatEndsDuringTheJobDropsTheSample) {
+  Treatment treatment;
+  treatment.compression.codec = Codec::kLz4;
+  auto options = server();
+  options.compress_job_bytes = 1000;
+  auto s = demanding(treatment, options);
+  begin(s);
+  s.take(2, 1, std::string(2000, 'x'));
+  s.demand(1, 1, false);
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
+TEST(SideExportsData, ASlowPeerGetsTheNewest) {
+  auto s = demanding({});
+  begin(s, qos(2));
+  for (const char* text : {"a", "b", "c", "d"}) s.take(2, 1, text);
+  EXPECT_EQ(s.said(1), "1.1 c, 1.1 d\n");
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 2U);
+}
+
+TEST(SideExportsData, TheClockKeepsItsNewestOnly) {
+  Script s(server());
+  auto clock = topic("/clock").pub(1);
+  clock.type = "rosgraph_msgs/msg/Clock";
+  s.graph({clock});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "1");
+  s.take(2, 1, "2");
+  EXPECT_EQ(s.said(1), "1.1 2\n");
+  EXPECT_EQ(s.dropped(DropReason::kNewerAvailable), 1U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

@@ -1,0 +1,275 @@
+// A side's own topics: offered by right, subscribed by demand, adapted to their publishers.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(SideExports, OnlyWhatARuleAllowsIsOffered) {
+  Script s(server({rule({"/a", "/x/*"}, {})}));
+  s.graph({topic("/a").pub(1), topic("/b").pub(2), topic("/x/y").pub(3), topic("/c").sub(4)});
+  s.login(1);
+  EXPECT_EQ(s.said(1), "accepts 0 rules\n");  // nothing is offered before the peer's accepts
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(s.said(1), "offer 1/a[1] 2/x/y[1] complete\n");
+}
+
+TEST(SideExports, OnlyWhatThePeerAcceptsIsOffered) {
+  Script s(server());
+  s.graph({topic("/a").pub(1), topic("/b").pub(2), topic("/c").pub(3)});
+  s.login(1);
+  s.say(1, Accepts{{{{"/a", "/b"}, {}}}, {"/b"}});
+  EXPECT_EQ(s.said(1), "accepts 1 rules\noffer 1/a[1] complete\n");
+  s.say(1, Accepts{{{{"/b", "/c"}, {kType}}}, {}});  // later accepts replace them
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/b[1] 3/c[1]\n");
+}
+
+TEST(SideExports, DenyWins) {
+  Script s(server({rule({"/**"}, {}), rule({}, {}, {"/secret/**"})}));
+  s.graph({topic("/a").pub(1), topic("/secret/b").pub(2)});
+  s.login(1);
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(s.said(1), "accepts 0 rules\noffer 1/a[1] complete\n");
+}
+
+TEST(SideExports, RightsAreThoseOfTheIdentity) {
+  auto ops = rule({"/a"}, {});
+  ops.groups = {"ops"};
+  Script s(server({ops}));
+  s.graph({topic("/a").pub(1)});
+  s.login(1, {}, {"anna", {"ops"}, 0});
+  s.login(2, {}, {"bert", {}, 0});
+  for (const std::uint32_t c : {1U, 2U}) s.say(c, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(s.said(1), "accepts 0 rules\noffer 1/a[1] complete\n");
+  EXPECT_EQ(s.said(2), "accepts 0 rules\noffer complete\n");
+}
+
+TEST(SideExports, DemandMakesExactlyOneSubscriptionForTwoLinks) {
+  Script s(server());
+  s.graph({topic("/a").pub(1, qos(5))});
+  s.join(1);
+  s.join(2);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /a reliable volatile 100\n");
+  s.demand(2, 1);
+  s.demand(2, 1);  // repeating a demand changes nothing
+  EXPECT_EQ(s.did(), "");
+  s.take(2, 1, "hello");
+  EXPECT_EQ(s.said(1), "1.1 hello\n");
+  EXPECT_EQ(s.said(2), "1.1 hello\n");
+  s.demand(1, 1, false);
+  EXPECT_EQ(s.did(), "");
+  s.take(2, 1, "again");
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.said(2), "1.1 again\n");
+  s.demand(2, 1, false);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
+}
+
+TEST(SideExports, ALostLinkDemandsNothing) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+  s.lose(1);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+TEST(SideExports, DemandForWhatIsNotThereIsIgnored) {
+  Script s(server());
+  s.join(1);
+  s.demand(1, 77);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideExports, ASecondLinkGetsTheHistory) {
+  Script s(server());
+  s.graph({topic("/map").pub(1, latched(2)).pub(2, latched(1))});
+  s.join(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /map reliable latched 100\n");
+  s.take(2, 1, "a", 1);
+  s.take(2, 1, "b", 2);
+  s.take(2, 1, "c", 3);
+  s.said(1);
+  s.join(2);
+  s.demand(2, 1);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(2), "1.1 b, 1.1 c\n");  // as many as the publishers keep
+  EXPECT_EQ(s.said(1), "");
+  s.demand(2, 1, false);
+  s.demand(2, 1);
+  EXPECT_EQ(s.said(2), "1.1 b, 1.1 c\n");
+}
+
+TEST(SideExports, WithoutDemandNoHistoryIsKept) {
+  Script s(server());
+  s.graph({topic("/map").pub(1, latched())});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "a");
+  EXPECT_GT(s.status().memory_bytes, 0U);
+  s.demand(1, 1, false);
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
+TEST(SideExports, AVolatileTopicHasNoHistory) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "a");
+  s.join(2);
+  s.demand(2, 1);
+  EXPECT_EQ(s.said(2), "");
+}
+
+TEST(SideExports, TheSubscriptionFitsAllPublishers) {
+  Script s(server());
+  s.graph({topic("/a").pub(1, latched(1))});
+  s.join(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /a reliable latched 100\n");
+  s.graph({topic("/a").pub(1, latched(1)).pub(2, best_effort())});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /a best_effort volatile 100\n");
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
+  EXPECT_NE(s.logged.find("transient-local and volatile publishers"), std::string::npos);
+  s.graph({topic("/a").pub(1, latched(1))});
+  EXPECT_EQ(s.did(), "");  // its last samples may still be under way
+  s.pass(301);
+  EXPECT_EQ(s.did(), "unsubscribe 3\nsubscribe 4 /a reliable latched 100\n");
+  EXPECT_EQ(s.said(1), "origins 1 +[] -[2]\n");
+}
+
+TEST(SideExports, DepthAloneIsNoReasonForANewVolatileSubscription) {
+  Script s(server());
+  s.graph({topic("/a").pub(1, qos(10))});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+  s.graph({topic("/a").pub(1, qos(10)).pub(2, qos(5000))});
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideExports, ALatchedSubscriptionGrowsWithItsPublishersAndRepeatsNothing) {
+  Script s(server());
+  s.graph({topic("/map").pub(1, latched(80))});
+  s.join(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /map reliable latched 128\n");
+  s.take(2, 1, "a", 1);
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+  s.graph({topic("/map").pub(1, latched(80)).pub(2, latched(1))});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /map reliable latched 256\n");
+  s.take(2, 1, "late", 2);  // of the subscription that is gone
+  s.take(3, 1, "a", 1);     // the middleware gives the history again
+  s.take(3, 1, "b", 3);
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n1.1 b\n");
+}
+
+TEST(SideExports, AnOverrideCanAskForLessOnly) {
+  auto treated = everything();
+  treated.treatment.qos.reliability = Reliability::kBestEffort;
+  treated.treatment.qos.durability = Durability::kTransientLocal;  // which the publisher has not
+  treated.treatment.qos.depth = 300;
+  Script s(server({treated}));
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /a best_effort volatile 300\n");
+}
+
+TEST(SideExports, AFailedSubscriptionIsTriedAgainWhenPublishersChange) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+  s.give(SubscriptionFailed{{2}, "type_unknown", "no such type"});
+  s.demand(1, 1, false);
+  s.demand(1, 1);
+  s.graph({topic("/a").pub(1)});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_NE(s.logged.find("no such type"), std::string::npos);
+  s.graph({topic("/a").pub(1).pub(2)});
+  EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
+}
+
+TEST(SideExports, OriginsComeAndGoAndTheTopicWithTheLast) {
+  Script s(server());
+  s.join(1);
+  s.graph({topic("/a").pub(1)});
+  EXPECT_EQ(s.said(1), "offer 1/a[1]\n");
+  s.graph({topic("/a").pub(1).pub(2)});
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n");
+  s.graph({topic("/a").pub(2)});
+  s.pass(299);
+  EXPECT_EQ(s.said(1), "");
+  s.graph({topic("/a").pub(1).pub(2)});  // it came back before anybody noticed
+  s.pass(1000);
+  EXPECT_EQ(s.said(1), "");
+  s.graph({});
+  s.pass(300);
+  EXPECT_EQ(s.said(1), "withdraw 1\n");
+  s.graph({topic("/a").pub(1)});
+  EXPECT_EQ(s.said(1), "offer 2/a[1]\n");  // a channel number is never used again
+}
+
+TEST(SideExports, APublishersLastSamplesCross) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  s.graph({});
+  s.pass(200);
+  s.take(2, 1, "last");
+  EXPECT_EQ(s.said(1), "1.1 last\n");
+  s.pass(100);
+  EXPECT_EQ(s.said(1), "withdraw 1\n");
+}
+
+// An origin whose samples wait in a queue lingers once more, each time that it goes.
+TEST(SideExports, AnOriginLingersWhileItsSamplesWait) {
+  Script s(server());
+  s.graph({topic("/a").pub(1).pub(2)});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "waits");
+  s.graph({topic("/a").pub(2)});
+  s.pass(1000);
+  EXPECT_EQ(s.status().links[0].topics[0].origins, 2U);
+  s.graph({topic("/a").pub(1).pub(2)});  // it is back, and goes again
+  s.graph({topic("/a").pub(2)});
+  s.pass(1000);
+  EXPECT_EQ(s.status().links[0].topics[0].origins, 2U);
+  EXPECT_EQ(s.said(1), "1.1 waits\n");
+  s.pass(2500);
+  EXPECT_EQ(s.said(1), "origins 1 +[] -[1]\n");
+}
+
+TEST(SideExports, NothingOfAnotherBridgeIsExported) {
+  Script s(server());
+  s.join(1);
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").pub(1, {}, "bridge"),
+           topic("/b").pub(2)});
+  EXPECT_EQ(s.said(1), "offer 1/b[1]\n");
+}
+
+TEST(SideExports, ADeclineIsForPeople) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.say(1, Decline{{1}, "type_unknown", "package p is not installed"});
+  s.say(1, Decline{{9}, "type_unknown", "never offered"});
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.status().links[0].topics[0].declined, "package p is not installed");
+  EXPECT_NE(s.logged.find("does not import /a"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

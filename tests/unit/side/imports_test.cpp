@@ -1,0 +1,213 @@
+// The peers' topics here: one mirror per origin, demanded by local subscribers.
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+// A side that knows its graph for long (nothing waits for discovery), joined by link 1.
+struct Imports : Script {
+  explicit Imports(std::vector<Rule> rules = {everything()}, const std::vector<Topic>& topics = {})
+      : Script(server(std::move(rules))) {
+    graph(topics);
+    pass(1000);
+    join(1);
+  }
+  void offer(std::uint32_t connection, std::vector<ChannelOffer> channels, bool complete = false) {
+    say(connection, Offer{std::move(channels), complete});
+  }
+};
+
+TEST(SideImports, EveryOriginHasAMirrorWithItsQos) {
+  Imports s;
+  s.offer(1, {channel(1, "/a", {origin(1, 11, qos(5)), origin(2, 12, best_effort(7))}),
+              channel(2, "/map", {origin(1, 13, latched(0))})});
+  EXPECT_EQ(s.did(),
+            "mirror 2 /a reliable volatile 5\n"
+            "mirror 3 /a best_effort volatile 7\n"
+            "mirror 4 /map reliable latched 10\n"
+            "claim [11 12 13]\n");
+  EXPECT_EQ(s.said(1), "");  // nobody subscribes
+}
+
+TEST(SideImports, ALocalSubscriberMakesTheDemand) {
+  Imports s;
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  s.graph({topic("/a").sub(1)});
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.did();
+  s.message(1, 1, 1, "hello");
+  EXPECT_EQ(s.did(), "publish 2 hello\n");
+  s.graph({});
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  EXPECT_EQ(s.did(), "");  // the mirror stays
+  s.message(1, 1, 1, "was under way");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+}
+
+TEST(SideImports, DiscoveryIsAwaitedAfterAStart) {
+  Script s(server());
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  EXPECT_EQ(s.did(), "");  // no mirror before the first picture of the graph
+  s.graph({topic("/a").sub(1)});
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
+  s.pass(499);
+  EXPECT_EQ(s.said(1), "");
+  s.pass(1);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
+TEST(SideImports, OriginsComeAndGo) {
+  Imports s;
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  s.did();
+  s.say(1, OriginsChanged{{1}, {origin(2, 12), origin(1, 99)}, {}});  // number 1 exists already
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11 12]\n");
+  s.say(1, OriginsChanged{{1}, {}, {{1}, {77}}});
+  EXPECT_EQ(s.did(), "");  // the middleware may still deliver its last samples
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim [12]\n");
+  s.say(1, Withdraw{{{1}}});
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 3\nclaim []\n");
+}
+
+TEST(SideImports, WhatNoRuleAllowsIsDeclined) {
+  Imports s({rule({}, {"/a", "/x/**"}, {"/x/y"})});
+  s.offer(1, {channel(1, "/a", {origin(1, 11)}), channel(2, "/b", {origin(1, 12)}),
+              channel(3, "/x/y", {origin(1, 13)}), channel(4, "x", {origin(1, 14)})});
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
+  EXPECT_EQ(s.said(1),
+            "decline 2 not_permitted\ndecline 3 not_permitted\ndecline 4 not_permitted\n");
+  s.message(1, 2, 1, "in spite of it");
+  s.say(1, OriginsChanged{{2}, {origin(2, 15)}, {}});  // they still come
+  s.say(1, Withdraw{{{2}}});
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideImports, KindsOfLaterVersionsAreDeclined) {
+  Imports s;
+  const std::string text =
+      R"({"type":"offer","channels":[{"channel":1,"kind":"service","name":"/add"},)"
+      R"({"channel":2,"kind":"hologram","name":"/h"}]})";
+  s.give(PacketReceived{{1}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
+  EXPECT_EQ(s.said(1), "decline 1 unsupported\ndecline 2 unsupported\n");
+  EXPECT_EQ(s.did(), "");
+}
+
+// docs/protocol.md, the table of section "States" and of section 6.
+TEST(SideImports, WhatDoesNotFitEndsTheLink) {
+  using Input = std::function<void(Imports&)>;
+  const struct {
+    const char* what;
+    Input input;
+    const char* code;
+  } rows[] = {
+      {"a number in use", [](Imports& s) { s.offer(1, {channel(1, "/b", {})}); }, "4009"},
+      {"a number twice",
+       [](Imports& s) {
+         s.offer(1, {channel(2, "/b", {}), channel(2, "/c", {})});
+       },
+       "4009"},
+      {"origins of nothing",
+       [](Imports& s) {
+         s.say(1, OriginsChanged{{9}, {}, {}});
+       },
+       "4010"},
+      {"withdraw of nothing", [](Imports& s) { s.say(1, Withdraw{{{9}}}); }, "4010"},
+      {"data of nothing", [](Imports& s) { s.message(1, 9, 1, "x"); }, "4010"},
+      {"data after withdraw",
+       [](Imports& s) {
+         s.say(1, Withdraw{{{1}}});
+         s.message(1, 1, 1, "x");
+       },
+       "4010"},
+  };
+  for (const auto& row : rows) {
+    SCOPED_TRACE(row.what);
+    Imports s;
+    s.offer(1, {channel(1, "/a", {})});
+    s.did();
+    row.input(s);
+    EXPECT_EQ(s.did(), std::string("close 1 ") + row.code + "\n");
+    EXPECT_FALSE(s.status().links[0].open);
+    s.message(1, 1, 1, "ignored from now on");
+    EXPECT_EQ(s.did(), "");
+  }
+}
+
+TEST(SideImports, ChannelsHaveALimit) {
+  auto options = server();
+  options.channels_max = 2;
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {}), channel(2, "/b", {})}, true});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Offer{{channel(3, "/c", {})}, false});
+  EXPECT_EQ(s.did(), "close 1 4006\n");
+}
+
+TEST(SideImports, MirrorsHaveALimit) {
+  auto options = server();
+  options.mirrors_max = 1;
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11), origin(2, 12)})}, true});
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
+  EXPECT_NE(s.logged.find("no more mirrors than 1"), std::string::npos);
+}
+
+TEST(SideImports, ALocalOriginIsNotMirrored) {
+  Imports s({everything()}, {topic("/a").pub(11).sub(1)});
+  s.said(1);
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(1), "");
+  s.graph({topic("/a").sub(1)});  // it has just ended here, and is offered for a moment longer
+  s.pass(100);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideImports, AMirrorGoesWhenItsOriginAppearsHere) {
+  Imports s({everything()}, {topic("/a").sub(1)});
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.graph({topic("/a").pub(11).sub(1)});
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.said(1), "offer 1/a[1]\ndemand 1 off\n");
+}
+
+TEST(SideImports, AFailedMirrorIsDeclinedAndTriedWithItsOriginAgain) {
+  Imports s({everything()}, {topic("/a").sub(1)});
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  s.said(1);
+  s.did();
+  s.give(MirrorFailed{{2}, "type_unknown", "no such type"});
+  EXPECT_EQ(s.did(), "claim []\n");
+  EXPECT_EQ(s.said(1), "decline 1 type_unknown\ndemand 1 off\n");
+  s.graph({topic("/a").sub(1).sub(2)});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [12]\n");
+}
+
+TEST(SideImports, WhatASubscriberCannotGetIsToldOnce) {
+  Imports s({everything()}, {topic("/a").sub(1, latched())});
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  s.graph({topic("/a").sub(1, latched()).sub(2, latched())});
+  s.did();
+  const auto first = s.logged.find("/a: the durability that /n1 requests");
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(s.logged.find("the durability", first + 10), std::string::npos);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

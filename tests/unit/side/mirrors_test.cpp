@@ -1,0 +1,233 @@
+// How long mirrors live: losses, returns, two links with one origin, other bridges.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+// Link 1 has offered /map of publisher 11, demanded by a local subscriber through mirror 2.
+struct Mirrors : Script {
+  explicit Mirrors(const Qos& q = latched(), SideOptions options = server())
+      : Script(std::move(options)) {
+    graph({topic("/map").sub(1)});
+    pass(1000);
+    session = join(1);
+    say(1, Offer{{channel(1, "/map", {origin(1, 11, q)})}, true});
+    EXPECT_EQ(said(1), "demand 1 on\n");
+    did();
+  }
+  Token128 session;
+};
+
+TEST(SideMirrors, StayForDeadAfterWhenTheLinkIsLost) {
+  Mirrors s;
+  s.lose(1);
+  EXPECT_EQ(s.did(), "");
+  s.pass(2999);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.status().links.size(), 1U);
+  s.pass(1);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.status().links.size(), 0U);
+}
+
+TEST(SideMirrors, AreUsedAgainAfterAReconnectWithoutDuplicates) {
+  Mirrors s;
+  s.message(1, 1, 1, "a", 10);
+  s.message(1, 1, 1, "b", 20);
+  EXPECT_EQ(s.did(), "publish 2 a\npublish 2 b\n");
+  s.lose(1);
+  s.pass(2000);
+  EXPECT_EQ(s.join(2, s.session), s.session);
+  s.pass(2000);  // it is open again: nothing ends
+  EXPECT_EQ(s.did(), "");
+  s.say(2, Offer{{channel(5, "/map", {origin(3, 11, latched())})}, true});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(2), "demand 5 on\n");
+  s.message(2, 5, 3, "b", 20);  // the exporter's history
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kDuplicate), 1U);
+  s.message(2, 5, 3, "c", 30);
+  EXPECT_EQ(s.did(), "publish 2 c\n");
+  EXPECT_EQ(s.status().links.at(0).connects, 2U);
+}
+
+TEST(SideMirrors, WhatIsNotOfferedAgainGoesWhenTheRoundIsComplete) {
+  Mirrors s;
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});
+  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\nclaim [11 12]\n");
+  s.lose(1);
+  s.join(2, s.session);
+  s.say(2, Offer{{channel(1, "/map", {origin(1, 12)})}, false});
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "");
+  s.say(2, Offer{{}, true});
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim [12]\n");
+}
+
+TEST(SideMirrors, APeerThatNeverCompletesItsRoundHasHalfAMinute) {
+  Mirrors s;
+  s.lose(1);
+  s.join(2, s.session);
+  s.pass(29'999);
+  EXPECT_EQ(s.did(), "");
+  s.pass(201);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+}
+
+TEST(SideMirrors, ANewSessionHasMirrorsOfTheOldOneUntilItIsDead) {
+  Mirrors s;
+  s.lose(1);
+  s.pass(1000);
+  EXPECT_NE(s.join(2), s.session);  // the client has forgotten its session
+  s.say(2, Offer{{channel(1, "/map", {origin(1, 11, latched())})}, true});
+  EXPECT_EQ(s.said(2), "demand 1 on\n");  // it feeds the mirror that is there
+  s.pass(3000);
+  EXPECT_EQ(s.did(), "");
+  s.message(2, 1, 1, "a");
+  EXPECT_EQ(s.did(), "publish 2 a\n");
+}
+
+TEST(SideMirrors, OfAnotherIdentitysSessionNothingIsContinued) {
+  auto options = server();
+  Script s(options);
+  const auto session = s.login(1, {}, {"anna", {}, 0});
+  s.lose(1);
+  EXPECT_NE(s.login(2, session, {"bert", {}, 0}), session);
+  EXPECT_EQ(s.login(3, session, {"anna", {}, 0}), session);
+}
+
+TEST(SideMirrors, ASilentLinkIsDeadAtOnceAndItsMirrorsToo) {
+  Mirrors s;
+  s.fall_silent(1);
+  s.pass(2999);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "close 1 4008\nunmirror 2\nclaim []\n");
+}
+
+TEST(SideMirrors, AClientThatSaysGoodbyeTakesItsMirrorsWithIt) {
+  Mirrors s;
+  s.lose(1, 1001);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+}
+
+TEST(SideMirrors, AServerThatSaysGoodbyeIsMostlyRestarted) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.did();
+  s.lose(1, 1001);
+  s.pass(2999);
+  EXPECT_EQ(s.did().find("unmirror"), std::string::npos);
+  s.pass(2);
+  EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
+}
+
+TEST(SideMirrors, TwoLinksWithOneOriginHaveOneMirror) {
+  Mirrors s(qos());
+  s.join(2);
+  s.say(2, Offer{{channel(7, "/map", {origin(1, 11)})}, true});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(2), "");  // it stands by
+  s.message(1, 1, 1, "a", 10);
+  EXPECT_EQ(s.did(), "publish 2 a\n");
+  s.lose(1);
+  EXPECT_EQ(s.said(2), "demand 7 on\n");
+  s.message(2, 7, 1, "a", 10);  // it is behind the first
+  s.message(2, 7, 1, "b", 20);
+  EXPECT_EQ(s.did(), "publish 2 b\n");
+  s.pass(3000);  // link 1 is dead; link 2 is not
+  EXPECT_EQ(s.did(), "");
+  s.say(2, Withdraw{{{7}}});
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+}
+
+TEST(SideMirrors, WhoTakesOverADemandedChannelIsAskedForTheLastSamples) {
+  Mirrors s;
+  s.join(2);
+  // Link 2 is first with publisher 12, and so its channel is demanded already.
+  s.say(2, Offer{{channel(7, "/map", {origin(1, 12, latched()), origin(2, 11, latched())})}, true});
+  EXPECT_EQ(s.said(2), "demand 7 on\n");
+  s.lose(1);
+  EXPECT_EQ(s.said(2), "demand 7 off\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(2), "demand 7 on\n");
+}
+
+TEST(SideMirrors, LikewiseWhenTheFirstWithdraws) {
+  Mirrors s;
+  s.join(2);
+  s.say(2, Offer{{channel(7, "/map", {origin(1, 12, latched()), origin(2, 11, latched())})}, true});
+  EXPECT_EQ(s.said(2), "demand 7 on\n");
+  s.say(1, Withdraw{{{1}}});
+  EXPECT_EQ(s.said(2), "demand 7 off\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(2), "demand 7 on\n");
+}
+
+TEST(SideMirrors, AnotherBridgesClaimIsRespected) {
+  Mirrors s;
+  s.claim(9, 0, {gid(11)});  // the smallest side id
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
+  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});  // of this one it says nothing
+  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\nclaim [12]\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.graph({topic("/map").sub(1)});  // the other bridge is gone
+  EXPECT_EQ(s.did(), "mirror 4 /map reliable latched 1\nclaim [11 12]\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");  // so that the last samples come again
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
+TEST(SideMirrors, AClaimOfALargerSideIdIsNot) {
+  Mirrors s;
+  s.claim(9, 255, {gid(11)});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(SideMirrors, BesideAnotherBridgeANewMirrorWaitsForItsClaim) {
+  Mirrors s;
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
+  s.say(1, Offer{{channel(2, "/map", {})}, false});
+  s.say(1, Offer{{channel(3, "/b", {origin(1, 13)})}, false});
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1), topic("/b").sub(1)});
+  s.did();
+  s.pass(249);
+  EXPECT_EQ(s.said(1), "");
+  s.pass(1);
+  EXPECT_EQ(s.said(1), "demand 3 on\n");
+}
+
+TEST(SideMirrors, BothEndsInOneGraphMirrorNothing) {
+  Mirrors s;
+  s.claim(9, Script::peer_id(1).bytes[0], {});  // link 1's peer is in our own graph
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+}
+
+TEST(SideMirrors, AtTheLimitALostLinkGivesWay) {
+  auto options = server();
+  options.links_max = 1;
+  Mirrors s(latched(), options);
+  s.give(ConnectionOpened{{2}, "10.0.0.2"});
+  s.binary(2, encode(Hello{1, 1, Script::peer_id(2), {}, "/peer"}));
+  s.binary(2, encode(Login{"none", {}}));
+  s.give(Authenticated{{2}, Identity{}, ""});
+  EXPECT_EQ(s.did(), "authenticate 2 none\nclose 2 4012\n");
+  s.lose(1);
+  s.login(3);
+  EXPECT_EQ(s.did(), "authenticate 3 none\nunmirror 2\ngate 3\nclaim []\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

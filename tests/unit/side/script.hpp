@@ -1,0 +1,176 @@
+// One side as a script: inputs in, what it does and what it says to its peers out.
+#pragma once
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/side/side.hpp"
+#include "core/wire/login.hpp"
+#include "unit/side/words.hpp"
+
+namespace connect_bridge::side_test {
+
+inline SideOptions server(std::vector<Rule> rules = {everything()}) {
+  SideOptions result;
+  result.node = "/own";
+  result.policy = Policy(std::move(rules));
+  return result;
+}
+inline SideOptions client(std::vector<Rule> rules = {everything()}) {
+  SideOptions result = server(std::move(rules));
+  result.role = Role::kClient;
+  return result;
+}
+
+// Time is in milliseconds and begins at 0. Every input but time is handled at the present moment;
+// peers that are on the line give a sign of life whenever time passes, unless they are silent.
+class Script {
+ public:
+  explicit Script(SideOptions options) : side(std::move(options), 1) {}
+
+  // ---- inputs
+  void give(Input input) { side.handle(std::move(input), flow_test::now_ms(at)); }
+  void graph(const std::vector<Topic>& topics) {
+    GraphChanged picture;
+    for (const auto& t : topics) picture.topics.push_back(t);
+    give(picture);
+  }
+  // A sample of publisher n; its stamp is `stamp_ms`, or the present.
+  void take(std::uint32_t subscription, std::uint8_t n, const std::string& text,
+            std::int64_t stamp_ms = -1) {
+    give(MessageTaken{
+        {subscription}, gid(n), flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms), sample(text)});
+  }
+  void claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins) {
+    Token128 token;
+    token.bytes.fill(side_id);
+    give(MessageTaken{{1}, gid(publisher), 0, serialize(Claim{token, std::move(origins)}, 0)});
+  }
+  void binary(std::uint32_t connection, const Bytes& packet) {
+    give(PacketReceived{{connection}, false, Payload::copy_of(packet)});
+  }
+  void say(std::uint32_t connection, const Control& control) {
+    const std::string text = encode(control);
+    give(PacketReceived{{connection}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
+  }
+  void demand(std::uint32_t connection, std::uint32_t channel, bool on = true) {
+    say(connection, Demand{{{channel}}, on});
+  }
+  // A message on a channel; sequences are counted here.
+  void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
+               const std::string& text, std::int64_t stamp_ms = -1) {
+    const Payload body = sample(text);
+    MessageFrame frame;
+    frame.channel = {channel};
+    frame.origin = {origin};
+    frame.sequence = ++sequence_;
+    frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
+    frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
+    frame.part = body.view();
+    Bytes bytes;
+    append_header(frame, bytes);
+    bytes.insert(bytes.end(), body.view().begin(), body.view().end());
+    binary(connection, bytes);
+  }
+  void lose(std::uint32_t connection, std::optional<std::uint16_t> code = {}) {
+    living_.erase(connection);
+    give(ConnectionClosed{{connection}, code, "lost"});
+  }
+  void fall_silent(std::uint32_t connection) { living_.erase(connection); }
+  // Up to this moment, with an input at every deadline.
+  void pass_to(std::int64_t ms) {
+    while (at < ms) {
+      for (const auto connection : living_) binary(connection, {});
+      const std::int64_t step = std::min(at + 500, ms);
+      for (auto next = side.next_deadline(); next && *next <= flow_test::now_ms(step).steady;
+           next = side.next_deadline()) {
+        using std::chrono::milliseconds;
+        at = std::max(at, std::chrono::ceil<milliseconds>(*next - TimePoint{}).count());
+        give(TimePassed{});
+      }
+      at = step;
+    }
+  }
+  void pass(std::int64_t ms) { pass_to(at + ms); }
+
+  // ---- whole logins; what is said during them is not kept
+  // Server: connection and login; returns the session. Side ids of peers are 100 + connection.
+  Token128 login(std::uint32_t connection, Token128 session = {}, const Identity& who = {}) {
+    give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection)});
+    binary(connection, encode(Hello{1, 1, peer_id(connection), session, "/peer"}));
+    binary(connection, encode(Login{"none", {}}));
+    give(Authenticated{{connection}, who, ""});
+    return welcomed(connection);
+  }
+  // Client: the dial that is under way succeeds.
+  void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0) {
+    give(ConnectionOpened{{connection}, "10.0.0.1"});
+    while (side.next_packet({connection}, flow_test::now_ms(at))) {
+    }
+    Welcome welcome;
+    welcome.side = peer_id(100);
+    welcome.session = peer_id(77);
+    welcome.message_bytes_max = message_bytes_max;
+    binary(connection, encode(welcome));
+    living_.insert(connection);
+  }
+  // Login, and the peer accepts everything. What follows is the beginning of the test.
+  Token128 join(std::uint32_t connection, Token128 session = {}) {
+    session = login(connection, session);
+    say(connection, Accepts{{{{"/**"}, {}}}, {}});
+    did();
+    said(connection);
+    return session;
+  }
+
+  // ---- results
+  // What was done since the last call, one word per line; logs are kept apart.
+  std::string did() {
+    std::string lines;
+    while (const auto action = side.next_action()) {
+      if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
+      const std::string word = word_of(*action);
+      if (!word.empty()) lines += word + "\n";
+    }
+    return lines;
+  }
+  // What is said to a peer now, one packet per line; packets of acks and time frames are left out.
+  std::string said(std::uint32_t connection) {
+    std::string lines;
+    while (const auto packet = side.next_packet({connection}, flow_test::now_ms(at))) {
+      const std::string line = line_of(*packet);
+      if (!line.empty()) lines += line + "\n";
+    }
+    return lines;
+  }
+  [[nodiscard]] Status status() const { return side.status(flow_test::now_ms(at)); }
+  // How many messages of the only topic of the first link were dropped for this reason.
+  [[nodiscard]] std::uint64_t dropped(DropReason reason, std::size_t link = 0) const {
+    return status().links.at(link).topics.at(0).dropped.of(reason);
+  }
+  static Token128 peer_id(std::uint32_t n) {
+    Token128 result;
+    result.bytes.fill(static_cast<std::uint8_t>(100 + n));
+    return result;
+  }
+
+  Side side;
+  std::int64_t at = 0;
+  std::string logged;
+
+ private:
+  Token128 welcomed(std::uint32_t connection) {
+    const auto packet = side.next_packet({connection}, flow_test::now_ms(at));
+    if (!packet) return {};
+    const auto welcome = decode_welcome(flow_test::joined(*packet));
+    living_.insert(connection);
+    return welcome ? welcome.value().session : Token128{};
+  }
+
+  std::set<std::uint32_t> living_;
+  std::uint32_t sequence_ = 0;
+};
+
+}  // namespace connect_bridge::side_test

@@ -1,0 +1,322 @@
+// A side as a whole: dialing, logins, changed rules, the clock, the end.
+#include "core/side/side.hpp"
+
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(Side, BeginsWithItsClaimAndAClientDials) {
+  Script s(client());
+  EXPECT_EQ(s.did(), std::string("mirror 1 ") + kClaimsTopic + " reliable latched 1\nsubscribe 1 " +
+                         kClaimsTopic + " reliable latched 100\n");
+  EXPECT_EQ(s.side.next_deadline(), TimePoint{});
+  s.give(TimePassed{});
+  EXPECT_EQ(s.did(), "claim []\ndial 1\n");
+  EXPECT_FALSE(s.side.next_deadline());
+}
+
+TEST(Side, AServerDoesNotDial) {
+  Script s(server());
+  s.give(TimePassed{});
+  s.pass(10'000);
+  EXPECT_EQ(s.did().find("dial"), std::string::npos);
+}
+
+TEST(Side, AFailedDialIsTriedAgain) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.did();
+  s.give(DialFailed{{1}, "refused"});
+  s.pass(99);
+  EXPECT_EQ(s.did(), "");
+  s.pass(101);
+  EXPECT_EQ(s.did(), "dial 2\n");
+  s.give(DialFailed{{1}, "an old one"});
+  s.pass(10'000);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.status().last_failure, "refused");
+}
+
+TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
+  Script s(client());
+  s.give(TimePassed{});
+  for (std::uint32_t dial = 1; dial < 1000; ++dial) {
+    EXPECT_NE(s.did().find("dial " + std::to_string(dial) + "\n"), std::string::npos);
+    s.give(DialFailed{{dial}, "refused"});
+    s.pass(1500);
+  }
+}
+
+TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.give(ConnectionOpened{{1}, "10.0.0.1"});
+  s.did();
+  s.lose(1, 4003);
+  s.pass(4999);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "dial 2\n");
+}
+
+TEST(Side, AClientPresentsItsSession) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.be_welcomed(1);
+  EXPECT_EQ(s.said(1), "accepts 1 rules\n");
+  s.lose(1);
+  s.pass(200);
+  s.give(ConnectionOpened{{2}, "10.0.0.1"});
+  const auto hello = decode_hello(flow_test::joined(*s.side.next_packet({2}, {})));
+  ASSERT_TRUE(hello);
+  EXPECT_EQ(hello.value().session, Script::peer_id(77));
+}
+
+TEST(Side, ALinkThatEndsAtOnceIsDialedSlowerAndSlower) {
+  Script s(client());
+  s.give(TimePassed{});
+  std::int64_t waited = 0;
+  for (std::uint32_t dial = 1; dial <= 5; ++dial) {
+    s.be_welcomed(dial);
+    s.did();
+    s.lose(dial);
+    for (waited = 0; waited < 2000 && s.did().find("dial") == std::string::npos; ++waited)
+      s.pass(1);
+  }
+  EXPECT_GE(waited, 750);
+  s.be_welcomed(6);
+  s.pass(5000);  // this one lived
+  s.did();
+  s.lose(6);
+  s.pass(200);
+  EXPECT_EQ(s.did(), "dial 7\n");
+}
+
+TEST(Side, AServerAsksForTheLoginAndOpensTheGate) {
+  Script s(server());
+  s.give(TimePassed{});
+  s.did();
+  s.give(ConnectionOpened{{4}, "10.0.0.4"});
+  s.binary(4, encode(Hello{1, 1, Script::peer_id(4), {}, "/peer"}));
+  s.binary(4, encode(Login{"token", {1, 2}}));
+  EXPECT_EQ(s.did(), "authenticate 4 token\n");
+  s.give(Authenticated{{4}, Identity{"anna", {}, 0}, ""});
+  EXPECT_EQ(s.did(), "gate 4\n");
+  const auto status = s.status();
+  EXPECT_EQ(status.links.at(0).identity, "anna");
+  EXPECT_EQ(status.links.at(0).peer, "10.0.0.4");
+  EXPECT_TRUE(status.links.at(0).open);
+}
+
+TEST(Side, ARefusedOrExpiredLoginIsClosedWithTheSameWords) {
+  Script s(server());
+  s.give(TimePassed{});
+  s.did();
+  std::vector<Authenticated> answers(2);
+  answers[0] = {{1}, std::nullopt, "unknown token"};
+  answers[1] = {{2}, Identity{"anna", {}, flow_test::at_ms(0)}, ""};
+  for (const auto& answer : answers) {
+    s.give(ConnectionOpened{answer.connection, "10.0.0.4"});
+    s.binary(answer.connection.value, encode(Hello{1, 1, Script::peer_id(4), {}, "/peer"}));
+    s.binary(answer.connection.value, encode(Login{"token", {}}));
+    s.side.next_action();
+    s.give(answer);
+    while (const auto action = s.side.next_action()) {
+      if (const auto* close = std::get_if<CloseConnection>(&*action)) {
+        EXPECT_EQ(close->code, CloseCode::kLoginRefused);
+        EXPECT_EQ(close->reason, "login refused");
+      }
+    }
+  }
+  EXPECT_TRUE(s.status().links.empty());
+}
+
+TEST(Side, AnIdentityThatExpiresEndsTheLink) {
+  Script s(server());
+  s.login(1, {}, {"anna", {}, flow_test::at_ms(5000)});
+  s.did();
+  s.pass(4000);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1500);  // seen with the next deadline of the link
+  EXPECT_EQ(s.did(), "close 1 4013\n");
+}
+
+TEST(Side, ASlowLoginIsClosed) {
+  Script s(server());
+  s.give(ConnectionOpened{{1}, "10.0.0.4"});
+  s.did();
+  s.pass(4999);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "close 1 4004\n");
+}
+
+TEST(Side, ConnectionsWithoutLoginHaveALimit) {
+  Script s(server());
+  for (std::uint32_t c = 1; c <= 256; ++c) s.give(ConnectionOpened{{c}, "10.0.0.4"});
+  s.did();
+  s.give(ConnectionOpened{{257}, "10.0.0.4"});
+  EXPECT_EQ(s.did(), "close 257 4012\n");
+  s.lose(1);
+  s.give(ConnectionOpened{{258}, "10.0.0.4"});
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(Side, ANewerConnectionOfASessionReplacesTheOlder) {
+  Script s(server());
+  const auto session = s.join(1);
+  EXPECT_EQ(s.login(2, session), session);
+  EXPECT_EQ(s.did(), "authenticate 2 none\nclose 1 4005\ngate 2\n");
+  EXPECT_EQ(s.status().links.size(), 1U);
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(Side, ChangedRulesWithdrawAndOffer) {
+  Script s(server({rule({"/a", "/b"}, {})}));
+  s.graph({topic("/a").pub(1), topic("/b").pub(2), topic("/c").pub(3)});
+  s.join(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.did(), "subscribe 2 /a reliable volatile 100\n");
+  s.take(2, 1, "discarded");
+  s.give(PolicyChanged{Policy({rule({"/b", "/c"}, {"/x"})})});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\noffer 3/c[1]\n");
+}
+
+TEST(Side, AnotherTreatmentIsAnotherChannel) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  auto urgent = everything();
+  urgent.treatment.priority = Priority::kUrgent;
+  s.give(PolicyChanged{Policy({urgent})});
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\noffer 2/a[1]\n");
+  s.give(PolicyChanged{Policy({urgent})});
+  EXPECT_EQ(s.said(1), "accepts 1 rules\n");
+}
+
+TEST(Side, ChangedRulesDeclineWhatIsImported) {
+  Script s(server());
+  s.graph({topic("/a").sub(1)});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.did();
+  s.give(PolicyChanged{Policy({rule({"/**"}, {})})});
+  EXPECT_EQ(s.said(1), "accepts 0 rules\ndecline 1 not_permitted\ndemand 1 off\n");
+  s.message(1, 1, 1, "was under way");
+  s.pass(200);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+}
+
+TEST(Side, ChangedRulesRenewMirrorsOfAnotherQos) {
+  Script s(server());
+  s.graph({topic("/a").sub(1)});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.did();
+  s.said(1);
+  auto deep = everything();
+  deep.treatment.qos.depth = 50;
+  s.give(PolicyChanged{Policy({deep})});
+  EXPECT_EQ(s.did(), "unmirror 2\nmirror 3 /a reliable volatile 50\nclaim [11]\n");
+  EXPECT_EQ(s.said(1), "accepts 1 rules\ndemand 1 off\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
+TEST(Side, ThePeersClockIsPublishedWhereTheRuleSaysSo) {
+  auto options = client();
+  options.clock_publish_period = std::chrono::milliseconds(10);
+  options.names = NameMap("/robot", {});
+  Script s(options);
+  s.give(TimePassed{});
+  s.did();
+  s.be_welcomed(1);
+  EXPECT_EQ(s.did(), "gate 1\nmirror 2 /robot/clock best_effort volatile 1\n");
+  s.lose(1, 4008);
+  s.pass(2900);
+  EXPECT_EQ(s.did().find("unmirror"), std::string::npos);
+  s.pass(200);
+  EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
+}
+
+TEST(Side, StopsOnceAndForAll) {
+  Script s(server());
+  s.graph({topic("/a").pub(1), topic("/b").sub(2)});
+  s.pass(1000);
+  s.join(1);
+  s.demand(1, 1);
+  s.say(1, Offer{{channel(1, "/b", {origin(1, 11)})}, true});
+  s.give(ConnectionOpened{{2}, "10.0.0.2"});
+  s.did();
+  s.give(StopRequested{});
+  EXPECT_EQ(s.did(), "close 2 1001\nclose 1 1001\nunsubscribe 2\nunmirror 2\nstopped\n");
+  s.give(StopRequested{});
+  s.graph({});
+  s.give(ConnectionOpened{{3}, "10.0.0.3"});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_FALSE(s.side.next_deadline());
+}
+
+TEST(Side, AClientThatStopsDialsNoMore) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.be_welcomed(1);
+  s.did();
+  s.give(StopRequested{});
+  EXPECT_EQ(s.did(), "close 1 1001\nstopped\n");
+  s.lose(1);
+  s.pass(10'000);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(Side, InputsOfNobodyAreBorne) {
+  Script s(server());
+  s.give(TimePassed{});
+  s.did();
+  s.give(PacketReceived{{9}, false, {}});
+  s.give(ConnectionClosed{{9}, {}, ""});
+  s.give(DialFailed{{9}, ""});
+  s.give(Authenticated{{9}, Identity{}, ""});
+  s.give(JobDone{{9}, {}});
+  s.give(MessageTaken{{9}, {}, 0, {}});
+  s.give(MessageTaken{{1}, {}, 0, sample("no claim")});
+  s.give(MessagesLost{{9}, 1, false});
+  s.give(SubscriptionFailed{{9}, "", ""});
+  s.give(MirrorFailed{{9}, "", ""});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(9), "");
+}
+
+TEST(Side, AnIncompatiblePairIsToldOnce) {
+  Script s(server());
+  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability", true});
+  s.did();
+  EXPECT_EQ(s.logged,
+            "/a: a subscriber here requests an incompatible durability; they exchange nothing\n");
+}
+
+TEST(Side, TheSameSeedAndInputsGiveTheSameActions) {
+  std::string did[2];
+  for (auto& words : did) {
+    Script s(client());
+    s.give(TimePassed{});
+    for (std::uint32_t dial = 1; dial < 20; ++dial) {
+      words += s.did();
+      s.give(DialFailed{{dial}, "refused"});
+      words += std::to_string((*s.side.next_deadline() - TimePoint{}).count()) + "\n";
+      s.pass(1500);
+    }
+  }
+  EXPECT_NE(did[0].find("dial 19\n"), std::string::npos);
+  EXPECT_EQ(did[0], did[1]);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

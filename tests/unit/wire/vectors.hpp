@@ -1,0 +1,42 @@
+// The golden bytes of tests/vectors, shared with everybody who writes a peer.
+#pragma once
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge {
+
+inline nlohmann::json read_vectors(const std::string& name) {
+  std::ifstream file(std::string{CONNECT_SOURCE_DIR} + "/tests/vectors/" + name);
+  return nlohmann::json::parse(file);
+}
+
+// Spaces are skipped.
+inline Bytes from_hex(std::string_view hex) {
+  Bytes bytes;
+  std::string digits;
+  for (const char c : hex) {
+    if (c == ' ') continue;
+    digits += c;
+    if (digits.size() == 2) {
+      bytes.push_back(static_cast<std::uint8_t>(std::stoi(digits, nullptr, 16)));
+      digits.clear();
+    }
+  }
+  return bytes;
+}
+
+inline std::string to_hex(ByteView bytes) {
+  std::string hex;
+  for (const auto byte : bytes) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
+
+}  // namespace connect_bridge

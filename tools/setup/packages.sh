@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Installs the system packages of the build, the tests and the ROS prefix, on Debian 12, Ubuntu 22.04 and 24.04.
+# A stamp makes the second run a no-op. CONNECT_SKIP_PACKAGES=1 leaves the system alone.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+stamp=$root/.ros2/stamp-packages
+. "$root/tools/setup/common.sh"
+
+packages=(
+  make cmake ninja-build ccache g++ patchelf                    # build
+  clang clang-format libclang-rt-14-dev                         # second compiler, sanitizers, libFuzzer, format
+  libboost-dev libssl-dev nlohmann-json3-dev libfmt-dev         # the programs
+  liblz4-dev libzstd-dev libyaml-cpp-dev libcli11-dev
+  libgtest-dev libgmock-dev                                     # tests
+  python3-venv python3-dev                                      # the prefix and the type support of its messages
+)
+if ! ros_is_sourced; then
+  packages+=(ament-cmake colcon python3-colcon-ros python3-colcon-bash)           # a ROS distribution brings its own
+fi
+
+# Ubuntu 24.04 has clang 18 only, and Ubuntu names the colcon package otherwise than Debian.
+available() { apt-cache show "$1" >/dev/null 2>&1; }
+other_name() {
+  case $1 in
+    libclang-rt-14-dev) echo "libclang-rt-18-dev libclang-rt-dev" ;;
+    colcon) echo "python3-colcon-common-extensions" ;;
+  esac
+}
+
+[ "${CONNECT_SKIP_PACKAGES:-0}" = 1 ] && exit 0
+stamp_is_fresh "$stamp" "${packages[*]}" && exit 0
+
+missing() {
+  for p in "${packages[@]}"; do
+    dpkg-query -W -f '${db:Status-Abbrev}' "$p" 2>/dev/null | grep -q '^ii' || printf '%s\n' "$p"
+  done
+}
+
+mapfile -t wanted < <(missing)
+if [ "${#wanted[@]}" -gt 0 ]; then
+  sudo=
+  [ "$(id -u)" = 0 ] || sudo=sudo
+  say "system packages to install: ${wanted[*]}"
+  $sudo apt-get update -qq
+  chosen=()
+  for p in "${wanted[@]}"; do
+    if available "$p"; then chosen+=("$p"); continue; fi
+    found=
+    for q in $(other_name "$p"); do available "$q" && { found=$q; break; }; done
+    [ -n "$found" ] || die "the package '$p' does not exist here; this works on Debian 12, Ubuntu 22.04 and 24.04"
+    chosen+=("$found")
+  done
+  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${chosen[@]}" \
+    </dev/null >"$root/.ros2/log-packages" 2>&1 || { tail -n 30 "$root/.ros2/log-packages" >&2; die "apt-get failed"; }
+fi
+stamp_write "$stamp" "${packages[*]}"
