@@ -117,6 +117,8 @@ class Host : public Party {
   void act(const CreateSubscription& action);
   void act(const DestroySubscription& action);
   void act(const CreateMirror& action);
+  template <class ServiceAction>
+  void act(const ServiceAction&) {}  // the simulated graphs have no services yet
   void act(const DestroyMirror& action);
   void act(const Publish& action);
   void act(const RefreshGraph& action);

@@ -21,7 +21,12 @@ using SubscriptionId = Id<struct SubscriptionTag>;  // a subscription held by an
 using MirrorId = Id<struct MirrorTag>;              // a publisher held by an importer
 using ChannelId = Id<struct ChannelTag>;            // chosen by the exporter, unique on one link
 using OriginId = Id<struct OriginTag>;              // chosen by the exporter, unique in one channel
-using JobId = Id<struct JobTag>;                    // a piece of work given to a worker
+using ServiceMirrorId = Id<struct ServiceMirrorTag>;  // a service server held by an importer
+using ServiceClientId = Id<struct ServiceClientTag>;  // a service client held by an exporter
+using RequestId = Id<struct RequestTag>;              // a request taken at a service mirror
+using InvocationId = Id<struct InvocationTag>;        // a request handed to a real service
+using CallId = Id<struct CallTag>;  // chosen by the importer, rising on one channel
+using JobId = Id<struct JobTag>;    // a piece of work given to a worker
 
 // The graph's own id of an endpoint (rmw_gid_t, 24 bytes at most, padded with zeros).
 struct Gid {

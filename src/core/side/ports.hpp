@@ -33,9 +33,23 @@ struct TopicState {
   std::vector<Endpoint> subscribers;
 };
 
-// The whole graph, without the endpoints this process made itself. Hidden topics are included.
+// A service server; its gid is all zero where the middleware does not tell it.
+struct Server {
+  Gid gid;
+  std::string node_namespace;
+  std::string node_name;
+};
+
+struct ServiceState {
+  std::string name;  // fully qualified
+  std::string type;  // "std_srvs/srv/SetBool"; a service seen with two types appears twice
+  std::vector<Server> servers;  // at least one
+};
+
+// The whole graph, without the endpoints this process made itself. Hidden names are included.
 struct GraphChanged {
   std::vector<TopicState> topics;
+  std::vector<ServiceState> services = {};  // with a server; clients alone make none
 };
 
 // One serialized sample taken from a subscription (CDR with its 4-byte encapsulation header).
@@ -69,6 +83,47 @@ struct QosIncompatible {
   std::string topic;
   std::string policy;
   bool at_mirror = false;  // at a mirror (publisher), else at a subscription
+};
+
+// A request came to a service mirror. Every request ends by SendResponse or DropRequest.
+struct RequestTaken {
+  ServiceMirrorId mirror;
+  RequestId request;  // chosen by the gateway, never 0, not used again while the mirror lives
+  Payload payload;    // serialized request
+};
+// The callers of these requests have left the graph: nobody waits for an answer.
+struct CallersGone {
+  ServiceMirrorId mirror;
+  std::vector<RequestId> requests;
+};
+// Whether requests of this client reach a real server now. First sent when there is one.
+struct ServiceReady {
+  ServiceClientId client;
+  bool ready = false;
+  std::string type_hash;  // of the installed service type, empty where the distribution has none
+};
+// The first answer to an invocation; later ones of other servers are swallowed by the gateway.
+struct ResponseTaken {
+  ServiceClientId client;
+  InvocationId invocation;
+  Payload payload;
+};
+// The request could not be sent (its bytes are no such request, the middleware refused).
+struct InvocationFailed {
+  ServiceClientId client;
+  InvocationId invocation;
+  std::string reason;
+};
+// Creating the entity failed; it does not exist. `code` as in wire Decline.
+struct ServiceMirrorFailed {
+  ServiceMirrorId mirror;
+  std::string code;
+  std::string reason;
+};
+struct ServiceClientFailed {
+  ServiceClientId client;
+  std::string code;
+  std::string reason;
 };
 
 // ---- network, login, workers -> core
@@ -124,8 +179,10 @@ struct TimePassed {};
 
 using Input =
     std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
-                 QosIncompatible, ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
-                 Authenticated, JobDone, PolicyChanged, StopRequested, TimePassed>;
+                 QosIncompatible, RequestTaken, CallersGone, ServiceReady, ResponseTaken,
+                 InvocationFailed, ServiceMirrorFailed, ServiceClientFailed, ConnectionOpened,
+                 DialFailed, PacketReceived, ConnectionClosed, Authenticated, JobDone,
+                 PolicyChanged, StopRequested, TimePassed>;
 
 // ---- core -> ROS
 // ---------------------------------------------------------------------------------------
@@ -145,7 +202,8 @@ struct CreateMirror {
   std::string topic;
   std::string type;
   std::string type_hash;
-  Qos qos;  // depth is always given
+  Qos qos;                // depth is always given
+  std::string node = {};  // the proxy node that shall own it ("/talker"); empty: our own node
 };
 struct DestroyMirror {
   MirrorId id;
@@ -153,6 +211,43 @@ struct DestroyMirror {
 struct Publish {
   MirrorId mirror;
   Payload payload;
+};
+struct CreateServiceMirror {
+  ServiceMirrorId id;
+  std::string service;
+  std::string type;
+  std::string type_hash;  // must be that of the installed type, if both are known
+  std::string node = {};  // as in CreateMirror
+};
+struct DestroyServiceMirror {
+  ServiceMirrorId id;  // its requests without an answer are forgotten
+};
+struct SendResponse {
+  ServiceMirrorId mirror;
+  RequestId request;
+  Payload payload;
+};
+struct DropRequest {
+  ServiceMirrorId mirror;
+  RequestId request;
+};
+struct CreateServiceClient {
+  ServiceClientId id;
+  std::string service;
+  std::string type;
+};
+struct DestroyServiceClient {
+  ServiceClientId id;  // no ResponseTaken follows
+};
+struct SendRequest {
+  ServiceClientId client;
+  InvocationId invocation;  // chosen by the core
+  Payload payload;
+};
+// No answer is wanted any longer.
+struct DropInvocation {
+  ServiceClientId client;
+  InvocationId invocation;
 };
 // Ask for a fresh GraphChanged (a sample came from a publisher not seen yet).
 struct RefreshGraph {};
@@ -207,7 +302,9 @@ struct Log {
 struct Stopped {};
 
 using Action = std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror,
-                            Publish, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
-                            CompressJob, DecompressJob, Log, Stopped>;
+                            Publish, CreateServiceMirror, DestroyServiceMirror, SendResponse,
+                            DropRequest, CreateServiceClient, DestroyServiceClient, SendRequest,
+                            DropInvocation, RefreshGraph, Dial, OpenGate, CloseConnection,
+                            Authenticate, CompressJob, DecompressJob, Log, Stopped>;
 
 }  // namespace connect_bridge

@@ -199,6 +199,9 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
             exports.on_decline(entry, m);
             return Nothing{};
           },
+          [&](auto&) -> Result<Nothing> {  // of services: nothing is offered, so nothing is meant
+            return Error{CloseCode::kIllegal, "a message about a service that was never offered"};
+          },
       },
       control);
 }

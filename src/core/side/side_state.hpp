@@ -24,6 +24,8 @@ struct Side::State {
   void on(SubscriptionFailed& input, const Now& now);
   void on(MirrorFailed& input, const Now& now);
   void on(QosIncompatible& input, const Now& now);
+  template <class ServiceInput>
+  void on(ServiceInput&, const Now&) {}  // services are not forwarded yet
   void on(ConnectionOpened& input, const Now& now);
   void on(DialFailed& input, const Now& now);
   void on(PacketReceived& input, const Now& now);

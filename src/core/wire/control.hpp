@@ -25,8 +25,9 @@ inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one wi
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns or types in one list
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
-inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's code, [a-z0-9_]
-inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's sentence
+inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one refuse or forget
+inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's or refuse's code
+inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's or refuse's sentence
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol, known to the peer only. Decline it with "unsupported".
@@ -40,15 +41,21 @@ struct OriginOffer {
   Qos qos;
 };
 
+// An action is offered as its parts: three services and two topics with hidden names, each a
+// channel of its own (docs/protocol.md section "Services and actions").
 struct ChannelOffer {
   ChannelId channel;
-  InterfaceKind kind = InterfaceKind::kTopic;
-  std::string name;       // canonical, absolute
-  std::string type;       // "std_msgs/msg/String"
-  std::string type_hash;  // "RIHS01_..." (REP-2016), or empty where the distribution has none
+  InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
+  std::string name;                            // canonical, absolute
+  std::string type;                            // "std_msgs/msg/String", "std_srvs/srv/SetBool"
+  std::string type_hash;    // topic: "RIHS01_..." (REP-2016), empty where there is none
+  std::string action_type;  // part of an action: "example_interfaces/action/Fibonacci"
   Priority priority = Priority::kNormal;
-  bool newest_only = false;  // the importer, too, keeps only the newest (for /clock)
-  std::vector<OriginOffer> origins;
+  bool newest_only = false;          // the importer, too, keeps only the newest (for /clock)
+  std::vector<OriginOffer> origins;  // topic
+  std::string node;         // service: fully qualified name of the node that serves it, or empty
+  std::uint32_t epoch = 0;  // service: the exporter's memory of this service's calls; a new number
+                            // means that it remembers none
 };
 
 // "offer": these channels exist now. `complete` is true on the last offer of the first round.
@@ -74,8 +81,11 @@ struct Demand {
 // "accepts": what this side would import, so that the peer offers nothing in vain. One entry per
 // rule.
 struct AcceptedNames {
-  std::vector<std::string> topics;  // patterns
-  std::vector<std::string> types;   // empty: any
+  std::vector<std::string> topics;           // patterns
+  std::vector<std::string> types;            // empty: any
+  std::vector<std::string> services = {};    // patterns
+  std::vector<std::string> actions = {};     // patterns
+  std::vector<std::string> parameters = {};  // patterns of node names
 };
 struct Accepts {
   std::vector<AcceptedNames> rules;
@@ -90,7 +100,33 @@ struct Decline {
   std::string reason;  // one sentence
 };
 
-using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline>;
+// "attach": the importer would make a mirror of this service; its requests come on the channel
+// `requests` of its own numbers.
+struct Attach {
+  ChannelId channel;
+  ChannelId requests;
+};
+// "attached": the real service can be called; the mirror may exist now.
+struct Attached {
+  ChannelId channel;
+  CallId seen;            // the last call of this epoch whose request arrived, or none
+  std::string type_hash;  // of the service type, as type_hash in an offer
+};
+// "refuse": the exporter will not answer these calls.
+struct Refuse {
+  ChannelId channel;
+  std::vector<CallId> calls;
+  std::string code;    // "limit", "timeout", "failed", "lost"
+  std::string reason;  // one sentence
+};
+// "forget": the importer wants no answer to these calls any longer.
+struct Forget {
+  ChannelId channel;
+  std::vector<CallId> calls;
+};
+
+using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
+                             Attached, Refuse, Forget>;
 
 // The caller keeps to the limits above; encode_offers() does so for many channels.
 std::string encode(const Control& message);

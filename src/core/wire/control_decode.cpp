@@ -227,10 +227,19 @@ ChannelOffer read_channel(Reader& reader, const Json& json) {
   channel.channel.value = reader.id(json, "channel");
   channel.kind = read_kind(reader, json);
   channel.name = reader.string(json, "name", kNameBytesMax);
-  if (channel.kind != InterfaceKind::kTopic) return channel;  // is declined: the rest is not read
+  const bool service = channel.kind == InterfaceKind::kService;
+  if (channel.kind != InterfaceKind::kTopic && !service) {
+    return channel;  // is declined: the rest is not read
+  }
   channel.type = reader.string(json, "type", kNameBytesMax);
-  channel.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
+  channel.action_type = reader.optional_string(json, "action_type", kNameBytesMax);
   channel.priority = reader.word(json, "priority", kPriorityWords, channel.priority);
+  if (service) {
+    channel.node = reader.optional_string(json, "node", kNameBytesMax);
+    channel.epoch = reader.id(json, "epoch");
+    return channel;
+  }
+  channel.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
   channel.newest_only = reader.flag(json, "newest_only", true);
   channel.origins = read_origins(reader, json, "origins");
   return channel;
@@ -249,8 +258,10 @@ std::vector<IdType> read_ids(Reader& reader, const Json& json, const char* key,
   return ids;
 }
 
-std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key) {
+std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key,
+                                      bool optional = false) {
   std::vector<std::string> strings;
+  if (optional && reader.find(json, key, true) == nullptr) return strings;
   const Json* list = reader.array(json, key, kPatternsMax);
   if (list == nullptr) return strings;
   for (const Json& entry : *list) {
@@ -300,6 +311,9 @@ Accepts read_accepts(Reader& reader, const Json& json) {
     const Json& object = reader.object(entry, "rules");
     AcceptedNames names;
     names.topics = read_strings(reader, object, "topics");
+    names.services = read_strings(reader, object, "services", true);
+    names.actions = read_strings(reader, object, "actions", true);
+    names.parameters = read_strings(reader, object, "parameters", true);
     names.types = read_strings(reader, object, "types");
     if (reader.failed()) break;
     accepts.rules.push_back(std::move(names));
@@ -307,18 +321,48 @@ Accepts read_accepts(Reader& reader, const Json& json) {
   return accepts;
 }
 
-Decline read_decline(Reader& reader, const Json& json) {
+std::string read_code(Reader& reader, const Json& json) {
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
   };
-  Decline decline;
-  decline.channel.value = reader.id(json, "channel");
-  decline.code = reader.string(json, "code", kCodeBytesMax);
-  if (decline.code.empty() || !std::all_of(decline.code.begin(), decline.code.end(), allowed)) {
+  std::string code = reader.string(json, "code", kCodeBytesMax);
+  if (code.empty() || !std::all_of(code.begin(), code.end(), allowed)) {
     reader.fail("code", "is no word of [a-z0-9_]");
   }
+  return code;
+}
+
+Decline read_decline(Reader& reader, const Json& json) {
+  Decline decline;
+  decline.channel.value = reader.id(json, "channel");
+  decline.code = read_code(reader, json);
   decline.reason = reader.optional_string(json, "reason", kReasonBytesMax);
   return decline;
+}
+
+Attach read_attach(Reader& reader, const Json& json) {
+  return {{reader.id(json, "channel")}, {reader.id(json, "requests")}};
+}
+
+Attached read_attached(Reader& reader, const Json& json) {
+  Attached attached;
+  attached.channel.value = reader.id(json, "channel");
+  attached.seen.value = reader.optional_number(json, "seen");
+  attached.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
+  return attached;
+}
+
+Refuse read_refuse(Reader& reader, const Json& json) {
+  Refuse refuse;
+  refuse.channel.value = reader.id(json, "channel");
+  refuse.calls = read_ids<CallId>(reader, json, "calls", kCallIdsMax);
+  refuse.code = read_code(reader, json);
+  refuse.reason = reader.optional_string(json, "reason", kReasonBytesMax);
+  return refuse;
+}
+
+Forget read_forget(Reader& reader, const Json& json) {
+  return {{reader.id(json, "channel")}, read_ids<CallId>(reader, json, "calls", kCallIdsMax)};
 }
 
 std::optional<Control> read(Reader& reader, const Json& json, std::string_view type) {
@@ -328,6 +372,10 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
   if (type == "demand") return read_demand(reader, json);
   if (type == "accepts") return read_accepts(reader, json);
   if (type == "decline") return read_decline(reader, json);
+  if (type == "attach") return read_attach(reader, json);
+  if (type == "attached") return read_attached(reader, json);
+  if (type == "refuse") return read_refuse(reader, json);
+  if (type == "forget") return read_forget(reader, json);
   return std::nullopt;
 }
 

@@ -67,6 +67,13 @@ Json json_of(const ChannelOffer& channel) {
   json["kind"] = word_of(kKindWords, channel.kind);
   json["name"] = channel.name;
   json["type"] = channel.type;
+  if (!channel.action_type.empty()) json["action_type"] = channel.action_type;
+  if (channel.kind == InterfaceKind::kService) {
+    json["priority"] = word_of(kPriorityWords, channel.priority);
+    json["node"] = to_text(channel.node, kNameBytesMax);
+    json["epoch"] = channel.epoch;
+    return json;
+  }
   json["type_hash"] = channel.type_hash;
   json["priority"] = word_of(kPriorityWords, channel.priority);
   json["newest_only"] = channel.newest_only;
@@ -105,6 +112,9 @@ void put(const Accepts& message, Json& json) {
   for (const auto& rule : message.rules) {
     Json entry;
     entry["topics"] = rule.topics;
+    if (!rule.services.empty()) entry["services"] = rule.services;
+    if (!rule.actions.empty()) entry["actions"] = rule.actions;
+    if (!rule.parameters.empty()) entry["parameters"] = rule.parameters;
     entry["types"] = rule.types;
     rules.push_back(std::move(entry));
   }
@@ -116,6 +126,33 @@ void put(const Decline& message, Json& json) {
   json["channel"] = message.channel.value;
   json["code"] = message.code;
   json["reason"] = to_text(message.reason, kReasonBytesMax);
+}
+
+void put(const Attach& message, Json& json) {
+  json["type"] = "attach";
+  json["channel"] = message.channel.value;
+  json["requests"] = message.requests.value;
+}
+
+void put(const Attached& message, Json& json) {
+  json["type"] = "attached";
+  json["channel"] = message.channel.value;
+  json["seen"] = message.seen.value;
+  json["type_hash"] = to_text(message.type_hash, kNameBytesMax);
+}
+
+void put(const Refuse& message, Json& json) {
+  json["type"] = "refuse";
+  json["channel"] = message.channel.value;
+  json["calls"] = json_of(message.calls);
+  json["code"] = message.code;
+  json["reason"] = to_text(message.reason, kReasonBytesMax);
+}
+
+void put(const Forget& message, Json& json) {
+  json["type"] = "forget";
+  json["channel"] = message.channel.value;
+  json["calls"] = json_of(message.calls);
 }
 
 // Bytes that are no UTF-8 are replaced: dumping must not throw over what a graph contains.

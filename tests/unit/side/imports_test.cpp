@@ -93,7 +93,7 @@ TEST(SideImports, WhatNoRuleAllowsIsDeclined) {
 TEST(SideImports, KindsOfLaterVersionsAreDeclined) {
   Imports s;
   const std::string text =
-      R"({"type":"offer","channels":[{"channel":1,"kind":"service","name":"/add"},)"
+      R"({"type":"offer","channels":[{"channel":1,"kind":"action","name":"/add"},)"
       R"({"channel":2,"kind":"hologram","name":"/h"}]})";
   s.give(PacketReceived{{1}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
   EXPECT_EQ(s.said(1), "decline 1 unsupported\ndecline 2 unsupported\n");

@@ -67,6 +67,28 @@ inline std::string word_of(const Action& action) {
             return "claim [" + list_of(claim->origins, [](const Gid& g) { return g.bytes[0]; }) +
                    "]";
           },
+          [&](const CreateServiceMirror& a) {
+            return "mirror_service " + id(a.id) + " " + a.service;
+          },
+          [&](const DestroyServiceMirror& a) { return "unmirror_service " + id(a.id); },
+          [&](const SendResponse& a) {
+            return "respond " + id(a.mirror) + "." + id(a.request) + " " +
+                   text_of(a.payload.view());
+          },
+          [&](const DropRequest& a) {
+            return "drop_request " + id(a.mirror) + "." + id(a.request);
+          },
+          [&](const CreateServiceClient& a) {
+            return "call_service " + id(a.id) + " " + a.service;
+          },
+          [&](const DestroyServiceClient& a) { return "uncall_service " + id(a.id); },
+          [&](const SendRequest& a) {
+            return "invoke " + id(a.client) + "." + id(a.invocation) + " " +
+                   text_of(a.payload.view());
+          },
+          [&](const DropInvocation& a) {
+            return "drop_invocation " + id(a.client) + "." + id(a.invocation);
+          },
           [&](const RefreshGraph&) -> std::string { return "refresh"; },
           [&](const Dial& a) { return "dial " + id(a.connection); },
           [&](const OpenGate& a) { return "gate " + id(a.connection); },
@@ -107,6 +129,20 @@ inline std::string word_of(const Control& control) {
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Decline& m) {
             return "decline " + std::to_string(m.channel.value) + " " + m.code;
+          },
+          [&](const Attach& m) {
+            return "attach " + std::to_string(m.channel.value) + " " +
+                   std::to_string(m.requests.value);
+          },
+          [&](const Attached& m) {
+            return "attached " + std::to_string(m.channel.value) + " seen " +
+                   std::to_string(m.seen.value);
+          },
+          [&](const Refuse& m) {
+            return "refuse " + std::to_string(m.channel.value) + " " + ids(m.calls) + " " + m.code;
+          },
+          [&](const Forget& m) {
+            return "forget " + std::to_string(m.channel.value) + " " + ids(m.calls);
           },
       },
       control);
