@@ -18,61 +18,70 @@ bool applies_to(const Rule& rule, const Identity& who) {
                      [&](const std::string& group) { return contains(rule.groups, group); });
 }
 
-// Null: no rule can open this kind (one that a later minor version knows).
-const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, InterfaceKind kind) {
+// Null: nothing opens it.
+const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, OpenedBy by) {
   const bool exported = direction == Direction::kExport;
-  if (kind == InterfaceKind::kTopic) return exported ? &rule.export_topics : &rule.import_topics;
-  if (kind == InterfaceKind::kService) {
-    return exported ? &rule.export_services : &rule.import_services;
+  switch (by) {
+    case OpenedBy::kTopics: return exported ? &rule.export_topics : &rule.import_topics;
+    case OpenedBy::kServices: return exported ? &rule.export_services : &rule.import_services;
+    case OpenedBy::kActions: return exported ? &rule.export_actions : &rule.import_actions;
+    case OpenedBy::kParameters: return &rule.parameters;
+    case OpenedBy::kNothing: break;
   }
-  if (kind == InterfaceKind::kAction) return exported ? &rule.export_actions : &rule.import_actions;
   return nullptr;
 }
 
-bool type_allowed(const std::vector<std::string>& types, std::string_view type) {
-  return types.empty() || contains(types, type);
-}
-
-// An action's hidden services and topics are opened by the action's name alone.
-bool is_part_of_action(std::string_view name) {
-  constexpr std::string_view kToken = "/_action";
-  for (auto at = name.find(kToken); at != std::string_view::npos; at = name.find(kToken, at + 1)) {
-    const auto end = at + kToken.size();
-    if (end == name.size() || name[end] == '/') return true;
+const std::vector<std::string>* patterns_of(const AcceptedNames& rule, OpenedBy by) {
+  switch (by) {
+    case OpenedBy::kTopics: return &rule.topics;
+    case OpenedBy::kServices: return &rule.services;
+    case OpenedBy::kActions: return &rule.actions;
+    case OpenedBy::kParameters: return &rule.parameters;
+    case OpenedBy::kNothing: break;
   }
-  return false;
+  return nullptr;
 }
 
-// Parameters are opened by a rule's `parameters` alone: "/**" among the services must not hand out
-// every node's configuration.
-bool is_parameter_interface(InterfaceKind kind, std::string_view name) {
-  constexpr std::array<std::string_view, 6> kServices = {
-      "get_parameters",      "get_parameter_types", "set_parameters", "set_parameters_atomically",
-      "describe_parameters", "list_parameters"};
-  if (kind == InterfaceKind::kTopic) return name == "/parameter_events";
-  if (kind != InterfaceKind::kService) return false;
-  const auto last = name.substr(name.rfind('/') + 1);
-  return std::find(kServices.begin(), kServices.end(), last) != kServices.end();
+// `types` does not narrow parameters: a node has no type.
+bool type_allowed(const std::vector<std::string>& types, const Opening& opening) {
+  return types.empty() || opening.by == OpenedBy::kParameters || contains(types, opening.type);
+}
+
+// Everything below the action goes with it: a deny of one part leaves no usable action.
+template <class Covers>
+bool action_denied(std::string_view action, Covers&& covers) {
+  return covers(action) ||
+         std::any_of(kActionParts.begin(), kActionParts.end(),
+                     [&](ActionPart part) { return covers(name_of_part(action, part)); });
+}
+
+// Whether a deny pattern speaks of this interface. `covers` says it of one name. Of a node's
+// parameters single services can be denied, "/**/set_parameters" for example.
+template <class Covers>
+bool denied(const Interface& what, const Opening& opening, Covers&& covers) {
+  if (opening.by == OpenedBy::kActions) return action_denied(opening.name, covers);
+  return covers(opening.name) ||
+         (opening.by == OpenedBy::kParameters && covers(std::string_view{what.name}));
 }
 
 }  // namespace
 
-std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
-                                       std::string_view name, std::string_view type,
+std::optional<Decision> Policy::decide(Direction direction, const Interface& what,
                                        const Identity& who) const {
-  if (!is_canonical_name(name) || is_part_of_action(name)) return std::nullopt;
-  if (is_parameter_interface(kind, name)) return std::nullopt;
+  const auto opening = opening_of(what);
+  if (opening.by == OpenedBy::kNothing) return std::nullopt;
   const Rule* first = nullptr;
   for (const auto& rule : rules_) {
     if (!applies_to(rule, who)) continue;
-    for (const auto& pattern : rule.deny) {
-      if (pattern.covers(name)) return std::nullopt;
-    }
-    if (first != nullptr || !type_allowed(rule.types, type)) continue;
-    const auto* allowed = patterns_of(rule, direction, kind);
-    if (allowed == nullptr) return std::nullopt;
-    if (std::any_of(allowed->begin(), allowed->end(),
-                    [&](const Pattern& pattern) { return pattern.matches(name); })) {
+    const auto covered = [&rule](std::string_view name) {
+      return std::any_of(rule.deny.begin(), rule.deny.end(),
+                         [&](const Pattern& pattern) { return pattern.covers(name); });
+    };
+    if (denied(what, opening, covered)) return std::nullopt;
+    if (first != nullptr || !type_allowed(rule.types, opening)) continue;
+    const auto& allowed = *patterns_of(rule, direction, opening.by);
+    if (std::any_of(allowed.begin(), allowed.end(),
+                    [&](const Pattern& pattern) { return pattern.matches(opening.name); })) {
       first = &rule;
     }
   }
@@ -80,68 +89,69 @@ std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
   return Decision{first->name, first->treatment};
 }
 
+std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
+                                       std::string_view name, std::string_view type,
+                                       const Identity& who) const {
+  if (kind != InterfaceKind::kAction) return decide(direction, {kind, name, type}, who);
+  return decide(direction,
+                {InterfaceKind::kService, name_of_part(name, ActionPart::kCancelGoal),
+                 type_of_part(type, ActionPart::kCancelGoal), type},
+                who);
+}
+
+std::optional<Decision> Policy::decide_parameter_events(const Identity& who) const {
+  const Rule* first = nullptr;
+  for (const auto& rule : rules_) {
+    if (!applies_to(rule, who)) continue;
+    for (const auto& pattern : rule.deny) {
+      if (pattern.covers(kParameterEvents)) return std::nullopt;
+    }
+    if (first == nullptr && !rule.parameters.empty()) first = &rule;
+  }
+  if (first == nullptr) return std::nullopt;
+  return Decision{first->name, first->treatment};
+}
+
 Accepts Policy::accepts(const Identity& who) const {
+  const auto texts = [](const std::vector<Pattern>& patterns) {
+    std::vector<std::string> result;
+    for (const auto& pattern : patterns) result.push_back(pattern.text());
+    return result;
+  };
   Accepts result;
   for (const auto& rule : rules_) {
     if (!applies_to(rule, who)) continue;
     for (const auto& pattern : rule.deny) result.deny.push_back(pattern.text());
-    if (rule.import_topics.empty()) continue;
     AcceptedNames names;
+    names.topics = texts(rule.import_topics);
+    names.services = texts(rule.import_services);
+    names.actions = texts(rule.import_actions);
+    names.parameters = texts(rule.parameters);
+    if (names.topics.empty() && names.services.empty() && names.actions.empty() &&
+        names.parameters.empty()) {
+      continue;
+    }
     names.types = rule.types;
-    for (const auto& pattern : rule.import_topics) names.topics.push_back(pattern.text());
     result.rules.push_back(std::move(names));
   }
   return result;
 }
 
-bool accepted_by(const Accepts& accepts, std::string_view name, std::string_view type) {
-  if (!is_canonical_name(name) || is_part_of_action(name)) return false;
-  if (is_parameter_interface(InterfaceKind::kTopic, name)) return false;
+bool accepted_by(const Accepts& accepts, const Interface& what) {
+  const auto opening = opening_of(what);
+  if (opening.by == OpenedBy::kNothing) return false;
   const bool allowed =
       std::any_of(accepts.rules.begin(), accepts.rules.end(), [&](const AcceptedNames& rule) {
-        return type_allowed(rule.types, type) &&
-               std::any_of(rule.topics.begin(), rule.topics.end(),
-                           [&](const auto& pattern) { return pattern_matches(pattern, name); });
+        const auto& patterns = *patterns_of(rule, opening.by);
+        return type_allowed(rule.types, opening) &&
+               std::any_of(patterns.begin(), patterns.end(), [&](const auto& pattern) {
+                 return pattern_matches(pattern, opening.name);
+               });
       });
-  return allowed &&
-         std::none_of(accepts.deny.begin(), accepts.deny.end(),
-                      [&](const auto& pattern) { return pattern_covers(pattern, name); });
-}
-
-Priority default_priority(std::string_view name, std::string_view type) {
-  constexpr std::array<std::string_view, 3> kHigh = {
-      "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState", "sensor_msgs/msg/MultiDOFJointState"};
-  constexpr std::array<std::string_view, 25> kBulk = {
-      "sensor_msgs/msg/Image",
-      "sensor_msgs/msg/CompressedImage",
-      "sensor_msgs/msg/PointCloud",
-      "sensor_msgs/msg/PointCloud2",
-      "sensor_msgs/msg/MultiEchoLaserScan",
-      "stereo_msgs/msg/DisparityImage",
-      "nav_msgs/msg/OccupancyGrid",
-      "nav_msgs/msg/GridCells",
-      "map_msgs/msg/OccupancyGridUpdate",
-      "map_msgs/msg/PointCloud2Update",
-      "map_msgs/msg/ProjectedMap",
-      "nav2_msgs/msg/Costmap",
-      "nav2_msgs/msg/CostmapUpdate",
-      "nav2_msgs/msg/VoxelGrid",
-      "visualization_msgs/msg/MarkerArray",
-      "visualization_msgs/msg/InteractiveMarkerInit",
-      "shape_msgs/msg/Mesh",
-      "octomap_msgs/msg/Octomap",
-      "octomap_msgs/msg/OctomapWithPose",
-      "grid_map_msgs/msg/GridMap",
-      "theora_image_transport/msg/Packet",
-      "ffmpeg_image_transport_msgs/msg/FFMPEGPacket",
-      "foxglove_msgs/msg/CompressedVideo",
-      "velodyne_msgs/msg/VelodyneScan",
-      "moveit_msgs/msg/PlanningScene"};
-  if (name == "/clock" || type == "rosgraph_msgs/msg/Clock") return Priority::kUrgent;
-  if (name == "/tf" || name == "/tf_static") return Priority::kHigh;
-  if (std::find(kHigh.begin(), kHigh.end(), type) != kHigh.end()) return Priority::kHigh;
-  if (std::find(kBulk.begin(), kBulk.end(), type) != kBulk.end()) return Priority::kBulk;
-  return Priority::kNormal;
+  return allowed && !denied(what, opening, [&](std::string_view name) {
+           return std::any_of(accepts.deny.begin(), accepts.deny.end(),
+                              [&](const auto& pattern) { return pattern_covers(pattern, name); });
+         });
 }
 
 NameMap::NameMap(std::string prefix, std::vector<Pair> remap)

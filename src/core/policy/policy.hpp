@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/policy/interface.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/wire/control.hpp"
@@ -49,15 +50,23 @@ class Policy {
   Policy() = default;  // allows nothing
   explicit Policy(std::vector<Rule> rules) : rules_(std::move(rules)) {}
 
-  // The decision of the first rule that allows `name` of `type` in `direction` for `who`, unless a
-  // deny pattern of any rule that applies to `who` covers it. Hidden names (a token starting with
-  // '_') are allowed only by a pattern that spells that token out. Never allowed: names with a
-  // token
-  // "_action" (an action is one interface), the six parameter services and /parameter_events (they
-  // belong to `parameters`), names that are not canonical.
+  // The decision of the first rule that opens this interface in `direction` for `who`, unless a
+  // deny pattern of any rule that applies to `who` covers it. For every concrete channel: topics,
+  // services, parts of actions (opened by the patterns for actions alone, with the action's name
+  // and type), parameter services and origins of /parameter_events (opened by `parameters` alone,
+  // both directions alike, with the node's name, whatever `types` says). Hidden names (a token
+  // starting with '_') are allowed only by a pattern that spells that token out. A deny covers an
+  // action by its name or that of any part; a node's parameters by the node's name or that of a
+  // single service.
+  [[nodiscard]] std::optional<Decision> decide(Direction direction, const Interface& what,
+                                               const Identity& who) const;
+  // The same for a topic, a service or (kAction, with its own name and type) a whole action.
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
                                                const Identity& who) const;
+  // Whether /parameter_events is carried at all, and how it is treated: as the first rule says that
+  // opens the parameters of some node. Which origins it carries says decide() of each.
+  [[nodiscard]] std::optional<Decision> decide_parameter_events(const Identity& who) const;
 
   // What a peer with this identity may offer us (Accepts of the wire).
   [[nodiscard]] Accepts accepts(const Identity& who) const;
@@ -68,13 +77,8 @@ class Policy {
   std::vector<Rule> rules_;
 };
 
-// Whether a peer that announced `accepts` would take a topic of this name and type.
-[[nodiscard]] bool accepted_by(const Accepts& accepts, std::string_view name,
-                               std::string_view type);
-
-// /clock is urgent; /tf, /tf_static and joint states are high; images, point clouds, maps and other
-// large standard types are bulk; everything else is normal.
-[[nodiscard]] Priority default_priority(std::string_view name, std::string_view type);
+// Whether a peer that announced `accepts` would take this channel (or origin of /parameter_events).
+[[nodiscard]] bool accepted_by(const Accepts& accepts, const Interface& what);
 
 // Names at this side against names on the wire: `prefix` ("/robot1" or empty) is put before every
 // wire name, unless an exact `remap` pair (wire name, local name) wins. Both directions use the

@@ -45,6 +45,8 @@ struct Treatment {
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
   std::uint64_t queue_bytes_max = 1 << 20;  // a channel's queue; one message always fits
   QosOverride qos;
+  std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
+  Duration call_timeout = kForever;  // then a call is given up, except for an action's result
   bool operator==(const Treatment&) const = default;
 };
 

@@ -182,7 +182,8 @@ std::optional<Decision> Exports::permission(const LinkEntry& link,
   if (!wire_name) return std::nullopt;
   auto decision =
       policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, type, link.identity);
-  if (!decision || !accepted_by(*link.accepts, *wire_name, type)) return std::nullopt;
+  if (!decision || !accepted_by(*link.accepts, {InterfaceKind::kTopic, *wire_name, type}))
+    return std::nullopt;
   return decision;
 }
 

@@ -1,0 +1,107 @@
+// What a channel carries, and which rule key opens it: an ordinary topic or service, a part of an
+// action, or the parameters of a node. Pure functions of names and types.
+// docs/protocol.md section "Services and actions".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/base/priority.hpp"
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+
+// One channel as an offer or the graph describes it.
+struct Interface {
+  InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
+  std::string_view name;                       // on the wire
+  std::string_view type;
+  // A part of an action: the action's type, as the offer tells it or as found in the graph
+  // (action_type_in()). May be empty where the part's own type tells it.
+  std::string_view action_type = {};
+  // An origin of /parameter_events: the name of its node, on the wire. Without one it is not
+  // opened: the topic has origins of many nodes, and each is decided on its own.
+  std::string_view node = {};
+};
+
+// ---- actions
+// -------------------------------------------------------------------------------------
+
+// The services (first) and topics that an action consists of.
+enum class ActionPart : std::uint8_t { kSendGoal, kCancelGoal, kGetResult, kFeedback, kStatus };
+inline constexpr std::array<ActionPart, 5> kActionParts = {
+    ActionPart::kSendGoal, ActionPart::kCancelGoal, ActionPart::kGetResult, ActionPart::kFeedback,
+    ActionPart::kStatus};
+
+struct PartOfAction {
+  std::string_view action;  // "/navigate_to_pose", a piece of the part's name
+  ActionPart part = ActionPart::kSendGoal;
+  // "nav2_msgs/action/NavigateToPose", a piece of the part's type; empty for kCancelGoal and
+  // kStatus, whose types are those of every action.
+  std::string_view action_type = {};
+};
+
+// nullopt: no part of an action. The kind must be the part's own and its type one that the part can
+// have: a topic named "/a/_action/send_goal" is none.
+[[nodiscard]] std::optional<PartOfAction> part_of_action(InterfaceKind kind, std::string_view name,
+                                                         std::string_view type);
+
+[[nodiscard]] InterfaceKind kind_of(ActionPart part);
+// "/fib", kSendGoal -> "/fib/_action/send_goal"
+[[nodiscard]] std::string name_of_part(std::string_view action, ActionPart part);
+// "p/action/Fibonacci", kSendGoal -> "p/action/Fibonacci_SendGoal"
+[[nodiscard]] std::string type_of_part(std::string_view action_type, ActionPart part);
+
+// Whether the name has a token "_action": such a name is a part of an action or nothing at all.
+[[nodiscard]] bool has_action_token(std::string_view name);
+
+// ---- parameters
+// ----------------------------------------------------------------------------------
+
+// "/talker/get_parameters" of its right type -> "/talker", for each of the six parameter services.
+[[nodiscard]] std::optional<std::string_view> node_of_parameter_service(std::string_view name,
+                                                                        std::string_view type);
+// Whether the last token is that of a parameter service, of whatever type.
+[[nodiscard]] bool is_parameter_service_name(std::string_view name);
+inline constexpr std::string_view kParameterEvents = "/parameter_events";  // on the wire
+inline constexpr std::string_view kParameterEventType = "rcl_interfaces/msg/ParameterEvent";
+[[nodiscard]] bool is_parameter_events(InterfaceKind kind, std::string_view name);
+
+// ---- types
+// ---------------------------------------------------------------------------------------
+
+// "package/msg/Type", "package/action/Type_FeedbackMessage", and the event topics of service
+// introspection ("package/srv/Type_Event").
+[[nodiscard]] bool is_topic_type(std::string_view type);
+// "package/srv/Type", "package/action/Type_SendGoal", "package/action/Type_GetResult".
+[[nodiscard]] bool is_service_type(std::string_view type);
+// "package/action/Type"
+[[nodiscard]] bool is_action_type(std::string_view type);
+
+// ---- what opens it
+// -------------------------------------------------------------------------------
+
+enum class OpenedBy : std::uint8_t { kNothing, kTopics, kServices, kActions, kParameters };
+
+struct Opening {
+  OpenedBy by = OpenedBy::kNothing;
+  std::string_view name = {};  // for the patterns: of the topic, service, action or node
+  std::string_view type = {};  // for `types`: of the topic, service or action; parameters: empty
+};
+
+// What a rule must name to open this interface. kNothing for everything that is not as it should
+// be: names that are not canonical, types that do not fit, parts without a fitting action type.
+[[nodiscard]] Opening opening_of(const Interface& what);
+
+// Where a rule gives no priority. Services and parameters: high, calls are small and somebody
+// waits. Topics: /clock is urgent; /tf, /tf_static, joint states and the status of actions (small,
+// rare, and what an operator looks at) are high; images, point clouds, maps and other large
+// standard types are bulk; everything else, feedback too, is normal.
+[[nodiscard]] Priority default_priority(InterfaceKind kind, std::string_view name,
+                                        std::string_view type);
+[[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
+
+}  // namespace connect_bridge
