@@ -28,6 +28,7 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.history_bytes_max = static_cast<std::uint64_t>(values.whole("history_bytes_max"));
   limits.links_max = to_u32(values.whole("connections_max"));
   limits.channels_max = to_u32(values.whole("channels_max"));
+  limits.calls_max = to_u32(values.whole("calls_max"));
   limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));
   limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
   limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));
@@ -64,7 +65,6 @@ class ConfigMaker {
     config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
     config_.socket.congestion_control = values_.text("congestion_control");
     read_policy(moment);
-    warn_of_not_forwarded();
     if (parsed_.problems.empty()) {
       config_.given = values_.values();
       parsed_.config = std::move(config_);
@@ -172,6 +172,7 @@ class ConfigMaker {
 
   void read_names() {
     config_.prefix = values_.text("prefix");
+    config_.limits.proxy_nodes = values_.text("graph") == "nodes";
     config_.status_file = values_.text("status_file");
     std::set<std::string> wires;
     std::set<std::string> locals;
@@ -215,15 +216,6 @@ class ConfigMaker {
     config_.policy = Policy(std::move(set.rules));
     config_.default_rules = set.defaults;
     config_.clock_publish_period = set.clock_publish_period;
-  }
-
-  void warn_of_not_forwarded() {
-    for (const auto& [key, value] : values_.values()) {
-      const KeySpec* spec = find_key(key);
-      if (spec != nullptr && !spec->carried_out) {
-        warn(fmt::format("{}: not forwarded yet; this version forwards topics only", key));
-      }
-    }
   }
 
   Parsed parsed_;  // before values_, which adds to its problems

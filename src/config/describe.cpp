@@ -10,7 +10,6 @@ KeyDescriptor descriptor(const KeySpec& spec, std::string_view key) {
   made.type = spec.type;
   made.description = spec.help;
   if (!spec.unit.empty()) made.description += " Unit: " + spec.unit + ".";
-  if (!spec.carried_out) made.description += " Not forwarded yet.";
   made.constraints = expected_of(spec);
   made.min = spec.min;
   made.max = spec.max;

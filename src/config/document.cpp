@@ -50,8 +50,8 @@ connect_server:
   interface of the peer is made to exist here. Both sides have rules, and both must agree: a
   robot's `import_topics: [/cmd_vel]` takes what an operator's rules export.
 - **Default.** What no rule allows is not exchanged. A server without rules exchanges nothing and
-  says so loudly. A client without rules imports and exports `/**` except `/rosout` and
-  `/parameter_events`; what it really gets is what the server's rules allow.
+  says so loudly. A client without rules imports and exports everything but `/rosout`: topics,
+  services, actions and parameters; what it really gets is what the server's rules allow.
 - **Order.** The first rule that allows an interface decides its treatment. Put the special ones
   first.
 - **deny wins.** A `deny` pattern of any rule that is for this peer takes the name away from all
@@ -64,8 +64,21 @@ connect_server:
   are among the identities or in one of the groups. With neither it applies to everyone who is
   logged in.
 - **types** narrows a rule to types, by their full names, without wildcards.
-- **Services, actions and parameters** are checked and kept, but not forwarded yet; the start and
-  `ctl check` say so.
+- **Services** are opened by `export_services` and `import_services` as topics are by theirs: a
+  service of this side that the peer may call is exported.
+- **Actions** are opened by the name of the action alone, as one thing: its hidden services and
+  topics (`/fib/_action/send_goal` ...) need no patterns of their own, and no pattern for topics or
+  services opens them, not even `/**`. In `types` stands the action's type. A `deny` of any of its
+  parts denies the action.
+- **Parameters.** `parameters` names nodes. It opens their six parameter services and their
+  messages on `/parameter_events`, in both directions, whatever `types` says; no other pattern opens
+  them. A `deny` takes away a node by its name or single services: with `/**/set_parameters*` what
+  is opened can be read and not set.
+- **Calls.** `calls_max` and `call_timeout` treat services, and the services of actions and
+  parameters. The side with the real server applies its `calls_max`: that many calls of a service
+  are under way for one peer, later ones wait for their turn, and beyond 1000 waiting they are
+  refused. A caller that is refused or whose call timed out gets no answer, as ROS has it; both logs
+  say so. A goal's result may take hours: asking for it counts against neither.
 - **At run time** rules can change one parameter at a time: define `rule.new.*` first, then name
   it in `rules`. Until it is named, it has no effect. Rights are evaluated again for everything
   that is open. `clock` and `clock_rate` need a restart.
@@ -78,6 +91,18 @@ Everything of the robot may be seen, nothing may be sent to it:
     rules: [watch]
     rule:
       watch: {export_topics: ["/**"]}
+```
+
+A robot that is driven by goals, whose controller can be tuned but by nobody but the crew:
+
+```yaml
+    rules: [navigate, tune]
+    rule:
+      navigate:
+        export_actions: [/navigate_to_pose, "/arm/*"]
+        export_services: ["/map_server/*"]
+        call_timeout: 10.0
+      tune: {parameters: [/controller_server], groups: [crew]}
 ```
 
 Commands that are late are worse than none; keep only the newest:
@@ -157,7 +182,6 @@ std::string allowed_text(const KeySpec& spec) {
 std::string row(const KeySpec& spec) {
   std::string help = spec.help;
   if (spec.secret) help += " Secret.";
-  if (!spec.carried_out) help += " *Not forwarded yet.*";
   return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", code(spec.key), name_of(spec.type),
                      spec.fallback ? code(to_text(*spec.fallback)) : "", allowed_text(spec),
                      used_by_text(spec.used_by), spec.changeable ? "yes" : "", help);

@@ -82,19 +82,18 @@ void add_rights(const Rule& rule, Names& parts) {
       rule.types.empty() ? "" : fmt::format(" ({} only)", joined(rule.types, "or"));
   const std::string who = who_text(rule);
   const auto add = [&](const std::vector<Pattern>& patterns, std::string_view what,
-                       std::string_view note) {
+                       std::string_view narrowed) {
     if (patterns.empty()) return;
-    parts.push_back(fmt::format("the peer {} {}{}{}{}", what, joined(texts(patterns), "and"), types,
-                                who, note));
+    parts.push_back(
+        fmt::format("the peer {} {}{}{}", what, joined(texts(patterns), "and"), narrowed, who));
   };
-  constexpr std::string_view kLater = " [not forwarded yet]";
-  add(rule.import_topics, "may publish to", "");
-  add(rule.export_topics, "may receive", "");
-  add(rule.export_services, "may call", kLater);
-  add(rule.import_services, "may offer the services", kLater);
-  add(rule.export_actions, "may use the actions", kLater);
-  add(rule.import_actions, "may offer the actions", kLater);
-  add(rule.parameters, "may read and set the parameters of", kLater);
+  add(rule.import_topics, "may publish to", types);
+  add(rule.export_topics, "may receive", types);
+  add(rule.export_services, "may call", types);
+  add(rule.import_services, "may offer the services", types);
+  add(rule.export_actions, "may use the actions", types);
+  add(rule.import_actions, "may offer the actions", types);
+  add(rule.parameters, "may read and set (and offer its own) parameters of the nodes", "");
   if (!rule.deny.empty()) {
     parts.push_back(
         fmt::format("never {}{}, whatever rules allow", joined(texts(rule.deny), "or"), who));
@@ -140,6 +139,12 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   if (treatment.queue_bytes_max != Treatment{}.queue_bytes_max) {
     parts.push_back(fmt::format("queue of {}", bytes_text(treatment.queue_bytes_max)));
   }
+  if (treatment.calls_max != Treatment{}.calls_max) {
+    parts.push_back(fmt::format("at most {} calls of a service at a time", treatment.calls_max));
+  }
+  if (treatment.call_timeout != kForever) {
+    parts.push_back("calls given up after " + duration_text(treatment.call_timeout));
+  }
   add_qos(treatment.qos, parts);
 }
 
@@ -163,6 +168,9 @@ std::string explain(const Config& config) {
   }
   for (const NameMap::Pair& pair : config.remap) {
     text += fmt::format("names: the peer's {} is {} at this side\n", pair.wire, pair.local);
+  }
+  if (config.limits.proxy_nodes) {
+    text += "graph: what is imported belongs to nodes named as the peer's\n";
   }
   if (config.clock_publish_period > Duration::zero()) {
     text += fmt::format(

@@ -117,6 +117,14 @@ void add_names(Rows& rows) {
                   .fallback = Strings{},
                   .syntax = check_remap,
                   .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
+  rows.push_back({.section = section,
+                  .key = "graph",
+                  .fallback = "merged",
+                  .words = {"merged", "nodes"},
+                  .help =
+                      "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
+                      "of the peer's, with its name, so that `ros2 node` and `ros2 param` find "
+                      "it; each costs memory and discovery."});
 }
 
 void add_operation(Rows& rows) {
@@ -180,6 +188,11 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .max = 100000,
                   .unit = "messages",
                   .help = "The same for transient-local topics."});
+}
+
+// How many of what a peer may have.
+void add_numbers(Rows& rows, const SideOptions& core) {
+  const std::string section = "Limits of a link";
   rows.push_back({.section = section,
                   .key = "channels_max",
                   .type = ValueType::kInteger,
@@ -187,6 +200,15 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .min = 1,
                   .max = 100000,
                   .help = "Interfaces that one peer may offer."});
+  rows.push_back({.section = section,
+                  .key = "calls_max",
+                  .type = ValueType::kInteger,
+                  .fallback = whole(core.calls_max),
+                  .min = 1,
+                  .max = 1000,
+                  .unit = "calls",
+                  .help = "Calls of one peer under way at this side's servers, of all services "
+                          "together; later ones wait for their turn."});
   rows.push_back({.section = section,
                   .key = "connections_max",
                   .type = ValueType::kInteger,
@@ -274,6 +296,7 @@ const std::vector<KeySpec>& key_table() {
     add_operation(rows);
     add_times(rows, core);
     add_link_limits(rows, core);
+    add_numbers(rows, core);
     rows.push_back({.section = "Rules",
                     .key = "rules",
                     .type = ValueType::kStrings,

@@ -30,7 +30,6 @@ struct KeySpec {
   UsedBy used_by = UsedBy::kBoth;
   bool changeable = false;  // at run time
   bool secret = false;      // never shown: no descriptor, no value in any text
-  bool carried_out = true;  // false: checked, but this version does not act on it yet
   std::string unit{};       // "s", "bytes", "Hz" or empty
   std::string help{};       // one sentence
 };

@@ -33,8 +33,11 @@ Rule default_rule() {
   rule.name = "default";
   rule.export_topics = patterns({"/**"});
   rule.import_topics = patterns({"/**"});
-  // Every node has these two; merged with the local ones nobody could tell who speaks.
-  rule.deny = patterns({"/rosout", "/parameter_events"});
+  rule.export_services = rule.import_services = patterns({"/**"});
+  rule.export_actions = rule.import_actions = patterns({"/**"});
+  rule.parameters = patterns({"/**"});
+  // Every node has it; merged with the local one nobody could tell who speaks.
+  rule.deny = patterns({"/rosout"});
   return rule;
 }
 
@@ -99,6 +102,8 @@ class RuleReader {
     treatment.max_age = duration("max_age").value_or(kForever);
     treatment.queue_bytes_max = static_cast<std::uint64_t>(values_.whole(key("queue_bytes_max")));
     treatment.qos = qos();
+    treatment.calls_max = static_cast<std::uint32_t>(values_.whole(key("calls_max")));
+    treatment.call_timeout = duration("call_timeout").value_or(kForever);
     return treatment;
   }
 

@@ -14,24 +14,25 @@ constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
 
 // What a rule lets through.
 void add_rule_rights(Rows& rows) {
-  const auto patterns = [&](const char* key, bool carried_out, const char* help) {
+  const auto patterns = [&](const char* key, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",
                     .key = key,
                     .type = ValueType::kStrings,
                     .fallback = Strings{},
                     .syntax = check_pattern,
                     .changeable = true,
-                    .carried_out = carried_out,
                     .help = help});
   };
-  patterns("rule.<name>.export_topics", true, "Topics that the peer may receive from this side.");
-  patterns("rule.<name>.import_topics", true, "Topics that the peer may publish at this side.");
-  patterns("rule.<name>.export_services", false, "Services of this side that the peer may call.");
-  patterns("rule.<name>.import_services", false, "Services of the peer that exist at this side.");
-  patterns("rule.<name>.export_actions", false, "Actions of this side that the peer may use.");
-  patterns("rule.<name>.import_actions", false, "Actions of the peer that exist at this side.");
-  patterns("rule.<name>.parameters", false, "Nodes whose parameters the peer may read and set.");
-  patterns("rule.<name>.deny", true, "Names that no rule allows, whatever else matches.");
+  patterns("rule.<name>.export_topics", "Topics that the peer may receive from this side.");
+  patterns("rule.<name>.import_topics", "Topics that the peer may publish at this side.");
+  patterns("rule.<name>.export_services", "Services of this side that the peer may call.");
+  patterns("rule.<name>.import_services", "Services of the peer that exist at this side.");
+  patterns("rule.<name>.export_actions", "Actions of this side that the peer may use.");
+  patterns("rule.<name>.import_actions", "Actions of the peer that exist at this side.");
+  patterns("rule.<name>.parameters",
+           "Nodes whose parameters can be read and set from the other side: of this side by the "
+           "peer, and of the peer here.");
+  patterns("rule.<name>.deny", "Names that no rule allows, whatever else matches.");
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",
                     .key = key,
@@ -62,7 +63,8 @@ void add_rule_treatment(Rows& rows) {
        .words = {"urgent", "high", "normal", "bulk"},
        .changeable = true,
        .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by name and type "
-               "(/clock urgent; /tf and joint states high; images, clouds and maps bulk)."});
+               "(/clock urgent; services, /tf and joint states high; images, clouds and maps "
+               "bulk)."});
   add({.key = "compression",
        .fallback = "none",
        .syntax = check_compression,
@@ -113,6 +115,32 @@ void add_rule_treatment(Rows& rows) {
        .help = "How often `clock: publish` publishes."});
 }
 
+// The same for calls of services.
+void add_rule_calls(Rows& rows) {
+  const Treatment normal;
+  const auto add = [&](KeySpec spec) {
+    spec.section = "Keys of a rule: how it treats messages";
+    spec.key = "rule.<name>." + spec.key;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "calls_max",
+       .type = ValueType::kInteger,
+       .fallback = static_cast<std::int64_t>(normal.calls_max),
+       .min = 1,
+       .max = 1000,
+       .changeable = true,
+       .unit = "calls",
+       .help = "Calls of one service under way at its server for one peer; later ones wait for "
+               "their turn."});
+  add({.key = "call_timeout",
+       .type = ValueType::kDouble,
+       .min = 0.01,
+       .max = 86400,
+       .changeable = true,
+       .unit = "s",
+       .help = "A call without an answer is given up after this; unset: never."});
+}
+
 void add_rule_qos(Rows& rows) {
   const auto add = [&](KeySpec spec) {
     spec.section = "Keys of a rule: QoS in place of the origin's";
@@ -147,6 +175,7 @@ void add_rule_qos(Rows& rows) {
 void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_rights(rows);
   add_rule_treatment(rows);
+  add_rule_calls(rows);
   add_rule_qos(rows);
 }
 

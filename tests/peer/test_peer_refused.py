@@ -172,7 +172,6 @@ BARE = {"channel": 500, "name": "no name at all", "type": None, "origins": 7}
     [
         "of_tomorrow",
         "parameters",
-        "service",
         "action",
     ],
 )

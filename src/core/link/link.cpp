@@ -95,7 +95,7 @@ void Link::on_authenticated(const Identity& identity, Token128 session, const No
   if (state_ != State::kAuthenticating) return;
   peer_.identity = identity;
   peer_.session = session;
-  peer_.message_bytes_max = kMessageBytesUntold;  // a client tells no limit in version 1
+  peer_.message_bytes_max = kMessageBytesUntold;  // until its "accepts" tells
   Welcome welcome;
   welcome.side = options_.side;
   welcome.session = session;

@@ -104,6 +104,8 @@ class Link {
   [[nodiscard]] bool open() const { return state_ == State::kOpen; }
   [[nodiscard]] ConnectionId connection() const { return connection_; }
   [[nodiscard]] const Peer& peer() const { return peer_; }
+  // The peer told its limit after the login.
+  void set_peer_message_bytes_max(std::uint32_t bytes) { peer_.message_bytes_max = bytes; }
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
   [[nodiscard]] TimePoint last_heard() const { return last_heard_; }
   [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }

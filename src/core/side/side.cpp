@@ -100,7 +100,7 @@ void Side::State::on(JobDone& input, const Now& now) {
 void Side::State::on(PolicyChanged& input, const Now& now) {
   policy = std::move(input.policy);
   for (auto& [id, link] : links)
-    if (link.open()) link.send(policy.accepts(link.identity));
+    if (link.open()) send_accepts(link);
   exports.on_policy(now);
   imports.on_policy(now);
 }
@@ -191,6 +191,8 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
           [&](Accepts& m) -> Result<Nothing> {
             if (patterns_of(m) > kAcceptPatternsMax)
               return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
+            if (entry.link && m.message_bytes_max > 0)
+              entry.link->set_peer_message_bytes_max(m.message_bytes_max);
             entry.accepts = std::move(m);
             exports.on_accepts(entry, now);
             return Nothing{};

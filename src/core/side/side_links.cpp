@@ -190,11 +190,17 @@ void Side::State::attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now
   outputs.log(LogLevel::kInfo,
               "link open with " + entry.label() +
                   (entry.identity.name.empty() ? "" : " as " + entry.identity.name));
-  entry.send(policy.accepts(entry.identity));
+  send_accepts(entry);
   if (options.clock_publish_period > Duration::zero()) {
     entry.link->set_time_period(kClockRequestPeriod);
     clock_publisher.start(options.names.to_local("/clock"), outputs, now);
   }
+}
+
+void Side::State::send_accepts(LinkEntry& entry) const {
+  Accepts accepts = policy.accepts(entry.identity);
+  accepts.message_bytes_max = options.reassembly.message_bytes_max;
+  entry.send(accepts);
 }
 
 // The connection is gone (or about to be). `dead`: the link is dead at once, else after dead_after

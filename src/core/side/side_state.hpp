@@ -58,6 +58,7 @@ struct Side::State {
   LinkEntry* entry_for_login(const Link& link, const Identity& identity, const Now& now);
   [[nodiscard]] bool left_for_good(std::optional<std::uint16_t> code) const;
   void attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now& now);
+  void send_accepts(LinkEntry& entry) const;
   void detach(LinkEntry& entry, bool dead, const Now& now);
   void dial_later(bool login_refused, const Now& now);
   void on_link_time(const Now& now);

@@ -25,7 +25,7 @@ inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one wi
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns or types in one list
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
-inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one refuse or forget
+inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one attached, refuse or forget
 inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's or refuse's code
 inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's or refuse's sentence
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
@@ -89,7 +89,8 @@ struct AcceptedNames {
 };
 struct Accepts {
   std::vector<AcceptedNames> rules;
-  std::vector<std::string> deny;  // patterns, win over all rules
+  std::vector<std::string> deny;        // patterns, win over all rules
+  std::uint32_t message_bytes_max = 0;  // largest message that this side takes; 0: not told
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
 // status).
@@ -109,8 +110,12 @@ struct Attach {
 // "attached": the real service can be called; the mirror may exist now.
 struct Attached {
   ChannelId channel;
-  CallId seen;            // the last call of this epoch whose request arrived, or none
-  std::string type_hash;  // of the service type, as type_hash in an offer
+  ChannelId requests;  // as in the attach that this answers
+  CallId seen;         // the last call of this epoch whose request arrived, or none
+  // The calls up to `seen` that are still to be answered or refused. What is missing here was, on a
+  // connection that is lost.
+  std::vector<CallId> calls = {};
+  std::string type_hash = {};  // of the service type, as type_hash in an offer
 };
 // "refuse": the exporter will not answer these calls.
 struct Refuse {

@@ -305,6 +305,7 @@ Demand read_demand(Reader& reader, const Json& json) {
 Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
+  accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {
@@ -347,7 +348,9 @@ Attach read_attach(Reader& reader, const Json& json) {
 Attached read_attached(Reader& reader, const Json& json) {
   Attached attached;
   attached.channel.value = reader.id(json, "channel");
+  attached.requests.value = reader.id(json, "requests");
   attached.seen.value = reader.optional_number(json, "seen");
+  attached.calls = read_ids<CallId>(reader, json, "calls", kCallIdsMax);
   attached.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
   return attached;
 }

@@ -119,6 +119,7 @@ void put(const Accepts& message, Json& json) {
     rules.push_back(std::move(entry));
   }
   json["deny"] = message.deny;
+  if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
 }
 
 void put(const Decline& message, Json& json) {
@@ -137,7 +138,9 @@ void put(const Attach& message, Json& json) {
 void put(const Attached& message, Json& json) {
   json["type"] = "attached";
   json["channel"] = message.channel.value;
+  json["requests"] = message.requests.value;
   json["seen"] = message.seen.value;
+  json["calls"] = json_of(message.calls);
   json["type_hash"] = to_text(message.type_hash, kNameBytesMax);
 }
 

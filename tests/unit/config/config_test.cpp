@@ -40,6 +40,8 @@ TEST(Config, ServerDefaults) {
   EXPECT_EQ(made.reassembly.message_bytes_max, core.reassembly.message_bytes_max);
   EXPECT_EQ(made.reassembly.open_bytes_max, core.reassembly.open_bytes_max);
   EXPECT_EQ(made.links_max, core.links_max);
+  EXPECT_EQ(made.calls_max, core.calls_max);
+  EXPECT_EQ(made.proxy_nodes, core.proxy_nodes);
   EXPECT_TRUE(made.login_required);
 }
 
@@ -56,7 +58,18 @@ TEST(Config, ClientNeedsOnlyUrlAndToken) {
   EXPECT_TRUE(config.policy.decide(Direction::kImport, topic, "/a/b", type, nobody));
   EXPECT_TRUE(config.policy.decide(Direction::kExport, topic, "/a", type, nobody));
   EXPECT_FALSE(config.policy.decide(Direction::kImport, topic, "/rosout", type, nobody));
-  EXPECT_FALSE(config.policy.decide(Direction::kExport, topic, "/parameter_events", type, nobody));
+  for (const auto direction : {Direction::kImport, Direction::kExport}) {
+    const auto allowed = [&](const Interface& what) {
+      return config.policy.decide(direction, what, nobody).has_value();
+    };
+    const auto service = InterfaceKind::kService;
+    EXPECT_TRUE(allowed({service, "/a/s", "std_srvs/srv/SetBool"}));
+    EXPECT_TRUE(allowed({service, "/a/n/get_parameters", "rcl_interfaces/srv/GetParameters"}));
+    EXPECT_TRUE(allowed({topic, kParameterEvents, kParameterEventType, {}, "/a/n"}));
+    EXPECT_FALSE(allowed({service, "/_a/get_parameters", "rcl_interfaces/srv/GetParameters"}));
+    EXPECT_TRUE(
+        config.policy.decide(direction, InterfaceKind::kAction, "/f", "p/action/F", nobody));
+  }
   EXPECT_EQ(side_options(config).role, Role::kClient);
   EXPECT_EQ(side_options(config).login_method, "token");
 }
@@ -86,6 +99,8 @@ rule:
     max_age: 0.3
     max_bytes_per_second: 1000
     queue_bytes_max: 4096
+    calls_max: 5
+    call_timeout: 2.5
     qos:
       {reliability: best_effort, durability: transient_local, depth: 3, deadline: 1, lifespan: 2.5}
 )"),
@@ -107,11 +122,44 @@ rule:
   expected.queue_bytes_max = 4096;
   expected.qos = {Reliability::kBestEffort, Durability::kTransientLocal, 3, std::chrono::seconds(1),
                   std::chrono::milliseconds(2500)};
+  expected.calls_max = 5;
+  expected.call_timeout = std::chrono::milliseconds(2500);
   EXPECT_TRUE(rule.treatment == expected);
+}
+
+TEST(Config, PatternsOfEveryKindReachTheCore) {
+  const Config config = config_of(yaml(R"(
+rules: [a]
+rule:
+  a:
+    export_services: [/a]
+    import_services: [/b]
+    export_actions: [/c]
+    import_actions: [/d]
+    parameters: [/e, "/f/**"]
+)"),
+                                  Role::kServer);
+  ASSERT_EQ(config.policy.rules().size(), 1U);
+  const Rule& rule = config.policy.rules()[0];
+  const auto texts = [](const std::vector<Pattern>& patterns) {
+    std::string all;
+    for (const Pattern& pattern : patterns) all += pattern.text() + " ";
+    return all;
+  };
+  EXPECT_EQ(texts(rule.export_services), "/a ");
+  EXPECT_EQ(texts(rule.import_services), "/b ");
+  EXPECT_EQ(texts(rule.export_actions), "/c ");
+  EXPECT_EQ(texts(rule.import_actions), "/d ");
+  EXPECT_EQ(texts(rule.parameters), "/e /f/** ");
+  EXPECT_EQ(rule.treatment.calls_max, 64U);
+  EXPECT_EQ(rule.treatment.call_timeout, kForever);
+  EXPECT_THAT(config.warnings, IsEmpty());
 }
 
 TEST(Config, LimitsAndNamesReachTheCore) {
   const Config config = config_of(yaml(R"(
+calls_max: 7
+graph: nodes
 max_message_size: 1048576
 queue_bytes_max: 8388608
 fragment_bytes: 4096
@@ -130,6 +178,8 @@ auth: {token: 0123456789abcdef}
   EXPECT_EQ(options.outbox.packet_bytes, 4096U);
   EXPECT_EQ(options.dead_after, std::chrono::seconds(5));
   EXPECT_EQ(options.links_max, 2U);
+  EXPECT_EQ(options.calls_max, 7U);
+  EXPECT_TRUE(options.proxy_nodes);
   EXPECT_EQ(options.names.to_local("/odom"), "/robot1/odom");
   EXPECT_EQ(options.names.to_local("/scan"), "/laser");
   EXPECT_EQ(options.credential.size(), 16U);
@@ -171,15 +221,6 @@ rule: {drive: {import_topics: [cmd_vel], priority: fast, typs: [a]}}
                                      Role::kServer, {});
   EXPECT_FALSE(parsed.config);
   EXPECT_EQ(parsed.problems.size(), 7U) << problems_text(parsed);
-}
-
-TEST(Config, WarnsOfWhatIsNotForwardedYet) {
-  const Config config = config_of(
-      yaml("{rules: [nav], rule: {nav: {export_actions: [/navigate], parameters: [/n]}}}"),
-      Role::kServer);
-  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("rule.nav.export_actions: not forwarded yet"),
-                                           HasSubstr("rule.nav.parameters: not forwarded yet")));
-  EXPECT_THAT(explain(config), HasSubstr("may use the actions /navigate [not forwarded yet]"));
 }
 
 TEST(Config, UnreadableFilesAreNamed) {
@@ -286,6 +327,31 @@ rule:
       "as ops; urgent; dropped when older than 300 ms\n"
       "  camera: the peer may receive /camera/** and /map; never /camera/x, whatever rules "
       "allow; bulk; at most 15 messages per second; compressed with lz4\n");
+}
+
+TEST(ConfigExplain, ServicesActionsAndParameters) {
+  const Config config = config_of(yaml(R"(
+graph: nodes
+rules: [calls, tune]
+rule:
+  calls: {export_services: [/a], import_services: [/b], export_actions: [/c], import_actions: [/d],
+          types: [p/srv/A, p/action/C], calls_max: 8, call_timeout: 0.5}
+  tune: {parameters: [/e, "/f/**"], types: [p/srv/A], groups: [crew], deny: ["/**/set_parameters*"]}
+)"),
+                                  Role::kServer);
+  const std::string text = explain(config);
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "graph: what is imported belongs to nodes named as the peer's\n"
+          "rules, the first that allows an interface decides:\n"
+          "  calls: the peer may call /a (p/srv/A or p/action/C only); the peer may offer the "
+          "services /b (p/srv/A or p/action/C only); the peer may use the actions /c (p/srv/A or "
+          "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); at "
+          "most 8 calls of a service at a time; calls given up after 500 ms\n"
+          "  tune: the peer may read and set (and offer its own) parameters of the nodes /e and "
+          "/f/**, if logged in as a member of crew; never /**/set_parameters*, if logged in as a "
+          "member of crew, whatever rules allow\n"));
 }
 
 TEST(ConfigExplain, Client) {

@@ -40,6 +40,37 @@ TEST(SideExportsData, WhatThePeerDoesNotTakeIsDroppedAndTold) {
   EXPECT_EQ(s.logged.find("a message of 12 bytes"), std::string::npos);  // told once
 }
 
+TEST(SideExportsData, AClientTellsItsLimitWithWhatItAccepts) {
+  auto s = demanding({});
+  begin(s);
+  s.take(2, 1, "a larger sample");
+  EXPECT_EQ(s.said(1), "1.1 a larger sample\n");
+  Accepts accepts{{{{"/**"}, {}}}, {}, 10};
+  s.say(1, accepts);
+  s.take(2, 1, "a larger sample");
+  s.take(2, 1, "small");
+  EXPECT_EQ(s.said(1), "1.1 small\n");
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 1U);
+  accepts.message_bytes_max = 0;  // not told: as it was
+  s.say(1, accepts);
+  s.take(2, 1, "a larger sample");
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 2U);
+}
+
+TEST(SideExportsData, EverySideTellsItsLimit) {
+  auto options = server();
+  options.reassembly.message_bytes_max = 12345;
+  Script s(options);
+  s.login(1);
+  const auto packet = s.side.next_packet({1}, flow_test::now_ms(s.at));
+  ASSERT_TRUE(packet);
+  const Bytes text = flow_test::joined(*packet);
+  const auto accepts = decode_control({reinterpret_cast<const char*>(text.data()), text.size()});
+  ASSERT_TRUE(accepts);
+  EXPECT_EQ(std::get<Accepts>(accepts.value()).message_bytes_max, 12345U);
+}
+
 TEST(SideExportsData, ARateIsKept) {
   Treatment treatment;
   treatment.max_rate = 10;

@@ -135,8 +135,9 @@ inline std::string word_of(const Control& control) {
                    std::to_string(m.requests.value);
           },
           [&](const Attached& m) {
-            return "attached " + std::to_string(m.channel.value) + " seen " +
-                   std::to_string(m.seen.value);
+            return "attached " + std::to_string(m.channel.value) + " " +
+                   std::to_string(m.requests.value) + " seen " + std::to_string(m.seen.value) +
+                   (m.calls.empty() ? "" : " open " + ids(m.calls));
           },
           [&](const Refuse& m) {
             return "refuse " + std::to_string(m.channel.value) + " " + ids(m.calls) + " " + m.code;

@@ -102,6 +102,9 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
   EXPECT_EQ(accepts.rules[0].topics, (std::vector<std::string>{"/a", "/b"}));
   EXPECT_EQ(accepts.rules[0].types, std::vector<std::string>{"a/msg/A"});
   EXPECT_EQ(accepts.deny, std::vector<std::string>{"/c"});
+  EXPECT_EQ(accepts.message_bytes_max, 0U);
+  EXPECT_EQ(read<Accepts>(encode(Accepts{{}, {}, 4'000'000'000})).message_bytes_max,
+            4'000'000'000U);
 
   const auto decline = read<Decline>(encode(Decline{{5}, "qos", "no"}));
   EXPECT_EQ(decline.channel.value, 5U);
@@ -129,6 +132,84 @@ TEST(Control, ChannelOfALaterKindIsReadAsFarAsItCanBeDeclined) {
   EXPECT_EQ(offer.channels[0].kind, InterfaceKind::kOther);
   EXPECT_EQ(offer.channels[0].channel.value, 9U);
   EXPECT_EQ(offer.channels[0].name, "/b");
+}
+
+TEST(Control, AnActionIsAKindThatIsReadAsFarAsItCanBeDeclined) {
+  const auto offer = read<Offer>(
+      R"({"type":"offer","channels":[{"channel":9,"kind":"action","name":"/b","type":null}]})");
+  ASSERT_EQ(offer.channels.size(), 1U);
+  EXPECT_EQ(offer.channels[0].kind, InterfaceKind::kAction);
+  EXPECT_EQ(offer.channels[0].name, "/b");
+}
+
+TEST(Control, AServiceIsOfferedWithItsNodeAndEpochAndNothingOfATopic) {
+  ChannelOffer sent;
+  sent.channel = {7};
+  sent.kind = InterfaceKind::kService;
+  sent.name = "/fib/_action/cancel_goal";
+  sent.type = "action_msgs/srv/CancelGoal";
+  sent.action_type = "p/action/Fibonacci";
+  sent.priority = Priority::kHigh;
+  sent.node = "/planner";
+  sent.epoch = 0xffffffff;
+  const std::string text = encode(Offer{{sent}, false});
+  EXPECT_EQ(text.find("origins"), std::string::npos);
+  const auto got = read<Offer>(text).channels.at(0);
+  EXPECT_EQ(got.kind, InterfaceKind::kService);
+  EXPECT_EQ(got.type, sent.type);
+  EXPECT_EQ(got.action_type, sent.action_type);
+  EXPECT_EQ(got.priority, sent.priority);
+  EXPECT_EQ(got.node, sent.node);
+  EXPECT_EQ(got.epoch, sent.epoch);
+
+  // The least that may be said; what belongs to topics is not looked at.
+  const auto least = read<Offer>(R"({"type":"offer","channels":[{"channel":1,"kind":"service",
+      "name":"/s","type":"a/srv/A","epoch":1,"origins":5,"newest_only":null}]})")
+                         .channels.at(0);
+  EXPECT_EQ(least.node, "");
+  EXPECT_EQ(least.action_type, "");
+  EXPECT_EQ(least.priority, Priority::kNormal);
+}
+
+TEST(Control, CallsKeepEveryField) {
+  const auto attach = read<Attach>(encode(Attach{{7}, {3}}));
+  EXPECT_EQ(attach.channel.value, 7U);
+  EXPECT_EQ(attach.requests.value, 3U);
+
+  const auto attached = read<Attached>(encode(Attached{{7}, {3}, {41}, {{40}, {41}}, "RIHS01_0"}));
+  EXPECT_EQ(attached.channel.value, 7U);
+  EXPECT_EQ(attached.requests.value, 3U);
+  EXPECT_EQ(attached.seen.value, 41U);
+  EXPECT_EQ(attached.calls, (std::vector<CallId>{{40}, {41}}));
+  EXPECT_EQ(attached.type_hash, "RIHS01_0");
+  const auto least = read<Attached>(R"({"type":"attached","channel":7,"requests":3,"calls":[]})");
+  EXPECT_FALSE(least.seen);
+  EXPECT_EQ(least.type_hash, "");
+
+  const auto refuse = read<Refuse>(encode(Refuse{{7}, {{1}, {2}}, "limit", "no room"}));
+  EXPECT_EQ(refuse.channel.value, 7U);
+  EXPECT_EQ(refuse.calls, (std::vector<CallId>{{1}, {2}}));
+  EXPECT_EQ(refuse.code, "limit");
+  EXPECT_EQ(refuse.reason, "no room");
+
+  const auto forget = read<Forget>(encode(Forget{{7}, {{0xffffffff}}}));
+  EXPECT_EQ(forget.channel.value, 7U);
+  EXPECT_EQ(forget.calls, std::vector<CallId>{{0xffffffff}});
+}
+
+TEST(Control, PatternsOfEveryKindAreKept) {
+  AcceptedNames names;
+  names.topics = {"/t"};
+  names.services = {"/s", "/s2"};
+  names.actions = {"/a"};
+  names.parameters = {"/n/**"};
+  const auto accepts = read<Accepts>(encode(Accepts{{names, {}}, {}}));
+  ASSERT_EQ(accepts.rules.size(), 2U);
+  EXPECT_EQ(accepts.rules[0].topics, names.topics);
+  EXPECT_EQ(accepts.rules[0].services, names.services);
+  EXPECT_EQ(accepts.rules[0].actions, names.actions);
+  EXPECT_EQ(accepts.rules[0].parameters, names.parameters);
+  EXPECT_TRUE(accepts.rules[1].services.empty());
 }
 
 TEST(Control, InvalidUtf8IsRefused) {
@@ -181,6 +262,23 @@ TEST(Control, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
   };
   EXPECT_EQ(code_of(rules(kAcceptRulesMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(rules(kAcceptRulesMax + 1)), CloseCode::kTooLarge);
+
+  for (const auto* before : {R"({"type":"forget","channel":1,"calls":[)",
+                             R"({"type":"refuse","channel":1,"code":"limit","calls":[)",
+                             R"({"type":"attached","channel":1,"requests":1,"calls":[)"}) {
+    EXPECT_EQ(code_of(list(before, kCallIdsMax, "1", "]}")), CloseCode::kNormal) << before;
+    EXPECT_EQ(code_of(list(before, kCallIdsMax + 1, "1", "]}")), CloseCode::kTooLarge) << before;
+  }
+
+  for (const auto* key : {"services", "actions", "parameters"}) {
+    const auto patterns = [&](std::size_t n) {
+      return list(R"({"type":"accepts","deny":[],"rules":[{"topics":[],"types":[],")" +
+                      std::string{key} + "\":[",
+                  n, R"("/a")", "]}]}");
+    };
+    EXPECT_EQ(code_of(patterns(kPatternsMax)), CloseCode::kNormal) << key;
+    EXPECT_EQ(code_of(patterns(kPatternsMax + 1)), CloseCode::kTooLarge) << key;
+  }
 
   const auto deny = [](std::size_t n) {
     return list(R"({"type":"accepts","rules":[],"deny":[)", n, R"("/a")", "]}");
