@@ -103,15 +103,52 @@ def _check_offer(message):
     for channel in items(message, "channels", 256):
         number(member(channel, "channel", int))
         string(channel, "name", 255)
-        if string(channel, "kind") != "topic":
+        kind = string(channel, "kind")
+        if kind not in ("topic", "service"):
             continue
         string(channel, "type", 255)
-        string(channel, "type_hash", 255, "")
+        string(channel, "action_type", 255, "")
         _word(channel, "priority", ("normal", "urgent", "high", "bulk"))
+        if kind == "service":
+            string(channel, "node", 255, "")
+            number(member(channel, "epoch", int))
+            continue
+        string(channel, "type_hash", 255, "")
         member(channel, "newest_only", bool, False)
         for origin in items(channel, "origins", 1024):
             _check_origin(origin)
     member(message, "complete", bool, False)
+
+
+def _check_accepts(message):
+    for rule in items(message, "rules", 1024):
+        _strings(rule, "topics")
+        _strings(rule, "types")
+        for key in ("services", "actions", "parameters"):
+            if key in rule:
+                _strings(rule, key)
+    _strings(message, "deny")
+    require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
+
+
+def _check_code(message):
+    require(re.fullmatch("[a-z0-9_]+", string(message, "code", 32)), "code")
+    string(message, "reason", 512, "")
+
+
+def _check_call(kind, message):
+    """attach, attached, refuse, forget"""
+    number(member(message, "channel", int))
+    if kind in ("attach", "attached"):
+        number(member(message, "requests", int))
+    if kind != "attach":
+        for call in items(message, "calls", 65536):
+            number(call)
+    if kind == "attached":
+        require(0 <= member(message, "seen", int, 0) < 1 << 32, "seen")
+        string(message, "type_hash", 255, "")
+    if kind == "refuse":
+        _check_code(message)
 
 
 def decode_control(text):
@@ -124,10 +161,7 @@ def decode_control(text):
     require(_count(message) <= 200_000, "too many values", TOO_LARGE)
     kind = string(message, "type")
     if kind == "accepts":
-        for rule in items(message, "rules", 1024):
-            _strings(rule, "topics")
-            _strings(rule, "types")
-        _strings(message, "deny")
+        _check_accepts(message)
     elif kind == "offer":
         _check_offer(message)
     elif kind == "origins":
@@ -143,8 +177,9 @@ def decode_control(text):
             member(message, "on", bool)
     elif kind == "decline":
         number(member(message, "channel", int))
-        require(re.fullmatch("[a-z0-9_]+", string(message, "code", 32)), "code")
-        string(message, "reason", 512, "")
+        _check_code(message)
+    elif kind in ("attach", "attached", "refuse", "forget"):
+        _check_call(kind, message)
     else:
         raise Refused(MALFORMED, "unknown type")
     return message
@@ -179,14 +214,59 @@ def matches(pattern, name, deny=False):
     return _tokens_match(pattern[1:].split("/"), name[1:].split("/"), deny)
 
 
-def is_accepted(accepts, name, kind):
-    """Whether the sender of `accepts` would import this topic."""
-    if name == "/parameter_events" or "_action" in name.split("/"):
+PARAMETER_EVENTS = "/parameter_events"
+PARTS = {  # of an action: kind, and the type or what stands behind the action's
+    "send_goal": ("service", "_SendGoal"),
+    "cancel_goal": ("service", "action_msgs/srv/CancelGoal"),
+    "get_result": ("service", "_GetResult"),
+    "feedback": ("topic", "_FeedbackMessage"),
+    "status": ("topic", "action_msgs/msg/GoalStatusArray"),
+}
+PARAMETER_SERVICES = {
+    "describe_parameters": "DescribeParameters",
+    "get_parameter_types": "GetParameterTypes",
+    "get_parameters": "GetParameters",
+    "list_parameters": "ListParameters",
+    "set_parameters": "SetParameters",
+    "set_parameters_atomically": "SetParametersAtomically",
+}
+
+
+def opening_of(name, kind, sort="topic", action_type="", node=None):
+    """Which list of a rule opens it, under which name and type, and what deny matches; or None."""
+    tokens = name.split("/")[1:]
+    if "_action" in tokens:
+        action, part = name.rsplit("/_action/", 1) if "/_action/" in name else ("", "")
+        if not action or "_action" in action.split("/") or part not in PARTS:
+            return None
+        of, ending = PARTS[part]
+        fits = kind == (action_type + ending if ending.startswith("_") else ending)
+        if of != sort or not fits or not re.fullmatch(r"\w+/action/\w+", action_type):
+            return None
+        return "actions", action, action_type, [action] + [f"{action}/_action/{p}" for p in PARTS]
+    if sort == "topic" and name == PARAMETER_EVENTS:
+        if kind != "rcl_interfaces/msg/ParameterEvent" or not node:
+            return None
+        return "parameters", node, None, [node, name]
+    if sort == "service" and tokens[-1] in PARAMETER_SERVICES:
+        owner = name.rsplit("/", 1)[0]
+        if not owner or kind != f"rcl_interfaces/srv/{PARAMETER_SERVICES[tokens[-1]]}":
+            return None
+        return "parameters", owner, None, [owner, name]
+    return f"{sort}s", name, kind, [name]
+
+
+def is_accepted(accepts, name, kind, sort="topic", action_type="", node=None):
+    """Whether the sender of `accepts` would import this topic (an origin of /parameter_events with
+    its node) or service."""
+    opening = opening_of(name, kind, sort, action_type, node)
+    if opening is None:
         return False
-    if any(matches(pattern, name, True) for pattern in accepts["deny"]):
+    key, opened, of_type, names = opening
+    if any(matches(pattern, each, True) for pattern in accepts["deny"] for each in names):
         return False
     return any(
-        any(matches(pattern, name) for pattern in rule["topics"])
-        and (not rule["types"] or kind in rule["types"])
+        any(matches(pattern, opened) for pattern in rule.get(key, ()))
+        and (of_type is None or not rule["types"] or of_type in rule["types"])
         for rule in accepts["rules"]
     )

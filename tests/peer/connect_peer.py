@@ -1,7 +1,7 @@
 """A peer of the ROS2 Connect protocol, written from docs/protocol.md alone.
 
 connect_records, connect_control and connect_packets have the bytes; this is a client that is logged
-in: sections 2, 4, 7, 8 and 9.
+in: sections 2, 4, 7, 8, 9 and 10.
 """
 
 import secrets
@@ -11,8 +11,9 @@ import time
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as dial
 
-from connect_control import decode_control, encode_control, is_accepted, matches
-from connect_packets import Reassembly, decode_packet, encode_packet, frames_of
+from connect_calls import Calls
+from connect_control import PARAMETER_EVENTS, decode_control, encode_control, is_accepted
+from connect_packets import Reassembly, decode_packet, encode_packet
 from connect_records import (
     ILLEGAL,
     MESSAGE_MAX,
@@ -51,7 +52,7 @@ def open_socket(url, **options):
     return socket
 
 
-class Peer:
+class Peer(Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
 
     def __init__(
@@ -64,9 +65,22 @@ class Peer:
         side=None,
         seen=None,
         dead_after=3.0,
+        services=(),
+        actions=(),
+        parameters=(),
+        message_bytes_max=None,
     ):
+        super().__init__()
         self.side = side or secrets.token_bytes(16)
         self.rules = [{"topics": list(imports), "types": []}]
+        for key, patterns in (
+            ("services", services),
+            ("actions", actions),
+            ("parameters", parameters),
+        ):
+            if patterns:
+                self.rules[0][key] = list(patterns)
+        self.last_number = 0  # of the channels of this side
         self.exports = list(exports)  # (name, type, durability)
         self.dead_after = dead_after
         self.accepts = None  # the peer's
@@ -92,7 +106,8 @@ class Peer:
             self.closed = error.rcvd and (error.rcvd.code, error.rcvd.reason)
             raise
         assert self.welcome["side"] != self.side
-        self.send_control(type="accepts", rules=self.rules, deny=[])
+        limit = {} if message_bytes_max is None else {"message_bytes_max": message_bytes_max}
+        self.send_control(type="accepts", rules=self.rules, deny=[], **limit)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -121,10 +136,15 @@ class Peer:
         self.send_packet([dict(type="time_request", t1=t1)])
         return t1
 
+    def next_number(self):
+        with self._changed:
+            self.last_number += 1
+            return self.last_number
+
     def offer(self, name, kind, durability="volatile", complete=None, **more):
         """Offers a topic with one origin, and returns its channel."""
         with self._changed:
-            channel = len(self.offered) + 1
+            channel = self.next_number()
             self.offered[channel] = name
         qos = {"reliability": "reliable", "durability": durability, "depth": 10}
         origin = {
@@ -155,12 +175,6 @@ class Peer:
             )
 
         return self.until(demanded, f"demand for {name}")
-
-    def frames_for(self, channel, sample, stamp=None, **options):
-        self._sequences[channel] = sequence = self._sequences.get(channel, 0) + 1
-        return frames_of(
-            channel, 1, sequence, time.time_ns() if stamp is None else stamp, sample, **options
-        )
 
     def publish(self, channel, sample, **options):
         for frame in self.frames_for(channel, sample, **options):
@@ -263,15 +277,27 @@ class Peer:
             number = channel["channel"]
             require(number not in self.offers, "number in use", ILLEGAL)
             self.offers[number] = channel
-            if channel["kind"] != "topic":
+            require(not self.expects(number), "number in use", ILLEGAL)
+            if channel["kind"] not in ("topic", "service"):
                 self.send_control(type="decline", channel=number, code="unsupported")
-            elif not any(matches(pattern, channel["name"]) for pattern in self.rules[0]["topics"]):
+            elif not self._is_permitted(channel):
                 self.send_control(type="decline", channel=number, code="not_permitted")
         self.complete = self.complete or message.get("complete", False)
 
+    def _is_permitted(self, channel):
+        name = channel["name"]
+        node = None
+        if name == PARAMETER_EVENTS:
+            if not channel["origins"]:
+                return bool(self.rules[0].get("parameters"))
+            node = channel["origins"][0].get("node", "")
+        accepts = {"rules": self.rules, "deny": []}
+        action = channel.get("action_type", "")
+        return is_accepted(accepts, name, channel["type"], channel["kind"], action, node)
+
     def _on_origins(self, message):
         number = message["channel"]
-        require(number in self.offers, "no such channel", UNKNOWN_CHANNEL)
+        require("origins" in self.offers.get(number, ()), "no such channel", UNKNOWN_CHANNEL)
         origins = self.offers[number]["origins"]
         known = {origin["origin"] for origin in origins}
         origins[:] = [origin for origin in origins if origin["origin"] not in message["removed"]]
@@ -279,10 +305,14 @@ class Peer:
 
     def _on_withdraw(self, message):
         for number in message["channels"]:
+            self._reassembly.forget(number)
+            if self._requests_withdrawn(number):
+                self.withdrawn.add(number)
+                continue
             require(number in self.offers, "no such channel", UNKNOWN_CHANNEL)
             del self.offers[number]
             self.withdrawn.add(number)
-            self._reassembly.forget(number)
+            self._service_withdrawn(number)
 
     def _on_demand(self, message):
         for number in message["channels"]:
@@ -322,13 +352,20 @@ class Peer:
 
     def _data(self, frame):
         number = frame["channel"]
-        require(number in self.offers, "data for no channel", UNKNOWN_CHANNEL)
+        expected = self.expects(number)
+        require(expected or number in self.offers, "data for no channel", UNKNOWN_CHANNEL)
         self.frames.append((number, frame["type"], len(frame["part"])))
         done = self._reassembly.add(frame)
         if not done:
             return
         head, data = done
+        if expected:
+            self._on_request(number, head, data)
+            return
         channel = self.offers[number]
+        if channel["kind"] == "service":
+            self._on_response(number, head, data)
+            return
         origin = next((o for o in channel["origins"] if o["origin"] == head["origin"]), None)
         if origin is None or len(data) < 4 or data[0] or data[1] > 0x0B:
             return

@@ -32,13 +32,24 @@ STRING, BYTES, TWIST = (
     "geometry_msgs/msg/Twist",
 )
 RULES = {
-    "rules": ["lz4", "zstd", "all"],
+    "rules": ["lz4", "zstd", "slow", "timed", "all"],
     "rule": {
         "lz4": {"export_topics": ["/t/lz4"], "compression": "lz4"},
-        "zstd": {"export_topics": ["/t/zstd"], "compression": "zstd"},
+        "zstd": {
+            "export_topics": ["/t/zstd"],
+            "export_services": ["/s/zstd/*"],
+            "compression": "zstd",
+        },
+        "slow": {"export_services": ["/s/slow/*"], "calls_max": 1},
+        "timed": {"export_services": ["/s/timed/*"], "call_timeout": 0.5},
         "all": {
             "export_topics": ["/t/**"],
             "import_topics": ["/o/**", "/cmd_vel"],
+            "export_services": ["/s/**"],
+            "import_services": ["/p/**"],
+            "export_actions": ["/a/**"],
+            "import_actions": ["/b/**"],
+            "parameters": ["/open_node"],
         },
     },
 }

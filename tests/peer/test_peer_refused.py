@@ -145,7 +145,7 @@ def test_first_sequence(world, sequence, code):
 
 
 def test_what_is_borne(world, peer):
-    """Ignored, not refused: sections 4, 5, 6, 8 and 12."""
+    """Ignored, not refused: sections 4, 5, 6, 8 and 13."""
     mine = peer(exports=[("/o/undemanded", STRING, "volatile")])
     mine.until(lambda: mine.complete and mine.offered, "opening")
     mine.demand(77)

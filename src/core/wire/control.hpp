@@ -25,7 +25,7 @@ inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one wi
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns or types in one list
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
-inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one attached, refuse or forget
+inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's or refuse's code
 inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's or refuse's sentence
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever

@@ -1,4 +1,4 @@
-// docs/protocol.md section 9, "Acknowledgements".
+// docs/protocol.md section 10, "Acknowledgements".
 #include "core/link/acknowledger.hpp"
 
 #include <gtest/gtest.h>
