@@ -6,12 +6,16 @@
 //   ros_bench sink                 counts /bench/flood, acknowledges on /bench/flood_ack
 //   ros_bench source               commands: flood size= seconds= window=
 //   ros_bench talk                 commands: talk size= hz= seconds=   publishes /bench/stream
+//   ros_bench both                 echo and talk by one node, as a bridge's side publishes both
 //   ros_bench listen               commands: count   a bare subscriber of /bench/stream
 //   ros_bench topics count=300     publishers that say nothing
 //   ros_bench idle                 a bare node
 //   ros_bench relay take= give=    half of a bare bridge (relay.hpp); port=: the other half
 // Options of all: depth= (default 100). The protocol on stdin and stdout is in timing.hpp.
 #include <unistd.h>
+
+#include <atomic>
+#include <thread>
 
 #include "relay.hpp"
 #include "ros_node.hpp"
@@ -285,6 +289,25 @@ void run_talk(Node& node, Commands& commands) {
   }
 }
 
+// What a bridge's side does for a ping beside a stream, without a bridge: both publishers belong to
+// one participant and share its shared memory.
+void run_both(Node& node, Commands& commands) {
+  std::atomic<bool> over = false;
+  std::thread echo([&] {
+    Subscription in(node, "/bench/ping");
+    Publisher out(node, "/bench/pong");
+    WaitSet waiter(node, {&in});
+    Message message(kBodyBytesMin);
+    while (!over) {
+      if (!waiter.wait_until(now_ns() + kSecond / 5)) continue;
+      while (in.take(message)) out.send(message);
+    }
+  });
+  run_talk(node, commands);
+  over = true;
+  echo.join();
+}
+
 // A bare rcl subscriber: waits and takes.
 void run_listen(Node& node, Commands& commands) {
   Subscription in(node, "/bench/stream");
@@ -331,6 +354,8 @@ int main(int argc, char** argv) {
     bench::run_source(node, commands);
   } else if (mode == "talk") {
     bench::run_talk(node, commands);
+  } else if (mode == "both") {
+    bench::run_both(node, commands);
   } else if (mode == "listen") {
     bench::run_listen(node, commands);
   } else if (mode == "relay") {
@@ -338,9 +363,9 @@ int main(int argc, char** argv) {
   } else if (mode == "topics" || mode == "idle") {
     bench::run_idle(node, commands, mode == "idle" ? 0 : options.count("count", 300));
   } else {
-    std::fprintf(
-        stderr,
-        "usage: ros_bench echo|ping|sink|source|talk|listen|topics|idle|relay [key=value ...]\n");
+    std::fprintf(stderr,
+                 "usage: ros_bench echo|ping|sink|source|talk|both|listen|topics|idle|relay "
+                 "[key=value ...]\n");
     return 2;
   }
   return 0;

@@ -14,6 +14,13 @@ WINDOWS = {12: (32, 100), 10_000: (32, 100), 500_000: (1, 4, 16)}
 PLAIN = ("ws", "tcp")  # their window is the kernel's
 
 
+def only_sizes(sizes):
+    """Restricts the measurements to these."""
+    global SIZES, WINDOWS
+    SIZES = tuple(sizes)
+    WINDOWS = {size: windows for size, windows in WINDOWS.items() if size in sizes}
+
+
 def percentile(values, percent):
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(percent / 100 * len(ordered)))] if ordered else None

@@ -182,12 +182,16 @@ def mixed_figures(result):
     for path, reach in (
         ("bridged default", ("<=", 3)),
         ("local default", None),
+        ("one node default", None),
         ("bridged large", None),
         ("local large", None),
+        ("one node large", None),
     ):
         found = result.get(path) or {}
         alone, beside = (found.get(kind, {}).get("p99") for kind in ("alone", "beside"))
         ratio = beside / alone if alone and beside else None
+        if reach is None and not found:
+            continue
         note = found.get("missing") or ""
         if alone:
             arrived = f"{found['bulk_received']} of {found['bulk_sent']} large arrived"

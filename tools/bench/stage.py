@@ -236,6 +236,16 @@ def relay_path(shop):
     return path
 
 
+def one_node_path(shop, name, large):
+    """In one graph, a single node echoes the pings and publishes the stream: for `mixed` alone."""
+    path = Path(name)
+    domain = take_domains(1)[0]
+    for tool, mode in (("talk", "both"), ("listen", "listen"), ("ping", "ping")):
+        path.add(tool, lambda m=mode: shop.worker("ros_bench", m, domain=domain, large=large))
+    path.same("echo", "talk")
+    return path
+
+
 def ros_path(shop, name, bridged, large):
     """Operator pings, robot echoes; robot floods, operator counts: in one graph or in two."""
     path = Path(name)
