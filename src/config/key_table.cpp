@@ -154,16 +154,17 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .unit = "bytes",
                   .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
                           "the lowest priority are dropped and counted."});
-  rows.push_back({.section = section,
-                  .key = "fragment_bytes",
-                  .type = ValueType::kInteger,
-                  .fallback = whole(core.outbox.fragment_bytes),
-                  .min = 1024,
-                  .max = 1048576,
-                  .unit = "bytes",
-                  .help =
-                      "Largest part of a message that is sent in one piece. Smaller lets urgent "
-                      "messages overtake sooner: 4096 to 16384 on thin links."});
+  rows.push_back(
+      {.section = section,
+       .key = "fragment_bytes",
+       .type = ValueType::kInteger,
+       .fallback = whole(core.outbox.fragment_bytes),
+       .min = 1024,
+       .max = 1048576,
+       .unit = "bytes",
+       .help = "Largest part of a message that is sent in one piece. Parts follow the rate of "
+               "the link, so a limit is needed only where urgent messages overtake too late: "
+               "4096 to 16384 on thin links."});
   rows.push_back({.section = section,
                   .key = "history_bytes_max",
                   .type = ValueType::kInteger,

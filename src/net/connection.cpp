@@ -68,6 +68,7 @@ void Connection::ready() {
 
 void Connection::allow(std::size_t packet_bytes_max) {
   gate_open_ = true;
+  socket_->next_layer().read_ahead();
   setup_.pending_slot.reset();
   socket_->read_message_max(packet_bytes_max);
   if (packet_unhandled_) {

@@ -35,7 +35,7 @@ struct SocketOptions {
   // 0: left to the kernel, then every packet goes out at once.
   std::uint32_t unsent_bytes_max = 16384;
   // Bytes a client masks and sends in one go.
-  std::uint32_t write_buffer_bytes = 65536;
+  std::uint32_t write_buffer_bytes = 128 << 10;
   // "bbr", "cubic", ...; "auto": bbr where the host allows it; empty or "host": the host's default
   std::string congestion_control;
   std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection

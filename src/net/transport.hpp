@@ -11,8 +11,10 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <boost/beast/core/bind_handler.hpp>
 #include <functional>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 namespace connect_bridge {
@@ -48,12 +50,31 @@ class Transport {
   // Ends now, unsent data is lost. Operations under way complete with an error.
   void abort();
 
+  // From now on a read takes more from the kernel than was asked for, if it is there, and keeps it
+  // for the next ones. Beast reads a frame's head and the rest apart, and with less than the kernel
+  // has a read cannot tell that it has emptied it: three system calls for each message without
+  // this, one with it. TLS has a buffer of its own.
+  void read_ahead() {
+    if (!tls_ && !ahead_) ahead_.reset(new Ahead);
+  }
+
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
+    using Read = AheadRead<std::decay_t<Handler>>;
     if (tls_) {
       tls_->async_read_some(buffers, std::forward<Handler>(handler));
-    } else {
+    } else if (!ahead_) {
       socket_.async_read_some(buffers, std::forward<Handler>(handler));
+    } else if (ahead_begin_ < ahead_end_) {
+      const std::size_t n = asio::buffer_copy(
+          buffers, asio::buffer(ahead_->data() + ahead_begin_, ahead_end_ - ahead_begin_));
+      ahead_begin_ += n;
+      asio::post(get_executor(),
+                 boost::beast::bind_front_handler(std::forward<Handler>(handler), ErrorCode{}, n));
+    } else {
+      const asio::mutable_buffer first{*asio::buffer_sequence_begin(buffers)};
+      const std::array<asio::mutable_buffer, 2> both{first, asio::buffer(*ahead_)};
+      socket_.async_read_some(both, Read{this, first.size(), std::forward<Handler>(handler)});
     }
   }
 
@@ -67,6 +88,28 @@ class Transport {
   }
 
  private:
+  static constexpr std::size_t kAheadBytes = 32768;
+  using Ahead = std::array<unsigned char, kAheadBytes>;
+
+  // Keeps what was read beyond the asked bytes, and tells the handler of the asked ones.
+  template <class Handler>
+  struct AheadRead {
+    using executor_type = asio::associated_executor_t<Handler, Socket::executor_type>;  // NOLINT
+    Transport* transport;
+    std::size_t asked;
+    Handler handler;
+
+    [[nodiscard]] executor_type get_executor() const {
+      return asio::get_associated_executor(handler, transport->get_executor());
+    }
+    void operator()(ErrorCode error, std::size_t bytes) {
+      transport->ahead_begin_ = 0;
+      transport->ahead_end_ = bytes > asked ? bytes - asked : 0;
+      handler(error, std::min(bytes, asked));
+    }
+    friend bool asio_handler_is_continuation(AheadRead*) { return true; }
+  };
+
   static constexpr std::size_t kRecordBytesMax = 16384;  // RFC 8446 section 5.1
   using Tls = asio::ssl::stream<Socket&>;
 
@@ -87,6 +130,9 @@ class Transport {
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
   std::unique_ptr<Record> record_;
+  std::unique_ptr<Ahead> ahead_;
+  std::size_t ahead_begin_ = 0;  // what is left of it
+  std::size_t ahead_end_ = 0;
 };
 
 }  // namespace connect_bridge

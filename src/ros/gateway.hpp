@@ -17,7 +17,9 @@ namespace connect_bridge::ros {
 struct GatewayOptions {
   std::uint32_t message_bytes_max = 64U << 20;  // larger samples are dropped and reported
   int takes_per_wake_max = 64;                  // per drain(), so that sockets get their turn
-  std::size_t bytes_per_wake_max = 8U << 20;    // the same in bytes
+  // The same in bytes: no more than the first packet takes, so that the next hop works on it while
+  // this side takes the rest, and while it is in the caches.
+  std::size_t bytes_per_wake_max = 64U << 10;
   Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
 };
 

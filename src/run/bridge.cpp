@@ -1,5 +1,7 @@
 #include "run/bridge.hpp"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <boost/asio/post.hpp>
 #include <csignal>
@@ -14,6 +16,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr auto kStopTime = std::chrono::milliseconds(800);
+constexpr unsigned kQuietSeconds = 5;
 
 Stamp read_clock(clockid_t id) {
   timespec t{};
@@ -148,19 +151,19 @@ void Bridge::authenticate(const Authenticate& request) {
       });
 }
 
+// A timer that is set too early stays: deadlines move with every packet, and setting it costs more
+// than the few times that it fires for nothing.
 void Bridge::set_timer() {
   const auto deadline = side_.next_deadline();
-  if (deadline == timer_at_) return;
+  if (!deadline || (timer_at_ && *timer_at_ <= *deadline)) return;
   timer_at_ = deadline;
-  if (!deadline) {
-    timer_.cancel();
-    return;
-  }
   timer_.expires_at(std::chrono::steady_clock::time_point(deadline->time_since_epoch()));
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (error) return;
     timer_at_.reset();
-    feed(TimePassed{});
+    const auto due = side_.next_deadline();
+    if (due && *due <= now().steady) return feed(TimePassed{});
+    set_timer();
   });
 }
 
@@ -216,11 +219,21 @@ void Bridge::every_second() {
   // Since this timer waits in the same queue as everything else, its delay is the loop's.
   loop_lag_ms_ = std::max(0.0, static_cast<double>((at - second_due_).count()) / 1e6);
   if (!config_.status_file.empty()) write_status();
+  give_memory_back();
   second_due_ = std::max(second_due_ + std::chrono::seconds(1), at);
   second_.expires_at(std::chrono::steady_clock::time_point(second_due_.time_since_epoch()));
   second_.async_wait([this](const boost::system::error_code& error) {
     if (!error && !stopping_) every_second();
   });
+}
+
+// What large messages needed, once none has come for some seconds (program.cpp keeps it till then).
+void Bridge::give_memory_back() {
+  const auto counters = gateway_.counters();
+  const std::uint64_t moved = counters.taken + counters.published;
+  quiet_seconds_ = moved == moved_ ? quiet_seconds_ + 1 : 0;
+  moved_ = moved;
+  if (quiet_seconds_ == kQuietSeconds && moved > 0) malloc_trim(0);
 }
 
 void Bridge::write_status() {

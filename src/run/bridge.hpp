@@ -55,6 +55,7 @@ class Bridge {
   void on_wake();
   void on_parameter_wake();
   void write_status();
+  void give_memory_back();
   void every_second();
   void wait_for_signal();
   void stop();
@@ -82,6 +83,8 @@ class Bridge {
   std::optional<TimePoint> timer_at_;
   TimePoint second_due_{};
   double loop_lag_ms_ = 0;
+  std::uint64_t moved_ = 0;  // messages, at the last second
+  unsigned quiet_seconds_ = 0;
   std::string status_problem_;
 };
 

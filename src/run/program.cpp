@@ -1,5 +1,7 @@
 #include "run/program.hpp"
 
+#include <malloc.h>
+
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -12,6 +14,17 @@ namespace {
 
 constexpr int kExitRos = 1;
 constexpr int kExitConfiguration = 2;
+
+// Buffers of large messages come and go many times a second. By default each is mapped and
+// unmapped, and the kernel zeroes each of its pages anew; so they stay in the heap, which shrinks
+// when much is free at its end, and when nothing moves (Bridge::every_second).
+constexpr int kMappedFrom = 8 << 20;
+constexpr int kFreeAtEndMax = 16 << 20;
+
+void keep_large_buffers() {
+  mallopt(M_MMAP_THRESHOLD, kMappedFrom);
+  mallopt(M_TRIM_THRESHOLD, kFreeAtEndMax);
+}
 
 int refuse(const std::vector<std::string>& problems) {
   std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
@@ -54,6 +67,7 @@ int start(ros::Node& node, Role role, int argc, char** argv) {
 
 int run_program(Role role, int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  keep_large_buffers();
   try {
     ros::NodeOptions options;
     options.name = role == Role::kServer ? "connect_server" : "connect_client";

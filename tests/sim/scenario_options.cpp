@@ -140,11 +140,11 @@ SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   o.latched_depth = static_cast<std::uint32_t>(rng.pick(std::vector<int>{3, 10, 10}));
   o.compress_job_bytes = static_cast<std::uint32_t>(rng.pick(std::vector<int>{64, 2000, 16384}));
   // A fragment must not keep a thin line busy for so long that the peer seems silent.
-  const auto fragment_max =
-      std::clamp<std::int64_t>(static_cast<std::int64_t>(path.bytes_per_second / 16), 1024, 65536);
+  const auto fragment_max = std::clamp<std::int64_t>(
+      static_cast<std::int64_t>(path.bytes_per_second / 16), 1024, 524'288);
   o.outbox.fragment_bytes = static_cast<std::uint32_t>(rng.between(1000, fragment_max));
   o.outbox.packet_bytes =
-      static_cast<std::uint32_t>(rng.between(500, std::min<std::int64_t>(16384, fragment_max)));
+      static_cast<std::uint32_t>(rng.between(500, std::min<std::int64_t>(65536, fragment_max)));
   if (rng.chance(400)) {
     o.outbox.unacknowledged_bytes_max = static_cast<std::uint64_t>(rng.between(140'000, 400'000));
   }

@@ -154,8 +154,8 @@ void Outbox::add_small() {
 }
 
 void Outbox::add_data(const Now& now) {
-  const std::uint32_t part_max = part_size_.bytes(options_.fragment_bytes);
-  const std::uint32_t gather_max = part_size_.bytes(options_.packet_bytes);
+  const std::uint32_t part_max = part_size_.bytes(options_.fragment_bytes, kUnprovenPartBytes);
+  const std::uint32_t gather_max = part_size_.bytes(options_.packet_bytes, kUnprovenPacketBytes);
   while (packet_.size() < gather_max || packet_.empty()) {
     auto* queue = next_queue(now);
     if (queue == nullptr) return;

@@ -20,11 +20,12 @@
 namespace connect_bridge {
 
 struct OutboxOptions {
-  // Largest part of a message in one packet; on a slow link parts are smaller (PartSize). At most
-  // half of unacknowledged_bytes_max is used.
-  std::uint32_t fragment_bytes = 65536;
-  // Small parts are gathered into a packet up to this size; a part larger than it ends the packet.
-  std::uint32_t packet_bytes = 16384;
+  // Largest part of a message in one packet; the rate of the link decides (PartSize), and before it
+  // is known kUnprovenPartBytes. At most half of unacknowledged_bytes_max is used.
+  std::uint32_t fragment_bytes = 512 << 10;
+  // Small parts are gathered into a packet up to this size (likewise, kUnprovenPacketBytes); a part
+  // larger than it ends the packet.
+  std::uint32_t packet_bytes = 65536;
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
   // Of control texts; beyond: the link closes with kSlowPeer.
@@ -33,6 +34,9 @@ struct OutboxOptions {
   std::uint64_t data_bytes_max = 64 << 20;
 };
 
+// Limits for a link of which nothing tells yet that it is a fast one.
+inline constexpr std::uint32_t kUnprovenPartBytes = 65536;
+inline constexpr std::uint32_t kUnprovenPacketBytes = 16384;
 // By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait
 // for ever.

@@ -50,6 +50,21 @@ TEST(Acknowledger, SixtyFourKibAreAcknowledgedAtOnce) {
   EXPECT_EQ(acknowledger.take_due(ms(1)), 65'536U + (1 << 20));
 }
 
+TEST(Acknowledger, OnAFastLinkSixtyFourKibWaitForFiveMilliseconds) {
+  Acknowledger acknowledger;
+  acknowledger.on_packet(65'536, kData, ms(10));
+  EXPECT_EQ(acknowledger.take_due(ms(10)), 65'536U);
+  acknowledger.on_packet(65'536, kData, ms(11));
+  EXPECT_EQ(acknowledger.deadline(), ms(15));
+  acknowledger.on_packet(900'000, kData, ms(12));
+  EXPECT_FALSE(acknowledger.take_due(ms(14)));
+  EXPECT_EQ(acknowledger.take_due(ms(15)), 1'031'072U);
+  acknowledger.on_packet(1 << 20, kData, ms(16));  // a mebibyte does not wait
+  EXPECT_EQ(acknowledger.take_due(ms(16)), 1'031'072U + (1 << 20));
+  acknowledger.on_packet(65'536, kData, ms(40));
+  EXPECT_TRUE(acknowledger.take_due(ms(40)));
+}
+
 TEST(Acknowledger, SmallFramesStartNoTimerButCount) {
   Acknowledger acknowledger;
   acknowledger.on_packet(56, kSmall, ms(0));
