@@ -56,6 +56,7 @@ struct Gateway::State {
   std::unique_ptr<GraphWatcher> graph;  // its thread ends before the list it marks
   std::deque<ReadyList::Slot*> turns;
   std::deque<Input> failures;
+  std::unordered_map<MirrorId, std::uint64_t> refused;  // samples, not yet told
   GatewayCounters counters;
   int takes = 0;          // of this drain
   std::size_t bytes = 0;  // of this drain
@@ -85,6 +86,9 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     state.failures.pop_front();
     sink(std::move(input));
   }
+  for (const auto& [mirror, count] : std::exchange(state.refused, {})) {
+    sink(PublishFailed{mirror, count});
+  }
   state.takes = 0;
   state.bytes = 0;
   while (!state.turns.empty() && state.takes < state.options.takes_per_wake_max &&
@@ -101,7 +105,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     // Last, because the sink may destroy the entity and give its slot to another one.
     if (input) sink(std::move(*input));
   }
-  return !state.turns.empty() || !state.failures.empty();
+  return !state.turns.empty() || !state.failures.empty() || !state.refused.empty();
 }
 
 // Does one thing for this slot and clears the bit when that was all of it.
@@ -264,7 +268,10 @@ void Gateway::apply(const Publish& action) {
   const auto problem = found->second->publish(action.payload.view());
   if (!problem) {
     ++state_->counters.published;
-  } else if (std::has_single_bit(++state_->counters.publish_failures)) {
+    return;
+  }
+  if (state_->refused[action.mirror]++ == 0) state_->ready.wake();
+  if (std::has_single_bit(++state_->counters.publish_failures)) {
     state_->node.log(LogLevel::kWarn, *problem + " (failures so far: " +
                                           std::to_string(state_->counters.publish_failures) + ")");
   }

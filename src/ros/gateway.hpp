@@ -56,7 +56,7 @@ class Gateway {
 
   // Carries out an action that is for ROS (CreateSubscription, DestroySubscription, CreateMirror,
   // DestroyMirror, Publish, RefreshGraph) and returns true; others are left alone. What fails comes
-  // as an input (SubscriptionFailed, MirrorFailed). Unknown ids are ignored.
+  // as an input (SubscriptionFailed, MirrorFailed, PublishFailed). Unknown ids are ignored.
   bool apply(const Action& action);
 
   void apply(const CreateSubscription& action);

@@ -7,13 +7,14 @@
 namespace connect_bridge {
 namespace {
 
-JobDone carry_out(const CompressJob& job) {
+JobDone carry_out(const CompressJob& job, const std::atomic<bool>& give_up) {
   JobDone done{job.job, std::nullopt};
-  if (auto body = compress(job.raw.view(), job.how)) done.result = Payload::adopt(std::move(*body));
+  if (auto body = compress(job.raw.view(), job.how, &give_up))
+    done.result = Payload::adopt(std::move(*body));
   return done;
 }
 
-JobDone carry_out(const DecompressJob& job) {
+JobDone carry_out(const DecompressJob& job, const std::atomic<bool>&) {
   JobDone done{job.job, std::nullopt};
   auto raw = decompress(job.body.view(), job.codec, job.raw_bytes);
   if (raw) done.result = Payload::adopt(std::move(raw).value());
@@ -52,7 +53,8 @@ void Workers::run() {
     const Job job = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    done_(std::visit([](const auto& j) { return carry_out(j); }, job));
+    JobDone done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
+    if (!ending_) done_(std::move(done));
   }
 }
 

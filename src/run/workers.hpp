@@ -1,6 +1,7 @@
 // A small pool for work that would hold up the loop: compressing and decompressing large messages.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -21,7 +22,7 @@ class Workers {
   using Job = std::variant<CompressJob, DecompressJob>;
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
-  // Finishes the running jobs, forgets the waiting ones.
+  // Waits for the running jobs, which give up where they would take long; forgets the waiting ones.
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
@@ -35,7 +36,7 @@ class Workers {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> waiting_;
-  bool ending_ = false;
+  std::atomic<bool> ending_ = false;
   std::vector<std::thread> threads_;
 };
 

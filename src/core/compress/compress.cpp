@@ -9,6 +9,9 @@
 namespace connect_bridge {
 namespace {
 
+// A fifth of a second at the highest level of zstd.
+constexpr std::size_t kUninterruptedBytesMax = 512 << 10;
+
 // A zstd context costs more to make than a small message to compress, so each thread keeps its own.
 // It holds no state between calls that could change a result.
 struct FreeContext {
@@ -45,9 +48,32 @@ std::size_t compress_lz4(ByteView raw, Bytes& out) {
 std::size_t compress_zstd(ByteView raw, int level, Bytes& out) {
   ZSTD_CCtx* context = compress_context();
   if (context == nullptr) return 0;
-  const std::size_t size = ZSTD_compressCCtx(context, out.data(), out.size(), raw.data(),
-                                             raw.size(), std::clamp(level, 1, 19));
+  const std::size_t size =
+      ZSTD_compressCCtx(context, out.data(), out.size(), raw.data(), raw.size(), level);
   return ZSTD_isError(size) ? 0 : size;
+}
+
+// The same piece by piece, so that it can be given up in between. Slower: zstd copies the input.
+std::size_t compress_zstd(ByteView raw, int level, Bytes& out, const std::atomic<bool>& give_up) {
+  constexpr std::size_t kPieceBytes = 128 << 10;  // some 50 ms at the highest level
+  ZSTD_CCtx* context = compress_context();
+  if (context == nullptr) return 0;
+  ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, level);
+  ZSTD_CCtx_setPledgedSrcSize(context, raw.size());  // so that the frame states it
+  ZSTD_outBuffer to{out.data(), out.size(), 0};
+  for (ByteView rest = raw; !rest.empty();) {
+    const auto piece = rest.first(std::min(rest.size(), kPieceBytes));
+    rest = rest.subspan(piece.size());
+    ZSTD_inBuffer from{piece.data(), piece.size(), 0};
+    const auto mode = rest.empty() ? ZSTD_e_end : ZSTD_e_continue;
+    std::size_t unwritten = 1;
+    while (from.pos < from.size || (rest.empty() && unwritten > 0)) {
+      unwritten = ZSTD_compressStream2(context, &to, &from, mode);
+      if (ZSTD_isError(unwritten) || (unwritten > 0 && to.pos == to.size) || give_up) return 0;
+    }
+  }
+  return to.pos;
 }
 
 Result<Bytes> decompress_lz4(ByteView body, std::size_t raw_bytes) {
@@ -87,11 +113,14 @@ Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes) {
 
 }  // namespace
 
-std::optional<Bytes> compress(ByteView raw, Compression how) {
+std::optional<Bytes> compress(ByteView raw, Compression how, const std::atomic<bool>* give_up) {
   if (raw.size() < 2 || how.codec == Codec::kNone) return std::nullopt;
   Bytes out(raw.size() - 1);  // room for less than the input: what does not fit did not shrink
-  const std::size_t size =
-      how.codec == Codec::kLz4 ? compress_lz4(raw, out) : compress_zstd(raw, how.level, out);
+  const int level = std::clamp(how.level, 1, 19);
+  const bool quick = how.codec == Codec::kLz4 || raw.size() <= kUninterruptedBytesMax || !give_up;
+  const std::size_t size = how.codec == Codec::kLz4 ? compress_lz4(raw, out)
+                           : quick                  ? compress_zstd(raw, level, out)
+                                                    : compress_zstd(raw, level, out, *give_up);
   if (size == 0) return std::nullopt;
   out.resize(size);
   out.shrink_to_fit();  // queues count the size, so the memory must not be more

@@ -1,6 +1,7 @@
 // lz4 (block format) and zstd (single frame) as pure functions with a cap on the output size.
 #pragma once
 
+#include <atomic>
 #include <optional>
 
 #include "core/base/bytes.hpp"
@@ -9,8 +10,10 @@
 
 namespace connect_bridge {
 
-// nullopt when compressing does not shrink the input (or it is empty): then send it as it is.
-std::optional<Bytes> compress(ByteView raw, Compression how);
+// nullopt when compressing does not shrink the input (or it is empty): then send it as it is; also
+// when `give_up` became true on the way (a high level takes many seconds for a large message).
+std::optional<Bytes> compress(ByteView raw, Compression how,
+                              const std::atomic<bool>* give_up = nullptr);
 
 // Exactly `raw_bytes` bytes, or kMalformed. The caller has checked `raw_bytes` against its limit;
 // nothing beyond it is ever allocated for the output. Codec must not be kNone. Thread: any.

@@ -55,11 +55,12 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 }
 
 std::optional<TimePoint> Exports::deadline() const {
-  if (vanishing_ == 0 && parked_samples_ == 0) return std::nullopt;
+  if (vanishing_ == 0 && parked_samples_ == 0 && late_subscriptions_ == 0) return std::nullopt;
   std::optional<TimePoint> first;
   const auto earlier = [&](TimePoint t) { first = first ? std::min(*first, t) : t; };
   for (const auto& [key, topic] : topics_) {
     if (!topic.parked.empty()) earlier(topic.parked.front().until);
+    if (topic.subscribes_at) earlier(*topic.subscribes_at);
     if (topic.vanishing == 0) continue;
     for (const auto& [gid, origin] : topic.origins)
       if (origin.vanishes_at) earlier(*origin.vanishes_at);

@@ -82,6 +82,8 @@ class Exports {
     SubscriptionId subscription;  // none: nobody demands it
     bool failed = false;  // the subscription could not be created; tried again when origins change
     Qos subscription_qos;
+    TimePoint paid_until{};                  // every subscription that was made counts for a period
+    std::optional<TimePoint> subscribes_at;  // demanded, but too many were made before
     HistoryCache history;
     std::map<Compression, Encoder> encoders;
     std::deque<Parked> parked;  // samples of publishers the graph has not told of yet
@@ -106,6 +108,7 @@ class Exports {
   void recheck(LinkEntry& link, const Now& now);
 
   void update_subscription(Topic& topic, const Now& now);
+  [[nodiscard]] bool may_subscribe(Topic& topic, const Now& now);
   void unsubscribe(Topic& topic);
   [[nodiscard]] Qos wanted_qos(const Topic& topic) const;
   [[nodiscard]] std::uint32_t history_depth(const Topic& topic) const;
@@ -132,7 +135,8 @@ class Exports {
   std::unordered_set<Gid> bridge_publishers_;  // of other bridges: never origins
   std::uint64_t parked_bytes_ = 0;
   std::size_t parked_samples_ = 0;
-  int vanishing_ = 0;  // origins with vanishes_at, of all topics
+  int late_subscriptions_ = 0;  // topics with subscribes_at
+  int vanishing_ = 0;           // origins with vanishes_at, of all topics
 };
 
 }  // namespace connect_bridge

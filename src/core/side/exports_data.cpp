@@ -8,6 +8,10 @@
 namespace connect_bridge {
 namespace {
 
+// A peer may switch its demand on and off as it likes; it makes a reader of the middleware so often
+// at once, and then once per period.
+constexpr int kSubscriptionsAtOnce = 10;
+constexpr Duration kSubscriptionPeriod = std::chrono::seconds(1);
 constexpr Duration kParkMax = std::chrono::seconds(1);
 constexpr std::uint64_t kReaderDepthMax = 1 << 16;
 constexpr std::size_t kParkedSamplesMax = 256;       // per topic
@@ -86,7 +90,7 @@ std::uint32_t Exports::history_depth(const Topic& topic) const {
 }
 
 void Exports::update_subscription(Topic& topic, const Now& now) {
-  (void)now;
+  if (std::exchange(topic.subscribes_at, std::nullopt)) --late_subscriptions_;
   const bool demanded = std::any_of(topic.links.begin(), topic.links.end(),
                                     [](const auto& e) { return e.second.demanded; });
   if (!demanded || topic.origins.empty()) return unsubscribe(topic);
@@ -97,6 +101,8 @@ void Exports::update_subscription(Topic& topic, const Now& now) {
   if (topic.subscription) {
     outputs_.push(DestroySubscription{topic.subscription});
     by_subscription_.erase(topic.subscription);
+  } else if (!may_subscribe(topic, now)) {
+    return;
   }
   topic.subscription = outputs_.new_subscription();
   topic.subscription_qos = qos;
@@ -106,7 +112,19 @@ void Exports::update_subscription(Topic& topic, const Now& now) {
                                    topic.type_hash, qos});
 }
 
+bool Exports::may_subscribe(Topic& topic, const Now& now) {
+  const TimePoint free_at = topic.paid_until - (kSubscriptionsAtOnce - 1) * kSubscriptionPeriod;
+  if (free_at > now.steady) {
+    topic.subscribes_at = free_at;
+    ++late_subscriptions_;
+    return false;
+  }
+  topic.paid_until = std::max(topic.paid_until, now.steady) + kSubscriptionPeriod;
+  return true;
+}
+
 void Exports::unsubscribe(Topic& topic) {
+  if (std::exchange(topic.subscribes_at, std::nullopt)) --late_subscriptions_;
   if (topic.subscription) {
     outputs_.push(DestroySubscription{topic.subscription});
     by_subscription_.erase(topic.subscription);

@@ -139,6 +139,7 @@ void Exports::on_time(const Now& now) {
     Topic& topic = it->second;
     if (!topic.parked.empty()) unpark(topic, now);
     if (topic.vanishing > 0) remove_vanished(topic, now);
+    if (topic.subscribes_at && *topic.subscribes_at <= now.steady) update_subscription(topic, now);
     if (topic.origins.empty() && topic.parked.empty()) {
       it = topics_.erase(it);
     } else {

@@ -47,6 +47,7 @@ class Imports {
   void on_claims(const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
   void on_mirror_failed(const MirrorFailed& failed);
+  void on_publish_failed(const PublishFailed& failed);
   bool on_job(const JobDone& done, const Now& now);  // false: not ours
   void on_time(const Now& now);
 

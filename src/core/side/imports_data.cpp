@@ -137,6 +137,21 @@ void Imports::publish(LinkEntry& link, Channel& channel, const InMessage& messag
   outputs_.push(Publish{mirror.id, raw});
 }
 
+// What was counted as published turns out to be a drop.
+void Imports::on_publish_failed(const PublishFailed& failed) {
+  for (const auto& [key, mirror] : mirrors_) {
+    if (mirror.id != failed.mirror || mirror.candidates.empty()) continue;
+    const Candidate& feeder = mirror.candidates.front();
+    const auto channel = channels_.find({feeder.link, feeder.channel});
+    if (channel == channels_.end()) return;
+    // A channel that is younger than the message has not counted it.
+    const auto count = std::min(failed.count, channel->second.published);
+    channel->second.published -= count;
+    channel->second.dropped.add(DropReason::kPublishFailed, count);
+    return;
+  }
+}
+
 void Imports::add_status(const LinkEntry& link, LinkStatus& status) const {
   for (auto it = channels_.lower_bound({link.id, ChannelId{}});
        it != channels_.end() && it->first.first == link.id; ++it) {

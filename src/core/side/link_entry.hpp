@@ -4,8 +4,11 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <tuple>
 
 #include "core/link/link.hpp"
+#include "core/side/status.hpp"
 
 namespace connect_bridge {
 
@@ -24,6 +27,8 @@ struct LinkEntry {
   std::uint32_t last_channel = 0;
   std::string address;  // of the last connection, for people
   std::string node;
+  // What was counted on its earlier connections, by exported, topic and type.
+  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past;
 
   [[nodiscard]] bool open() const { return link && link->open(); }
   void send(const Control& message) {

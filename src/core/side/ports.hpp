@@ -78,6 +78,11 @@ struct MirrorFailed {
   std::string code;
   std::string reason;
 };
+// The middleware refused samples of Publish actions.
+struct PublishFailed {
+  MirrorId mirror;
+  std::uint64_t count = 0;
+};
 // The middleware reports an incompatible pair at one of our endpoints (QoS event), by policy name.
 struct QosIncompatible {
   std::string topic;
@@ -179,10 +184,10 @@ struct TimePassed {};
 
 using Input =
     std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
-                 QosIncompatible, RequestTaken, CallersGone, ServiceReady, ResponseTaken,
-                 InvocationFailed, ServiceMirrorFailed, ServiceClientFailed, ConnectionOpened,
-                 DialFailed, PacketReceived, ConnectionClosed, Authenticated, JobDone,
-                 PolicyChanged, StopRequested, TimePassed>;
+                 PublishFailed, QosIncompatible, RequestTaken, CallersGone, ServiceReady,
+                 ResponseTaken, InvocationFailed, ServiceMirrorFailed, ServiceClientFailed,
+                 ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed, Authenticated,
+                 JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 // ---- core -> ROS
 // ---------------------------------------------------------------------------------------

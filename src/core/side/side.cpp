@@ -87,6 +87,10 @@ void Side::State::on(MirrorFailed& input, const Now&) {
   imports.on_mirror_failed(input);
 }
 
+void Side::State::on(PublishFailed& input, const Now&) {
+  imports.on_publish_failed(input);
+}
+
 void Side::State::on(QosIncompatible& input, const Now&) {
   warn_once(input.topic + ": " +
             (input.at_mirror ? "a subscriber here requests" : "a publisher here offers") +
@@ -280,6 +284,10 @@ Status Side::status(const Now&) const {
     }
     s.exports.add_status(entry, link);
     s.imports.add_status(entry, link);
+    for (auto& topic : link.topics) {
+      const auto past = entry.past.find({topic.exported, topic.topic, topic.type});
+      if (past != entry.past.end()) topic.add_past(past->second);
+    }
     status.links.push_back(std::move(link));
   }
   return status;

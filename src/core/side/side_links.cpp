@@ -11,6 +11,7 @@ constexpr std::size_t kPendingMax = 256;  // connections before login
 constexpr Duration kOffersTime = std::chrono::seconds(30);
 // A link that lives this long has come to something: the back-off begins anew after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
+constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -207,6 +208,7 @@ void Side::State::send_accepts(LinkEntry& entry) const {
 // of silence.
 void Side::State::detach(LinkEntry& entry, bool dead, const Now& now) {
   const TimePoint heard = entry.link->last_heard();
+  keep_counts(entry);
   entry.link->close();
   exports.on_link_lost(entry.id);
   imports.on_link_lost(entry.id, now);
@@ -221,6 +223,19 @@ void Side::State::detach(LinkEntry& entry, bool dead, const Now& now) {
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
   if (now.steady - entry.opened_at >= kSteadyLink) dialer.opened();
   dial_later(false, now);
+}
+
+void Side::State::keep_counts(LinkEntry& entry) {
+  LinkStatus last;
+  exports.add_status(entry, last);
+  imports.add_status(entry, last);
+  for (auto& topic : last.topics) {
+    topic.dropped.add(DropReason::kLinkLost, topic.queued);
+    if (topic.messages + topic.dropped.total() == 0) continue;
+    const std::tuple key{topic.exported, topic.topic, topic.type};
+    if (entry.past.size() < kPastTopicsMax || entry.past.contains(key))
+      entry.past[key].add_past(topic);
+  }
 }
 
 void Side::State::dial_later(bool login_refused, const Now& now) {

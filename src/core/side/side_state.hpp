@@ -23,6 +23,7 @@ struct Side::State {
   void on(MessagesLost& input, const Now& now);
   void on(SubscriptionFailed& input, const Now& now);
   void on(MirrorFailed& input, const Now& now);
+  void on(PublishFailed& input, const Now& now);
   void on(QosIncompatible& input, const Now& now);
   template <class ServiceInput>
   void on(ServiceInput&, const Now&) {}  // services are not forwarded yet
@@ -60,6 +61,7 @@ struct Side::State {
   void attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now& now);
   void send_accepts(LinkEntry& entry) const;
   void detach(LinkEntry& entry, bool dead, const Now& now);
+  void keep_counts(LinkEntry& entry);
   void dial_later(bool login_refused, const Now& now);
   void on_link_time(const Now& now);
   void dial_if_due(const Now& now);

@@ -26,6 +26,15 @@ struct TopicStatus {
       latency_ms;  // imported: last message, origin's stamp to publication, clock offset corrected
   DropCounts dropped;
   std::string declined;  // exported: why the peer does not import it; empty if it does
+
+  // The counts of the same topic on an earlier connection of the link.
+  void add_past(const TopicStatus& past) {
+    messages += past.messages;
+    bytes += past.bytes;
+    wire_bytes += past.wire_bytes;
+    for (std::size_t i = 0; i < kDropReasons; ++i)
+      dropped.by_reason[i] += past.dropped.by_reason[i];
+  }
 };
 
 struct ClockStatus {

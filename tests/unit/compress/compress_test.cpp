@@ -51,6 +51,25 @@ TEST_P(EveryCodec, ReturnsWhatWentIn) {
   }
 }
 
+TEST(Compress, InPiecesItIsTheSameForTheReceiver) {
+  const std::atomic<bool> no = false;
+  for (const std::size_t size : {600'000U, 1U << 20U, 3'000'001U}) {
+    const Bytes raw = sample(size);
+    const auto body = compress(raw, kZstd, &no);
+    ASSERT_TRUE(body.has_value()) << size;
+    const auto out = decompress(*body, Codec::kZstd, raw.size());
+    ASSERT_TRUE(out.ok()) << out.error().message;
+    EXPECT_EQ(out.value(), raw);
+    EXPECT_FALSE(compress(noise(size), kZstd, &no).has_value());
+  }
+}
+
+TEST(Compress, ALargeMessageCanBeGivenUp) {
+  const std::atomic<bool> yes = true;
+  EXPECT_FALSE(compress(sample(1 << 20), kZstd, &yes).has_value());
+  EXPECT_TRUE(compress(sample(1000), kZstd, &yes).has_value());  // not worth it
+}
+
 TEST_P(EveryCodec, DeclinesWhatDoesNotShrink) {
   EXPECT_FALSE(compress({}, GetParam()).has_value());
   EXPECT_FALSE(compress(Bytes{1}, GetParam()).has_value());

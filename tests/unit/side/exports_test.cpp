@@ -1,6 +1,8 @@
 // A side's own topics: offered by right, subscribed by demand, adapted to their publishers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -67,6 +69,27 @@ TEST(SideExports, DemandMakesExactlyOneSubscriptionForTwoLinks) {
   EXPECT_EQ(s.did(), "unsubscribe 2\n");
   s.demand(1, 1);
   EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
+}
+
+TEST(SideExports, ADemandThatComesAndGoesMakesFewSubscriptions) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  for (int i = 0; i < 100; ++i) {
+    s.demand(1, 1, true);
+    s.demand(1, 1, false);
+  }
+  const auto lines = s.did();
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 2 * 10);
+  s.demand(1, 1, true);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "subscribe 12 /a reliable volatile 100\n");
+  s.demand(1, 1, false);
+  s.pass(20'000);
+  EXPECT_EQ(s.did(), "unsubscribe 12\n");
+  s.demand(1, 1, true);  // a late one is forgotten with its demand
+  EXPECT_EQ(s.did(), "subscribe 13 /a reliable volatile 100\n");
 }
 
 TEST(SideExports, ALostLinkDemandsNothing) {

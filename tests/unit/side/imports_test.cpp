@@ -49,6 +49,17 @@ TEST(SideImports, ALocalSubscriberMakesTheDemand) {
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
+TEST(SideImports, WhatTheMiddlewareRefusesIsADrop) {
+  Imports s;
+  s.offer(1, {channel(1, "/a", {origin(1, 11)})});
+  s.graph({topic("/a").sub(1)});
+  for (int i = 0; i < 3; ++i) s.message(1, 1, 1, "hello");
+  s.give(PublishFailed{{2}, 2});
+  s.give(PublishFailed{{99}, 1});  // a mirror that is gone
+  EXPECT_EQ(s.dropped(DropReason::kPublishFailed), 2U);
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).messages, 1U);
+}
+
 TEST(SideImports, DiscoveryIsAwaitedAfterAStart) {
   Script s(server());
   s.join(1);

@@ -174,6 +174,23 @@ TEST(Side, ANewerConnectionOfASessionReplacesTheOlder) {
   EXPECT_EQ(s.said(1), "");
 }
 
+TEST(Side, CountsOutliveAConnection) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  Token128 session = s.join(1);
+  for (std::uint32_t connection = 1; connection <= 3; ++connection) {
+    s.demand(connection, connection);
+    s.take(1 + connection, 1, "sent");
+    s.said(connection);
+    s.take(1 + connection, 1, "lost with the connection");
+    s.lose(connection);
+    s.join(connection + 1, session);
+    const auto counts = s.status().links.at(0).topics.at(0);
+    EXPECT_EQ(counts.messages, connection);
+    EXPECT_EQ(counts.dropped.of(DropReason::kLinkLost), connection);
+  }
+}
+
 TEST(Side, ChangedRulesWithdrawAndOffer) {
   Script s(server({rule({"/a", "/b"}, {})}));
   s.graph({topic("/a").pub(1), topic("/b").pub(2), topic("/c").pub(3)});
