@@ -227,10 +227,11 @@ void Bridge::every_second() {
   });
 }
 
-// What large messages needed, once none has come for some seconds (program.cpp keeps it till then).
+// What large messages needed, or a change of the graph, once nothing has come for some seconds
+// (program.cpp keeps it till then).
 void Bridge::give_memory_back() {
   const auto counters = gateway_.counters();
-  const std::uint64_t moved = counters.taken + counters.published;
+  const std::uint64_t moved = counters.taken + counters.published + counters.graph_readings;
   quiet_seconds_ = moved == moved_ ? quiet_seconds_ + 1 : 0;
   moved_ = moved;
   if (quiet_seconds_ == kQuietSeconds && moved > 0) malloc_trim(0);

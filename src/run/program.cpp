@@ -20,10 +20,13 @@ constexpr int kExitConfiguration = 2;
 // when much is free at its end, and when nothing moves (Bridge::every_second).
 constexpr int kMappedFrom = 8 << 20;
 constexpr int kFreeAtEndMax = 16 << 20;
+constexpr int kArenasMax = 2;
 
-void keep_large_buffers() {
+void tune_heap() {
   mallopt(M_MMAP_THRESHOLD, kMappedFrom);
   mallopt(M_TRIM_THRESHOLD, kFreeAtEndMax);
+  // The middleware's threads have little to do at a time; a heap for each of them only grows.
+  mallopt(M_ARENA_MAX, kArenasMax);
 }
 
 int refuse(const std::vector<std::string>& problems) {
@@ -67,7 +70,7 @@ int start(ros::Node& node, Role role, int argc, char** argv) {
 
 int run_program(Role role, int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
-  keep_large_buffers();
+  tune_heap();
   try {
     ros::NodeOptions options;
     options.name = role == Role::kServer ? "connect_server" : "connect_client";
