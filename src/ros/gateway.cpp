@@ -9,8 +9,10 @@
 #include "ros/graph.hpp"
 #include "ros/mirror.hpp"
 #include "ros/own_endpoints.hpp"
+#include "ros/proxy_nodes.hpp"
 #include "ros/qos.hpp"
 #include "ros/ready.hpp"
+#include "ros/services.hpp"
 #include "ros/subscription.hpp"
 #include "ros/time_source.hpp"
 #include "ros/type_supports.hpp"
@@ -18,7 +20,14 @@
 namespace connect_bridge::ros {
 namespace {
 
-enum SlotKind : std::uint32_t { kSubscription, kMirror, kGraph, kClock };
+enum SlotKind : std::uint32_t {
+  kSubscription,
+  kMirror,
+  kServiceMirror,
+  kServiceClient,
+  kGraph,
+  kClock
+};
 
 // rmw_fastrtps was seen to return empty samples without end after a large one was lost in part.
 // That many in a row are more than a queue of real ones would be.
@@ -27,11 +36,25 @@ constexpr int kInvalidInRowMax = 32;
 template <class Id, class Entity>
 using Entities = std::unordered_map<Id, std::unique_ptr<Entity>>;
 
+template <class T, class... Others>
+constexpr bool kIsOneOf = (std::is_same_v<T, Others> || ...);
+
 template <class T>
-constexpr bool kIsForRos =
-    std::is_same_v<T, CreateSubscription> || std::is_same_v<T, DestroySubscription> ||
-    std::is_same_v<T, CreateMirror> || std::is_same_v<T, DestroyMirror> ||
-    std::is_same_v<T, Publish> || std::is_same_v<T, RefreshGraph>;
+constexpr bool kIsForTopics = kIsOneOf<T, CreateSubscription, DestroySubscription, CreateMirror,
+                                       DestroyMirror, Publish, RefreshGraph>;
+template <class T>
+constexpr bool kIsForServices =
+    kIsOneOf<T, CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
+             CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation>;
+
+std::uint32_t ready_bit(GraphNews news) {
+  switch (news) {
+    case GraphNews::kTouched: return kReadyChanged;
+    case GraphNews::kRead: return kReadyMessage;
+    case GraphNews::kLook: break;
+  }
+  return kReadyLook;
+}
 
 }  // namespace
 
@@ -39,23 +62,38 @@ struct Gateway::State {
   State(Node& the_node, const GatewayOptions& the_options, std::function<void()> wake)
       : node(the_node), options(the_options), ready(std::move(wake)) {}
 
+  ServicePorts service_ports() {
+    return ServicePorts{node,
+                        types,
+                        ready,
+                        proxies,
+                        buffer,
+                        options.message_bytes_max,
+                        [this](Input input) { report(std::move(input)); },
+                        [this](std::set<std::string> names) { graph->watch(std::move(names)); },
+                        [this](Duration delay) { graph->look_again(delay); }};
+  }
+
   std::optional<Input> step(ReadyList::Slot& slot);
   std::optional<Input> step_subscription(ReadyList::Slot& slot, Subscription& subscription);
   std::optional<Input> take(ReadyList::Slot& slot, Subscription& subscription);
   std::optional<Input> invalid_sample(ReadyList::Slot& slot, Subscription& subscription);
-  void failed(Input input);
+  std::optional<Input> step_graph(ReadyList::Slot& slot);
+  void report(Input input);
 
   Node& node;
   const GatewayOptions options;
   ReadyList ready;
   TypeSupports types;
   TakeBuffer buffer;
+  ProxyNodes proxies{node};
   Entities<SubscriptionId, Subscription> subscriptions;
   Entities<MirrorId, Mirror> mirrors;
+  Services services{service_ports(), kServiceMirror, kServiceClient};
   std::unique_ptr<TimeSource> time;
   std::unique_ptr<GraphWatcher> graph;  // its thread ends before the list it marks
   std::deque<ReadyList::Slot*> turns;
-  std::deque<Input> failures;
+  std::deque<Input> reports;
   std::unordered_map<MirrorId, std::uint64_t> refused;  // samples, not yet told
   GatewayCounters counters;
   int takes = 0;          // of this drain
@@ -68,22 +106,24 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
   auto* clock = state.ready.acquire(&state, kClock);
   state.time = std::make_unique<TimeSource>(node, state.types, clock);
   auto* slot = state.ready.acquire(&state, kGraph);
-  state.graph = std::make_unique<GraphWatcher>(node, options.graph_pause,
-                                               [slot] { ReadyList::mark(slot, kReadyMessage); });
+  state.graph = std::make_unique<GraphWatcher>(node, options.graph_pause, [slot](GraphNews news) {
+    ReadyList::mark(slot, ready_bit(news));
+  });
 }
 
 Gateway::~Gateway() {
   state_->graph.reset();
   state_->subscriptions.clear();
   state_->mirrors.clear();
+  state_->services.clear();
 }
 
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   State& state = *state_;
   state.ready.collect(state.turns);
-  for (std::size_t n = state.failures.size(); n > 0; --n) {
-    Input input = std::move(state.failures.front());
-    state.failures.pop_front();
+  for (std::size_t n = state.reports.size(); n > 0; --n) {
+    Input input = std::move(state.reports.front());
+    state.reports.pop_front();
     sink(std::move(input));
   }
   for (const auto& [mirror, count] : std::exchange(state.refused, {})) {
@@ -105,7 +145,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     // Last, because the sink may destroy the entity and give its slot to another one.
     if (input) sink(std::move(*input));
   }
-  return !state.turns.empty() || !state.failures.empty() || !state.refused.empty();
+  return !state.turns.empty() || !state.reports.empty() || !state.refused.empty();
 }
 
 // Does one thing for this slot and clears the bit when that was all of it.
@@ -119,17 +159,22 @@ std::optional<Input> Gateway::State::step(ReadyList::Slot& slot) {
       if (!policy) return std::nullopt;
       return QosIncompatible{mirror.topic(), *policy, true};
     }
-    case kGraph: {
-      slot.bits_of_turn = 0;
-      auto graph_now = graph->take();
-      if (!graph_now) return std::nullopt;
-      return std::move(*graph_now);
-    }
+    case kServiceMirror: ++takes; return services.step_mirror(slot, bytes);
+    case kServiceClient: ++takes; return services.step_client(slot, bytes);
+    case kGraph: return step_graph(slot);
     default:
       slot.bits_of_turn = 0;
       time->drain();
       return std::nullopt;
   }
+}
+
+std::optional<Input> Gateway::State::step_graph(ReadyList::Slot& slot) {
+  const std::uint32_t bits = std::exchange(slot.bits_of_turn, 0);
+  services.look_at_graph((bits & kReadyChanged) != 0);
+  auto graph_now = graph->take();
+  if (!graph_now) return std::nullopt;
+  return std::move(*graph_now);
 }
 
 std::optional<Input> Gateway::State::step_subscription(ReadyList::Slot& slot,
@@ -192,16 +237,20 @@ std::optional<Input> Gateway::State::invalid_sample(ReadyList::Slot& slot,
   return SubscriptionFailed{id, "failed", *problem};
 }
 
-void Gateway::State::failed(Input input) {
-  failures.push_back(std::move(input));
+void Gateway::State::report(Input input) {
+  reports.push_back(std::move(input));
   ready.wake();
 }
 
 bool Gateway::apply(const Action& action) {
   return std::visit(
       [this](const auto& one) {
-        if constexpr (kIsForRos<std::decay_t<decltype(one)>>) {
+        using T = std::decay_t<decltype(one)>;
+        if constexpr (kIsForTopics<T>) {
           apply(one);
+          return true;
+        } else if constexpr (kIsForServices<T>) {
+          state_->services.apply(one);
           return true;
         } else {
           return false;
@@ -214,7 +263,7 @@ void Gateway::apply(const CreateSubscription& action) {
   State& state = *state_;
   const auto type = state.types.message(action.type, action.type_hash);
   if (const auto* refusal = std::get_if<TypeRefusal>(&type)) {
-    return state.failed(SubscriptionFailed{action.id, refusal->code, refusal->reason});
+    return state.report(SubscriptionFailed{action.id, refusal->code, refusal->reason});
   }
   auto* slot = state.ready.acquire(nullptr, kSubscription);
   auto made = std::make_unique<Subscription>(
@@ -223,7 +272,7 @@ void Gateway::apply(const CreateSubscription& action) {
   slot->owner = made.get();
   if (const auto problem = made->open()) {
     state.ready.release(slot);
-    return state.failed(SubscriptionFailed{action.id, "failed", *problem});
+    return state.report(SubscriptionFailed{action.id, "failed", *problem});
   }
   const bool inserted = state.subscriptions.emplace(action.id, std::move(made)).second;
   CONNECT_CHECK(inserted);
@@ -241,14 +290,15 @@ void Gateway::apply(const CreateMirror& action) {
   State& state = *state_;
   const auto type = state.types.message(action.type, action.type_hash);
   if (const auto* refusal = std::get_if<TypeRefusal>(&type)) {
-    return state.failed(MirrorFailed{action.id, refusal->code, refusal->reason});
+    return state.report(MirrorFailed{action.id, refusal->code, refusal->reason});
   }
   auto* slot = state.ready.acquire(nullptr, kMirror);
-  auto made = std::make_unique<Mirror>(state.node, action.topic, slot);
+  auto made =
+      std::make_unique<Mirror>(state.node, state.proxies.get(action.node), action.topic, slot);
   slot->owner = made.get();
   if (const auto problem = made->open(std::get<0>(type), to_rmw(action.qos))) {
     state.ready.release(slot);
-    return state.failed(MirrorFailed{action.id, "failed", *problem});
+    return state.report(MirrorFailed{action.id, "failed", *problem});
   }
   const bool inserted = state.mirrors.emplace(action.id, std::move(made)).second;
   CONNECT_CHECK(inserted);
@@ -291,6 +341,14 @@ GatewayCounters Gateway::counters() const {
   counters.graph_reading = state_->graph->reading();
   counters.subscriptions = static_cast<std::uint32_t>(state_->subscriptions.size());
   counters.mirrors = static_cast<std::uint32_t>(state_->mirrors.size());
+  const Services& services = state_->services;
+  counters.requests = services.counters().requests;
+  counters.responses = services.counters().responses;
+  counters.refused_calls = services.counters().refused;
+  counters.service_mirrors = static_cast<std::uint32_t>(services.mirrors());
+  counters.service_clients = static_cast<std::uint32_t>(services.clients());
+  counters.pending_calls = static_cast<std::uint32_t>(services.pending());
+  counters.proxy_nodes = static_cast<std::uint32_t>(state_->proxies.size());
   return counters;
 }
 

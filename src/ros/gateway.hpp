@@ -33,8 +33,15 @@ struct GatewayCounters {
   std::uint64_t own_samples = 0;  // of our own mirrors, ignored
   std::uint64_t recreated = 0;    // subscriptions made anew after invalid samples without end
   std::uint64_t graph_readings = 0;
+  std::uint64_t requests = 0;       // taken at service mirrors
+  std::uint64_t responses = 0;      // taken at service clients
+  std::uint64_t refused_calls = 0;  // requests and responses that could not be carried
   std::uint32_t subscriptions = 0;
   std::uint32_t mirrors = 0;
+  std::uint32_t service_mirrors = 0;
+  std::uint32_t service_clients = 0;
+  std::uint32_t pending_calls = 0;  // requests and invocations that are kept for an answer
+  std::uint32_t proxy_nodes = 0;
   Duration graph_reading{};  // how long the last one took
 };
 
@@ -50,13 +57,13 @@ class Gateway {
   Gateway(const Gateway&) = delete;
   Gateway& operator=(const Gateway&) = delete;
 
-  // Hands what has happened to `sink`, in turns over the subscriptions that have samples. The sink
+  // Hands what has happened to `sink`, in turns over the entities that have something. The sink
   // may call apply(). Returns whether more is ready.
   bool drain(const std::function<void(Input&&)>& sink);
 
-  // Carries out an action that is for ROS (CreateSubscription, DestroySubscription, CreateMirror,
-  // DestroyMirror, Publish, RefreshGraph) and returns true; others are left alone. What fails comes
-  // as an input (SubscriptionFailed, MirrorFailed, PublishFailed). Unknown ids are ignored.
+  // Carries out an action that is for ROS (CreateSubscription .. RefreshGraph) and returns true;
+  // others are left alone. What fails comes as an input (SubscriptionFailed, InvocationFailed ..).
+  // Unknown ids are ignored.
   bool apply(const Action& action);
 
   void apply(const CreateSubscription& action);

@@ -20,8 +20,8 @@ Duration retry_delay(int retries) {
 
 }  // namespace
 
-GraphWatcher::GraphWatcher(const Node& node, Duration pause, std::function<void()> changed)
-    : node_(node), pause_(pause), changed_(std::move(changed)) {
+GraphWatcher::GraphWatcher(const Node& node, Duration pause, std::function<void(GraphNews)> news)
+    : node_(node), pause_(pause), news_(std::move(news)) {
   auto* context = node.context();
   require_ok(rcl_guard_condition_init(&poke_, context, rcl_guard_condition_get_default_options()),
              "cannot watch the graph");
@@ -40,7 +40,7 @@ GraphWatcher::~GraphWatcher() {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
-  stopping_.notify_all();
+  poked_.notify_all();
   ignore_error(rcl_trigger_guard_condition(&poke_));
   thread_.join();
   ignore_error(rcl_wait_set_fini(&wait_set_));
@@ -57,13 +57,34 @@ std::optional<GraphChanged> GraphWatcher::take() {
   return std::exchange(newest_, std::nullopt);
 }
 
+void GraphWatcher::watch(std::set<std::string> services) {
+  {
+    const std::lock_guard lock(mutex_);
+    watched_ = std::move(services);
+  }
+  read_again_ = true;
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+}
+
+void GraphWatcher::look_again(Duration delay) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = Clock::now() + delay;
+    if (at >= look_at_) return;
+    look_at_ = at;
+  }
+  poked_.notify_all();
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+}
+
 void GraphWatcher::run() {
   bool due = true;
   while (true) {
     if (due) {
-      const auto begin = std::chrono::steady_clock::now();
+      news_(GraphNews::kTouched);
+      const auto begin = Clock::now();
       read();
-      const Duration took = std::chrono::steady_clock::now() - begin;
+      const Duration took = Clock::now() - begin;
       reading_ns_ = took.count();
       ++readings_;
       pause(std::max(pause_, took * 10));
@@ -73,11 +94,30 @@ void GraphWatcher::run() {
       if (stop_) return;
     }
     const bool again = incomplete_ && retries_ < kRetriesMax;
-    due = wait(again ? retry_delay(retries_) : kForever) || again;
+    const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
+    do {
+      due = wait(std::min(again_at, look())) || Clock::now() >= again_at;
+    } while (!due && !stopping());
   }
 }
 
-bool GraphWatcher::wait(Duration timeout) {
+bool GraphWatcher::stopping() {
+  const std::lock_guard lock(mutex_);
+  return stop_;
+}
+
+GraphWatcher::Clock::time_point GraphWatcher::look() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (look_at_ > Clock::now()) return look_at_;
+    look_at_ = Clock::time_point::max();
+  }
+  news_(GraphNews::kLook);
+  const std::lock_guard lock(mutex_);
+  return look_at_;
+}
+
+bool GraphWatcher::wait(Clock::time_point deadline) {
   // A guard condition that was triggered before it is added here still ends the wait.
   const auto* changes = rcl_node_get_graph_guard_condition(node_.handle());
   std::size_t place = 0;
@@ -88,38 +128,51 @@ bool GraphWatcher::wait(Duration timeout) {
     pause(std::chrono::seconds(1));
     return true;
   }
-  const rcl_ret_t result = rcl_wait(&wait_set_, timeout == kForever ? -1 : timeout.count());
-  if (result == RCL_RET_TIMEOUT) return !ignore_error(result) && refresh_;
+  const Duration left = std::max(Duration{0}, Duration{deadline - Clock::now()});
+  const bool forever = deadline == Clock::time_point::max();
+  const rcl_ret_t result = rcl_wait(&wait_set_, forever ? -1 : left.count());
+  if (result == RCL_RET_TIMEOUT) return !ignore_error(result) && wants_reading();
   if (!ignore_error(result)) {
     // The context was shut down, or the middleware failed: do not spin.
     pause(std::chrono::milliseconds(200));
     return false;
   }
-  return wait_set_.guard_conditions[place] != nullptr || refresh_;
+  return wait_set_.guard_conditions[place] != nullptr || wants_reading();
 }
 
 void GraphWatcher::pause(Duration duration) {
-  std::unique_lock lock(mutex_);
-  stopping_.wait_for(lock, duration, [this] { return stop_; });
+  const auto end = Clock::now() + duration;
+  while (Clock::now() < end) {
+    const auto until = std::min(end, look());
+    std::unique_lock lock(mutex_);
+    poked_.wait_until(lock, until, [&] { return stop_ || look_at_ < until; });
+    if (stop_) return;
+  }
 }
 
 void GraphWatcher::read() {
+  read_again_ = false;
   const bool asked = refresh_.exchange(false);
   bool unknown_names = false;
-  auto topics = read_graph(node_, unknown_names);
-  incomplete_ = unknown_names || !topics;
+  std::set<std::string> watched;
+  {
+    const std::lock_guard lock(mutex_);
+    watched = watched_;
+  }
+  auto graph = read_graph(node_, watched, unknown_names);
+  incomplete_ = unknown_names || !graph;
   retries_ = incomplete_ ? retries_ + 1 : 0;
-  if (!topics) {
+  if (!graph) {
     if (asked) refresh_ = true;
     return;
   }
-  if (!asked && same_topics(*topics, last_)) return;
-  last_ = *topics;
+  if (!asked && same_graph(*graph, last_)) return;
+  last_ = *graph;
   {
     const std::lock_guard lock(mutex_);
-    newest_ = GraphChanged{std::move(*topics)};
+    newest_ = std::move(*graph);
   }
-  changed_();
+  news_(GraphNews::kRead);
 }
 
 }  // namespace connect_bridge::ros

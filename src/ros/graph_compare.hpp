@@ -25,4 +25,20 @@ inline bool same_topics(const std::vector<TopicState>& a, const std::vector<Topi
                     });
 }
 
+inline bool same_services(const std::vector<ServiceState>& a, const std::vector<ServiceState>& b) {
+  const auto same_server = [](const Server& x, const Server& y) {
+    return x.gid == y.gid && x.node_name == y.node_name && x.node_namespace == y.node_namespace;
+  };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](const ServiceState& x, const ServiceState& y) {
+                      return x.name == y.name && x.type == y.type &&
+                             std::equal(x.servers.begin(), x.servers.end(), y.servers.begin(),
+                                        y.servers.end(), same_server);
+                    });
+}
+
+inline bool same_graph(const GraphChanged& a, const GraphChanged& b) {
+  return same_topics(a.topics, b.topics) && same_services(a.services, b.services);
+}
+
 }  // namespace connect_bridge::ros

@@ -10,13 +10,13 @@
 
 namespace connect_bridge::ros {
 
-Mirror::Mirror(Node& node, std::string topic, ReadyList::Slot* slot)
-    : node_(node), topic_(std::move(topic)), slot_(slot) {}
+Mirror::Mirror(Node& node, ProxyNodes::Handle owner, std::string topic, ReadyList::Slot* slot)
+    : node_(node), owner_(std::move(owner)), topic_(std::move(topic)), slot_(slot) {}
 
 Mirror::~Mirror() {
   if (!open_) return;
   incompatible_.close();
-  ignore_error(rcl_publisher_fini(&publisher_, node_.handle()));
+  ignore_error(rcl_publisher_fini(&publisher_, owner_.get()));
 }
 
 std::optional<std::string> Mirror::open(const rosidl_message_type_support_t* type,
@@ -24,7 +24,7 @@ std::optional<std::string> Mirror::open(const rosidl_message_type_support_t* typ
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = qos;
   const rcl_ret_t result =
-      rcl_publisher_init(&publisher_, node_.handle(), type, topic_.c_str(), &options);
+      rcl_publisher_init(&publisher_, owner_.get(), type, topic_.c_str(), &options);
   if (result != RCL_RET_OK) return error_text("cannot publish on " + topic_, result);
   open_ = true;
   distro::add_own(node_.own(), &publisher_);

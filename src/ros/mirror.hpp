@@ -8,6 +8,7 @@
 
 #include "core/side/ports.hpp"
 #include "ros/node.hpp"
+#include "ros/proxy_nodes.hpp"
 #include "ros/qos_event.hpp"
 #include "ros/ready.hpp"
 
@@ -16,8 +17,9 @@ namespace connect_bridge::ros {
 // Thread: the loop's.
 class Mirror {
  public:
-  // `slot` is marked when there is something to do; it stays the caller's.
-  Mirror(Node& node, std::string topic, ReadyList::Slot* slot);
+  // `owner` is the node that has the publisher. `slot` is marked when there is something to do; it
+  // stays the caller's.
+  Mirror(Node& node, ProxyNodes::Handle owner, std::string topic, ReadyList::Slot* slot);
   ~Mirror();
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
@@ -34,6 +36,7 @@ class Mirror {
 
  private:
   Node& node_;
+  const ProxyNodes::Handle owner_;
   const std::string topic_;
   ReadyList::Slot* const slot_;
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();

@@ -26,4 +26,19 @@ bool OwnEndpoints::contains(const Gid& gid) const {
          std::equal(gid.bytes.begin(), gid.bytes.begin() + prefix_size_, prefix_.bytes.begin());
 }
 
+void OwnEndpoints::add_node(const std::string& full_name) {
+  const std::lock_guard lock(mutex_);
+  nodes_.insert(full_name);
+}
+
+void OwnEndpoints::remove_node(const std::string& full_name) {
+  const std::lock_guard lock(mutex_);
+  nodes_.erase(full_name);
+}
+
+bool OwnEndpoints::contains_node(const std::string& full_name) const {
+  const std::lock_guard lock(mutex_);
+  return nodes_.contains(full_name);
+}
+
 }  // namespace connect_bridge::ros

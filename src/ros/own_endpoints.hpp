@@ -1,9 +1,12 @@
-// Which endpoints of the graph this process made, so that it never bridges its own traffic.
+// Which endpoints and nodes of the graph this process made, so that it never bridges its own
+// traffic.
 #pragma once
 
 #include <cstddef>
 #include <deque>
 #include <mutex>
+#include <set>
+#include <string>
 #include <unordered_set>
 
 #include "core/base/ids.hpp"
@@ -18,6 +21,9 @@ class OwnEndpoints {
 
   void add(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
+  void add_node(const std::string& full_name);
+  void remove_node(const std::string& full_name);
+  [[nodiscard]] bool contains_node(const std::string& full_name) const;
 
  private:
   // Samples of a mirror arrive after it is gone, so ids stay known for a while.
@@ -29,6 +35,7 @@ class OwnEndpoints {
   Gid prefix_;
   std::unordered_set<Gid> ids_;
   std::deque<Gid> order_;
+  std::set<std::string, std::less<>> nodes_;
 };
 
 }  // namespace connect_bridge::ros

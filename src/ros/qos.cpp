@@ -67,6 +67,14 @@ rmw_qos_profile_t to_rmw(const Qos& qos) {
   return profile;
 }
 
+rmw_qos_profile_t service_qos() {
+  // The default keeps 10 requests, and many callers at once send more before we can take them.
+  constexpr std::size_t kServiceDepth = 1000;
+  rmw_qos_profile_t profile = rmw_qos_profile_services_default;
+  profile.depth = kServiceDepth;
+  return profile;
+}
+
 std::string policy_name(rmw_qos_policy_kind_t kind) {
   switch (kind) {
     case RMW_QOS_POLICY_DURABILITY: return "durability";

@@ -13,6 +13,8 @@ namespace connect_bridge::ros {
 // What the graph tells about an endpoint. Unknown history or depth: depth 0.
 [[nodiscard]] Qos from_rmw(const rmw_qos_profile_t& profile);
 [[nodiscard]] rmw_qos_profile_t to_rmw(const Qos& qos);
+// Of our service servers and clients.
+[[nodiscard]] rmw_qos_profile_t service_qos();
 [[nodiscard]] std::string policy_name(rmw_qos_policy_kind_t kind);  // "reliability"
 
 }  // namespace connect_bridge::ros

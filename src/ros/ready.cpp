@@ -62,6 +62,10 @@ void mark_const(const void* slot, std::uint32_t bit) noexcept {
 void ReadyList::on_message(const void* slot, std::size_t) noexcept {
   mark_const(slot, kReadyMessage);
 }
+void ReadyList::on_counted(const void* slot, std::size_t count) noexcept {
+  static_cast<Slot*>(const_cast<void*>(slot))->waiting.fetch_add(count);
+  mark_const(slot, kReadyMessage);
+}
 void ReadyList::on_lost(const void* slot, std::size_t) noexcept {
   mark_const(slot, kReadyLost);
 }

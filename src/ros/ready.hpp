@@ -17,6 +17,8 @@ enum ReadyBit : std::uint32_t {
   kReadyMessage = 1,       // samples or requests wait
   kReadyLost = 2,          // event: message lost
   kReadyIncompatible = 4,  // event: incompatible QoS
+  kReadyChanged = 8,       // the graph has changed
+  kReadyLook = 16,         // the time has come to look at it again
 };
 
 // Callbacks hold the address of a Slot. Slots are recycled and never freed before the list, so a
@@ -26,6 +28,7 @@ class ReadyList {
   struct Slot {
     ReadyList* list = nullptr;
     std::atomic<std::uint32_t> bits{0};
+    std::atomic<std::size_t> waiting{0};  // what on_counted() was told; for the owner to take
     // Of the loop's thread:
     void* owner = nullptr;           // nullptr: free
     std::uint32_t kind = 0;          // the owner's meaning
@@ -50,6 +53,7 @@ class ReadyList {
 
   // For rcl: `slot` is the user data.
   static void on_message(const void* slot, std::size_t count) noexcept;
+  static void on_counted(const void* slot, std::size_t count) noexcept;
   static void on_lost(const void* slot, std::size_t count) noexcept;
   static void on_incompatible(const void* slot, std::size_t count) noexcept;
 

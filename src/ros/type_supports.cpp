@@ -64,6 +64,16 @@ void* open_library(const std::string& package) {
   return dlopen(library_name(package).c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
+// Nothing, or why `type` here is not the one with the hash `wanted`.
+std::optional<TypeRefusal> mismatch(const std::string& type, const std::string& ours,
+                                    const std::string& wanted) {
+  if (ours.empty() || wanted.empty() || ours == wanted) return std::nullopt;
+  return TypeRefusal{"type_mismatch", "the definition of " + type + " here (" + ours +
+                                          ") is not the peer's (" + wanted +
+                                          "): install the same version of its package on "
+                                          "both sides"};
+}
+
 }  // namespace
 
 TypeSupports::MessageType TypeSupports::message(const std::string& type, const std::string& hash) {
@@ -75,19 +85,59 @@ TypeSupports::MessageType TypeSupports::message(const std::string& type, const s
     found = messages_.emplace(type, std::move(loaded)).first;
   }
   const auto* handle = std::get<0>(found->second);
-  const std::string ours = hash.empty() ? std::string{} : distro::type_hash_of(*handle);
-  if (!ours.empty() && ours != hash) {
-    return TypeRefusal{"type_mismatch", "the definition of " + type + " here (" + ours +
-                                            ") is not the peer's (" + hash +
-                                            "): install the same version of its package on "
-                                            "both sides"};
-  }
+  if (hash.empty()) return handle;
+  if (auto refusal = mismatch(type, distro::type_hash_of(*handle), hash)) return *refusal;
   return handle;
 }
 
+TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash) {
+  auto found = services_.find(type);
+  if (found == services_.end()) {
+    auto loaded = load_service(type);
+    if (auto* refusal = std::get_if<TypeRefusal>(&loaded)) return *refusal;
+    found = services_.emplace(type, std::move(std::get<0>(loaded))).first;
+  }
+  if (auto refusal = mismatch(type, found->second->hash, hash)) return *refusal;
+  return found->second.get();
+}
+
 TypeSupports::MessageType TypeSupports::load_message(const std::string& type) {
+  auto loaded = load(type, "message");
+  if (auto* refusal = std::get_if<TypeRefusal>(&loaded)) return std::move(*refusal);
+  return static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
+}
+
+std::variant<std::unique_ptr<ServiceType>, TypeRefusal> TypeSupports::load_service(
+    const std::string& type) {
+  auto loaded = load(type, "service");
+  auto request = load(type + "_Request", "message");
+  auto response = load(type + "_Response", "message");
+  for (auto* part : {&loaded, &request, &response}) {
+    if (auto* refusal = std::get_if<TypeRefusal>(part)) return std::move(*refusal);
+  }
+  const auto form = [](const void* handle) {
+    return installed_form(static_cast<const rosidl_message_type_support_t*>(handle));
+  };
+  auto made = std::make_unique<ServiceType>();
+  made->name = type;
+  made->handle = static_cast<const rosidl_service_type_support_t*>(std::get<0>(loaded));
+  made->hash = distro::type_hash_of(*made->handle);
+  made->request = form(std::get<0>(request));
+  made->response = form(std::get<0>(response));
+  if (!made->request || !made->response) {
+    return TypeRefusal{"type_unknown", "the installed package of " + type +
+                                           " has no rosidl_typesupport_introspection_c: build it "
+                                           "with this type support"};
+  }
+  return made;
+}
+
+std::variant<const void*, TypeRefusal> TypeSupports::load(const std::string& type,
+                                                          const std::string& kind) {
   const auto name = parse(type);
-  if (!name) return TypeRefusal{"type_unknown", "\"" + type + "\" is not a name of a message type"};
+  if (!name) {
+    return TypeRefusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
+  }
   auto library = libraries_.find(name->package);
   if (library == libraries_.end()) {
     void* opened = open_library(name->package);
@@ -101,14 +151,14 @@ TypeSupports::MessageType TypeSupports::load_message(const std::string& type) {
     }
     library = libraries_.emplace(name->package, opened).first;
   }
-  const std::string symbol = "rosidl_typesupport_c__get_message_type_support_handle__" +
+  const std::string symbol = "rosidl_typesupport_c__get_" + kind + "_type_support_handle__" +
                              name->package + "__" + name->kind + "__" + name->name;
-  using Function = const rosidl_message_type_support_t* (*)();
+  using Function = const void* (*)();
   const auto function = reinterpret_cast<Function>(dlsym(library->second, symbol.c_str()));
-  const auto* handle = function ? function() : nullptr;
+  const void* handle = function ? function() : nullptr;
   if (handle == nullptr) {
-    return TypeRefusal{"type_unknown", "the installed package " + name->package +
-                                           " has no message " + type +
+    return TypeRefusal{"type_unknown", "the installed package " + name->package + " has no " +
+                                           kind + " " + type +
                                            ": install the version that the peer has"};
   }
   return handle;

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <variant>
 
-struct rosidl_message_type_support_t;
+#include "ros/service_type.hpp"
 
 namespace connect_bridge::ros {
 
@@ -21,15 +22,22 @@ struct TypeRefusal {
 class TypeSupports {
  public:
   using MessageType = std::variant<const rosidl_message_type_support_t*, TypeRefusal>;
+  using Service = std::variant<ServiceType*, TypeRefusal>;
 
   // The type support of "std_msgs/msg/String". A `hash` that is not empty ("RIHS01_...") must be
   // the hash of the installed definition, where the distribution has hashes.
   MessageType message(const std::string& type, const std::string& hash);
+  // The same of "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
+  Service service(const std::string& type, const std::string& hash);
 
  private:
   MessageType load_message(const std::string& type);
+  std::variant<std::unique_ptr<ServiceType>, TypeRefusal> load_service(const std::string& type);
+  // The result of a function of the package of `type`; `kind` is "message" or "service".
+  std::variant<const void*, TypeRefusal> load(const std::string& type, const std::string& kind);
 
   std::map<std::string, MessageType, std::less<>> messages_;
+  std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;
   std::map<std::string, void*, std::less<>> libraries_;  // by package
 };
 

@@ -1,0 +1,32 @@
+// Messages as bytes, followed field by field without making them.
+#pragma once
+
+#include <rosidl_runtime_c/message_type_support_struct.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge::ros {
+
+// Whether bytes of a peer can be a message of a type, found out before memory is made for them.
+// Follows the fields of `type` (its introspection type support) through the bytes: plain CDR behind
+// its 4-byte header, of either byte order. rmw_deserialize() makes memory for as many elements as a
+// sequence claims to have before it looks for them, so a few hostile bytes would cost gigabytes;
+// here every length must be covered by bytes that are there, and keep the bounds of its field.
+// Strings and sequences may take `memory_max` bytes of memory in all. Bytes behind the last field
+// are ignored, as the middlewares do. Time: the number of strings and nested messages. Returns what
+// is wrong, or nothing.
+[[nodiscard]] std::optional<std::string> check_cdr(ByteView bytes,
+                                                   const rosidl_message_type_support_t& type,
+                                                   std::size_t memory_max);
+
+// Clears the bytes between the fields of a message that we have serialized ourselves: middlewares
+// leave there what was in the memory before, and a peer must not read that.
+void clear_padding(std::span<std::uint8_t> bytes, const rosidl_message_type_support_t& type);
+
+}  // namespace connect_bridge::ros

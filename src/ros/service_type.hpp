@@ -1,0 +1,49 @@
+// The types of services at run time: memory for requests and responses, and their way to bytes.
+#pragma once
+
+#include <rmw/serialized_message.h>
+#include <rosidl_runtime_c/message_type_support_struct.h>
+#include <rosidl_runtime_c/service_type_support_struct.h>
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge::ros {
+
+// The requests, or the responses, of a service: one message in memory, which rcl takes into and
+// sends from, and the same as bytes (CDR with its 4-byte header). An interface, because a type that
+// is not installed can be carried too, by bytes alone. Thread: the loop's.
+class MessageForm {
+ public:
+  MessageForm() = default;
+  virtual ~MessageForm() = default;
+  MessageForm(const MessageForm&) = delete;
+  MessageForm& operator=(const MessageForm&) = delete;
+
+  // The message that rcl is given; its content stays until the next call that changes it.
+  [[nodiscard]] virtual void* message() = 0;
+  // The message as bytes; an error text, or nothing.
+  virtual std::optional<std::string> write_to(rmw_serialized_message_t& bytes) = 0;
+  // The message from bytes that anybody may have made; an error text, or nothing. Takes no more
+  // memory than `memory_max` beside the message itself.
+  virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
+  // The content is not needed any longer: what was large is freed.
+  virtual void reset() = 0;
+};
+
+// Lives as long as the TypeSupports that made it.
+struct ServiceType {
+  std::string name;                                       // "std_srvs/srv/SetBool"
+  const rosidl_service_type_support_t* handle = nullptr;  // for rcl
+  std::string hash;                                       // "RIHS01_...", or empty
+  std::unique_ptr<MessageForm> request, response;
+};
+
+// The form of a message whose package is installed. nullptr: its introspection is not there.
+std::unique_ptr<MessageForm> installed_form(const rosidl_message_type_support_t* type);
+
+}  // namespace connect_bridge::ros
