@@ -35,6 +35,26 @@ Json to_value(const TopicStatus& topic) {
   return json;
 }
 
+Json to_value(const ServiceStatus& service) {
+  Json json = {{"service", service.service},
+               {"type", service.type},
+               {"direction", service.exported ? "export" : "import"},
+               {"attached", service.attached},
+               {"pending", service.pending},
+               {"waiting", service.waiting},
+               {"calls", service.calls},
+               {"answered", service.answered},
+               {"refused", service.refused},
+               {"timed_out", service.timed_out},
+               {"forgotten", service.forgotten},
+               {"lost", service.lost},
+               {"duplicates", service.duplicates},
+               {"request_bytes", service.request_bytes},
+               {"response_bytes", service.response_bytes}};
+  if (!service.declined.empty()) json["declined"] = service.declined;
+  return json;
+}
+
 Json to_value(const LinkStatus& link) {
   Json json = {{"peer", link.peer},
                {"node", link.node},
@@ -51,6 +71,8 @@ Json to_value(const LinkStatus& link) {
                      {"error_bound_ms", milliseconds(link.clock.error_bound)}};
   json["topics"] = Json::array();
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
+  json["services"] = Json::array();
+  for (const auto& service : link.services) json["services"].push_back(to_value(service));
   return json;
 }
 

@@ -1,6 +1,7 @@
 // Sequences of inputs against a whole side: connections, logins, packets of any content before and
 // after login, graph changes, samples, time. Nothing may crash, and what it holds stays bounded.
 // Input: one byte of operation, its arguments, and so on.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -8,6 +9,7 @@
 #include "core/base/check.hpp"
 #include "core/side/side.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/frame.hpp"
 #include "core/wire/login.hpp"
 
 using namespace connect_bridge;
@@ -43,10 +45,19 @@ SideOptions options() {
   rule.name = "all";
   rule.export_topics = {Pattern::parse("/**").value()};
   rule.import_topics = {Pattern::parse("/**").value()};
+  rule.export_services = rule.import_services = {Pattern::parse("/**").value()};
+  rule.export_actions = rule.import_actions = {Pattern::parse("/**").value()};
+  rule.parameters = {Pattern::parse("/**").value()};
+  rule.treatment.calls_max = 3;
+  rule.treatment.call_timeout = std::chrono::seconds(1);
   o.policy = Policy({rule});
   o.reassembly.message_bytes_max = 1 << 20;
   o.reassembly.open_bytes_max = 2 << 20;
   o.links_max = 4;
+  o.calls_max = 4;
+  o.calls_waiting_max = 8;
+  o.call_bytes_max = 1 << 20;
+  o.compress_job_bytes = 64;
   return o;
 }
 
@@ -63,6 +74,24 @@ TopicState topic(std::uint8_t shape) {
   }
   if (shape & 32) t.subscribers.push_back({Gid{{200}}, "/", "listener", {}});
   return t;
+}
+
+// Services and one action, one bit each.
+std::vector<ServiceState> services(std::uint8_t shape) {
+  constexpr std::array<std::pair<const char*, const char*>, 6> kAll = {
+      {{"/service0", "p/srv/S"},
+       {"/service1", "p/srv/S"},
+       {"/act/_action/send_goal", "p/action/A_SendGoal"},
+       {"/act/_action/cancel_goal", "action_msgs/srv/CancelGoal"},
+       {"/act/_action/get_result", "p/action/A_GetResult"},
+       {"/node0/get_parameters", "rcl_interfaces/srv/GetParameters"}}};
+  std::vector<ServiceState> result;
+  for (std::size_t i = 0; i < kAll.size(); ++i) {
+    if ((shape >> i & 1) == 0) continue;
+    Server server{Gid{{static_cast<std::uint8_t>(shape & 64 ? 80 + i : 90 + i)}}, "/", "node0"};
+    result.push_back({kAll[i].first, kAll[i].second, {server}});
+  }
+  return result;
 }
 
 // The operator's side of it: carries out actions at once.
@@ -87,7 +116,7 @@ class World {
         now_.system = now_.steady.time_since_epoch().count();
         return give(TimePassed{});
       case 9: return give(PacketReceived{connection, true, offer(script.byte())});
-      case 10: return give(JobDone{JobId{script.byte()}, script.bytes()});
+      case 10: return job_or_call(connection, script.byte(), script);
       default: return give(PacketReceived{connection, true, demand(script.byte())});
     }
   }
@@ -101,7 +130,8 @@ class World {
     give(PacketReceived{connection, false, Payload::adopt(encode(hello))});
     give(PacketReceived{connection, false, Payload::adopt(encode(Login{"token", {1, 2, 3}}))});
     give(Authenticated{connection, Identity{"fuzz", {}, 0}, ""});
-    const std::string accepts = encode(Control{Accepts{{{{"/**"}, {}}}, {}}});
+    const AcceptedNames all{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}};
+    const std::string accepts = encode(Control{Accepts{{all}, {}}});
     give(PacketReceived{connection, true, Payload::adopt({accepts.begin(), accepts.end()})});
   }
 
@@ -122,6 +152,67 @@ class World {
     if (shape & 64) origin.qos.durability = Durability::kTransientLocal;
     channel.origins = {origin};
     return text(Offer{{channel}, (shape & 128) != 0});
+  }
+
+  // From 128 on: what belongs to services.
+  void job_or_call(ConnectionId connection, std::uint8_t op, Script& script) {
+    if (op < 128) return give(JobDone{JobId{op}, script.bytes()});
+    const auto say = [&](const Control& control) {
+      give(PacketReceived{connection, true, text(control)});
+    };
+    const std::uint8_t shape = script.byte();
+    const ChannelId channel{1U + shape % 8U};
+    const std::uint32_t number = 1U + shape / 8U;
+    switch (op % 16) {
+      case 0: return say(Attach{channel, {20U + number}});
+      case 1: return say(Attached{channel, {number}, {script.byte()}, {{script.byte() + 1U}}});
+      case 2: return say(Refuse{channel, {{number}}, "limit", "reason"});
+      case 3: return say(Forget{channel, {{number}}});
+      case 4: return say(Withdraw{{{20U + number}}});
+      case 5: return say(Offer{{service_offer(shape)}, (shape & 1) != 0});
+      case 6: return give(RequestTaken{{1U + shape % 4U}, {++last_request_}, script.bytes()});
+      case 7: return give(CallersGone{{1U + shape % 4U}, {{number}, {number + 1}}});
+      case 8: return give(ServiceReady{{1U + shape % 4U}, (shape & 4) != 0, "hash"});
+      case 9: return give(ResponseTaken{{1U + shape % 4U}, {number}, script.bytes()});
+      case 10: return give(InvocationFailed{{1U + shape % 4U}, {number}, "reason"});
+      case 11: return give(ServiceMirrorFailed{{1U + shape % 4U}, "failed", "reason"});
+      case 12: return give(ServiceClientFailed{{1U + shape % 4U}, "failed", "reason"});
+      case 13: {
+        GraphChanged graph;
+        graph.topics = {topic(shape)};
+        graph.services = services(shape);
+        return give(std::move(graph));
+      }
+      default: return give(PacketReceived{connection, false, request(shape, script)});
+    }
+  }
+
+  static ChannelOffer service_offer(std::uint8_t shape) {
+    ChannelOffer offer;
+    offer.channel = {1U + shape % 8U};
+    offer.kind = InterfaceKind::kService;
+    const auto all = services(63);
+    const auto& service = all[shape / 8 % all.size()];
+    offer.name = service.name;
+    offer.type = service.type;
+    offer.action_type = "p/action/A";
+    offer.epoch = 1U + shape / 64U;
+    return offer;
+  }
+
+  // A request to, or an answer from, a service.
+  Payload request(std::uint8_t shape, Script& script) {
+    const Payload body = script.bytes();
+    MessageFrame frame;
+    frame.channel = {shape & 1 ? 20U + shape / 8U : 1U + shape % 8U};
+    frame.origin = {1U + script.byte()};
+    frame.sequence = ++last_sequence_;
+    frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
+    frame.part = body.view();
+    Bytes packet;
+    append_header(frame, packet);
+    packet.insert(packet.end(), body.view().begin(), body.view().end());
+    return Payload::adopt(std::move(packet));
   }
 
   static Payload demand(std::uint8_t shape) {
@@ -160,6 +251,8 @@ class World {
     CONNECT_CHECK(side_.status(now_).memory_bytes <= kMemoryMax);
   }
 
+  std::uint32_t last_request_ = 0;
+  std::uint32_t last_sequence_ = 0;
   Now now_{TimePoint(std::chrono::seconds(1)), 1'000'000'000, 1'000'000'000};
   Side side_;
 };

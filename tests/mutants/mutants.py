@@ -12,16 +12,15 @@ class Mutant(NamedTuple):
 MUTANTS = [
     # ---- rights
     Mutant("export right skipped", "src/core/side/exports_offers.cpp",
-           "  if (!decision || !accepted_by(*link.accepts, *wire_name, type)) "
-           "return std::nullopt;\n",
+           "  if (!decision || !accepted_by(*link.accepts, what)) return std::nullopt;\n",
            "  if (!decision) decision.emplace();\n"),
     Mutant("import right skipped", "src/core/side/imports.cpp",
            '  if (!decision)\n    return decline(link, offer.channel, "not_permitted", '
            '"no rule allows importing " + offer.name);\n',
            "  if (!decision) decision.emplace();\n"),
     Mutant("deny ignored", "src/core/policy/policy.cpp",
-           "      if (pattern.covers(name)) return std::nullopt;\n",
-           "      (void)pattern;\n"),
+           "    if (denied(what, opening, covered)) return std::nullopt;\n",
+           "    (void)covered;\n"),
     Mutant("hidden names match wildcards", "src/core/policy/pattern.cpp",
            "  if (hidden == Hidden::kSpelledOut && is_hidden(token) && !is_hidden(pattern)) "
            "return false;\n",
@@ -78,7 +77,7 @@ MUTANTS = [
            "now) {\n  remove_candidates(link, false, now);\n}\n",
            "now) {\n  (void)link;\n  (void)now;\n}\n"),
     Mutant("demand without subscribers", "src/core/side/imports.cpp",
-           "!topic || topic->subscribers.empty()) return false;\n", "!topic) return false;\n"),
+           "topic && !topic->subscribers.empty();\n", "topic;\n"),
     Mutant("end of demand ignored", "src/core/side/exports_data.cpp",
            "    exported.demanded = demand.on;\n", "    exported.demanded = true;\n"),
     Mutant("duplicates published", "src/core/side/imports_data.cpp",

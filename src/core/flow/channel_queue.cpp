@@ -32,6 +32,7 @@ std::optional<DropReason> ChannelQueue::too_old(const OutMessage& message, const
 std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const Now& now) const {
   if (message.body.size() > std::numeric_limits<std::uint32_t>::max()) return DropReason::kTooLarge;
   if (const auto reason = too_old(message, now)) return reason;
+  if (options_.keep) return std::nullopt;
   const bool keep_all = options_.depth == 0 && !options_.newest_only;
   if (keep_all && !waiting_.empty() &&
       waiting_bytes_ + message.body.size() > options_.queue_bytes_max) {
@@ -51,7 +52,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   const auto body_bytes = message.body.size();
   if (options_.newest_only) {
     drop_waiting(DropReason::kNewerAvailable);
-  } else if (options_.depth > 0) {
+  } else if (options_.depth > 0 && !options_.keep) {
     while (waiting_.size() >= options_.depth) drop_oldest_waiting(DropReason::kQueueDepth);
     while (!waiting_.empty() && waiting_bytes_ + body_bytes > options_.queue_bytes_max) {
       drop_oldest_waiting(DropReason::kQueueBytes);
@@ -81,17 +82,23 @@ std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
   return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes_of(waiting_.front().message));
 }
 
-void ChannelQueue::take_part(std::uint32_t fragment_bytes, PacketBuilder& packet) {
+std::optional<OriginId> ChannelQueue::take_part(std::uint32_t fragment_bytes,
+                                                PacketBuilder& packet) {
+  const auto ended = [](const OutMessage& message) {
+    return message.tracked ? std::optional(message.origin) : std::nullopt;
+  };
+  std::optional<OriginId> whole;
   if (open_) {
     const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
     const auto& body = open_->message.body;
     packet.add(PartFrame{id_, false, body.view().subspan(open_->offset, size)}, body, open_->offset,
                size);
     open_->offset += size;
-    if (open_->offset < body.size()) return;
+    if (open_->offset < body.size()) return std::nullopt;
     count_sent(open_->message);
+    whole = ended(open_->message);
     open_.reset();
-    return;
+    return whole;
   }
   CONNECT_CHECK(!waiting_.empty());
   auto& message = waiting_.front().message;
@@ -104,10 +111,12 @@ void ChannelQueue::take_part(std::uint32_t fragment_bytes, PacketBuilder& packet
   waiting_bytes_ -= body_bytes;
   if (size == body_bytes) {
     count_sent(message);
+    whole = ended(message);
   } else {
     open_.emplace(Open{std::move(message), size});
   }
   waiting_.pop_front();
+  return whole;
 }
 
 std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {

@@ -25,6 +25,9 @@ struct QueueOptions {
   Duration lifespan = kForever;  // against the message's stamp, checked again when sending
   Duration max_age = kForever;   // likewise
   bool newest_only = false;      // depth 1; what a newer one displaces is kNewerAvailable
+  // Nothing is dropped for want of room, neither here nor for the outbox' budget: the owner bounds
+  // what it pushes. Depth and bytes mean nothing then.
+  bool keep = false;
 };
 
 // A message in the form in which it leaves.
@@ -34,7 +37,10 @@ struct OutMessage {
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
   Payload body;
+  bool tracked = false;  // the owner is told when the peer has it all (Outbox::take_delivered)
 };
+
+inline constexpr std::uint64_t kKeptMessageBytes = 128;
 
 // Counts of one channel, all since it was added. accepted = sent + dropped (all reasons) + queued.
 struct ChannelCounts {
@@ -62,8 +68,8 @@ class ChannelQueue {
   bool ready(const Now& now);
   // Frame bytes that the next part takes. Only after ready().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
-  // Hands that part out.
-  void take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
+  // Hands that part out. The message's origin, if this was the last part of a tracked message.
+  std::optional<OriginId> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
@@ -78,9 +84,13 @@ class ChannelQueue {
 
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
+  [[nodiscard]] bool keeps() const { return options_.keep; }
   [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
   [[nodiscard]] bool is_open() const { return open_.has_value(); }
-  [[nodiscard]] std::uint64_t bytes() const { return counts_.queued_bytes; }
+  // Where nothing is dropped by number, each message counts as some bytes beside its body.
+  [[nodiscard]] std::uint64_t bytes() const {
+    return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
+  }
   [[nodiscard]] const ChannelCounts& counts() const { return counts_; }
 
  private:

@@ -29,7 +29,7 @@ template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
   const auto before = queue.bytes();
   change(queue);
-  data_bytes_ = data_bytes_ - before + queue.bytes();
+  bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
   if (queue.empty()) {
     schedule_.remove(queue);
   } else {
@@ -42,7 +42,9 @@ void Outbox::add_channel(ChannelId channel, const QueueOptions& options) {
   if (is_new) return;
   auto& queue = at->second;
   schedule_.remove(queue);  // its class may change
+  bytes_of(queue) -= queue.bytes();
   queue.configure(options);
+  bytes_of(queue) += queue.bytes();
   if (!queue.empty()) schedule_.add(queue);
 }
 
@@ -90,6 +92,7 @@ bool Outbox::drop_one_of(Priority priority) {
   ChannelQueue* oldest = nullptr;
   ChannelQueue* open = nullptr;
   for (auto* queue : schedule_.queues(priority)) {
+    if (queue->keeps()) continue;
     if (queue->is_open()) open = queue;
     const auto arrival = queue->oldest_waiting();
     if (arrival && (oldest == nullptr || *arrival < *oldest->oldest_waiting())) oldest = queue;
@@ -130,6 +133,7 @@ std::optional<Packet> Outbox::next(const Now& now) {
   if (packet_.empty()) return std::nullopt;
   part_size_.sent(unacknowledged_bytes() == 0, now.steady);
   sent_bytes_ += packet_.size();
+  for (; unfinished_ > 0; --unfinished_) tracked_[tracked_.size() - unfinished_].end = sent_bytes_;
   return packet_.finish();
 }
 
@@ -164,9 +168,7 @@ void Outbox::add_data(const Now& now) {
     // What fits no packet ends this one; what fits the next one waits for it.
     if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) return;
     if (!window_allows(queue->priority(), packet_bytes)) return;
-    const auto before = queue->bytes();
-    queue->take_part(part_max, packet_);
-    data_bytes_ = data_bytes_ - before + queue->bytes();
+    take_part(*queue, part_max);
     if (queue->empty()) {
       schedule_.sent_all(part);
     } else {
@@ -175,11 +177,20 @@ void Outbox::add_data(const Now& now) {
   }
 }
 
+void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max) {
+  const auto before = queue.bytes();
+  const auto whole = queue.take_part(part_max, packet_);
+  bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
+  if (!whole) return;
+  tracked_.push_back({0, {queue.id(), *whole}});
+  ++unfinished_;
+}
+
 ChannelQueue* Outbox::next_queue(const Now& now) {
   while (auto* queue = schedule_.front()) {
     const auto before = queue->bytes();
     const bool ready = queue->ready(now);
-    data_bytes_ = data_bytes_ - before + queue->bytes();
+    bytes_of(*queue) = bytes_of(*queue) - before + queue->bytes();
     if (ready) return queue;
     schedule_.sent_all(0);
   }
@@ -194,8 +205,11 @@ bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
 bool Outbox::acknowledge(std::uint64_t received_bytes, const Now& now) {
   if (received_bytes > sent_bytes_) return false;
   if (received_bytes <= received_bytes_) return true;
-  part_size_.acknowledged(received_bytes - received_bytes_, data_bytes_ > 0, now.steady);
+  const bool waiting = data_bytes_ + kept_bytes_ > 0;
+  part_size_.acknowledged(received_bytes - received_bytes_, waiting, now.steady);
   received_bytes_ = received_bytes;
+  for (; !tracked_.empty() && tracked_.front().end <= received_bytes; tracked_.pop_front())
+    delivered_.push_back(tracked_.front().message);
   return true;
 }
 
@@ -214,6 +228,8 @@ void Outbox::reset() {
   aborts_.clear();
   sent_bytes_ = 0;
   received_bytes_ = 0;
+  tracked_.clear();
+  delivered_.clear();
   part_size_ = {};
 }
 

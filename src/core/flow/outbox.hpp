@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/base/bytes.hpp"
@@ -77,6 +78,14 @@ class Outbox {
   // The peer has received this many packet bytes in total. False: more than was sent (kIllegal).
   [[nodiscard]] bool acknowledge(std::uint64_t received_bytes, const Now& now);
 
+  // The tracked messages whose last byte the peer has acknowledged since the last call, in the
+  // order in which they were sent.
+  struct Delivered {
+    ChannelId channel;
+    OriginId origin;
+  };
+  std::vector<Delivered> take_delivered() { return std::exchange(delivered_, {}); }
+
   // A new connection: drops data (kLinkLost), control texts and small frames, forgets what is open
   // and unacknowledged, and counts sequences from 1 again. The channels stay, empty, with their
   // counts.
@@ -84,8 +93,10 @@ class Outbox {
 
   // All zero for a channel that is not there.
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;
-  // Bodies that wait or are partly sent; never beyond data_bytes_max.
+  // Bodies that wait or are partly sent; never beyond data_bytes_max. Without those of channels
+  // that keep: their owner bounds them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
+  [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
   [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
 
@@ -93,6 +104,7 @@ class Outbox {
   Packet next_control();
   void add_small();
   void add_data(const Now& now);
+  void take_part(ChannelQueue& queue, std::uint32_t part_max);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
   // Whether the window lets a packet of this size with data of this class go.
@@ -101,7 +113,10 @@ class Outbox {
   void keep_data_budget(Priority newest);
   // The oldest that waits, else an open one; false when the class has nothing.
   bool drop_one_of(Priority priority);
-  // Runs a change of one queue and keeps data_bytes_ and the schedule right.
+  [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
+    return queue.keeps() ? kept_bytes_ : data_bytes_;
+  }
+  // Runs a change of one queue and keeps the sums of bytes and the schedule right.
   template <class Change>
   void change(ChannelQueue& queue, Change&& change);
 
@@ -109,6 +124,7 @@ class Outbox {
   std::unordered_map<ChannelId, ChannelQueue> queues_;
   ClassSchedule schedule_;
   std::uint64_t data_bytes_ = 0;
+  std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;
 
   std::deque<std::string> controls_;
@@ -119,6 +135,15 @@ class Outbox {
 
   std::uint64_t sent_bytes_ = 0;      // binary packets
   std::uint64_t received_bytes_ = 0;  // by the peer, of these
+  // Tracked messages that are sent and not yet acknowledged; `end` is sent_bytes_ behind them. The
+  // last `unfinished_` of them are in the packet that is being gathered. Bounded by the window.
+  struct Tracked {
+    std::uint64_t end = 0;
+    Delivered message;
+  };
+  std::deque<Tracked> tracked_;
+  std::size_t unfinished_ = 0;
+  std::vector<Delivered> delivered_;
   PartSize part_size_;
   PacketBuilder packet_;  // empty between calls
 };

@@ -156,6 +156,8 @@ Result<bool> Link::on_frame(const Frame& frame, const Payload& packet, const Now
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
     if (!outbox_.acknowledge(ack->received_bytes, now))
       return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
+    for (const auto& whole : outbox_.take_delivered())
+      events.push_back(Delivered{whole.channel, whole.origin});
     return false;
   }
   if (const auto* request = std::get_if<TimeRequest>(&frame)) {

@@ -56,7 +56,12 @@ struct PeerRosTime {  // the peer's ROS time, sampled; for clock publication
   TimeReply reply;
   Stamp t4 = 0;
 };
-using LinkEvent = std::variant<LoginAsked, LinkOpened, LinkFailed, PeerRosTime, Control, InMessage>;
+struct Delivered {  // the peer has all of a tracked message
+  ChannelId channel;
+  OriginId origin;
+};
+using LinkEvent =
+    std::variant<LoginAsked, LinkOpened, LinkFailed, PeerRosTime, Control, InMessage, Delivered>;
 using LinkEvents = std::vector<LinkEvent>;
 
 // Which packet is legal in which state is the table of docs/protocol.md section "States":
@@ -88,7 +93,9 @@ class Link {
   // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
-  // The channels the peer has offered: messages for others end the link before anything is kept.
+  // The channels the peer may send on: messages for others end the link before anything is kept.
+  [[nodiscard]] bool is_expected(ChannelId channel) const { return incoming_.contains(channel); }
+  [[nodiscard]] std::size_t incoming_channels() const { return incoming_.size(); }
   void expect_incoming(ChannelId channel) { incoming_.insert(channel); }
   void forget_incoming(ChannelId channel) {
     incoming_.erase(channel);
@@ -113,7 +120,6 @@ class Link {
   [[nodiscard]] std::uint64_t open_bytes() const { return reassembly_.open_bytes(); }
 
  private:
-  [[nodiscard]] bool is_expected(ChannelId channel) const { return incoming_.contains(channel); }
   void on_record(ByteView record, const Now& now, LinkEvents& events);
   void on_welcome(ByteView record, const Now& now, LinkEvents& events);
   void on_control(ByteView text, LinkEvents& events);

@@ -160,7 +160,19 @@ NameMap::NameMap(std::string prefix, std::vector<Pair> remap)
   if (!prefix_.empty() && prefix_.front() != '/') prefix_.insert(prefix_.begin(), '/');
 }
 
+namespace {
+
+// The parts of an action go where the action goes.
+std::size_t action_suffix(std::string_view name) {
+  const auto at = name.rfind("/_action/");
+  return at == 0 ? std::string_view::npos : at;
+}
+
+}  // namespace
+
 std::string NameMap::to_local(std::string_view wire) const {
+  if (const auto at = action_suffix(wire); at != std::string_view::npos)
+    return to_local(wire.substr(0, at)) + std::string(wire.substr(at));
   for (const auto& pair : remap_) {
     if (pair.wire == wire) return pair.local;
   }
@@ -168,6 +180,11 @@ std::string NameMap::to_local(std::string_view wire) const {
 }
 
 std::optional<std::string> NameMap::to_wire(std::string_view local) const {
+  if (const auto at = action_suffix(local); at != std::string_view::npos) {
+    auto action = to_wire(local.substr(0, at));
+    if (action) *action += local.substr(at);
+    return action;
+  }
   for (const auto& pair : remap_) {
     if (pair.local == local) return pair.wire;
   }

@@ -78,6 +78,21 @@ std::string to_hex(const std::uint8_t* bytes, std::size_t size) {
   return text;
 }
 
+Gid service_gid(std::string_view service) {
+  Gid result;
+  for (std::size_t word = 0; word < 3; ++word) {
+    std::uint64_t hash = 14695981039346656037ULL + word;  // FNV-1a
+    const auto add = [&](std::string_view text) {
+      for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;
+    };
+    add("service:");
+    add(service);
+    for (std::size_t i = 0; i < 8; ++i)
+      result.bytes[8 * word + i] = static_cast<std::uint8_t>(hash >> (8 * i));
+  }
+  return result;
+}
+
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes.data(), claim.side.bytes.size());
   for (const auto& origin : claim.origins)
@@ -136,9 +151,12 @@ bool Claims::is_here(const Token128& side) const {
 }
 
 void Claims::rebuild() {
+  claimed_.clear();
   taken_.clear();
-  for (const auto& [publisher, claim] : by_publisher_)
+  for (const auto& [publisher, claim] : by_publisher_) {
+    claimed_.insert(claim.origins.begin(), claim.origins.end());
     if (claim.side < own_) taken_.insert(claim.origins.begin(), claim.origins.end());
+  }
 }
 
 }  // namespace connect_bridge

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
@@ -19,6 +20,9 @@ struct Claim {
   Token128 side;
   std::vector<Gid> origins;
 };
+
+// What stands for a mirrored service in a claim: the same 24 bytes in every process.
+Gid service_gid(std::string_view service);
 
 // The claim as a serialized rcl_interfaces/msg/Log (a type every ROS 2 has): CDR little-endian, the
 // text in `msg`.
@@ -38,6 +42,8 @@ class Claims {
   bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now);
   // The bridge of this side id is in our own graph.
   [[nodiscard]] bool is_here(const Token128& side) const;
+  // Another bridge mirrors this, whatever its side id.
+  [[nodiscard]] bool claimed(const Gid& origin) const { return claimed_.contains(origin); }
   // Another bridge with a smaller side id mirrors this origin already.
   [[nodiscard]] bool taken(const Gid& origin) const { return taken_.contains(origin); }
 
@@ -46,7 +52,8 @@ class Claims {
 
   Token128 own_;
   std::unordered_map<Gid, Claim> by_publisher_;
-  std::unordered_set<Gid> taken_;
+  std::unordered_set<Gid> claimed_;
+  std::unordered_set<Gid> taken_;  // a part of them
 };
 
 std::string to_hex(const std::uint8_t* bytes, std::size_t size);

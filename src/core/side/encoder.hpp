@@ -44,6 +44,8 @@ class Encoder {
   bool on_job(const JobDone& done, Outputs& outputs, const Deliver& deliver);
   // Forgets everything, as dropped.
   void clear(const Drop& drop);
+  // The job under way, if any.
+  [[nodiscard]] JobId job() const { return busy_ ? job_ : JobId{}; }
   [[nodiscard]] std::uint64_t bytes() const {
     return waiting_bytes_ + (busy_ ? busy_->raw.size() : 0);
   }

@@ -9,9 +9,9 @@
 
 namespace connect_bridge {
 
-Exports::Exports(const SideOptions& options, const Policy& policy, LinkTable& links,
-                 Outputs& outputs)
-    : options_(options), policy_(policy), links_(links), outputs_(outputs) {}
+Exports::Exports(const SideOptions& options, const Policy& policy, const LocalActions& actions,
+                 LinkTable& links, Outputs& outputs)
+    : options_(options), policy_(policy), actions_(actions), links_(links), outputs_(outputs) {}
 
 Exports::~Exports() = default;
 

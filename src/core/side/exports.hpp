@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -13,6 +14,7 @@
 
 #include "core/flow/history.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/side/actions.hpp"
 #include "core/side/encoder.hpp"
 #include "core/side/graph_view.hpp"
 #include "core/side/link_entry.hpp"
@@ -27,16 +29,26 @@ struct SideOptions;
 // subscription, held while any link demands the topic. Single-threaded; owned by the side.
 class Exports {
  public:
-  Exports(const SideOptions& options, const Policy& policy, LinkTable& links, Outputs& outputs);
+  Exports(const SideOptions& options, const Policy& policy, const LocalActions& actions,
+          LinkTable& links, Outputs& outputs);
   ~Exports();
 
   void on_graph(const GraphView& graph, const Now& now);
-  // The peer's Accepts are known: send the first round of offers, or adapt to changed Accepts.
-  void on_accepts(LinkEntry& link, const Now& now);
+  // The peer's Accepts or our rules are new: withdraws what is no longer allowed, or is treated
+  // differently now; it may be offered anew.
+  void recheck(LinkEntry& link, const Now& now);
+  // Adds what is to be offered to the link and is not yet.
+  void collect_offers(LinkEntry& link, std::vector<ChannelOffer>& offers);
+  [[nodiscard]] bool is_offered(LinkId link, ChannelId channel) const {
+    return by_channel_.contains({link, channel});
+  }
   void on_link_lost(LinkId link);
-  void on_policy(const Now& now);
   Result<Nothing> on_demand(LinkEntry& link, const Demand& demand, const Now& now);
   void on_decline(LinkEntry& link, const Decline& decline);
+
+  // While a peer can send goals to this action, its feedback and status are subscribed, demanded or
+  // not: what follows a goal at once would be over before a new subscription had been matched.
+  void hold_action(const std::string& action, bool on, const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
@@ -65,7 +77,8 @@ class Exports {
     bool demanded = false;
     RateLimit rate;
     std::uint64_t raw_bytes = 0;
-    DropCounts dropped;  // before the outbox
+    DropCounts dropped;           // before the outbox
+    std::set<OriginId> withheld;  // of /parameter_events: the nodes that no rule opens
     std::string declined;
   };
   struct Parked {
@@ -96,16 +109,15 @@ class Exports {
   void count_vanishing(Topic& topic, int change);
   void remove_vanished(Topic& topic, const Now& now);
   [[nodiscard]] bool drained(const Topic& topic) const;
-  void offer(LinkEntry& link);
   std::optional<ChannelOffer> try_offer(Topic& topic, LinkEntry& link);
   [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
-                                                   const std::optional<std::string>& wire_name,
-                                                   const std::string& type) const;
+                                                   const TopicKey& key) const;
+  [[nodiscard]] bool is_withheld(const LinkEntry& link, const TopicKey& key,
+                                 const Origin& origin) const;
+  [[nodiscard]] std::set<OriginId> withheld(const LinkEntry& link, const Topic& topic) const;
   void withdraw(Topic& topic, LinkEntry& link);
-  ChannelOffer describe(const Topic& topic, const Export& exported,
-                        const std::string& wire_name) const;
+  [[nodiscard]] ChannelOffer describe(const Topic& topic, const Export& exported) const;
   [[nodiscard]] QueueOptions queue_options(const Topic& topic, const Export& exported) const;
-  void recheck(LinkEntry& link, const Now& now);
 
   void update_subscription(Topic& topic, const Now& now);
   [[nodiscard]] bool may_subscribe(Topic& topic, const Now& now);
@@ -127,11 +139,13 @@ class Exports {
 
   const SideOptions& options_;
   const Policy& policy_;
+  const LocalActions& actions_;
   LinkTable& links_;
   Outputs& outputs_;
   Topics topics_;
   std::unordered_map<SubscriptionId, Topic*> by_subscription_;
   std::map<std::pair<LinkId, ChannelId>, Topic*> by_channel_;
+  std::set<std::string> held_;                 // topics that are subscribed without demand
   std::unordered_set<Gid> bridge_publishers_;  // of other bridges: never origins
   std::uint64_t parked_bytes_ = 0;
   std::size_t parked_samples_ = 0;

@@ -93,7 +93,8 @@ void Exports::update_subscription(Topic& topic, const Now& now) {
   if (std::exchange(topic.subscribes_at, std::nullopt)) --late_subscriptions_;
   const bool demanded = std::any_of(topic.links.begin(), topic.links.end(),
                                     [](const auto& e) { return e.second.demanded; });
-  if (!demanded || topic.origins.empty()) return unsubscribe(topic);
+  const bool held = demanded || held_.contains(topic.key.first);
+  if (!held || topic.origins.empty()) return unsubscribe(topic);
   if (topic.failed) return;
   const Qos qos = wanted_qos(topic);
   topic.history.limit(history_depth(topic), options_.history_bytes_max);
@@ -121,6 +122,20 @@ bool Exports::may_subscribe(Topic& topic, const Now& now) {
   }
   topic.paid_until = std::max(topic.paid_until, now.steady) + kSubscriptionPeriod;
   return true;
+}
+
+void Exports::hold_action(const std::string& action, bool on, const Now& now) {
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
+    const std::string name = name_of_part(action, part);
+    if (on) {
+      held_.insert(name);
+    } else {
+      held_.erase(name);
+    }
+    for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
+         ++it)
+      update_subscription(it->second, now);
+  }
 }
 
 void Exports::unsubscribe(Topic& topic) {
@@ -205,7 +220,7 @@ void Exports::forward(Topic& topic, Origin& origin, MessageTaken taken, const No
   const Compression* compressed = nullptr;
   bool several = false;
   for (auto& [id, exported] : topic.links) {
-    if (!exported.demanded) continue;
+    if (!exported.demanded || exported.withheld.contains(origin.id)) continue;
     LinkEntry& link = links_.at(id);
     if (!admit(exported, link, sample.raw.size(), now)) continue;
     const Compression& how = exported.decision.treatment.compression;
@@ -286,6 +301,7 @@ void Exports::deliver(Topic& topic, LinkId id, const OutSample& sample, Codec co
 void Exports::send_history(Topic& topic, Export& exported, LinkEntry& link, const Now& now) {
   const Compression how = exported.decision.treatment.compression;
   topic.history.for_each([&](OriginId origin, Stamp stamp, const Payload& raw) {
+    if (exported.withheld.contains(origin)) return;
     OutSample sample{origin, stamp, raw, {link.id}};
     if (raw.size() > link.link->peer().message_bytes_max)
       return exported.dropped.add(DropReason::kTooLarge);

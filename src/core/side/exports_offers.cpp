@@ -28,8 +28,6 @@ void Exports::on_graph(const GraphView& graph, const Now& now) {
     update_origins(topic, state, now);
     unpark(topic, now);
   }
-  for (auto& [id, link] : links_)
-    if (link.open() && link.accepts) offer(link);
 }
 
 void Exports::update_origins(Topic& topic, const TopicState* state, const Now& now) {
@@ -67,11 +65,17 @@ void Exports::update_origins(Topic& topic, const TopicState* state, const Now& n
   topic.failed = false;
   for (auto& [id, exported] : topic.links) {
     if (!exported.channel) continue;
-    OriginsChanged change{exported.channel, added, {}};
-    for (auto& origin : change.added)
-      origin.qos = with_override(origin.qos, exported.decision.treatment.qos);
     LinkEntry& link = links_.at(id);
-    link.send(change);
+    OriginsChanged change{exported.channel, {}, {}};
+    for (auto origin : added) {
+      origin.qos = with_override(origin.qos, exported.decision.treatment.qos);
+      if (!is_withheld(link, topic.key, topic.origins.at(origin.gid))) {
+        change.added.push_back(std::move(origin));
+      } else {
+        exported.withheld.insert(origin.origin);
+      }
+    }
+    if (!change.added.empty()) link.send(change);
     // Its depth and lifespan were those of the origins known before.
     if (link.link)
       link.link->outbox().add_channel(exported.channel, queue_options(topic, exported));
@@ -148,27 +152,13 @@ void Exports::on_time(const Now& now) {
   }
 }
 
-void Exports::on_accepts(LinkEntry& link, const Now& now) {
-  recheck(link, now);
-  offer(link);
-}
-
-void Exports::on_policy(const Now& now) {
-  for (auto& [id, link] : links_) {
-    if (!link.open() || !link.accepts) continue;
-    recheck(link, now);
-    offer(link);
-  }
-}
-
-// Withdraws what is no longer allowed or is treated differently now; offer() then offers it anew.
 void Exports::recheck(LinkEntry& link, const Now& now) {
   for (auto& [key, topic] : topics_) {
     const auto it = topic.links.find(link.id);
     if (it == topic.links.end()) continue;
-    const auto wire_name = options_.names.to_wire(key.first);
-    const auto decision = permission(link, wire_name, key.second);
-    if (decision && it->second.channel && decision->treatment == it->second.decision.treatment)
+    const auto decision = permission(link, key);
+    if (decision && it->second.channel && decision->treatment == it->second.decision.treatment &&
+        withheld(link, topic) == it->second.withheld)
       continue;
     if (it->second.channel) withdraw(topic, link);
     topic.links.erase(it);
@@ -177,34 +167,56 @@ void Exports::recheck(LinkEntry& link, const Now& now) {
 }
 
 // Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
-std::optional<Decision> Exports::permission(const LinkEntry& link,
-                                            const std::optional<std::string>& wire_name,
-                                            const std::string& type) const {
+std::optional<Decision> Exports::permission(const LinkEntry& link, const TopicKey& key) const {
+  const auto wire_name = options_.names.to_wire(key.first);
   if (!wire_name) return std::nullopt;
-  auto decision =
-      policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, type, link.identity);
-  if (!decision || !accepted_by(*link.accepts, {InterfaceKind::kTopic, *wire_name, type}))
-    return std::nullopt;
+  if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
+    // Each origin is decided on its own, see is_withheld().
+    const auto& rules = link.accepts->rules;
+    const bool accepted = std::any_of(rules.begin(), rules.end(),
+                                      [](const auto& rule) { return !rule.parameters.empty(); });
+    if (!accepted || key.second != kParameterEventType) return std::nullopt;
+    return policy_.decide_parameter_events(link.identity);
+  }
+  const auto action_type = actions_.type_of(InterfaceKind::kTopic, key.first, key.second);
+  if (!action_type) return std::nullopt;
+  const Interface what{InterfaceKind::kTopic, *wire_name, key.second, *action_type};
+  auto decision = policy_.decide(Direction::kExport, what, link.identity);
+  if (!decision || !accepted_by(*link.accepts, what)) return std::nullopt;
   return decision;
 }
 
-void Exports::offer(LinkEntry& link) {
-  std::vector<ChannelOffer> channels;
+bool Exports::is_withheld(const LinkEntry& link, const TopicKey& key, const Origin& origin) const {
+  if (key.second != kParameterEventType) return false;
+  const auto wire_name = options_.names.to_wire(key.first);
+  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
+  const auto node = options_.names.to_wire(origin.node);
+  if (!node || !link.accepts) return true;
+  const Interface what{InterfaceKind::kTopic, *wire_name, key.second, {}, *node};
+  return !policy_.decide(Direction::kExport, what, link.identity) ||
+         !accepted_by(*link.accepts, what);
+}
+
+std::set<OriginId> Exports::withheld(const LinkEntry& link, const Topic& topic) const {
+  std::set<OriginId> result;
+  if (topic.key.second != kParameterEventType) return result;
+  for (const auto& [gid, origin] : topic.origins)
+    if (is_withheld(link, topic.key, origin)) result.insert(origin.id);
+  return result;
+}
+
+void Exports::collect_offers(LinkEntry& link, std::vector<ChannelOffer>& offers) {
   for (auto& [key, topic] : topics_) {
     if (topic.origins.empty() || topic.links.contains(link.id)) continue;
-    if (auto channel = try_offer(topic, link)) channels.push_back(std::move(*channel));
+    if (auto channel = try_offer(topic, link)) offers.push_back(std::move(*channel));
   }
-  if (channels.empty() && link.offers_complete) return;
-  for (auto& text : encode_offers(channels, !link.offers_complete)) link.send(std::move(text));
-  link.offers_complete = true;
 }
 
 std::optional<ChannelOffer> Exports::try_offer(Topic& topic, LinkEntry& link) {
-  const auto& [name, type] = topic.key;
   Export& exported = topic.links[link.id];  // also remembers a "no", until rules or Accepts change
-  const auto wire_name = options_.names.to_wire(name);
-  auto decision = permission(link, wire_name, type);
+  auto decision = permission(link, topic.key);
   if (!decision) return std::nullopt;
+  exported.withheld = withheld(link, topic);
   exported.decision = std::move(*decision);
   exported.channel = {++link.last_channel};
   const Treatment& treatment = exported.decision.treatment;
@@ -212,7 +224,7 @@ std::optional<ChannelOffer> Exports::try_offer(Topic& topic, LinkEntry& link) {
   by_channel_[{link.id, exported.channel}] = &topic;
   QueueOptions queue = queue_options(topic, exported);
   link.link->outbox().add_channel(exported.channel, queue);
-  return describe(topic, exported, *wire_name);
+  return describe(topic, exported);
 }
 
 QueueOptions Exports::queue_options(const Topic& topic, const Export& exported) const {
@@ -241,18 +253,20 @@ QueueOptions Exports::queue_options(const Topic& topic, const Export& exported) 
   return queue;
 }
 
-ChannelOffer Exports::describe(const Topic& topic, const Export& exported,
-                               const std::string& wire_name) const {
+ChannelOffer Exports::describe(const Topic& topic, const Export& exported) const {
   const Treatment& treatment = exported.decision.treatment;
   ChannelOffer offer;
   offer.channel = exported.channel;
-  offer.name = wire_name;
+  offer.name = options_.names.to_wire(topic.key.first).value_or(topic.key.first);
+  offer.action_type =
+      actions_.type_of(InterfaceKind::kTopic, topic.key.first, topic.key.second).value_or("");
   offer.type = topic.key.second;
   offer.type_hash = topic.type_hash;
   offer.priority = treatment.priority.value_or(default_priority(topic.key.first, topic.key.second));
   offer.newest_only = is_clock(topic.key);
   for (const auto& [gid, origin] : topic.origins) {
     if (offer.origins.size() == kChannelOriginsMax) break;
+    if (exported.withheld.contains(origin.id)) continue;
     offer.origins.push_back(
         {origin.id, gid, origin.node, with_override(origin.qos, treatment.qos)});
   }

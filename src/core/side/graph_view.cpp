@@ -5,11 +5,22 @@
 
 namespace connect_bridge {
 
-std::string node_of(const Endpoint& endpoint) {
+namespace {
+
+std::string full_name(const std::string& ns, const std::string& name) {
   // What middlewares say of a node they know only by its endpoint (rmw_dds_common).
-  if (endpoint.node_name.empty() || endpoint.node_name == "_NODE_NAME_UNKNOWN_") return {};
-  const std::string& ns = endpoint.node_namespace;
-  return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + endpoint.node_name;
+  if (name.empty() || name == "_NODE_NAME_UNKNOWN_") return {};
+  return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + name;
+}
+
+}  // namespace
+
+std::string node_of(const Endpoint& endpoint) {
+  return full_name(endpoint.node_namespace, endpoint.node_name);
+}
+
+std::string node_of(const Server& server) {
+  return full_name(server.node_namespace, server.node_name);
 }
 
 namespace {
@@ -21,18 +32,24 @@ class BridgeNodes {
  public:
   void add(const Endpoint& claims_publisher) {
     if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
-    participants_.insert(participant_of(claims_publisher));
+    participants_.insert(participant_of(claims_publisher.gid));
+  }
+  // A server's gid is not always told.
+  [[nodiscard]] bool own(const Server& server) const {
+    return names_.contains(node_of(server)) ||
+           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
   }
   [[nodiscard]] bool own(const Endpoint& endpoint) const {
-    return names_.contains(node_of(endpoint)) || participants_.contains(participant_of(endpoint));
+    return names_.contains(node_of(endpoint)) ||
+           participants_.contains(participant_of(endpoint.gid));
   }
   [[nodiscard]] bool empty() const { return participants_.empty(); }
 
  private:
   using Participant = std::array<std::uint8_t, 12>;
-  static Participant participant_of(const Endpoint& endpoint) {
+  static Participant participant_of(const Gid& gid) {
     Participant participant;
-    std::copy_n(endpoint.gid.bytes.begin(), participant.size(), participant.begin());
+    std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
     return participant;
   }
   std::set<std::string> names_;
@@ -63,6 +80,12 @@ GraphView::GraphView(GraphChanged graph) {
     for (const auto& publisher : topic.publishers) publishers_.insert(publisher.gid);
     TopicKey key{topic.name, topic.type};
     topics_.emplace(std::move(key), std::move(topic));
+  }
+  for (auto& service : graph.services) {
+    std::erase_if(service.servers, [&](const Server& s) { return bridges.own(s); });
+    if (service.servers.empty()) continue;
+    ServiceKey key{service.name, service.type};
+    services_.emplace(std::move(key), std::move(service));
   }
 }
 

@@ -18,6 +18,9 @@ inline constexpr char kClaimsType[] = "rcl_interfaces/msg/Log";
 
 using TopicKey = std::pair<std::string, std::string>;  // name, type
 
+using ServiceKey = std::pair<std::string, std::string>;
+
+std::string node_of(const Server& server);
 std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not known (yet)
 
 // Built from one GraphChanged. Owns its data.
@@ -29,6 +32,13 @@ class GraphView {
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
   [[nodiscard]] const TopicState* find(const TopicKey& key) const;
+  // Services with at least one real server; no bridge's mirrors, as far as the graph tells.
+  [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
+  // A real server of this name exists here, whatever its type.
+  [[nodiscard]] bool has_server(const std::string& service) const {
+    const auto it = services_.lower_bound({service, ""});
+    return it != services_.end() && it->first.first == service;
+  }
   // A real publisher of the local graph has this id.
   [[nodiscard]] bool is_local(const Gid& gid) const { return publishers_.contains(gid); }
   // Publishers that belong to another bridge: what they publish comes from elsewhere.
@@ -40,6 +50,7 @@ class GraphView {
 
  private:
   std::map<TopicKey, TopicState> topics_;
+  std::map<ServiceKey, ServiceState> services_;
   std::unordered_set<Gid> publishers_;
   std::unordered_set<Gid> bridge_publishers_;
   std::unordered_set<Gid> bridges_;

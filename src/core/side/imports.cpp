@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/policy/interface.hpp"
 #include "core/side/side.hpp"
 
 namespace connect_bridge {
@@ -17,32 +18,15 @@ Imports::Imports(const SideOptions& options, const Policy& policy, const GraphVi
       links_(links),
       outputs_(outputs) {}
 
-Result<Nothing> Imports::on_offer(LinkEntry& link, const Offer& offer, const Now& now) {
-  for (const auto& channel : offer.channels) {
-    if (!channel.channel || channels_.contains({link.id, channel.channel}))
-      return Error{CloseCode::kIllegal, "a channel number was offered twice"};
-    const auto first = channels_.lower_bound({link.id, ChannelId{}});
-    const auto last = channels_.upper_bound({link.id, ChannelId{UINT32_MAX}});
-    if (std::distance(first, last) >= static_cast<std::ptrdiff_t>(options_.channels_max))
-      return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    open_channel(link, channel, now);
-  }
-  if (offer.complete) remove_candidates(link.id, true, now);
-  return Nothing{};
-}
-
-void Imports::open_channel(LinkEntry& link, const ChannelOffer& offer, const Now& now) {
+void Imports::on_offer(LinkEntry& link, const ChannelOffer& offer, const Now& now) {
   const ChannelKey key{link.id, offer.channel};
-  link.link->expect_incoming(offer.channel);
   Channel& channel = channels_[key];
   channel.declined = true;  // until all is found in order; a declined channel's data is dropped
   if (offer.kind != InterfaceKind::kTopic)
-    return decline(link, offer.channel, "unsupported", "only topics are forwarded");
-  if (!is_canonical_name(offer.name) || !is_type_name(offer.type) ||
-      offer.type.find("/msg/") == std::string::npos)
+    return decline(link, offer.channel, "unsupported", "such channels are not forwarded");
+  if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
     return decline(link, offer.channel, "not_permitted", "the name or type is not canonical");
-  auto decision = policy_.decide(Direction::kImport, InterfaceKind::kTopic, offer.name, offer.type,
-                                 link.identity);
+  auto decision = permission(link, offer.name, offer.type, offer.action_type);
   if (!decision)
     return decline(link, offer.channel, "not_permitted", "no rule allows importing " + offer.name);
   if (options_.names.to_wire(options_.names.to_local(offer.name)) != offer.name)
@@ -50,6 +34,7 @@ void Imports::open_channel(LinkEntry& link, const ChannelOffer& offer, const Now
   channel.declined = false;
   channel.key = {options_.names.to_local(offer.name), offer.type};
   channel.type_hash = offer.type_hash;
+  channel.action_type = offer.action_type;
   channel.decision = std::move(*decision);
   channel.newest_only = offer.newest_only;
   for (const auto& origin : offer.origins) add_origin(key, channel, origin, now);
@@ -75,14 +60,10 @@ Result<Nothing> Imports::on_origins(LinkEntry& link, const OriginsChanged& chang
   return Nothing{};
 }
 
-Result<Nothing> Imports::on_withdraw(LinkEntry& link, const Withdraw& withdraw, const Now& now) {
-  for (const ChannelId id : withdraw.channels) {
-    if (!channels_.contains({link.id, id}))
-      return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
-    end_channel({link.id, id}, false, now);
-    if (link.link) link.link->forget_incoming(id);
-  }
-  return Nothing{};
+bool Imports::on_withdraw(LinkEntry& link, ChannelId channel, const Now& now) {
+  if (!channels_.contains({link.id, channel})) return false;
+  end_channel({link.id, channel}, false, now);
+  return true;
 }
 
 void Imports::end_channel(const ChannelKey& key, bool keep_candidates, const Now& now) {
@@ -109,13 +90,15 @@ void Imports::update_demands(const Mirror& mirror, const Now& now) {
 }
 
 bool Imports::wanted(const ChannelKey& key, const Channel& channel, const Now& now) const {
+  if (channel.declined) return false;
   const TopicState* topic = graph_.find(channel.key);
-  if (channel.declined || !topic || topic->subscribers.empty()) return false;
+  const bool listened = topic && !topic->subscribers.empty();
   return std::any_of(channel.origins.begin(), channel.origins.end(), [&](const auto& origin) {
     const Mirror& mirror = *origin.second;
     const Candidate& feeder = mirror.candidates.front();
-    return mirror.id && feeder.link == key.first && feeder.channel == key.second &&
-           (!mirror.settles_at || *mirror.settles_at <= now.steady);
+    const bool expected = mirror.demanded_until && *mirror.demanded_until > now.steady;
+    return (listened || expected) && mirror.id && feeder.link == key.first &&
+           feeder.channel == key.second && (!mirror.settles_at || *mirror.settles_at <= now.steady);
   });
 }
 
@@ -174,9 +157,10 @@ void Imports::on_policy(const Now& now) {
   for (auto& [key, channel] : channels_) {
     LinkEntry& link = links_.at(key.first);
     if (channel.declined) continue;
-    const auto decision = permission(link, channel.key);
+    const auto decision = permission(link, channel.key, channel.action_type);
     if (decision) {
       channel.decision = *decision;
+      end_withheld(link, channel, now);
       continue;
     }
     auto origins = std::move(channel.origins);
@@ -190,16 +174,47 @@ void Imports::on_policy(const Now& now) {
     Mirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates;  // the last one takes an unmade mirror with it
     for (const auto& candidate : candidates)
-      if (!candidate.channel && !permission(links_.at(candidate.link), mirror.key.first))
+      if (!candidate.channel &&
+          !permission(links_.at(candidate.link), mirror.key.first, mirror.action_type))
         remove_candidate(mirror, candidate.link, now);
   }
 }
 
-std::optional<Decision> Imports::permission(const LinkEntry& link, const TopicKey& key) const {
+std::optional<Decision> Imports::permission(const LinkEntry& link, const std::string& name,
+                                            const std::string& type,
+                                            const std::string& action_type) const {
+  if (is_parameter_events(InterfaceKind::kTopic, name))
+    return policy_.decide_parameter_events(link.identity);
+  return policy_.decide(Direction::kImport, {InterfaceKind::kTopic, name, type, action_type},
+                        link.identity);
+}
+
+std::optional<Decision> Imports::permission(const LinkEntry& link, const TopicKey& key,
+                                            const std::string& action_type) const {
   const auto wire_name = options_.names.to_wire(key.first);
   if (!wire_name) return std::nullopt;
-  return policy_.decide(Direction::kImport, InterfaceKind::kTopic, *wire_name, key.second,
-                        link.identity);
+  return permission(link, *wire_name, key.second, action_type);
+}
+
+bool Imports::is_withheld(const LinkEntry& link, const Channel& channel,
+                          const OriginOffer& origin) const {
+  const auto wire_name = options_.names.to_wire(channel.key.first);
+  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
+  const Interface what{InterfaceKind::kTopic, *wire_name, channel.key.second, {}, origin.node};
+  return !policy_.decide(Direction::kImport, what, link.identity);
+}
+
+void Imports::end_withheld(const LinkEntry& link, Channel& channel, const Now& now) {
+  if (channel.key.second != kParameterEventType) return;
+  for (auto it = channel.origins.begin(); it != channel.origins.end();) {
+    Mirror& mirror = *it->second;
+    if (!is_withheld(link, channel, mirror.origin)) {
+      ++it;
+      continue;
+    }
+    it = channel.origins.erase(it);
+    remove_candidate(mirror, link.id, now);
+  }
 }
 
 }  // namespace connect_bridge

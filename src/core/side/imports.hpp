@@ -31,11 +31,15 @@ class Imports {
   Imports(const SideOptions& options, const Policy& policy, const GraphView& graph,
           const Claims& claims, LinkTable& links, Outputs& outputs);
 
-  // Errors end the link: too many channels, a channel number used twice, an unknown channel.
-  Result<Nothing> on_offer(LinkEntry& link, const Offer& offer, const Now& now);
+  // The caller has found the number unused and expects data on it. Also declines kinds of channels
+  // that nobody here knows.
+  void on_offer(LinkEntry& link, const ChannelOffer& offer, const Now& now);
+  // Errors end the link: an unknown channel, too many origins.
   Result<Nothing> on_origins(LinkEntry& link, const OriginsChanged& change, const Now& now);
-  Result<Nothing> on_withdraw(LinkEntry& link, const Withdraw& withdraw, const Now& now);
-  Result<Nothing> on_message(LinkEntry& link, InMessage message, const Now& now);
+  // False: no topic was offered under this number.
+  bool on_withdraw(LinkEntry& link, ChannelId channel, const Now& now);
+  // Nullopt: likewise.
+  std::optional<Result<Nothing>> on_message(LinkEntry& link, InMessage& message, const Now& now);
 
   // The connection is gone: its channels end, its mirrors wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
@@ -46,6 +50,9 @@ class Imports {
   void on_graph(const Now& now);   // local subscribers or origins changed
   void on_claims(const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
+  // A goal is on its way to this action (local name): its feedback may follow before the graph has
+  // told of the client's subscriptions.
+  void expect_goal(const std::string& action, const Now& now);
   void on_mirror_failed(const MirrorFailed& failed);
   void on_publish_failed(const PublishFailed& failed);
   bool on_job(const JobDone& done, const Now& now);  // false: not ours
@@ -76,10 +83,12 @@ class Imports {
     OriginOffer origin;
     Qos qos;
     std::string type_hash;
+    std::string action_type;
     std::vector<Candidate> candidates;    // the feeding one first
     std::optional<TimePoint> settles_at;  // no demand before: other bridges may claim the origin
     std::optional<TimePoint>
         ends_at;  // all candidates gone: lets the middleware deliver the last samples
+    std::optional<TimePoint> demanded_until;  // whether there is a subscriber or not
     Stamp last_stamp = 0;
     LinkId fed_by;          // whose message was published last
     bool is_local = false;  // the origin lives, or lived, in the local graph: a loop
@@ -90,6 +99,7 @@ class Imports {
   struct Channel {
     TopicKey key;
     std::string type_hash;
+    std::string action_type;
     Decision decision;
     bool newest_only = false;
     bool demanded = false;
@@ -105,7 +115,6 @@ class Imports {
     std::optional<double> latency_ms;
   };
 
-  void open_channel(LinkEntry& link, const ChannelOffer& offer, const Now& now);
   void end_channel(const ChannelKey& key, bool keep_candidates, const Now& now);
   void add_origin(const ChannelKey& key, Channel& channel, const OriginOffer& origin,
                   const Now& now);
@@ -117,8 +126,16 @@ class Imports {
   [[nodiscard]] bool is_of_this_graph(LinkId link) const;
   void create(Mirror& mirror, const Now& now);
   void destroy(Mirror& mirror);
-  [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
-                                                   const TopicKey& key) const;
+  // `name` is that on the wire.
+  [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link, const std::string& name,
+                                                   const std::string& type,
+                                                   const std::string& action_type) const;
+  [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link, const TopicKey& key,
+                                                   const std::string& action_type) const;
+  // Whether this origin of /parameter_events is a node whose parameters no rule opens.
+  [[nodiscard]] bool is_withheld(const LinkEntry& link, const Channel& channel,
+                                 const OriginOffer& origin) const;
+  void end_withheld(const LinkEntry& link, Channel& channel, const Now& now);
   // Demands the channel anew, so that the exporter sends the last samples again.
   void demand_again(const ChannelKey& key, Channel& channel, const Now& now);
   void renew(const ChannelKey& key, Channel& channel, const Now& now);

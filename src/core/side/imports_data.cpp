@@ -19,11 +19,11 @@ bool is_serialized(ByteView raw) {
 
 }  // namespace
 
-Result<Nothing> Imports::on_message(LinkEntry& link, InMessage message, const Now& now) {
+std::optional<Result<Nothing>> Imports::on_message(LinkEntry& link, InMessage& message,
+                                                   const Now& now) {
   const ChannelKey key{link.id, message.channel};
   const auto it = channels_.find(key);
-  if (it == channels_.end())
-    return Error{CloseCode::kUnknownChannel, "a message for a channel that does not exist"};
+  if (it == channels_.end()) return std::nullopt;
   Channel& channel = it->second;
   channel.wire_bytes += message.body.size();
   if (!channel.demanded) {

@@ -1,6 +1,7 @@
 // The life of mirrors: one per origin, as long as somebody offers it and nobody else has it.
 #include <algorithm>
 
+#include "core/policy/interface.hpp"
 #include "core/side/imports.hpp"
 #include "core/side/side.hpp"
 
@@ -14,6 +15,8 @@ constexpr Duration kLinger = std::chrono::milliseconds(200);
 constexpr Duration kSettle = std::chrono::milliseconds(250);
 // After a start the local graph is still being discovered.
 constexpr Duration kDiscovery = std::chrono::milliseconds(500);
+// By then the graph has told of the subscriptions of an action's client.
+constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A peer cannot make a mirror keep more samples than this.
 constexpr std::uint32_t kDepthMax = 10'000;
 
@@ -22,6 +25,9 @@ constexpr std::uint32_t kDepthMax = 10'000;
 void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOffer& origin,
                          const Now& now) {
   if (!origin.origin || channel.origins.contains(origin.origin)) return;
+  if (channel.key.second == kParameterEventType &&
+      is_withheld(links_.at(key.first), channel, origin))
+    return;
   const MirrorKey mirror_key{channel.key, origin.gid};
   if (mirrors_.size() >= options_.mirrors_max && !mirrors_.contains(mirror_key)) {
     if (!std::exchange(channel.limited, true)) {
@@ -45,6 +51,7 @@ void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOf
   mirror.failed = false;
   mirror.origin = origin;
   mirror.type_hash = channel.type_hash;
+  mirror.action_type = channel.action_type;
   const Qos qos = mirror_qos(channel, origin);
   if (mirror.id && qos != mirror.qos) destroy(mirror);  // a rule was changed meanwhile
   mirror.qos = qos;
@@ -140,7 +147,11 @@ void Imports::create(Mirror& mirror, const Now& now) {
   if (!graph_.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
   if (settled > now.steady) mirror.settles_at = settled;
   const auto& [topic, type] = mirror.key.first;
-  outputs_.push(CreateMirror{mirror.id, topic, type, mirror.type_hash, mirror.qos});
+  std::string node;
+  if (options_.proxy_nodes && is_canonical_name(mirror.origin.node))
+    node = options_.names.to_local(mirror.origin.node);
+  outputs_.push(
+      CreateMirror{mirror.id, topic, type, mirror.type_hash, mirror.qos, std::move(node)});
   claim_changed_ = true;
   warn_incompatible(mirror);
 }
@@ -195,6 +206,18 @@ void Imports::warn_incompatible(Mirror& mirror) {
   }
 }
 
+void Imports::expect_goal(const std::string& action, const Now& now) {
+  deadline_known_ = false;
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
+    const std::string name = name_of_part(action, part);
+    for (auto it = mirrors_.lower_bound({{name, ""}, Gid{}});
+         it != mirrors_.end() && it->first.first.first == name; ++it) {
+      it->second.demanded_until = now.steady + kGoalDemand;
+      update_demands(it->second, now);
+    }
+  }
+}
+
 void Imports::forget_orphans(LinkId link, const Now& now) {
   remove_candidates(link, true, now);
 }
@@ -230,9 +253,13 @@ void Imports::on_time(const Now& now) {
       continue;
     }
     ++it;
-    if (!mirror.settles_at || *mirror.settles_at > now.steady) continue;
-    mirror.settles_at.reset();
-    update_demands(mirror, now);
+    bool changed = false;
+    for (auto* at : {&mirror.settles_at, &mirror.demanded_until}) {
+      if (!*at || **at > now.steady) continue;
+      at->reset();
+      changed = true;
+    }
+    if (changed) update_demands(mirror, now);
   }
 }
 
@@ -242,7 +269,7 @@ std::optional<TimePoint> Imports::deadline() const {
   std::optional<TimePoint>& first = deadline_;
   first.reset();
   for (const auto& [key, mirror] : mirrors_)
-    for (const auto& at : {mirror.settles_at, mirror.ends_at})
+    for (const auto& at : {mirror.settles_at, mirror.ends_at, mirror.demanded_until})
       if (at) first = first ? std::min(*first, *at) : *at;
   return first;
 }

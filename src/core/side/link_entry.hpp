@@ -25,7 +25,9 @@ struct LinkEntry {
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  std::string address;  // of the last connection, for people
+  std::uint32_t offered = 0;  // channels the peer offers on this connection
+  Token128 peer_side;         // of the last connection
+  std::string address;        // of the last connection, for people
   std::string node;
   // What was counted on its earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past;

@@ -16,7 +16,9 @@ constexpr std::size_t kAcceptPatternsMax = 4096;
 
 std::size_t patterns_of(const Accepts& accepts) {
   std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules) count += rule.topics.size() + rule.types.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
   return count;
 }
 
@@ -29,8 +31,10 @@ Side::State::State(SideOptions given, std::uint64_t seed)
       policy(options.policy),
       claims(side),
       dialer({options.retry_min, options.retry_max}),
-      exports(options, policy, links, outputs),
+      exports(options, policy, actions, links, outputs),
       imports(options, policy, graph, claims, links, outputs),
+      service_exports(options, policy, graph, claims, actions, random, links, outputs),
+      service_imports(options, policy, graph, claims, links, outputs),
       clock_publisher(options.clock_publish_period) {
   claims_mirror = outputs.new_mirror();
   claims_subscription = outputs.new_subscription();
@@ -62,13 +66,19 @@ void Side::State::on(GraphChanged& input, const Now& now) {
   graph = GraphView(std::move(input));
   claims.retain(bridges_before, graph.bridges());
   exports.on_graph(graph, now);
+  update_exports(now);
   imports.on_graph(now);
+  service_imports.on_graph(now);
 }
 
 void Side::State::on(MessageTaken& input, const Now& now) {
   if (input.subscription != claims_subscription) return exports.on_taken(std::move(input), now);
   if (auto claim = parse_claim(input.payload.view()))
-    if (claims.update(input.origin, std::move(*claim))) imports.on_claims(now);
+    if (claims.update(input.origin, std::move(*claim))) {
+      update_exports(now);
+      imports.on_claims(now);
+      service_imports.on_claims(now);
+    }
 }
 
 void Side::State::on(MessagesLost& input, const Now&) {
@@ -98,6 +108,7 @@ void Side::State::on(QosIncompatible& input, const Now&) {
 }
 
 void Side::State::on(JobDone& input, const Now& now) {
+  if (service_exports.on_job(input, now) || service_imports.on_job(input, now)) return;
   if (!imports.on_job(input, now)) exports.on_job(input, now);
 }
 
@@ -105,8 +116,41 @@ void Side::State::on(PolicyChanged& input, const Now& now) {
   policy = std::move(input.policy);
   for (auto& [id, link] : links)
     if (link.open()) send_accepts(link);
-  exports.on_policy(now);
+  for (auto& [id, link] : links)
+    if (link.open() && link.accepts) recheck(link, now);
   imports.on_policy(now);
+  service_imports.on_policy(now);
+}
+
+void Side::State::on(RequestTaken& input, const Now& now) {
+  // The demand goes out before the goal does.
+  if (const auto action = service_imports.action_of(input.mirror))
+    imports.expect_goal(*action, now);
+  service_imports.on_request(input, now);
+}
+
+void Side::State::on(CallersGone& input, const Now&) {
+  service_imports.on_callers_gone(input);
+}
+
+void Side::State::on(ServiceReady& input, const Now& now) {
+  service_exports.on_ready(input, now);
+}
+
+void Side::State::on(ResponseTaken& input, const Now& now) {
+  service_exports.on_response(input, now);
+}
+
+void Side::State::on(InvocationFailed& input, const Now& now) {
+  service_exports.on_invocation_failed(input, now);
+}
+
+void Side::State::on(ServiceMirrorFailed& input, const Now&) {
+  service_imports.on_mirror_failed(input);
+}
+
+void Side::State::on(ServiceClientFailed& input, const Now&) {
+  service_exports.on_client_failed(input);
 }
 
 void Side::State::on(StopRequested&, const Now& now) {
@@ -128,6 +172,8 @@ void Side::State::on(TimePassed&, const Now& now) {
   on_link_time(now);
   exports.on_time(now);
   imports.on_time(now);
+  service_exports.on_time(now);
+  service_imports.on_time(now);
   clock_publisher.on_time(outputs, now);
   dial_if_due(now);
 }
@@ -135,12 +181,18 @@ void Side::State::on(TimePassed&, const Now& now) {
 void Side::State::settle(const Now& now) {
   do {
     imports.send_demands();
+    hold_actions(now);
+    if (service_exports.take_offers_due()) send_offers(now);
   } while (handle_pending_events(now) || handle_link_events(now));
-  if (imports.take_claim_change()) publish_claim(now);
+  const bool topics = imports.take_claim_change();
+  const bool services = service_imports.take_claim_change();
+  if (topics || services) publish_claim(now);
 }
 
 void Side::State::publish_claim(const Now& now) {
-  outputs.push(Publish{claims_mirror, serialize(Claim{side, imports.mirrored()}, now.system)});
+  Claim claim{side, imports.mirrored()};
+  service_imports.add_mirrored(claim.origins);
+  outputs.push(Publish{claims_mirror, serialize(claim, now.system)});
 }
 
 bool Side::State::handle_link_events(const Now& now) {
@@ -167,30 +219,35 @@ void Side::State::end_link(LinkEntry& entry, const Error& error, const Now& now)
 }
 
 Result<Nothing> Side::State::on_link_event(LinkEntry& entry, LinkEvent& event, const Now& now) {
-  return std::visit(
-      Overloaded{
-          [&](Control& control) { return on_control(entry, control, now); },
-          [&](InMessage& message) { return imports.on_message(entry, std::move(message), now); },
-          [&](PeerRosTime& time) -> Result<Nothing> {
-            clock_publisher.on_reply(time.reply, time.t4);
-            return Nothing{};
-          },
-          [&](LinkFailed& failed) -> Result<Nothing> {
-            return Error{failed.code, failed.reason};
-          },
-          [&](auto&) -> Result<Nothing> {
-            return Nothing{};
-          },  // login events come before this state
-      },
-      event);
+  return std::visit(Overloaded{
+                        [&](Control& control) { return on_control(entry, control, now); },
+                        [&](InMessage& message) { return on_message(entry, message, now); },
+                        [&](Delivered& whole) -> Result<Nothing> {
+                          const CallId call{whole.origin.value};
+                          service_imports.on_delivered(entry, whole.channel, call);
+                          service_exports.on_delivered(entry.id, whole.channel, call);
+                          return Nothing{};
+                        },
+                        [&](PeerRosTime& time) -> Result<Nothing> {
+                          clock_publisher.on_reply(time.reply, time.t4);
+                          return Nothing{};
+                        },
+                        [&](LinkFailed& failed) -> Result<Nothing> {
+                          return Error{failed.code, failed.reason};
+                        },
+                        [&](auto&) -> Result<Nothing> {
+                          return Nothing{};
+                        },  // login events come before this state
+                    },
+                    event);
 }
 
 Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, const Now& now) {
   return std::visit(
       Overloaded{
-          [&](Offer& m) { return imports.on_offer(entry, m, now); },
+          [&](Offer& m) { return on_offer(entry, m, now); },
           [&](OriginsChanged& m) { return imports.on_origins(entry, m, now); },
-          [&](Withdraw& m) { return imports.on_withdraw(entry, m, now); },
+          [&](Withdraw& m) { return on_withdraw(entry, m, now); },
           [&](Demand& m) { return exports.on_demand(entry, m, now); },
           [&](Accepts& m) -> Result<Nothing> {
             if (patterns_of(m) > kAcceptPatternsMax)
@@ -198,16 +255,17 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
             if (entry.link && m.message_bytes_max > 0)
               entry.link->set_peer_message_bytes_max(m.message_bytes_max);
             entry.accepts = std::move(m);
-            exports.on_accepts(entry, now);
+            recheck(entry, now);
             return Nothing{};
           },
           [&](Decline& m) -> Result<Nothing> {
-            exports.on_decline(entry, m);
+            if (!service_exports.on_decline(entry, m)) exports.on_decline(entry, m);
             return Nothing{};
           },
-          [&](auto&) -> Result<Nothing> {  // of services: nothing is offered, so nothing is meant
-            return Error{CloseCode::kIllegal, "a message about a service that was never offered"};
-          },
+          [&](Attach& m) { return on_attach(entry, m, now); },
+          [&](Attached& m) { return service_imports.on_attached(entry, m, now); },
+          [&](Refuse& m) { return service_imports.on_refuse(entry, m, now); },
+          [&](Forget& m) { return service_exports.on_forget(entry, m); },
       },
       control);
 }
@@ -224,6 +282,7 @@ void Side::handle(Input input, const Now& now) {
     s.started = true;
     s.publish_claim(now);
     s.imports.take_claim_change();
+    s.service_imports.take_claim_change();
     s.dial_if_due(now);
   }
   std::visit([&](auto& i) { s.on(i, now); }, input);
@@ -257,6 +316,8 @@ std::optional<TimePoint> Side::next_deadline() const {
   if (s.options.role == Role::kClient) earlier(s.dialer.deadline());
   earlier(s.exports.deadline());
   earlier(s.imports.deadline());
+  earlier(s.service_exports.deadline());
+  earlier(s.service_imports.deadline());
   earlier(s.clock_publisher.deadline());
   return first;
 }
@@ -265,7 +326,8 @@ Status Side::status(const Now&) const {
   const State& s = *state_;
   Status status;
   status.last_failure = s.last_failure;
-  status.memory_bytes = s.exports.memory_bytes() + s.imports.memory_bytes();
+  status.memory_bytes = s.exports.memory_bytes() + s.imports.memory_bytes() +
+                        s.service_exports.memory_bytes() + s.service_imports.memory_bytes();
   for (const auto& [id, entry] : s.links) {
     LinkStatus link;
     link.peer = entry.address;
@@ -276,7 +338,7 @@ Status Side::status(const Now&) const {
     if (entry.link) {
       link.sent_bytes = entry.link->sent_bytes();
       link.received_bytes = entry.link->received_bytes();
-      link.queued_bytes = entry.link->outbox().data_bytes();
+      link.queued_bytes = entry.link->outbox().data_bytes() + entry.link->outbox().kept_bytes();
       link.unacknowledged_bytes = entry.link->outbox().unacknowledged_bytes();
       status.memory_bytes += link.queued_bytes + entry.link->open_bytes();
       const ClockEstimate& clock = entry.link->clock();
@@ -284,6 +346,8 @@ Status Side::status(const Now&) const {
     }
     s.exports.add_status(entry, link);
     s.imports.add_status(entry, link);
+    s.service_exports.add_status(entry, link);
+    s.service_imports.add_status(entry, link);
     for (auto& topic : link.topics) {
       const auto past = entry.past.find({topic.exported, topic.topic, topic.type});
       if (past != entry.past.end()) topic.add_past(past->second);

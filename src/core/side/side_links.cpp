@@ -162,7 +162,7 @@ LinkEntry* Side::State::entry_for_login(const Link& link, const Identity& identi
     const auto lost = std::find_if(links.begin(), links.end(),
                                    [](const auto& l) { return l.second.forgotten_at.has_value(); });
     if (lost == links.end()) return nullptr;
-    imports.on_link_dead(lost->first, now);
+    on_link_dead(lost->first, now);
     links.erase(lost);
   }
   LinkEntry& entry = links[LinkId{++last_link}];
@@ -177,6 +177,9 @@ void Side::State::attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now
           "a newer connection of this session took over");
     detach(entry, false, now);
   }
+  // Another process at the other end: what was pending with the one before is answered by nobody.
+  if (entry.peer_side && entry.peer_side != link->peer().side) end_calls(entry.id, now);
+  entry.peer_side = link->peer().side;
   entry.link = std::move(link);
   entry.forgotten_at.reset();
   entry.orphans_end_at = now.steady + kOffersTime;
@@ -210,14 +213,13 @@ void Side::State::detach(LinkEntry& entry, bool dead, const Now& now) {
   const TimePoint heard = entry.link->last_heard();
   keep_counts(entry);
   entry.link->close();
-  exports.on_link_lost(entry.id);
-  imports.on_link_lost(entry.id, now);
+  on_link_lost(entry, now);
   entry.link.reset();
   entry.events.clear();
   entry.accepts.reset();
   entry.offers_complete = false;
   entry.forgotten_at = dead ? now.steady : std::max(now.steady, heard + options.dead_after);
-  if (dead) imports.on_link_dead(entry.id, now);
+  if (dead) on_link_dead(entry.id, now);
   entry.orphans_end_at.reset();
   if (options.role == Role::kServer || stopping) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
@@ -259,13 +261,13 @@ void Side::State::on_link_time(const Now& now) {
       entry.fail({CloseCode::kExpired, "the login of " + entry.identity.name + " has expired"});
     if (entry.orphans_end_at && *entry.orphans_end_at <= now.steady) {
       entry.orphans_end_at.reset();
-      imports.forget_orphans(entry.id, now);
+      forget_orphans(entry.id, now);
     }
     if (!entry.forgotten_at || *entry.forgotten_at > now.steady) {
       ++it;
       continue;
     }
-    imports.on_link_dead(entry.id, now);
+    on_link_dead(entry.id, now);
     entry.forgotten_at.reset();
     clock_publisher.stop(outputs);
     it = options.role == Role::kServer ? links.erase(it) : std::next(it);

@@ -4,12 +4,15 @@
 #include <map>
 #include <memory>
 
+#include "core/side/actions.hpp"
 #include "core/side/claims.hpp"
 #include "core/side/clock_publisher.hpp"
 #include "core/side/dialer.hpp"
 #include "core/side/exports.hpp"
 #include "core/side/graph_view.hpp"
 #include "core/side/imports.hpp"
+#include "core/side/service_exports.hpp"
+#include "core/side/service_imports.hpp"
 #include "core/side/side.hpp"
 
 namespace connect_bridge {
@@ -25,8 +28,13 @@ struct Side::State {
   void on(MirrorFailed& input, const Now& now);
   void on(PublishFailed& input, const Now& now);
   void on(QosIncompatible& input, const Now& now);
-  template <class ServiceInput>
-  void on(ServiceInput&, const Now&) {}  // services are not forwarded yet
+  void on(RequestTaken& input, const Now& now);
+  void on(CallersGone& input, const Now& now);
+  void on(ServiceReady& input, const Now& now);
+  void on(ResponseTaken& input, const Now& now);
+  void on(InvocationFailed& input, const Now& now);
+  void on(ServiceMirrorFailed& input, const Now& now);
+  void on(ServiceClientFailed& input, const Now& now);
   void on(ConnectionOpened& input, const Now& now);
   void on(DialFailed& input, const Now& now);
   void on(PacketReceived& input, const Now& now);
@@ -45,6 +53,21 @@ struct Side::State {
   Result<Nothing> on_control(LinkEntry& entry, Control& control, const Now& now);
   void end_link(LinkEntry& entry, const Error& error, const Now& now);
   void publish_claim(const Now& now);
+
+  // Channels of all kinds (side_channels.cpp).
+  void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
+  void hold_actions(const Now& now);
+  void send_offers(LinkEntry& entry, const Now& now);
+  void send_offers(const Now& now);  // to all links that are open
+  void recheck(LinkEntry& entry, const Now& now);
+  Result<Nothing> on_offer(LinkEntry& entry, const Offer& offer, const Now& now);
+  Result<Nothing> on_withdraw(LinkEntry& entry, const Withdraw& withdraw, const Now& now);
+  Result<Nothing> on_attach(LinkEntry& entry, const Attach& attach, const Now& now);
+  Result<Nothing> on_message(LinkEntry& entry, InMessage& message, const Now& now);
+  void forget_orphans(LinkId link, const Now& now);
+  void on_link_lost(LinkEntry& entry, const Now& now);
+  void on_link_dead(LinkId link, const Now& now);
+  void end_calls(LinkId link, const Now& now);  // and the mirrors of services
 
   // Connections and links (side_links.cpp).
   struct Pending {
@@ -75,12 +98,15 @@ struct Side::State {
   Outputs outputs;
   GraphView graph;
   Claims claims;
+  LocalActions actions;
   LinkTable links;
   std::map<ConnectionId, Pending> pending;  // connections before login or welcome
   Dialer dialer;
   ConnectionId dialing;  // client: dial or connection under way
   Exports exports;
   Imports imports;
+  ServiceExports service_exports;
+  ServiceImports service_imports;
   ClockPublisher clock_publisher;
   SubscriptionId claims_subscription;
   MirrorId claims_mirror;

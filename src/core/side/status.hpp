@@ -37,6 +37,26 @@ struct TopicStatus {
   }
 };
 
+// One service on one link. Exported: the peer calls; imported: callers here do.
+struct ServiceStatus {
+  std::string service;  // local name
+  std::string type;
+  bool exported = false;      // else imported
+  bool attached = false;      // calls can be made
+  std::uint32_t pending = 0;  // calls without an answer, those that wait among them
+  std::uint32_t waiting = 0;  // exported: for their turn at the real server
+  std::uint64_t calls = 0;
+  std::uint64_t answered = 0;
+  std::uint64_t refused = 0;     // at a limit, or impossible
+  std::uint64_t timed_out = 0;   // given up after the rule's call_timeout
+  std::uint64_t forgotten = 0;   // their caller went away
+  std::uint64_t lost = 0;        // with the link or the server
+  std::uint64_t duplicates = 0;  // requests or answers that had come before, or too late
+  std::uint64_t request_bytes = 0;
+  std::uint64_t response_bytes = 0;
+  std::string declined;  // exported: why the peer does not import it; empty if it does
+};
+
 struct ClockStatus {
   bool known = false;
   Duration offset{0};       // peer's system clock minus ours
@@ -56,6 +76,7 @@ struct LinkStatus {
   std::uint64_t connects = 0;
   ClockStatus clock;
   std::vector<TopicStatus> topics;
+  std::vector<ServiceStatus> services;
 };
 
 struct Status {

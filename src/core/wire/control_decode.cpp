@@ -223,13 +223,11 @@ Attach read_attach(Reader& reader, const Json& json) {
 }
 
 Attached read_attached(Reader& reader, const Json& json) {
-  Attached attached;
-  attached.channel.value = reader.id(json, "channel");
-  attached.requests.value = reader.id(json, "requests");
-  attached.seen.value = reader.optional_number(json, "seen");
-  attached.calls = read_ids<CallId>(reader, json, "calls", kCallIdsMax);
-  attached.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
-  return attached;
+  return {{reader.id(json, "channel")},
+          {reader.id(json, "requests")},
+          {reader.optional_number(json, "seen")},
+          read_ids<CallId>(reader, json, "calls", kCallIdsMax),
+          reader.optional_string(json, "type_hash", kNameBytesMax)};
 }
 
 Refuse read_refuse(Reader& reader, const Json& json) {

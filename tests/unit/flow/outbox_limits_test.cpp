@@ -316,5 +316,45 @@ TEST(OutboxChannel, WithoutACodecBothSizesAreTheBodys) {
   EXPECT_EQ(drain(outbox), "1#1:12\n");  // the reader would refuse different sizes
 }
 
+TEST(OutboxKeep, AChannelThatKeepsDropsNothingAndTakesNobodysRoom) {
+  auto tight = thin();
+  tight.data_bytes_max = 300;
+  Outbox outbox(tight);
+  QueueOptions keep;
+  keep.keep = true;
+  keep.depth = 1;
+  keep.queue_bytes_max = 1;
+  outbox.add_channel(kA, keep);
+  outbox.add_channel(kB, {});
+  for (int i = 0; i < 50; ++i) outbox.push(kA, message(100), now_ms(0));
+  for (int i = 0; i < 5; ++i) outbox.push(kB, message(100), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued, 50U);
+  EXPECT_EQ(outbox.counts(kB).queued, 3U);
+  EXPECT_EQ(outbox.kept_bytes(), 50 * (100 + kKeptMessageBytes));
+  EXPECT_EQ(outbox.data_bytes(), 300U);
+  outbox.remove_channel(kA);
+  EXPECT_EQ(outbox.kept_bytes(), 0U);
+}
+
+TEST(OutboxTracked, AMessageIsDeliveredWhenItsLastByteIsAcknowledged) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, {});
+  auto tracked = message(150);
+  tracked.tracked = true;
+  outbox.push(kA, std::move(tracked), now_ms(0));
+  outbox.push(kA, message(10), now_ms(0));
+  const auto first = outbox.next(now_ms(0)).value().size();
+  ASSERT_TRUE(outbox.acknowledge(first, {}));
+  EXPECT_TRUE(outbox.take_delivered().empty());
+  auto all = first;
+  while (const auto packet = outbox.next(now_ms(0))) all += packet->size();
+  ASSERT_TRUE(outbox.acknowledge(all, {}));
+  const auto delivered = outbox.take_delivered();
+  ASSERT_EQ(delivered.size(), 1U);
+  EXPECT_EQ(delivered[0].channel, kA);
+  EXPECT_EQ(delivered[0].origin, OriginId{7});
+  EXPECT_TRUE(outbox.take_delivered().empty());
+}
+
 }  // namespace
 }  // namespace connect_bridge::flow_test

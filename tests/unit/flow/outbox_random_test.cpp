@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <random>
+#include <set>
 
 #include "core/flow/outbox.hpp"
 #include "core/flow/reassembly.hpp"
@@ -37,10 +39,16 @@ class Scenario {
     // Everything that is accepted leaves in the end.
     for (int i = 0; i < 100'000 && outbox_.data_bytes() > 0; ++i) {
       send();
-      ASSERT_TRUE(outbox_.acknowledge(received_bytes_, {}));
+      acknowledge(received_bytes_);
     }
+    while (outbox_.kept_bytes() > 0) {
+      send();
+      acknowledge(received_bytes_);
+    }
+    acknowledge(received_bytes_);
     check();
     EXPECT_EQ(outbox_.data_bytes(), 0U);
+    EXPECT_TRUE(undelivered_.empty());
   }
 
  private:
@@ -49,6 +57,11 @@ class Scenario {
     std::uint64_t accepted = 0;
     std::uint64_t arrived = 0;
     std::uint64_t last_number = 0;
+  };
+  struct Whole {
+    std::uint64_t end = 0;  // bytes that had arrived with its last part
+    ChannelId channel;
+    std::uint64_t number = 0;
   };
 
   std::uint64_t pick(std::uint64_t n) { return random_() % n; }
@@ -86,7 +99,8 @@ class Scenario {
     options.depth = static_cast<std::uint32_t>(pick(6));
     options.queue_bytes_max = 1000 + pick(10'000);
     options.newest_only = pick(8) == 0;
-    if (pick(3) == 0) options.max_age = std::chrono::milliseconds(pick(20));
+    options.keep = !options.newest_only && pick(4) == 0;
+    if (!options.keep && pick(3) == 0) options.max_age = std::chrono::milliseconds(pick(20));
     const ChannelId channel{++last_channel_};
     outbox_.add_channel(channel, options);
     channels_[channel].options = options;
@@ -96,7 +110,9 @@ class Scenario {
     if (channels_.empty()) return;
     const auto channel = some_channel();
     OutMessage out;
-    out.origin = OriginId{1};
+    out.origin = OriginId{static_cast<std::uint32_t>(numbers_ + 1)};
+    out.tracked = channels_[channel].options.keep || pick(3) == 0;
+    if (out.tracked) tracked_.insert(numbers_ + 1);
     out.stamp = pick(4) == 0 ? 0
                              : at_ms(static_cast<std::int64_t>(
                                    time_ms_ - std::min<std::uint64_t>(pick(10), time_ms_)));
@@ -140,12 +156,28 @@ class Scenario {
     EXPECT_GT(number, channel.last_number) << "order of channel " << message.channel.value;
     channel.last_number = number;
     ++channel.arrived;
+    if (tracked_.contains(number))
+      undelivered_.push_back({received_bytes_, message.channel, number});
     EXPECT_TRUE(std::ranges::equal(message.body.view(), body_of(number, message.body.size())));
   }
 
   void acknowledge() {
     const auto unknown = outbox_.unacknowledged_bytes();
-    ASSERT_TRUE(outbox_.acknowledge(received_bytes_ - pick(unknown + 1), {}));
+    acknowledge(received_bytes_ - pick(unknown + 1));
+  }
+
+  // What has arrived by then, and only that, is delivered: once and in order.
+  void acknowledge(std::uint64_t bytes) {
+    ASSERT_TRUE(outbox_.acknowledge(bytes, {}));
+    for (const auto& delivered : outbox_.take_delivered()) {
+      ASSERT_FALSE(undelivered_.empty());
+      EXPECT_EQ(delivered.origin.value, undelivered_.front().number);
+      EXPECT_EQ(delivered.channel, undelivered_.front().channel);
+      EXPECT_LE(undelivered_.front().end, bytes);
+      undelivered_.pop_front();
+    }
+    if (undelivered_.empty()) return;
+    EXPECT_GT(undelivered_.front().end, bytes);
   }
 
   void clear() {
@@ -166,23 +198,32 @@ class Scenario {
     outbox_.reset();
     receiver_ = Reassembly{ReassemblyOptions{}};
     received_bytes_ = 0;
+    undelivered_.clear();
   }
 
   void check() {
     std::uint64_t bytes = 0;
+    std::uint64_t kept = 0;
     for (const auto& [id, channel] : channels_) {
       const auto counts = outbox_.counts(id);
       expect_balance(counts);
-      bytes += counts.queued_bytes;
+      const bool keeps = channel.options.keep;
+      (keeps ? kept : bytes) += counts.queued_bytes;
+      if (keeps) kept += counts.queued * kKeptMessageBytes;
+      if (keeps) {
+        EXPECT_EQ(counts.dropped.total(), counts.dropped.of(DropReason::kNoDemand) +
+                                              counts.dropped.of(DropReason::kLinkLost));
+      }
       EXPECT_EQ(counts.accepted, channel.accepted);
       EXPECT_EQ(counts.sent, channel.arrived);
       const bool one = channel.options.newest_only;
       const auto depth = one ? 1 : channel.options.depth;
-      if (depth > 0) {
+      if (depth > 0 && !keeps) {
         EXPECT_LE(counts.queued, depth + 1U);
       }
     }
     EXPECT_EQ(outbox_.data_bytes(), bytes);
+    EXPECT_EQ(outbox_.kept_bytes(), kept);
     EXPECT_LE(bytes, options_.data_bytes_max);
     // Acks alone may pass the reserve; there are few.
     EXPECT_LE(outbox_.unacknowledged_bytes(),
@@ -196,6 +237,8 @@ class Scenario {
   Outbox outbox_;
   Reassembly receiver_{ReassemblyOptions{}};
   std::map<ChannelId, Channel> channels_;
+  std::set<std::uint64_t> tracked_;  // numbers of tracked messages
+  std::deque<Whole> undelivered_;    // tracked, arrived, not yet reported
   std::uint64_t time_ms_ = 0;
   std::uint64_t numbers_ = 0;
   std::uint32_t last_channel_ = 0;

@@ -172,5 +172,16 @@ TEST(LinkOpen, NothingIsSentBeforeTheLoginIsThrough) {
   EXPECT_EQ(script.sent(), "");
 }
 
+TEST(LinkOpen, AcknowledgedTrackedMessagesAreReported) {
+  auto script = open_server();
+  script.link.outbox().add_channel({3}, {});
+  auto tracked = flow_test::message(10);
+  tracked.tracked = true;
+  script.link.outbox().push({3}, std::move(tracked), now_ms(0));
+  EXPECT_EQ(script.sent(), "3#1:10\n");
+  EXPECT_EQ(script.binary(bytes_of(AckFrame{45})), "-");
+  EXPECT_EQ(script.binary(bytes_of(AckFrame{46})), "delivered 3.7");
+}
+
 }  // namespace
 }  // namespace connect_bridge::link_test

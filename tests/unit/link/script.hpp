@@ -89,6 +89,10 @@ inline std::string word_of(const LinkEvent& event) {
                                },
                                [](const PeerRosTime&) -> std::string { return "clock"; },
                                [](const Control&) -> std::string { return "control"; },
+                               [](const Delivered& e) {
+                                 return "delivered " + std::to_string(e.channel.value) + "." +
+                                        std::to_string(e.origin.value);
+                               },
                                [](const InMessage& e) {
                                  return "message " + std::to_string(e.channel.value) + "#" +
                                         std::to_string(e.sequence) + ":" +

@@ -45,5 +45,14 @@ TEST(NameMap, WhatIsMappedComesBack) {
   }
 }
 
+TEST(NameMap, ThePartsOfAnActionGoWhereItGoes) {
+  const NameMap names("/robot1", {{"/fib", "/operator/fib"}});
+  EXPECT_EQ(names.to_local("/fib/_action/feedback"), "/operator/fib/_action/feedback");
+  EXPECT_EQ(names.to_wire("/operator/fib/_action/feedback"), "/fib/_action/feedback");
+  EXPECT_EQ(names.to_wire("/robot1/fib/_action/feedback"), std::nullopt);
+  EXPECT_EQ(names.to_local("/nav/_action/status"), "/robot1/nav/_action/status");
+  EXPECT_EQ(names.to_local("/_action/status"), "/robot1/_action/status");
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -21,7 +21,7 @@ TEST(StatusJson, WithoutLinks) {
     "memory_bytes": 7, "taken": 2, "published": 3, "last_failure": "refused", "links": []})"));
 }
 
-TEST(StatusJson, ALinkWithItsTopics) {
+TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   TopicStatus exported;
   exported.topic = "/a";
   exported.type = "p/msg/T";
@@ -50,6 +50,23 @@ TEST(StatusJson, ALinkWithItsTopics) {
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
+  ServiceStatus service;
+  service.service = "/s";
+  service.type = "p/srv/S";
+  service.exported = service.attached = true;
+  service.pending = 1;
+  service.waiting = 2;
+  service.calls = 3;
+  service.answered = 4;
+  service.refused = 5;
+  service.timed_out = 6;
+  service.forgotten = 7;
+  service.lost = 8;
+  service.duplicates = 9;
+  service.request_bytes = 10;
+  service.response_bytes = 11;
+  service.declined = "no such type";
+  link.services = {service};
   Status status;
   status.links = {link};
   const auto json = Json::parse(to_json(status, {}));
@@ -63,7 +80,12 @@ TEST(StatusJson, ALinkWithItsTopics) {
        "declined": "no such type"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
        "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
-       "latency_ms": 2.5}]}])"));
+       "latency_ms": 2.5}],
+    "services": [
+      {"service": "/s", "type": "p/srv/S", "direction": "export", "attached": true, "pending": 1,
+       "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,
+       "lost": 8, "duplicates": 9, "request_bytes": 10, "response_bytes": 11,
+       "declined": "no such type"}]}])"));
 }
 
 TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {

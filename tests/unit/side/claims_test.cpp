@@ -153,5 +153,23 @@ TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
   EXPECT_TRUE(claims.taken(gid(1)));
 }
 
+TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {gid(1)}});
+  claims.update(gid(101), {side(6), {gid(2)}});
+  EXPECT_TRUE(claims.claimed(gid(1)));
+  EXPECT_TRUE(claims.claimed(gid(2)));
+  EXPECT_FALSE(claims.taken(gid(2)));
+  EXPECT_FALSE(claims.claimed(gid(3)));
+}
+
+TEST(Claims, AServiceHasTheSameNumberInEveryProcess) {
+  EXPECT_EQ(service_gid("/s"), service_gid("/s"));
+  EXPECT_NE(service_gid("/s"), service_gid("/t"));
+  const Gid gid = service_gid("/map_server/load");
+  EXPECT_EQ(to_hex(gid.bytes.data(), gid.bytes.size()),
+            "80c0717fd9ab6dcb7f03a227e45a151c7ee3be0d673e15df");
+}
+
 }  // namespace
 }  // namespace connect_bridge

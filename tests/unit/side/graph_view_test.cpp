@@ -148,5 +148,30 @@ TEST(GraphView, IncompatiblePolicies) {
   }
 }
 
+TEST(GraphView, ServersOfBridgesAreNoServers) {
+  const auto server = [](std::uint8_t participant, const std::string& node) {
+    Server result;
+    result.gid.bytes[0] = participant;
+    result.node_namespace = "/";
+    result.node_name = node;
+    return result;
+  };
+  GraphChanged graph;
+  TopicState claims;
+  claims.name = kClaimsTopic;
+  claims.publishers.push_back({Gid{{7}}, "/", "bridge", {}});
+  graph.topics = {claims};
+  graph.services = {{"/by_name", "p/srv/S", {server(0, "bridge")}},
+                    {"/by_participant", "p/srv/S", {server(7, "proxy")}},
+                    {"/real", "p/srv/S", {server(0, "talker"), server(7, "proxy")}},
+                    {"/real_too", "p/srv/T", {server(8, "talker")}}};
+  const GraphView view(std::move(graph));
+  ASSERT_EQ(view.services().size(), 2U);
+  EXPECT_EQ(view.services().at({"/real", "p/srv/S"}).servers.size(), 1U);
+  EXPECT_TRUE(view.has_server("/real_too"));
+  EXPECT_FALSE(view.has_server("/by_name"));
+  EXPECT_FALSE(view.has_server("/rea"));
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -1,6 +1,7 @@
 // One side as a script: inputs in, what it does and what it says to its peers out.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -32,9 +33,10 @@ class Script {
 
   // ---- inputs
   void give(Input input) { side.handle(std::move(input), flow_test::now_ms(at)); }
-  void graph(const std::vector<Topic>& topics) {
+  void graph(const std::vector<Topic>& topics, std::vector<ServiceState> services = {}) {
     GraphChanged picture;
     for (const auto& t : topics) picture.topics.push_back(t);
+    picture.services = std::move(services);
     give(picture);
   }
   // A sample of publisher n; its stamp is `stamp_ms`, or the present.
@@ -96,13 +98,18 @@ class Script {
   void pass(std::int64_t ms) { pass_to(at + ms); }
 
   // ---- whole logins; what is said during them is not kept
-  // Server: connection and login; returns the session. Side ids of peers are 100 + connection.
+  // Server: connection and login; returns the session. Side ids of peers are 100 + connection, but
+  // the same for the same session.
   Token128 login(std::uint32_t connection, Token128 session = {}, const Identity& who = {}) {
     give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection)});
-    binary(connection, encode(Hello{1, 1, peer_id(connection), session, "/peer"}));
+    const auto known = peers_.find(session);
+    const Token128 peer = known == peers_.end() ? peer_id(connection) : known->second;
+    binary(connection, encode(Hello{1, 1, peer, session, "/peer"}));
     binary(connection, encode(Login{"none", {}}));
     give(Authenticated{{connection}, who, ""});
-    return welcomed(connection);
+    session = welcomed(connection);
+    peers_[session] = peer;
+    return session;
   }
   // Client: the dial that is under way succeeds.
   void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0) {
@@ -119,7 +126,7 @@ class Script {
   // Login, and the peer accepts everything. What follows is the beginning of the test.
   Token128 join(std::uint32_t connection, Token128 session = {}) {
     session = login(connection, session);
-    say(connection, Accepts{{{{"/**"}, {}}}, {}});
+    say(connection, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
     did();
     said(connection);
     return session;
@@ -141,9 +148,16 @@ class Script {
     std::string lines;
     while (const auto packet = side.next_packet({connection}, flow_test::now_ms(at))) {
       const std::string line = line_of(*packet);
+      if (!packet->text) sent_bytes_[connection] += packet->size();
       if (!line.empty()) lines += line + "\n";
     }
     return lines;
+  }
+  // The peer has all that was said to it by now.
+  void acknowledge(std::uint32_t connection) {
+    Bytes bytes;
+    append_header(AckFrame{sent_bytes_[connection]}, bytes);
+    binary(connection, bytes);
   }
   [[nodiscard]] Status status() const { return side.status(flow_test::now_ms(at)); }
   // How many messages of the only topic of the first link were dropped for this reason.
@@ -170,6 +184,8 @@ class Script {
   }
 
   std::set<std::uint32_t> living_;
+  std::map<Token128, Token128> peers_;  // by session
+  std::map<std::uint32_t, std::uint64_t> sent_bytes_;
   std::uint32_t sequence_ = 0;
 };
 

@@ -238,6 +238,33 @@ inline Rule rule(const std::vector<std::string>& exported, const std::vector<std
   result.deny = patterns(denied);
   return result;
 }
+// All topics and services, both ways.
+inline Rule callable() {
+  Rule result = rule({"/**"}, {"/**"});
+  result.export_services = result.import_services = {Pattern::parse("/**").value()};
+  return result;
+}
+
+inline constexpr char kServiceType[] = "p/srv/S";
+// A service with a server for each number; 0 is a server whose gid is not told.
+inline ServiceState service(std::string name, const std::vector<std::uint8_t>& servers = {1}) {
+  ServiceState result;
+  result.name = std::move(name);
+  result.type = kServiceType;
+  for (const auto n : servers) result.servers.push_back({gid(n), "/", "n" + std::to_string(n)});
+  return result;
+}
+inline ChannelOffer service_channel(std::uint32_t id, std::string name, std::uint32_t epoch = 7) {
+  ChannelOffer result;
+  result.channel = {id};
+  result.kind = InterfaceKind::kService;
+  result.name = std::move(name);
+  result.type = kServiceType;
+  result.node = "/robot/peer_node";
+  result.epoch = epoch;
+  return result;
+}
+
 inline Rule everything() {
   return rule({"/**"}, {"/**"});
 }

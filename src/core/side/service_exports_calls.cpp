@@ -1,0 +1,359 @@
+// The way of a call: taken from a link, given a place at the real server, answered or refused.
+#include <algorithm>
+
+#include "core/compress/compress.hpp"
+#include "core/side/service_exports.hpp"
+#include "core/side/side.hpp"
+
+namespace connect_bridge {
+
+std::optional<Result<Nothing>> ServiceExports::on_message(LinkEntry& link, InMessage& message,
+                                                          const Now& now) {
+  const auto it = by_requests_.find({link.id, message.channel});
+  if (it == by_requests_.end()) return std::nullopt;
+  if (!it->second) return Nothing{};  // it crossed our withdraw
+  return take(link, *it->second, std::move(message), now);
+}
+
+Result<Nothing> ServiceExports::take(LinkEntry& link, Served& served, InMessage message,
+                                     const Now& now) {
+  if (!served.attached) return Error{CloseCode::kIllegal, "a request before the service attached"};
+  const CallId id{message.origin.value};
+  if (id <= served.seen) {  // sent again after a reconnect, and it had arrived
+    ++served.counts.duplicates;
+    return Nothing{};
+  }
+  served.seen = id;
+  ++served.counts.calls;
+  served.counts.request_bytes += message.raw_bytes;
+  PeerLoad& load = load_of(served);
+  if (const std::string why = no_room(served, load, message); !why.empty()) {
+    ++served.counts.refused;
+    if (const auto count = load.refusals.count(now))
+      outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " + link.label() +
+                                        " refused, lately of " + served.service->key.first + ": " +
+                                        why);
+    refuse(served, id, "limit", why);
+  } else {
+    Call& call = served.calls[id];
+    call.request = std::move(message);
+    load.request_bytes += call.request.body.size();
+    ++load.waiting;
+    ++load.calls;
+    served.waiting.insert(id);
+    if (!served.service->results && served.decision.treatment.call_timeout != kForever) {
+      call.timer = TimerKey{now.steady + served.decision.treatment.call_timeout, ++last_timer_};
+      timers_[*call.timer] = {&served, id};
+    }
+    resume(served);
+    const auto waits = served.calls.find(id);
+    // A message of one part is a slice: it must not keep its whole packet while it waits.
+    if (waits != served.calls.end() && waits->second.state == CallState::kWaiting &&
+        waits->second.request.body.size() <= kPacketBytesMax)
+      waits->second.request.body = Payload::copy_of(waits->second.request.body.view());
+  }
+  if (id.value >= kCallNumbersMax) renew(*served.service);
+  return Nothing{};
+}
+
+std::string ServiceExports::no_room(const Served& served, const PeerLoad& load,
+                                    const InMessage& message) const {
+  if (load.calls >= kPeerCallsMax) return "too many calls without an answer";
+  if (load.request_bytes + message.body.size() > options_.call_bytes_max)
+    return "too many bytes of requests wait";
+  if (served.service->results && served.calls.size() >= kResultCallsMax)
+    return "too many results are waited for";
+  const bool waits = !has_place(served) || !served.waiting.empty() ||
+                     (!served.service->results && load.in_flight >= options_.calls_max);
+  if (waits && load.waiting >= options_.calls_waiting_max)
+    return "too many calls wait for the server";
+  return {};
+}
+
+// Requests are decompressed one after the other, so that they reach the server in their order.
+bool ServiceExports::has_place(const Served& served) const {
+  if (served.decoding || !served.service->client) return false;
+  if (served.service->results) return served.in_flight < kResultCallsMax;
+  return served.in_flight < served.decision.treatment.calls_max;
+}
+
+void ServiceExports::resume(Served& served) {
+  while (served.service->results && !served.waiting.empty() && has_place(served))
+    start_next(served);
+  PeerLoad& load = load_of(served);
+  const auto line_up = [&](Served& s) {
+    if (s.hungry || s.service->results || s.waiting.empty() || !has_place(s)) return;
+    s.hungry = true;
+    load.hungry.push_back(&s);
+  };
+  line_up(served);
+  while (!load.hungry.empty() && load.in_flight < options_.calls_max) {
+    Served& next = *load.hungry.front();
+    load.hungry.pop_front();
+    next.hungry = false;
+    if (next.waiting.empty() || !has_place(next)) continue;
+    start_next(next);
+    line_up(next);
+  }
+}
+
+void ServiceExports::start_next(Served& served) {
+  const CallId id = *served.waiting.begin();
+  Call& call = served.calls.at(id);
+  PeerLoad& load = load_of(served);
+  served.waiting.erase(id);
+  --load.waiting;
+  load.request_bytes -= call.request.body.size();
+  ++served.in_flight;
+  if (!served.service->results) ++load.in_flight;
+  call.state = CallState::kDecoding;
+  const InMessage request = std::move(call.request);
+  call.request = {};
+  if (request.codec == Codec::kNone) return invoke(served, id, call, request.body);
+  if (request.raw_bytes >= options_.compress_job_bytes) {
+    call.job = outputs_.new_job();
+    jobs_[call.job] = {&served, id};
+    served.decoding = id;
+    outputs_.push(DecompressJob{call.job, request.codec, request.raw_bytes, request.body});
+    return;
+  }
+  auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
+  if (raw) return invoke(served, id, call, Payload::adopt(std::move(raw).value()));
+  malformed(served, id);
+}
+
+void ServiceExports::malformed(Served& served, CallId id) {
+  LinkEntry& link = links_.at(served.link);
+  if (link.link)
+    link.fail({CloseCode::kMalformed, "a compressed request does not decompress to its size"});
+  erase(served, served.calls.find(id));
+}
+
+void ServiceExports::invoke(Served& served, CallId id, Call& call, Payload request) {
+  call.state = CallState::kInFlight;
+  call.invocation = outputs_.new_invocation();
+  invocations_[call.invocation] = {&served, id};
+  outputs_.push(SendRequest{served.service->client, call.invocation, std::move(request)});
+}
+
+void ServiceExports::free_place(Served& served) {
+  --served.in_flight;
+  if (!served.service->results) --load_of(served).in_flight;
+}
+
+void ServiceExports::erase(Served& served, Calls::iterator at) {
+  Call& call = at->second;
+  PeerLoad& load = load_of(served);
+  switch (call.state) {
+    case CallState::kWaiting:
+      served.waiting.erase(at->first);
+      --load.waiting;
+      load.request_bytes -= call.request.body.size();
+      break;
+    case CallState::kDecoding:
+      if (served.decoding == at->first) served.decoding = {};
+      free_place(served);
+      break;
+    case CallState::kInFlight:
+      if (served.service->client)
+        outputs_.push(DropInvocation{served.service->client, call.invocation});
+      invocations_.erase(call.invocation);
+      free_place(served);
+      break;
+    case CallState::kEncoding:
+    case CallState::kAnswered: load.answer_bytes -= call.answer.body.size(); break;
+  }
+  if (call.job) jobs_.erase(call.job);
+  if (call.timer) timers_.erase(*call.timer);
+  --load.calls;
+  served.calls.erase(at);
+}
+
+// A refusal that is lost with its connection is found out when the peer attaches again: the call is
+// missing from `attached` then.
+void ServiceExports::refuse(Served& served, CallId call, const std::string& code,
+                            const std::string& reason) {
+  if (served.attached)
+    links_.at(served.link)
+        .send(Refuse{served.channel, {call}, code, reason.substr(0, kReasonBytesMax)});
+}
+
+Result<Nothing> ServiceExports::on_forget(LinkEntry& link, const Forget& forget) {
+  const auto it = by_channel_.find({link.id, forget.channel});
+  if (it == by_channel_.end()) {
+    if (forget.channel.value > link.last_channel)
+      return Error{CloseCode::kUnknownChannel, "calls of a service that was never offered"};
+    return Nothing{};  // it crossed our withdraw
+  }
+  Served& served = *it->second;
+  for (const CallId id : forget.calls) {
+    const auto call = served.calls.find(id);
+    if (call == served.calls.end()) continue;  // its answer is on its way
+    ++served.counts.forgotten;
+    erase(served, call);
+  }
+  resume(served);
+  return Nothing{};
+}
+
+void ServiceExports::on_ready(const ServiceReady& ready, const Now& now) {
+  const auto it = by_client_.find(ready.client);
+  if (it == by_client_.end()) return;
+  Service& service = *it->second;
+  if (service.ready == ready.ready) return;
+  if (!ready.ready) return renew(service);
+  service.ready = true;
+  service.type_hash = ready.type_hash;
+  for (auto& [id, served] : service.links)
+    if (served.requests && !served.attached) send_attached(served, links_.at(id), now);
+}
+
+void ServiceExports::on_response(ResponseTaken& response, const Now& now) {
+  const auto it = invocations_.find(response.invocation);
+  if (it == invocations_.end()) return;
+  const auto [served, id] = it->second;
+  invocations_.erase(it);
+  Call& call = served->calls.at(id);
+  call.state = CallState::kEncoding;
+  free_place(*served);
+  encode(*served, id, call, std::move(response.payload), now);
+  resume(*served);
+}
+
+void ServiceExports::encode(Served& served, CallId id, Call& call, Payload raw, const Now& now) {
+  PeerLoad& load = load_of(served);
+  LinkEntry& link = links_.at(served.link);
+  const std::size_t size = raw.size();
+  call.answer.body = std::move(raw);
+  load.answer_bytes += size;
+  const bool too_large = link.link && size > link.link->peer().message_bytes_max;
+  const bool full =
+      load.answer_bytes > options_.call_bytes_max ||
+      (link.link && link.link->outbox().kept_bytes() > kept_bytes_max(options_.call_bytes_max));
+  if (too_large || full) {
+    const std::string why = too_large ? "the answer is larger than this peer takes"
+                                      : "too many bytes of answers wait for this peer";
+    ++served.counts.refused;
+    if (const auto count = load.refusals.count(now))
+      outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " + link.label() +
+                                        " refused, lately of " + served.service->key.first + ": " +
+                                        why);
+    refuse(served, id, "limit", why);
+    return erase(served, served.calls.find(id));
+  }
+  const Compression how = served.decision.treatment.compression;
+  if (how.codec == Codec::kNone) return answer(served, id, call, Codec::kNone, {}, now);
+  if (size >= options_.compress_job_bytes) {
+    call.job = outputs_.new_job();
+    jobs_[call.job] = {&served, id};
+    call.answer.codec = how.codec;  // if it shrinks
+    outputs_.push(CompressJob{call.job, how, call.answer.body});
+    return;
+  }
+  auto body = compress(call.answer.body.view(), how);
+  if (!body) return answer(served, id, call, Codec::kNone, {}, now);
+  answer(served, id, call, how.codec, Payload::adopt(std::move(*body)), now);
+}
+
+// Without a codec the body is what the call has already.
+void ServiceExports::answer(Served& served, CallId id, Call& call, Codec codec, Payload body,
+                            const Now& now) {
+  OutMessage& message = call.answer;
+  served.counts.response_bytes += message.body.size();
+  ++served.counts.answered;
+  call.state = CallState::kAnswered;
+  if (call.timer) timers_.erase(*std::exchange(call.timer, {}));
+  message.origin = {id.value};
+  message.stamp = now.system;
+  message.codec = codec;
+  message.raw_bytes = static_cast<std::uint32_t>(message.body.size());
+  message.tracked = true;
+  if (codec != Codec::kNone) {
+    PeerLoad& load = load_of(served);
+    load.answer_bytes -= message.body.size();
+    load.answer_bytes += body.size();
+    message.body = std::move(body);
+  }
+  if (served.attached) push(served, call, now);
+}
+
+// Until the peer has it, the answer is kept for another connection.
+void ServiceExports::push(Served& served, const Call& call, const Now& now) {
+  LinkEntry& link = links_.at(served.link);
+  if (link.open()) link.link->outbox().push(served.channel, call.answer, now);
+}
+
+void ServiceExports::push_answers(Served& served, const Now& now) {
+  for (const auto& [id, call] : served.calls)
+    if (call.state == CallState::kAnswered) push(served, call, now);
+}
+
+void ServiceExports::on_delivered(LinkId link, ChannelId channel, CallId id) {
+  const auto it = by_channel_.find({link, channel});
+  if (it == by_channel_.end()) return;
+  const auto call = it->second->calls.find(id);
+  if (call != it->second->calls.end() && call->second.state == CallState::kAnswered)
+    erase(*it->second, call);
+}
+
+void ServiceExports::on_invocation_failed(const InvocationFailed& failed, const Now& now) {
+  const auto it = invocations_.find(failed.invocation);
+  if (it == invocations_.end()) return;
+  const auto [served, id] = it->second;
+  invocations_.erase(it);
+  const auto call = served->calls.find(id);
+  call->second.state = CallState::kDecoding;  // no longer the gateway's
+  ++served->counts.refused;
+  if (const auto count = load_of(*served).refusals.count(now))
+    outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " +
+                                      links_.at(served->link).label() + " failed, lately of " +
+                                      served->service->key.first + ": " + failed.reason);
+  refuse(*served, id, "failed", failed.reason);
+  erase(*served, call);
+  resume(*served);
+}
+
+bool ServiceExports::on_job(const JobDone& done, const Now& now) {
+  const auto it = jobs_.find(done.job);
+  if (it == jobs_.end()) return false;
+  const auto [served, id] = it->second;
+  jobs_.erase(it);
+  Call& call = served->calls.at(id);
+  call.job = {};
+  if (call.state == CallState::kEncoding) {
+    const Codec codec = done.result ? call.answer.codec : Codec::kNone;
+    answer(*served, id, call, codec, done.result.value_or(Payload{}), now);
+    return true;
+  }
+  served->decoding = {};
+  if (done.result) {
+    invoke(*served, id, call, *done.result);
+  } else {
+    malformed(*served, id);
+  }
+  resume(*served);
+  return true;
+}
+
+void ServiceExports::on_time(const Now& now) {
+  std::vector<Served*> freed;  // resumed at last: no call starts that ends now, too
+  while (!timers_.empty() && timers_.begin()->first.first <= now.steady) {
+    const auto [served, id] = timers_.begin()->second;
+    if (!id) {
+      let_go(*served);
+      continue;
+    }
+    ++served->counts.timed_out;
+    refuse(*served, id, "timeout", "the server did not answer in time");
+    erase(*served, served->calls.find(id));
+    if (freed.empty() || freed.back() != served) freed.push_back(served);
+  }
+  for (Served* served : freed) resume(*served);
+}
+
+std::optional<TimePoint> ServiceExports::deadline() const {
+  if (timers_.empty()) return std::nullopt;
+  return timers_.begin()->first.first;
+}
+
+}  // namespace connect_bridge
