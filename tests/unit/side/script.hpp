@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/compress/compress.hpp"
 #include "core/side/side.hpp"
 #include "core/wire/login.hpp"
 #include "unit/side/words.hpp"
@@ -64,17 +65,33 @@ class Script {
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                const std::string& text, std::int64_t stamp_ms = -1) {
     const Payload body = sample(text);
+    message(connection, channel, origin, body, Codec::kNone,
+            static_cast<std::uint32_t>(body.size()), stamp_ms);
+  }
+  void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
+               const Payload& body, Codec codec, std::uint32_t raw_bytes,
+               std::int64_t stamp_ms = -1) {
     MessageFrame frame;
+    frame.codec = codec;
     frame.channel = {channel};
     frame.origin = {origin};
     frame.sequence = ++sequence_;
     frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
-    frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
+    frame.raw_bytes = raw_bytes;
+    frame.body_bytes = static_cast<std::uint32_t>(body.size());
     frame.part = body.view();
     Bytes bytes;
     append_header(frame, bytes);
     bytes.insert(bytes.end(), body.view().begin(), body.view().end());
     binary(connection, bytes);
+  }
+  // The same, compressed.
+  void compressed(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
+                  const std::string& text) {
+    const Payload raw = sample(text);
+    const auto body = compress(raw.view(), {Codec::kZstd, 3});
+    message(connection, channel, origin, Payload::adopt(body.value()), Codec::kZstd,
+            static_cast<std::uint32_t>(raw.size()));
   }
   void lose(std::uint32_t connection, std::optional<std::uint16_t> code = {}) {
     living_.erase(connection);
