@@ -72,7 +72,7 @@ def test_500_kilobytes(world, peer):
     kinds = [(kind, size) for number, kind, size in mine.frames if number == channel]
     assert kinds[0][0] == "message" and [kind for kind, _ in kinds[1:8]] == ["part"] * 7
     assert max(size for _, size in kinds[:8]) <= 65536
-    assert max(size for _, size in kinds) <= 524_288  # once the link has shown its rate
+    assert max(size for _, size in kinds) <= 262_144  # once the link has shown its rate
 
 
 @pytest.mark.parametrize("codec", ["lz4", pytest.param("zstd", marks=without_zstd)])
