@@ -177,7 +177,8 @@ class ServiceExports {
   void refuse(Served& served, CallId call, const std::string& code, const std::string& reason);
   void encode(Served& served, CallId id, Call& call, Payload raw, const Now& now);
   void answer(Served& served, CallId id, Call& call, Codec codec, Payload body, const Now& now);
-  void push(Served& served, const Call& call, const Now& now);
+  void push(Served& served, CallId id, const Call& call, const Now& now);
+  void withhold(Served& served, CallId id, const std::string& why, const Now& now);
   void push_answers(Served& served, const Now& now);
   PeerLoad& load_of(const Served& served) { return loads_[served.link]; }
 

@@ -6,6 +6,11 @@
 #include "core/side/side.hpp"
 
 namespace connect_bridge {
+namespace {
+
+constexpr char kTooLarge[] = "the answer is larger than this peer takes";
+
+}  // namespace
 
 std::optional<Result<Nothing>> ServiceExports::on_message(LinkEntry& link, InMessage& message,
                                                           const Now& now) {
@@ -220,27 +225,28 @@ void ServiceExports::on_response(ResponseTaken& response, const Now& now) {
   resume(*served);
 }
 
+// There is an answer, but it cannot be given.
+void ServiceExports::withhold(Served& served, CallId id, const std::string& why, const Now& now) {
+  ++served.counts.refused;
+  if (const auto count = load_of(served).refusals.count(now))
+    outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " +
+                                      links_.at(served.link).label() + " refused, lately of " +
+                                      served.service->key.first + ": " + why);
+  refuse(served, id, "limit", why);
+  erase(served, served.calls.find(id));
+}
+
 void ServiceExports::encode(Served& served, CallId id, Call& call, Payload raw, const Now& now) {
   PeerLoad& load = load_of(served);
   LinkEntry& link = links_.at(served.link);
   const std::size_t size = raw.size();
   call.answer.body = std::move(raw);
   load.answer_bytes += size;
-  const bool too_large = link.link && size > link.link->peer().message_bytes_max;
-  const bool full =
-      load.answer_bytes > options_.call_bytes_max ||
-      (link.link && link.link->outbox().kept_bytes() > kept_bytes_max(options_.call_bytes_max));
-  if (too_large || full) {
-    const std::string why = too_large ? "the answer is larger than this peer takes"
-                                      : "too many bytes of answers wait for this peer";
-    ++served.counts.refused;
-    if (const auto count = load.refusals.count(now))
-      outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " + link.label() +
-                                        " refused, lately of " + served.service->key.first + ": " +
-                                        why);
-    refuse(served, id, "limit", why);
-    return erase(served, served.calls.find(id));
-  }
+  if (link.link && size > link.link->peer().message_bytes_max)
+    return withhold(served, id, kTooLarge, now);
+  if (load.answer_bytes > options_.call_bytes_max ||
+      (link.link && link.link->outbox().kept_bytes() > kept_bytes_max(options_.call_bytes_max)))
+    return withhold(served, id, "too many bytes of answers wait for this peer", now);
   const Compression how = served.decision.treatment.compression;
   if (how.codec == Codec::kNone) return answer(served, id, call, Codec::kNone, {}, now);
   if (size >= options_.compress_job_bytes) {
@@ -274,18 +280,24 @@ void ServiceExports::answer(Served& served, CallId id, Call& call, Codec codec, 
     load.answer_bytes += body.size();
     message.body = std::move(body);
   }
-  if (served.attached) push(served, call, now);
+  if (served.attached) push(served, id, call, now);
 }
 
-// Until the peer has it, the answer is kept for another connection.
-void ServiceExports::push(Served& served, const Call& call, const Now& now) {
+// Until the peer has it, the answer is kept for another connection. What was answered while there
+// was none is compared with the peer's limit only now.
+void ServiceExports::push(Served& served, CallId id, const Call& call, const Now& now) {
   LinkEntry& link = links_.at(served.link);
-  if (link.open()) link.link->outbox().push(served.channel, call.answer, now);
+  if (!link.open()) return;
+  if (call.answer.raw_bytes > link.link->peer().message_bytes_max)
+    return withhold(served, id, kTooLarge, now);
+  link.link->outbox().push(served.channel, call.answer, now);
 }
 
 void ServiceExports::push_answers(Served& served, const Now& now) {
-  for (const auto& [id, call] : served.calls)
-    if (call.state == CallState::kAnswered) push(served, call, now);
+  for (auto it = served.calls.begin(); it != served.calls.end();) {
+    const auto& [id, call] = *it++;
+    if (call.state == CallState::kAnswered) push(served, id, call, now);
+  }
 }
 
 void ServiceExports::on_delivered(LinkId link, ChannelId channel, CallId id) {

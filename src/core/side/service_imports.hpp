@@ -145,7 +145,8 @@ class ServiceImports {
   [[nodiscard]] std::string no_room(const Feed& feed, std::size_t bytes);
   void encoded(Feed& feed, CallId id, Codec codec, const Payload& raw, const Payload& body,
                const Now& now);
-  void push(Feed& feed, const Call& call, const Now& now);
+  void push(Feed& feed, Calls::iterator at, const Now& now);
+  void note_refusal(Feed& feed, const std::string& why, const Now& now);
   // After an attachment: what the peer has, what it has lost, what is to be sent again.
   void reconcile(Feed& feed, const Attached& attached, const Now& now);
   void respond(Feed& feed, Calls::iterator call, const Payload& answer);

@@ -34,10 +34,7 @@ void ServiceImports::on_request(RequestTaken& request, const Now& now) {
   Feed& feed = *feeding(import);
   const std::size_t size = request.payload.size();
   if (const std::string why = no_room(feed, size); !why.empty()) {
-    ++feed.counts.refused;
-    if (const auto count = load_of(feed).refusals.count(now))
-      outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) refused, lately of " +
-                                        import.key.first + ": " + why);
+    note_refusal(feed, why, now);
     outputs_.push(DropRequest{request.mirror, request.request});
     return;
   }
@@ -64,6 +61,13 @@ void ServiceImports::on_request(RequestTaken& request, const Now& now) {
       },
       [](const OutSample&) {});
   if (const JobId job = feed.encoder->job()) jobs_[job] = {&feed, CallId{}};
+}
+
+void ServiceImports::note_refusal(Feed& feed, const std::string& why, const Now& now) {
+  ++feed.counts.refused;
+  if (const auto count = load_of(feed).refusals.count(now))
+    outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) refused, lately of " +
+                                      feed.import->key.first + ": " + why);
 }
 
 std::string ServiceImports::no_room(const Feed& feed, std::size_t bytes) {
@@ -101,12 +105,21 @@ void ServiceImports::encoded(Feed& feed, CallId id, Codec codec, const Payload& 
   call.body.body = body;
   call.body.tracked = true;
   keep(feed, call, body.size());
-  if (feed.attached) push(feed, call, now);
+  if (feed.attached) push(feed, it, now);
 }
 
-// Until the peer has it, the request is kept for another connection.
-void ServiceImports::push(Feed& feed, const Call& call, const Now& now) {
-  links_.at(feed.link).link->outbox().push(feed.requests, call.body, now);
+// Until the peer has it, the request is kept for another connection. What was taken while there was
+// none is compared with the peer's limit only now.
+void ServiceImports::push(Feed& feed, Calls::iterator at, const Now& now) {
+  LinkEntry& link = links_.at(feed.link);
+  const Call& call = at->second;
+  if (call.body.raw_bytes <= link.link->peer().message_bytes_max) {
+    link.link->outbox().push(feed.requests, call.body, now);
+    return;
+  }
+  note_refusal(feed, "a request is larger than " + link.label() + " takes", now);
+  if (call.request) outputs_.push(DropRequest{feed.import->mirror, call.request});
+  erase(feed, at);
 }
 
 void ServiceImports::reconcile(Feed& feed, const Attached& attached, const Now& now) {
@@ -121,7 +134,7 @@ void ServiceImports::reconcile(Feed& feed, const Attached& attached, const Now& 
       if (!call.request) {
         erase(feed, at);
       } else if (call.encoded) {
-        push(feed, call, now);
+        push(feed, at, now);
       }
       continue;
     }

@@ -116,8 +116,12 @@ void Side::State::on(PolicyChanged& input, const Now& now) {
   policy = std::move(input.policy);
   for (auto& [id, link] : links)
     if (link.open()) send_accepts(link);
-  for (auto& [id, link] : links)
-    if (link.open() && link.accepts) recheck(link, now);
+  for (auto& [id, link] : links) {
+    if (link.open() && link.accepts)
+      recheck(link, now);
+    else
+      service_exports.recheck(link);  // the calls of a lost connection lose their right, too
+  }
   imports.on_policy(now);
   service_imports.on_policy(now);
 }
