@@ -24,6 +24,7 @@ void Checker::on_start(const Host& host) {
 
 void Checker::on_end(const Host& host) {
   wire_.on_end(host);
+  calls_.on_end(host);
 }
 
 void Checker::on_policy(const Host& host) {
@@ -39,6 +40,8 @@ void Checker::after_input(const Host& host) {
   for (const auto& [id, subscription] : host.subscriptions()) {
     check_export(host, subscription.made.topic, subscription.made.type);
   }
+  for (const auto& [id, mirror] : host.service_mirrors()) on_service_mirror(host, mirror.made);
+  for (const auto& [id, client] : host.service_clients()) on_service_client(host, client.made);
 }
 
 void Checker::on_mirror(const Host& host, const Host::MirrorInfo& mirror) {
@@ -47,6 +50,32 @@ void Checker::on_mirror(const Host& host, const Host::MirrorInfo& mirror) {
 
 void Checker::on_subscription(const Host& host, const CreateSubscription& made) {
   check_export(host, made.topic, made.type);
+}
+
+void Checker::on_service_mirror(const Host& host, const CreateServiceMirror& made) {
+  check_service(host, Direction::kImport, made.service, made.type);
+  for (const auto& [id, client] : host.service_clients()) {
+    if (client.made.service == made.service && client.made.type == made.type) {
+      violated(describe(host) + " both mirrors and calls " + made.service);
+    }
+  }
+}
+
+void Checker::on_service_client(const Host& host, const CreateServiceClient& made) {
+  check_service(host, Direction::kExport, made.service, made.type);
+}
+
+void Checker::check_service(const Host& host, Direction direction, const std::string& service,
+                            const std::string& type) const {
+  const auto wire = host.plan().names.to_wire(service);
+  const auto peers = ledger_.peers_of(host);
+  if (wire && is_hostile(*wire) && host.meets_strangers()) return;
+  const bool permitted =
+      wire && std::any_of(peers.begin(), peers.end(), [&](const auto& peer) {
+        return service_treatment_of(host.policy(), direction, *wire, type, peer.seen_as)
+            .has_value();
+      });
+  if (!permitted) violated(describe(host) + " has to do with " + service + " without a right");
 }
 
 void Checker::check_import(const Host& host, const std::string& topic,
@@ -116,6 +145,7 @@ void Checker::inspect(const Host& host) {
       check_import(host, mirror.made.topic, mirror.made.type);
     }
   }
+  calls_.inspect(host);
   check_memory(host, status);
   check_clock(host, status);
   check_silence(host);
@@ -127,9 +157,11 @@ void Checker::check_memory(const Host& host, const Status& status) const {
   const SideOptions& options = host.plan().options;
   constexpr std::uint64_t kEncoders = 4 << 20;
   const std::uint64_t one = options.reassembly.message_bytes_max;
+  const std::uint64_t calls = 2 * options.call_bytes_max;  // requests, and responses
   std::uint64_t bound = options.history_bytes_max + kEncoders + one;
   for (const auto& link : status.links) {
-    const std::uint64_t queued_max = std::max<std::uint64_t>(options.outbox.data_bytes_max, one);
+    const std::uint64_t queued_max =
+        std::max<std::uint64_t>(options.outbox.data_bytes_max, one) + calls;
     if (link.queued_bytes > queued_max) {
       violated(describe(host) + " queues " + std::to_string(link.queued_bytes) + " of " +
                std::to_string(queued_max) + " bytes");
@@ -137,7 +169,7 @@ void Checker::check_memory(const Host& host, const Status& status) const {
     if (link.unacknowledged_bytes > options.outbox.unacknowledged_bytes_max + 128 * 1024) {
       violated(describe(host) + " sent more than its window without an acknowledgement");
     }
-    bound += queued_max + options.reassembly.open_bytes_max;
+    bound += queued_max + calls + options.reassembly.open_bytes_max;
   }
   if (status.memory_bytes > bound) {
     violated(describe(host) + " tells of " + std::to_string(status.memory_bytes) +
@@ -184,6 +216,13 @@ void Checker::check_silence(const Host& host) const {
     if (is_claims(subscription.made.topic)) continue;
     violated(describe(host) + " still subscribes to " + subscription.made.topic +
              " for a dead link");
+  }
+  for (const auto& [id, mirror] : host.service_mirrors()) {
+    violated("a mirror of service " + mirror.made.service + " outlives its dead link at " +
+             describe(host));
+  }
+  for (const auto& [id, client] : host.service_clients()) {
+    violated(describe(host) + " is still a client of " + client.made.service + " for a dead link");
   }
 }
 

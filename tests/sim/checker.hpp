@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/call_check.hpp"
 #include "sim/delivery_check.hpp"
 #include "sim/ledger.hpp"
 #include "sim/wire_check.hpp"
@@ -18,12 +19,16 @@ namespace connect_bridge::sim {
 class Checker {
  public:
   Checker(const Schedule& schedule, const Middleware& middleware, Network& network, bool overlaps)
-      : ledger_(schedule, middleware), deliveries_(ledger_, overlaps), wire_(ledger_, network) {}
+      : ledger_(schedule, middleware),
+        deliveries_(ledger_, overlaps),
+        wire_(ledger_, network),
+        calls_(ledger_, overlaps) {}
 
   Ledger& ledger() { return ledger_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
   [[nodiscard]] const DeliveryCheck& deliveries() const { return deliveries_; }
   [[nodiscard]] const WireCheck& wire() const { return wire_; }
+  CallCheck& calls() { return calls_; }
 
   // ---- what hosts report
   void on_start(const Host& host);
@@ -44,6 +49,8 @@ class Checker {
     deliveries_.on_publish(host, mirror, message);
   }
   void on_subscription(const Host& host, const CreateSubscription& made);
+  void on_service_mirror(const Host& host, const CreateServiceMirror& made);
+  void on_service_client(const Host& host, const CreateServiceClient& made);
   void on_dial(const Host& host);
   void on_close(const Host& host, const CloseConnection& action);
 
@@ -64,6 +71,8 @@ class Checker {
  private:
   void check_import(const Host& host, const std::string& topic, const std::string& type) const;
   void check_export(const Host& host, const std::string& topic, const std::string& type) const;
+  void check_service(const Host& host, Direction direction, const std::string& service,
+                     const std::string& type) const;
   void check_memory(const Host& host, const Status& status) const;
   void check_clock(const Host& host, const Status& status) const;
   void check_silence(const Host& host) const;
@@ -71,6 +80,7 @@ class Checker {
   Ledger ledger_;
   DeliveryCheck deliveries_;
   WireCheck wire_;
+  CallCheck calls_;
   std::set<int> policy_changed_;
   std::map<int, TimePoint> policy_changed_at_;
   std::map<int, TimePoint> last_dial_;

@@ -65,8 +65,8 @@ void DeliveryCheck::check_source(const Host& host, const Host::MirrorInfo& mirro
         treatment_of(host.policy(), Direction::kImport, *wire, origin.spec.type, peer.seen_as);
     if (!treatment) continue;
     imported = true;
-    if (!ledger_.was_permitted(*peer.host, since, Direction::kExport, *wire, origin.spec.type,
-                               peer.sees_us)) {
+    if (!ledger_.was_permitted(*peer.host, since, Direction::kExport, InterfaceKind::kTopic, *wire,
+                               origin.spec.type, peer.sees_us)) {
       continue;
     }
     exported = true;

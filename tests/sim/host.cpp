@@ -70,8 +70,12 @@ void Host::crash(bool peers_notice) {
 void Host::forget_entities() {
   for (const auto& [id, mirror] : mirrors_) world_.middleware.destroy_writer(mirror.writer);
   for (const auto& [id, made] : subscriptions_) world_.middleware.destroy_reader(made.reader);
+  for (const auto& [id, made] : service_mirrors_) world_.services.destroy_servant(made.servant);
+  for (const auto& [id, made] : service_clients_) world_.services.destroy_caller(made.caller);
   mirrors_.clear();
   subscriptions_.clear();
+  service_mirrors_.clear();
+  service_clients_.clear();
 }
 
 void Host::request_stop() {
@@ -172,7 +176,9 @@ void Host::on_graph_change() {
   snapshot_planned_ = true;
   later(rng_.between(Duration{100us}, plan_.graph_delay_max), [this]() -> Input {
     snapshot_planned_ = false;
-    return world_.middleware.snapshot(plan_.graph, index_);
+    GraphChanged graph = world_.middleware.snapshot(plan_.graph, index_);
+    graph.services = world_.services.snapshot(plan_.graph, index_);
+    return graph;
   });
 }
 

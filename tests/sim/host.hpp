@@ -16,6 +16,7 @@
 #include "sim/rights.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
+#include "sim/services.hpp"
 
 namespace connect_bridge::sim {
 
@@ -40,6 +41,7 @@ class Host : public Party {
   struct World {
     Schedule& schedule;
     Middleware& middleware;
+    Services& services;
     Network& network;
     Checker& checker;
     const Accounts& accounts;
@@ -52,6 +54,18 @@ class Host : public Party {
   struct SubscriptionInfo {
     int reader = 0;
     CreateSubscription made;
+  };
+  struct ServiceMirrorInfo {
+    int servant = 0;
+    CreateServiceMirror made;
+    std::uint32_t last_request = 0;
+    std::map<RequestId, RequestKey> requests;  // without an answer
+  };
+  struct ServiceClientInfo {
+    int caller = 0;
+    CreateServiceClient made;
+    bool ready = false;  // as the side was told
+    bool told = false;
   };
 
   Host(int index, HostPlan plan, const World& world, Rng rng);
@@ -70,6 +84,12 @@ class Host : public Party {
   // From the middleware.
   void on_graph_change();
   void on_sample(const Reader& reader, const Writer& writer, const Sample& sample);
+
+  // From the services.
+  void on_request(const Servant& servant, RequestKey key, const Payload& payload);
+  void on_response(const Caller& caller, RequestKey key, const Payload& payload);
+  void on_found(const Caller& caller);
+  void on_caller_gone(const Caller& caller);
 
   // From the network.
   [[nodiscard]] bool listening() const override;
@@ -94,6 +114,12 @@ class Host : public Party {
   [[nodiscard]] const std::map<SubscriptionId, SubscriptionInfo>& subscriptions() const {
     return subscriptions_;
   }
+  [[nodiscard]] const std::map<ServiceMirrorId, ServiceMirrorInfo>& service_mirrors() const {
+    return service_mirrors_;
+  }
+  [[nodiscard]] const std::map<ServiceClientId, ServiceClientInfo>& service_clients() const {
+    return service_clients_;
+  }
   // Bytes of taken samples and received packets that the side still refers to.
   [[nodiscard]] std::uint64_t held_bytes() const { return *held_bytes_; }
   [[nodiscard]] TimePoint last_packet() const { return last_packet_; }
@@ -117,10 +143,16 @@ class Host : public Party {
   void act(const CreateSubscription& action);
   void act(const DestroySubscription& action);
   void act(const CreateMirror& action);
-  template <class ServiceAction>
-  void act(const ServiceAction&) {}  // the simulated graphs have no services yet
   void act(const DestroyMirror& action);
   void act(const Publish& action);
+  void act(const CreateServiceMirror& action);
+  void act(const DestroyServiceMirror& action);
+  void act(const SendResponse& action);
+  void act(const DropRequest& action);
+  void act(const CreateServiceClient& action);
+  void act(const DestroyServiceClient& action);
+  void act(const SendRequest& action);
+  void act(const DropInvocation& action);
   void act(const RefreshGraph& action);
   void act(const Dial& action);
   void act(const OpenGate& action);
@@ -158,6 +190,10 @@ class Host : public Party {
   std::map<MirrorId, MirrorInfo> mirrors_;
   std::map<SubscriptionId, SubscriptionInfo> subscriptions_;
   std::set<MirrorId> failed_mirrors_;
+  std::map<ServiceMirrorId, ServiceMirrorInfo> service_mirrors_;
+  std::map<ServiceClientId, ServiceClientInfo> service_clients_;
+  std::set<ServiceMirrorId> failed_service_mirrors_;
+  std::set<ServiceClientId> failed_service_clients_;
   std::shared_ptr<std::uint64_t> held_bytes_;
   TimePoint last_packet_{}, last_open_{};
 };

@@ -28,20 +28,29 @@ inline bool is_hostile(const std::string& topic) {
 inline bool is_clock(const std::string& topic) {
   return topic.size() >= 6 && topic.compare(topic.size() - 6, 6, "/clock") == 0;
 }
+inline bool is_of_action(const std::string& topic) {
+  return topic.find("/_action/") != std::string::npos;
+}
 inline bool is_ordinary(const std::string& topic) {
-  return !is_claims(topic) && !is_hostile(topic) && !is_clock(topic);
+  return !is_claims(topic) && !is_hostile(topic) && !is_clock(topic) && !is_of_action(topic);
 }
 
 // How often the checkers had something to judge: a checker that never looks finds nothing.
 struct Coverage {
-  std::uint64_t urgent = 0;      // urgent messages timed
-  std::uint64_t turns = 0;       // queues seen waiting for their turn
-  std::uint64_t quiet = 0;       // messages expected at a subscriber after quiet
-  std::uint64_t history = 0;     // samples expected at a late subscriber
-  std::uint64_t last_words = 0;  // messages of publishers that ended at once
-  std::uint64_t clocks = 0;      // clock offsets compared
-  std::uint64_t ages = 0;        // messages with a lifespan or max_age begun to be sent
-  std::uint64_t offences = 0;    // ways in which strangers broke the protocol
+  std::uint64_t urgent = 0;       // urgent messages timed
+  std::uint64_t turns = 0;        // queues seen waiting for their turn
+  std::uint64_t quiet = 0;        // messages expected at a subscriber after quiet
+  std::uint64_t history = 0;      // samples expected at a late subscriber
+  std::uint64_t last_words = 0;   // messages of publishers that ended at once
+  std::uint64_t clocks = 0;       // clock offsets compared
+  std::uint64_t ages = 0;         // messages with a lifespan or max_age begun to be sent
+  std::uint64_t offences = 0;     // ways in which strangers broke the protocol
+  std::uint64_t executions = 0;   // calls that a server executed
+  std::uint64_t answers = 0;      // calls that a mirror answered
+  std::uint64_t drops = 0;        // calls that a mirror gave up
+  std::uint64_t caps = 0;         // calls under way compared with their caps
+  std::uint64_t truths = 0;       // services whose mirrors were compared with their servers
+  std::uint64_t quiet_calls = 0;  // calls expected to be answered after quiet
 };
 
 // A client and the server it dials.
@@ -94,16 +103,25 @@ class Ledger {
     return result;
   }
 
+  // How many policies a host has had.
+  [[nodiscard]] std::size_t policies_of(const Host& host) const {
+    const auto found = policies_.find(host.index());
+    return found == policies_.end() ? 0 : found->second.size();
+  }
+
   // Whether any policy that was in force at `host` from `since` on permits it.
   [[nodiscard]] bool was_permitted(const Host& host, TimePoint since, Direction direction,
-                                   const std::string& topic, const std::string& type,
-                                   const Identity& who) const {
+                                   InterfaceKind kind, const std::string& name,
+                                   const std::string& type, const Identity& who) const {
     const auto found = policies_.find(host.index());
     if (found == policies_.end()) return false;  // it has not started yet
     const auto& all = found->second;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const bool ended = i + 1 < all.size() && all[i + 1].from < since;
-      if (!ended && is_permitted(all[i].policy, direction, topic, type, who)) return true;
+      if (ended) continue;
+      const bool service = kind == InterfaceKind::kService;
+      if (service && service_treatment_of(all[i].policy, direction, name, type, who)) return true;
+      if (!service && is_permitted(all[i].policy, direction, name, type, who)) return true;
     }
     return false;
   }

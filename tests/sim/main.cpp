@@ -98,6 +98,12 @@ void add(Coverage& to, const Coverage& more) {
   to.clocks += more.clocks;
   to.ages += more.ages;
   to.offences += more.offences;
+  to.executions += more.executions;
+  to.answers += more.answers;
+  to.drops += more.drops;
+  to.caps += more.caps;
+  to.truths += more.truths;
+  to.quiet_calls += more.quiet_calls;
 }
 
 std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& totals) {
@@ -209,6 +215,11 @@ int main(int argc, char** argv) {
       "%llu samples of history, %llu last words, %llu clocks, %llu ages, %llu offences\n",
       number(c.urgent), number(c.turns), number(c.quiet), number(c.history), number(c.last_words),
       number(c.clocks), number(c.ages), number(c.offences));
+  std::printf(
+      "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
+      "%llu calls after quiet\n",
+      number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
+      number(c.quiet_calls));
   std::printf("%llu passed, %llu failed\n", static_cast<unsigned long long>(totals.passed.load()),
               static_cast<unsigned long long>(totals.failed.load()));
   return totals.failed > 0 ? 1 : 0;

@@ -41,10 +41,11 @@ Middleware::Middleware(Schedule& schedule, std::vector<GraphPlan> graphs, Rng rn
       listener_(listener),
       losses_(graphs_.size()) {}
 
-// As in DDS, the endpoints of a node share the first 12 bytes.
+// As in DDS, the endpoints of a process share the first 12 bytes; ordinary nodes are processes of
+// their own.
 Gid Middleware::new_gid(const EndpointSpec& spec) {
-  const std::string node = std::to_string(spec.graph) + " " + std::to_string(spec.host) + " " +
-                           spec.node_namespace + "/" + spec.node_name;
+  std::string node = std::to_string(spec.graph) + " " + std::to_string(spec.host);
+  if (spec.host < 0) node += " " + spec.node_namespace + "/" + spec.node_name;
   const auto [it, is_new] = participants_.try_emplace(node);
   Gid& gid = it->second;
   for (std::size_t i = is_new ? 0 : 12; i < 16; ++i) {

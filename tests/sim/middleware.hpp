@@ -28,6 +28,7 @@ struct MachineClock {
 struct GraphPlan {
   MachineClock clock;
   bool tells_depth = true;     // whether the graph tells the depth of a publisher's history
+  bool tells_servers = true;   // whether it tells the gids of service servers
   Duration discovery_max{};    // until two endpoints have found each other
   Duration name_delay{};       // until the graph knows the name of an endpoint's node
   unsigned loss_permille = 0;  // of best-effort samples
@@ -109,10 +110,11 @@ class Middleware {
   void calm();
   // Whether best-effort samples were ever lost in this graph.
   [[nodiscard]] bool has_lost(int graph) const { return losses_[index(graph)] > 0; }
+  // For an endpoint that is made elsewhere.
+  Gid new_gid(const EndpointSpec& spec);
 
  private:
   static std::size_t index(int id) { return static_cast<std::size_t>(id); }
-  Gid new_gid(const EndpointSpec& spec);
   void announce(const EndpointSpec& spec);
   void plan_match(const Writer& writer, const Reader& reader);
   void match(Writer& writer, const Reader& reader);

@@ -1,8 +1,10 @@
 #include "sim/rights.hpp"
 
 #include <algorithm>
+#include <map>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace connect_bridge::sim {
@@ -74,26 +76,118 @@ bool speaks_of(const Rule& rule, const Identity& who) {
   return false;
 }
 
+bool has_token(const std::string& name, const std::string& token) {
+  const auto tokens = split(name);
+  return std::find(tokens.begin(), tokens.end(), token) != tokens.end();
+}
+
+// The type of the action that a service or topic may be part of. Cancelling and status are the same
+// for all actions, but there is one type of them here.
+std::optional<std::string> action_type_of(const std::string& part, const std::string& type) {
+  const std::map<std::string, std::string> suffixes = {
+      {"send_goal", "_SendGoal"}, {"get_result", "_GetResult"}, {"feedback", "_FeedbackMessage"}};
+  if (part == "cancel_goal" && type == "action_msgs/srv/CancelGoal") return kActionType;
+  if (part == "status" && type == "action_msgs/msg/GoalStatusArray") return kActionType;
+  const auto suffix = suffixes.find(part);
+  if (suffix == suffixes.end() || !type.ends_with(suffix->second)) return {};
+  return type.substr(0, type.size() - suffix->second.size());
+}
+
+const std::map<std::string, std::string>& parameter_types() {
+  static const std::map<std::string, std::string> kTypes = {
+      {"describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
+      {"get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
+      {"get_parameters", "rcl_interfaces/srv/GetParameters"},
+      {"list_parameters", "rcl_interfaces/srv/ListParameters"},
+      {"set_parameters", "rcl_interfaces/srv/SetParameters"},
+      {"set_parameters_atomically", "rcl_interfaces/srv/SetParametersAtomically"}};
+  return kTypes;
+}
+
+// The treatment of the first rule whose patterns, as `allowed` tells them with the name that they
+// must fit, open it; nothing if any rule denies one of `names`. `type` empty: any.
+template <class Allowed>
+std::optional<Treatment> first_rule(const Policy& policy, const Identity& who,
+                                    const std::vector<std::string>& names, const std::string& type,
+                                    Allowed allowed) {
+  for (const auto& rule : policy.rules()) {
+    if (!speaks_of(rule, who)) continue;
+    for (const auto& name : names) {
+      if (any_fits(rule.deny, name, true)) return {};
+    }
+  }
+  for (const auto& rule : policy.rules()) {
+    if (!speaks_of(rule, who)) continue;
+    const bool type_fits =
+        type.empty() || rule.types.empty() ||
+        std::find(rule.types.begin(), rule.types.end(), type) != rule.types.end();
+    const auto [patterns, name] = allowed(rule);
+    if (type_fits && any_fits(*patterns, *name, false)) return rule.treatment;
+  }
+  return {};
+}
+
+// A part of an action is opened by rules for the action alone. A deny of any part covers all.
+std::optional<Treatment> treatment_of_part(const Policy& policy, Direction direction,
+                                           const std::string& name, const std::string& type,
+                                           const Identity& who,
+                                           const std::vector<std::string>& parts) {
+  const std::size_t slash = name.rfind('/');
+  const std::string last = name.substr(slash + 1);
+  const std::string before = name.substr(0, slash);
+  const std::string suffix = "/_action";
+  if (before.size() <= suffix.size() || !before.ends_with(suffix)) return {};
+  if (std::find(parts.begin(), parts.end(), last) == parts.end()) return {};
+  const std::string action = before.substr(0, before.size() - suffix.size());
+  const auto action_type = action_type_of(last, type);
+  if (has_token(action, "_action") || !action_type) return {};
+  std::vector<std::string> names = {action};
+  for (const char* part : {"send_goal", "cancel_goal", "get_result", "feedback", "status"}) {
+    names.push_back(before + "/" + part);
+  }
+  const bool out = direction == Direction::kExport;
+  return first_rule(policy, who, names, *action_type, [&](const Rule& rule) {
+    return std::pair{out ? &rule.export_actions : &rule.import_actions, &action};
+  });
+}
+
 }  // namespace
 
 std::optional<Treatment> treatment_of(const Policy& policy, Direction direction,
                                       const std::string& name, const std::string& type,
                                       const Identity& who) {
   if (name == "/parameter_events") return {};
-  for (const auto& token : split(name)) {
-    if (token == "_action") return {};
+  if (has_token(name, "_action")) {
+    return treatment_of_part(policy, direction, name, type, who, {"feedback", "status"});
   }
-  for (const auto& rule : policy.rules()) {
-    if (speaks_of(rule, who) && any_fits(rule.deny, name, true)) return {};
+  return first_rule(policy, who, {name}, type, [&](const Rule& rule) {
+    return std::pair{direction == Direction::kExport ? &rule.export_topics : &rule.import_topics,
+                     &name};
+  });
+}
+
+std::optional<Treatment> service_treatment_of(const Policy& policy, Direction direction,
+                                              const std::string& name, const std::string& type,
+                                              const Identity& who) {
+  const bool out = direction == Direction::kExport;
+  const std::size_t slash = name.rfind('/');
+  const std::string last = name.substr(slash + 1);
+  const std::string before = name.substr(0, slash);
+  if (has_token(name, "_action")) {
+    return treatment_of_part(policy, direction, name, type, who,
+                             {"send_goal", "cancel_goal", "get_result"});
   }
-  for (const auto& rule : policy.rules()) {
-    if (!speaks_of(rule, who)) continue;
-    const bool type_fits = rule.types.empty() || std::find(rule.types.begin(), rule.types.end(),
-                                                           type) != rule.types.end();
-    const auto& allowed = direction == Direction::kExport ? rule.export_topics : rule.import_topics;
-    if (type_fits && any_fits(allowed, name, false)) return rule.treatment;
+  const auto& parameters = parameter_types();
+  const auto parameter = parameters.find(last);
+  if (parameter != parameters.end()) {
+    if (parameter->second != type) return {};
+    return first_rule(policy, who, {name, before}, "", [&](const Rule& rule) {
+      return std::pair{&rule.parameters, &before};
+    });
   }
-  return {};
+  return first_rule(policy, who, {name}, type, [&](const Rule& rule) {
+    return std::pair{out ? &rule.export_services : &rule.import_services, &name};
+  });
 }
 
 bool is_permitted(const Policy& policy, Direction direction, const std::string& name,

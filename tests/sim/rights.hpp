@@ -9,6 +9,9 @@
 
 namespace connect_bridge::sim {
 
+// The one type of action in the simulation.
+inline constexpr char kActionType[] = "test/action/Fib";
+
 bool is_permitted(const Policy& policy, Direction direction, const std::string& name,
                   const std::string& type, const Identity& who);
 
@@ -16,6 +19,11 @@ bool is_permitted(const Policy& policy, Direction direction, const std::string& 
 std::optional<Treatment> treatment_of(const Policy& policy, Direction direction,
                                       const std::string& name, const std::string& type,
                                       const Identity& who);
+
+// The same for a service, be it an ordinary one, a part of an action or one of a node's parameters.
+std::optional<Treatment> service_treatment_of(const Policy& policy, Direction direction,
+                                              const std::string& name, const std::string& type,
+                                              const Identity& who);
 
 // A side's names: a prefix and pairs of (name on the wire, name here).
 struct Names {

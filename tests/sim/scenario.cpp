@@ -234,6 +234,7 @@ Scenario make_scenario(std::uint64_t seed) {
   }
   scenario.crashes = scenario.weather > 0s && rng.chance(250);
   scenario.ending = static_cast<Ending>(rng.below(3));
+  add_services(scenario);
   return scenario;
 }
 
@@ -242,7 +243,7 @@ std::string Scenario::text() const {
                                                   "two bridges", "one graph", "hostile"};
   std::ostringstream out;
   out << kNames[static_cast<std::size_t>(shape)] << ", " << topics.size() << " topics, "
-      << seconds(chaos) << " s of chaos, "
+      << services.size() << " services, " << seconds(chaos) << " s of chaos, "
       << (weather > 0s ? "a disturbance every " + std::to_string(seconds(weather)) + " s"
                        : std::string("calm"))
       << (crashes ? ", crashes" : "") << (clock_step != 0s ? ", the clock is set" : "")

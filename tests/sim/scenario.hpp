@@ -32,6 +32,20 @@ struct TopicPlan {
   Duration period{};
 };
 
+// A service, or an action: then this is its send_goal, and the server has the other parts, too.
+struct ServicePlan {
+  std::string name, type, type_hash;
+  std::string action;          // "/fib", empty for a service
+  std::vector<int> graphs;     // where it is served
+  std::int64_t bytes_max = 0;  // of a request and of a response
+  bool compressible = false;
+  bool one_by_one = false;      // the server does not begin a call before it has ended another
+  Duration work_max{};          // until it answers
+  unsigned never_permille = 0;  // calls that it does not answer while it is not quiet
+  Duration period{};            // between two bursts of a caller
+  std::int64_t burst_max = 0;
+};
+
 struct PairPlan {
   int client = 0, server = 0;  // hosts
   PathPlan path;
@@ -48,6 +62,7 @@ struct Scenario {
   std::vector<PairPlan> pairs;
   Accounts accounts;
   std::vector<TopicPlan> topics;
+  std::vector<ServicePlan> services;
   std::vector<Policy> later_policies;  // one may replace a host's own while the world runs
   Duration chaos{};                    // how long it is not quiet
   Duration churn{};                    // mean time between two changes of a graph
@@ -63,6 +78,9 @@ Scenario make_scenario(std::uint64_t seed);
 
 // A random set of rules; most of it lets most topics through. Used by make_scenario().
 std::vector<Rule> random_rules(Rng& rng);
+// Services, with their part of the rules and of the limits. What make_scenario() has drawn for
+// topics stays as it is.
+void add_services(Scenario& scenario);
 inline constexpr char kStranger[] = "stranger";
 Policy with_strangers(const Policy& policy);
 Policy corner_for_all();

@@ -104,8 +104,25 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
   } else if (const auto* withdraw = std::get_if<Withdraw>(&control)) {
     for (const ChannelId gone : withdraw->channels) {
       if (connection.channels.erase(gone) == 0) violated("a channel is withdrawn twice");
+      std::erase_if(connection.requests, [&](const auto& r) { return r.second == gone; });
     }
+  } else if (const auto* attach = std::get_if<Attach>(&control)) {
+    on_attach(host, connection, *attach);
   }
+}
+
+// Its requests may be sent once the peer has answered.
+void WireCheck::on_attach(const Host& host, Connection& connection, const Attach& attach) {
+  if (connection.channels.contains(attach.requests)) {
+    violated(describe(host) + " uses a channel number twice");
+  }
+  if (!connection.requests.try_emplace(attach.channel, attach.requests).second) {
+    violated(describe(host) + " attaches twice");
+  }
+  Channel& channel = connection.channels[attach.requests];
+  channel.wire = "requests of channel " + std::to_string(attach.channel.value);
+  channel.kind = InterfaceKind::kService;
+  channel.requests = true;
 }
 
 void WireCheck::on_offer(const Host& host, const Identity& who, Connection& connection,
@@ -114,12 +131,14 @@ void WireCheck::on_offer(const Host& host, const Identity& who, Connection& conn
   if (is_claims(offer.name) || is_claims(local)) violated("the bridges' own topic is offered");
   if (connection.channels.contains(offer.channel)) violated("a channel is offered twice");
   // A rule may have changed while the offer waited behind other texts.
-  if (!ledger_.was_permitted(host, ledger_.now() - 5s, Direction::kExport, offer.name, offer.type,
-                             who)) {
+  if (!ledger_.was_permitted(host, ledger_.now() - 5s, Direction::kExport, offer.kind, offer.name,
+                             offer.type, who)) {
     violated(describe(host) + " offers " + offer.name + " without a right");
   }
   Channel& channel = connection.channels[offer.channel];
+  if (offer.kind == InterfaceKind::kService && offer.epoch == 0) violated("an epoch of 0");
   channel.wire = offer.name;
+  channel.kind = offer.kind;
   channel.local = local;
   channel.type = offer.type;
   channel.priority = offer.priority;
@@ -149,8 +168,14 @@ void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connec
   if (!channel.demanded) violated(what + " that nobody demands");
   if (channel.open_bytes > 0) violated(what + " inside another one");
   if (frame.sequence != ++connection.sequences[frame.channel]) violated(what + " out of sequence");
-  check_age(host, identity_of(host, id), channel, frame);
-  if (channel.priority == Priority::kUrgent) check_urgent(host, id, connection, channel, frame);
+  if (channel.kind == InterfaceKind::kTopic) {
+    check_age(host, identity_of(host, id), channel, frame);
+    if (channel.priority == Priority::kUrgent) check_urgent(host, id, connection, channel, frame);
+  } else if (channel.requests) {
+    std::uint32_t& last = connection.calls[frame.channel];
+    if (frame.origin.value <= last) violated(what + " whose call does not rise");
+    last = frame.origin.value;
+  }
   channel.open_bytes = frame.body_bytes - frame.part.size();
   count(connection, channel, frame.part.size() + kMessageHeaderBytes);
   ++sent_[{host.index(), channel.wire}];
@@ -233,11 +258,19 @@ void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket&
   if (it == connections_.end() || !packet.text) return;
   const auto control = decode_control(text_of(packet.bytes));
   if (!control) return;  // a hostile peer
+  auto& channels = it->second.channels;
+  if (const auto* attach = std::get_if<Attach>(&control.value())) {
+    const auto channel = channels.find(attach->channel);
+    if (channel != channels.end()) channel->second.demanded = true;
+  } else if (const auto* attached = std::get_if<Attached>(&control.value())) {
+    const auto requests = it->second.requests.find(attached->channel);
+    if (requests != it->second.requests.end()) channels[requests->second].demanded = true;
+  }
   const auto* demand = std::get_if<Demand>(&control.value());
   if (demand == nullptr) return;
   for (const ChannelId wanted : demand->channels) {
-    const auto channel = it->second.channels.find(wanted);
-    if (channel == it->second.channels.end()) continue;
+    const auto channel = channels.find(wanted);
+    if (channel == channels.end()) continue;
     channel->second.demanded = demand->on;
     channel->second.demanded_since = ledger_.now();
   }

@@ -45,6 +45,8 @@ class WireCheck {
     std::string wire;   // name on the wire
     std::string local;  // name at the exporter
     std::string type;
+    InterfaceKind kind = InterfaceKind::kTopic;
+    bool requests = false;  // of our calls, at a service that the peer offers
     Priority priority = Priority::kNormal;
     std::map<OriginId, Origin> origins;
     bool demanded = false;
@@ -59,6 +61,8 @@ class WireCheck {
     int path = 0;
     TimePoint opened{};
     std::map<ChannelId, Channel> channels;
+    std::map<ChannelId, ChannelId> requests;   // by the peer's channel: ours for the requests
+    std::map<ChannelId, std::uint32_t> calls;  // by channel: the last call requested
     std::map<ChannelId, std::uint32_t> sequences;
     std::uint64_t weighted_bytes = 0;  // data of the classes that share by weight
     std::uint64_t first_bytes = 0;     // control texts, small frames and urgent data
@@ -75,6 +79,7 @@ class WireCheck {
                   const Control& control);
   void on_offer(const Host& host, const Identity& who, Connection& connection,
                 const ChannelOffer& offer);
+  void on_attach(const Host& host, Connection& connection, const Attach& attach);
   void on_message(const Host& host, ConnectionId id, Connection& connection,
                   const MessageFrame& frame);
   void on_part(const Host& host, Connection& connection, const PartFrame& frame);

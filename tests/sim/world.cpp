@@ -13,6 +13,8 @@ constexpr Duration kInspectEvery = 200ms;
 // Noticing a dead link, a login that hangs until its time-out, the longest back-off, discovery.
 constexpr Duration kSettle = 9s;
 constexpr int kRounds = 3;
+// Discovery, twice, and the path, four times, on a healed network.
+constexpr Duration kTruth = 700ms;
 const std::string kStrangersSecret = "stranger's secret";
 
 }  // namespace
@@ -21,10 +23,13 @@ World::World(Scenario scenario, bool verbose)
     : scenario_(std::move(scenario)),
       rng_(scenario_.seed ^ 0x5eedULL),
       middleware_(schedule_, scenario_.graphs, rng_.fork(), *this),
+      services_(schedule_, middleware_, Rng{scenario_.seed ^ 0x5e5eULL}, *this),
       network_(schedule_, rng_.fork()),
       checker_(schedule_, middleware_, network_,
                scenario_.shape == Shape::kTwoBridges || scenario_.shape == Shape::kSharedStar),
-      crowd_(schedule_, middleware_, checker_.ledger(), scenario_, rng_.fork(), verbose) {
+      crowd_(schedule_, middleware_, checker_.ledger(), scenario_, rng_.fork(), verbose),
+      service_crowd_(schedule_, middleware_, services_, checker_.calls(), scenario_,
+                     Rng{scenario_.seed ^ 0xca11ULL}, verbose) {
   if (scenario_.shape == Shape::kHostile) {
     Identity stranger;
     stranger.name = kStranger;
@@ -35,10 +40,13 @@ World::World(Scenario scenario, bool verbose)
       std::make_unique<Weather>(schedule_, network_, hosts_, scenario_, rng_.fork(), verbose);
   expectation_ = std::make_unique<Expectation>(middleware_, checker_, crowd_, hosts_,
                                                !scenario_.later_policies.empty());
+  service_expectation_ = std::make_unique<ServiceExpectation>(middleware_, services_, checker_,
+                                                              service_crowd_, hosts_);
 }
 
 void World::build_hosts(bool verbose) {
-  const Host::World around{schedule_, middleware_, network_, checker_, scenario_.accounts, verbose};
+  const Host::World around{schedule_, middleware_,        services_, network_,
+                           checker_,  scenario_.accounts, verbose};
   for (std::size_t i = 0; i < scenario_.hosts.size(); ++i) {
     hosts_.push_back(
         std::make_unique<Host>(static_cast<int>(i), scenario_.hosts[i], around, rng_.fork()));
@@ -86,6 +94,35 @@ void World::on_graph_change(int graph) {
   }
 }
 
+void World::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
+  if (servant.spec.host >= 0) {
+    hosts_[static_cast<std::size_t>(servant.spec.host)]->on_request(servant, key, payload);
+  } else {
+    service_crowd_.on_request(servant, key, payload);
+  }
+}
+
+void World::on_response(const Caller& caller, const Servant& servant, RequestKey key,
+                        const Payload& payload) {
+  if (caller.spec.host >= 0) {
+    hosts_[static_cast<std::size_t>(caller.spec.host)]->on_response(caller, key, payload);
+  } else {
+    service_crowd_.on_response(caller, servant, key, payload);
+  }
+}
+
+void World::on_found(const Caller& caller) {
+  if (caller.spec.host >= 0) {
+    hosts_[static_cast<std::size_t>(caller.spec.host)]->on_found(caller);
+  }
+}
+
+void World::on_caller_gone(const Caller& caller) {
+  for (auto& host : hosts_) {
+    if (host->graph() == caller.spec.graph) host->on_caller_gone(caller);
+  }
+}
+
 void World::inspect() {
   for (const auto& host : hosts_) checker_.inspect(*host);
   schedule_.after(kInspectEvery, [this] { inspect(); });
@@ -96,6 +133,7 @@ void World::run() {
     schedule_.after(host->plan().start, [&host] { host->start(); });
   }
   crowd_.start();
+  service_crowd_.start();
   weather_->start();
   for (auto& stranger : strangers_) stranger->start();
   schedule_.after(kInspectEvery, [this] { inspect(); });
@@ -107,6 +145,7 @@ void World::run() {
   run_for(scenario_.chaos);
 
   crowd_.calm();
+  service_crowd_.calm();
   weather_->heal();
   for (auto& stranger : strangers_) stranger->stop();
   run_for(kSettle);
@@ -114,6 +153,7 @@ void World::run() {
   expectation_->settle();
   expectation_->check_links();
   expectation_->check_mirrors();
+  check_services();
   check_delivery();
   check_late_subscribers();
   if (rng_.chance(500)) {
@@ -122,6 +162,26 @@ void World::run() {
     check_last_words();
   }
   end();
+}
+
+void World::check_services() {
+  if (scenario_.services.empty()) return;
+  service_expectation_->check_mirrors();
+  service_expectation_->check_action_topics();
+  service_expectation_->check_nothing_pending();
+  service_expectation_->begin_calls();
+  run_for(service_crowd_.call_round());
+  run_for(1s);
+  service_expectation_->check_calls();
+  // The mirrors tell the truth soon after their servers come and go.
+  service_crowd_.shuffle();
+  run_for(kTruth);
+  service_expectation_->check_mirrors();
+  service_expectation_->begin_calls();
+  run_for(service_crowd_.call_round());
+  run_for(1s);
+  service_expectation_->check_calls();
+  service_expectation_->check_nothing_pending();
 }
 
 void World::check_delivery() {

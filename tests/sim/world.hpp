@@ -14,6 +14,9 @@
 #include "sim/middleware.hpp"
 #include "sim/network.hpp"
 #include "sim/scenario.hpp"
+#include "sim/service_crowd.hpp"
+#include "sim/service_expectation.hpp"
+#include "sim/services.hpp"
 #include "sim/weather.hpp"
 
 namespace connect_bridge::sim {
@@ -26,7 +29,7 @@ struct WorldCounts {
   Coverage coverage;
 };
 
-class World : public Middleware::Listener {
+class World : public Middleware::Listener, public Services::Listener {
  public:
   World(Scenario scenario, bool verbose);
 
@@ -38,6 +41,12 @@ class World : public Middleware::Listener {
 
   void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
   void on_graph_change(int graph) override;
+  void on_request(const Servant& servant, RequestKey key, const Payload& payload) override;
+  void on_response(const Caller& caller, const Servant& servant, RequestKey key,
+                   const Payload& payload) override;
+  void on_found(const Caller& caller) override;
+  void on_caller_gone(const Caller& caller) override;
+  void on_services_change(int graph) override { on_graph_change(graph); }
 
  private:
   void build_hosts(bool verbose);
@@ -45,6 +54,7 @@ class World : public Middleware::Listener {
   void inspect();
   void run_for(Duration how_long) { schedule_.run_until(schedule_.now() + how_long); }
   void check_delivery();
+  void check_services();
   void check_late_subscribers();
   void check_no_demand();
   void check_last_words();
@@ -54,13 +64,16 @@ class World : public Middleware::Listener {
   Rng rng_;
   Schedule schedule_;
   Middleware middleware_;
+  Services services_;
   Network network_;
   Checker checker_;
   Crowd crowd_;
+  ServiceCrowd service_crowd_;
   std::vector<std::unique_ptr<Host>> hosts_;
   std::unique_ptr<Weather> weather_;
   std::vector<std::unique_ptr<Hostile>> strangers_;
   std::unique_ptr<Expectation> expectation_;
+  std::unique_ptr<ServiceExpectation> service_expectation_;
 };
 
 }  // namespace connect_bridge::sim
