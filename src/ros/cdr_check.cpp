@@ -61,6 +61,8 @@ class Walk {
     return true;
   }
 
+  [[nodiscard]] std::size_t place() const { return place_; }
+
   std::string problem;
   std::uint8_t* clear = nullptr;  // the body, whose padding shall become zeros
 
@@ -181,11 +183,13 @@ std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_s
   return walk.problem;
 }
 
-void clear_padding(std::span<std::uint8_t> bytes, const rosidl_message_type_support_t& type) {
-  if (bytes.size() < kHeaderSize) return;
+std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
+                                         const rosidl_message_type_support_t& type) {
+  if (bytes.size() < kHeaderSize) return std::nullopt;
   Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, std::numeric_limits<std::size_t>::max());
   walk.clear = bytes.data() + kHeaderSize;
-  walk.message(members_of(type));
+  if (!walk.message(members_of(type))) return std::nullopt;
+  return kHeaderSize + walk.place();
 }
 
 }  // namespace connect_bridge::ros

@@ -26,7 +26,10 @@ namespace connect_bridge::ros {
                                                    std::size_t memory_max);
 
 // Clears the bytes between the fields of a message that we have serialized ourselves: middlewares
-// leave there what was in the memory before, and a peer must not read that.
-void clear_padding(std::span<std::uint8_t> bytes, const rosidl_message_type_support_t& type);
+// leave there what was in the memory before, and a peer must not read that. Returns where the
+// message ends, because they also reserve more than they write; nullopt: it has a kind of field
+// that is not known here.
+[[nodiscard]] std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
+                                                       const rosidl_message_type_support_t& type);
 
 }  // namespace connect_bridge::ros

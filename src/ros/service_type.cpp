@@ -37,12 +37,17 @@ class InstalledForm final : public MessageForm {
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
     const rmw_ret_t result = rmw_serialize(memory_, type_, &bytes);
     size_ = bytes.buffer_length;
-    if (result == RMW_RET_OK) {
-      clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_);
-      return std::nullopt;
+    const auto what = [this] {
+      return std::string{"cannot serialize a "} + members_.message_name_;
+    };
+    if (result != RMW_RET_OK) {
+      clear();
+      return error_text(what(), result);
     }
-    clear();
-    return error_text(std::string{"cannot serialize a "} + members_.message_name_, result);
+    const auto end = clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_);
+    if (!end) return what() + ": it has a kind of field that is not supported";
+    bytes.buffer_length = *end;
+    return std::nullopt;
   }
 
   std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) override {

@@ -98,13 +98,16 @@ TEST(CdrCheck, MemoryIsBounded) {
 }
 
 TEST(CdrCheck, ClearsPadding) {
-  Bytes bytes = leaf();
+  const Bytes bytes = leaf();
   Bytes dirty = bytes;
   for (const std::size_t place : {5, 6, 7, 15}) dirty[place] = 0x77;
   ASSERT_NE(bytes, dirty);
-  clear_padding(dirty, introspection(std::string{kTestPackage} + "/msg/Leaf"));
+  dirty.resize(dirty.size() + 9, 0x77);  // reserved and not written
+  const auto& type = introspection(std::string{kTestPackage} + "/msg/Leaf");
+  EXPECT_EQ(bytes.size(), clear_padding(dirty, type));
+  dirty.resize(bytes.size());
   EXPECT_EQ(bytes, dirty);
-  clear_padding({}, introspection(std::string{kTestPackage} + "/msg/Leaf"));
+  EXPECT_EQ(std::nullopt, clear_padding({}, type));
 }
 
 // What passes is read by the middleware without harm, whatever it makes of it.
