@@ -23,7 +23,7 @@ ServiceEndpoint::ServiceEndpoint(Node& node, const rosidl_service_type_support_t
 }
 
 ServiceEndpoint::~ServiceEndpoint() {
-  ignore_error(rcl_service_set_on_new_request_callback(&service_, nullptr, nullptr));
+  // The callback stays, as in ServiceMirror.
   ignore_error(rcl_service_fini(&service_, node_.handle()));
 }
 
