@@ -9,7 +9,10 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 import pytest  # noqa: E402
 
+from std_srvs.srv import SetBool  # noqa: E402
+
 from connect_peer import Peer  # noqa: E402
+from peer_services import Service, in_graph  # noqa: E402
 from peer_world import TOKEN, Ticker, World  # noqa: E402
 
 
@@ -44,3 +47,29 @@ def ticker(world):
 def served(ticker):
     yield
     ticker.goes_on()
+
+
+@pytest.fixture
+def service(world):
+    made = []
+
+    def make(*arguments, **options):
+        made.append(Service(world, *arguments, **options))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+@pytest.fixture
+def client(world):
+    made = []
+
+    def make(name, kind=SetBool):
+        made.append(world.graph.tester.create_client(kind, name))
+        return made[-1]
+
+    yield make
+    for each in made:
+        in_graph(world, world.graph.tester.destroy_client, each)

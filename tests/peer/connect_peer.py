@@ -69,6 +69,7 @@ class Peer(Calls):
         actions=(),
         parameters=(),
         message_bytes_max=None,
+        first_round=None,
     ):
         super().__init__()
         self.side = side or secrets.token_bytes(16)
@@ -80,6 +81,7 @@ class Peer(Calls):
         ):
             if patterns:
                 self.rules[0][key] = list(patterns)
+        self._first_round = first_round  # called with the peer, offers beside `exports`
         self.last_number = 0  # of the channels of this side
         self.exports = list(exports)  # (name, type, durability)
         self.dead_after = dead_after
@@ -270,6 +272,8 @@ class Peer(Calls):
             for name, kind, durability in self.exports:
                 if is_accepted(message, name, kind):
                     self.offer(name, kind, durability)
+            if self._first_round:
+                self._first_round(self)
             self.send_control(type="offer", channels=[], complete=True)
 
     def _on_offer(self, message):

@@ -71,6 +71,28 @@ TEST(SideExportsData, EverySideTellsItsLimit) {
   EXPECT_EQ(std::get<Accepts>(accepts.value()).message_bytes_max, 12345U);
 }
 
+// What a peer accepts is compared with every interface of the graph.
+TEST(SideExportsData, PatternsBeyondWhatIsComparedAreRefused) {
+  const auto member = [](std::size_t which, std::size_t count) {
+    const std::vector<std::string> patterns(count, "/a");
+    Accepts accepts{{{}}, {}};
+    AcceptedNames& rule = accepts.rules[0];
+    std::vector<std::string>* lists[] = {&rule.topics,  &rule.types,      &rule.services,
+                                         &rule.actions, &rule.parameters, &accepts.deny};
+    *lists[which] = patterns;
+    lists[(which + 1) % 6]->push_back("/b");
+    return accepts;
+  };
+  for (std::size_t which = 0; which < 6; ++which) {
+    Script s(server());
+    s.login(1);
+    s.say(1, member(which, 4095));
+    EXPECT_EQ(s.did().find("close"), std::string::npos) << which;
+    s.say(1, member(which, 4096));
+    EXPECT_NE(s.did().find("close 1 4006"), std::string::npos) << which << s.did();
+  }
+}
+
 TEST(SideExportsData, ARateIsKept) {
   Treatment treatment;
   treatment.max_rate = 10;
