@@ -156,6 +156,15 @@ void Expectation::check_qos() const {
           violated("the mirror of publisher " + std::to_string(*origin) + " on " + expected.topic +
                    " has another QoS than its origin");
         }
+        const EndpointSpec& spec = middleware_.writer(*origin).spec;
+        const std::string node =
+            host->plan().options.proxy_nodes
+                ? host->plan().names.to_local(spec.node_namespace + "/" + spec.node_name)
+                : "";
+        if (mirror.made.node != node) {
+          violated("the mirror of publisher " + std::to_string(*origin) + " belongs to node '" +
+                   mirror.made.node + "' and not to '" + node + "'");
+        }
       }
     }
   }

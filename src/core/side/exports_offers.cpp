@@ -44,6 +44,11 @@ void Exports::update_origins(Topic& topic, const TopicState* state, const Now& n
         if (origin.vanishes_at) count_vanishing(topic, -1);
         origin.vanishes_at.reset();
         origin.lingering = false;
+        // The graph may know an endpoint before the name of its node: told again, with the name.
+        if (origin.node.empty() && !node_of(publisher).empty()) {
+          origin.node = node_of(publisher);
+          added.push_back({origin.id, publisher.gid, origin.node, origin.qos});
+        }
       } else {
         origin.id = {++topic.last_origin};
         origin.node = node_of(publisher);
@@ -70,6 +75,7 @@ void Exports::update_origins(Topic& topic, const TopicState* state, const Now& n
     for (auto origin : added) {
       origin.qos = with_override(origin.qos, exported.decision.treatment.qos);
       if (!is_withheld(link, topic.key, topic.origins.at(origin.gid))) {
+        exported.withheld.erase(origin.origin);
         change.added.push_back(std::move(origin));
       } else {
         exported.withheld.insert(origin.origin);

@@ -47,7 +47,10 @@ Result<Nothing> Imports::on_origins(LinkEntry& link, const OriginsChanged& chang
     return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
   Channel& channel = it->second;
   if (channel.declined) return Nothing{};
-  if (channel.origins.size() + change.added.size() > kChannelOriginsMax)
+  const auto fresh =
+      std::count_if(change.added.begin(), change.added.end(),
+                    [&](const OriginOffer& o) { return !channel.origins.contains(o.origin); });
+  if (channel.origins.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(key, channel, origin, now);
   for (const OriginId id : change.removed) {

@@ -22,9 +22,24 @@ constexpr std::uint32_t kDepthMax = 10'000;
 
 }  // namespace
 
+// A mirror that shall belong to its origin's node is made anew when that has a name at last.
+void Imports::name_origin(const ChannelKey& key, Channel& channel, Mirror& mirror,
+                          const std::string& node, const Now& now) {
+  if (node.empty() || !mirror.origin.node.empty()) return;
+  if (mirror.candidates.front().link != key.first) return;
+  mirror.origin.node = node;
+  if (!options_.proxy_nodes || !mirror.id) return;
+  destroy(mirror);
+  update_mirror(mirror, now);
+  demand_again(key, channel, now);
+}
+
 void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOffer& origin,
                          const Now& now) {
-  if (!origin.origin || channel.origins.contains(origin.origin)) return;
+  if (!origin.origin) return;
+  const auto known = channel.origins.find(origin.origin);
+  if (known != channel.origins.end())
+    return name_origin(key, channel, *known->second, origin.node, now);
   if (channel.key.second == kParameterEventType &&
       is_withheld(links_.at(key.first), channel, origin))
     return;
@@ -49,11 +64,13 @@ void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOf
   }
   mirror.ends_at.reset();
   mirror.failed = false;
+  const bool moved = options_.proxy_nodes && mirror.origin.node != origin.node;
   mirror.origin = origin;
   mirror.type_hash = channel.type_hash;
   mirror.action_type = channel.action_type;
   const Qos qos = mirror_qos(channel, origin);
-  if (mirror.id && qos != mirror.qos) destroy(mirror);  // a rule was changed meanwhile
+  // A rule was changed meanwhile, or the node has a name now.
+  if (mirror.id && (qos != mirror.qos || moved)) destroy(mirror);
   mirror.qos = qos;
   channel.origins[origin.origin] = &mirror;
   mirror.fresh = true;  // the exporter sends its last samples by itself

@@ -1,0 +1,63 @@
+// A graph may know a publisher earlier than the name of its node.
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(OriginNames, ANameThatComesLaterIsTold) {
+  Script s(server());
+  s.graph({topic("/a").pub(1, {}, "_NODE_NAME_UNKNOWN_")});
+  s.join(1);
+  s.graph({topic("/a").pub(1)});
+  EXPECT_EQ(s.said(1), "origins 1 +[1] -[]\n");
+  s.graph({topic("/a").pub(1)});
+  EXPECT_EQ(s.said(1), "");
+}
+
+// The nodes for which mirrors were made since the last call.
+std::vector<std::string> nodes_of_mirrors(Script& s) {
+  std::vector<std::string> nodes;
+  while (const auto action = s.side.next_action()) {
+    if (const auto* create = std::get_if<CreateMirror>(&*action)) nodes.push_back(create->node);
+  }
+  return nodes;
+}
+
+TEST(OriginNames, AMirrorMovesToItsOriginsNodeOnce) {
+  auto options = server();
+  options.proxy_nodes = true;
+  Script s(options);
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  OriginOffer nameless = origin(1, 11);
+  nameless.node.clear();
+  s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
+  for (int i = 0; i < 2; ++i) s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});
+}
+
+TEST(OriginNames, NamesDoNotCountAsOrigins) {
+  Script s(server());
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  std::vector<OriginOffer> origins;
+  for (std::uint32_t id = 1; id <= kChannelOriginsMax; ++id) {
+    origins.push_back(origin(id, static_cast<std::uint8_t>(id)));
+    origins.back().gid.bytes[1] = static_cast<std::uint8_t>(id >> 8);
+  }
+  s.say(1, Offer{{channel(1, "/a", origins)}, true});
+  s.say(1, OriginsChanged{{1}, origins, {}});
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.say(1, OriginsChanged{{1}, {origin(kChannelOriginsMax + 1, 1)}, {}});
+  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
