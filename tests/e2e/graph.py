@@ -5,7 +5,11 @@ import threading
 import time
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import (
+    ExternalShutdownException,
+    MultiThreadedExecutor,
+    SingleThreadedExecutor,
+)
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
@@ -63,15 +67,21 @@ class Collector:
 
 
 class Graph:
-    """Nodes of one domain id. Callbacks run on a thread of its own; all else is the test's."""
+    """Nodes of one domain id. Callbacks run on a thread of its own; all else is the test's.
 
-    def __init__(self, domain):
+    With `threads` they run on so many, for servers whose callbacks take their time."""
+
+    def __init__(self, domain, threads=1, name="tester"):
         self.domain = domain
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
-        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor = (
+            SingleThreadedExecutor(context=self.context)
+            if threads == 1
+            else MultiThreadedExecutor(threads, context=self.context)
+        )
         self._nodes = []
-        self.tester = self.node("tester")
+        self.tester = self.node(name)
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
 

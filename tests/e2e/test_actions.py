@@ -1,0 +1,328 @@
+"""Actions: goals, feedback, status, cancelling and results, by rclpy's own server and client."""
+
+import threading
+import time
+
+import pytest
+from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Time
+from connect_bridge_test_interfaces.action import Fibonacci
+from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from unique_identifier_msgs.msg import UUID
+
+from calls import OPEN_CALLS, servers_graph
+from conftest import Pair
+from graph import WAIT, until
+
+
+class FibonacciServer:
+    """Refuses a negative order, aborts one above 46, and can be cancelled."""
+
+    def __init__(self, graph, name, node=None):
+        self.goals = 0
+        self._graph, self._name, self._node = graph, name, node or graph.tester
+        self._server = None
+        self.start()
+
+    def start(self):
+        self._server = ActionServer(
+            self._node,
+            Fibonacci,
+            self._name,
+            self._execute,
+            goal_callback=self._goal,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=ReentrantCallbackGroup(),
+        )
+
+    def stop(self):
+        self._server.destroy()
+
+    def _goal(self, goal):
+        return GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT
+
+    def _execute(self, handle):
+        self.goals += 1
+        sequence = [0, 1]
+        for _ in range(handle.request.order - 1):
+            if handle.is_cancel_requested:
+                handle.canceled()
+                return Fibonacci.Result(sequence=sequence)
+            if handle.request.order > 46 and len(sequence) > 5:
+                handle.abort()
+                return Fibonacci.Result(sequence=sequence)
+            sequence.append(sequence[-1] + sequence[-2])
+            handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))
+            time.sleep(handle.request.period_ms / 1000)
+        handle.succeed()
+        return Fibonacci.Result(sequence=sequence)
+
+
+class Goal:
+    """One goal as its client sees it."""
+
+    def __init__(self, client, order, period_ms=20):
+        self.feedback = []
+        goal = Fibonacci.Goal(order=order, period_ms=period_ms)
+        self._sent = client.send_goal_async(
+            goal, lambda message: self.feedback.append(list(message.feedback.sequence))
+        )
+        self._result = None
+
+    def sent(self):
+        return self._sent.done()
+
+    @property
+    def handle(self):
+        until(self._sent.done, "the goal is answered", step=0.001)
+        return self._sent.result()
+
+    def result(self, timeout=WAIT):
+        if self._result is None:
+            self._result = self.handle.get_result_async()
+        until(self._result.done, "a result", timeout, step=0.002)
+        return self._result.result()
+
+    def cancel(self):
+        future = self.handle.cancel_goal_async()
+        until(future.done, "an answer to the cancelling", step=0.002)
+        return future.result()
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    made = Pair(tmp_path_factory.mktemp("pair"), server=OPEN_CALLS)
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def robot(pair):
+    graph = servers_graph(pair, 16)
+    yield graph
+    graph.close()
+
+
+@pytest.fixture
+def action(request):
+    return "/a/" + "".join(c if c.isalnum() else "_" for c in request.node.name)
+
+
+@pytest.fixture
+def served(pair, robot, action):
+    """(server, client) of an action that is ready."""
+    server = FibonacciServer(robot, action)
+    client = ActionClient(pair.operator.tester, Fibonacci, action)
+    until(client.server_is_ready, "the action is ready", step=0.002)
+    yield server, client
+    client.destroy()
+    server.stop()
+
+
+def fibonacci(count):
+    sequence = [0, 1]
+    while len(sequence) < count:
+        sequence.append(sequence[-1] + sequence[-2])
+    return sequence
+
+
+def test_goal_feedback_and_result(served):
+    """Also the first feedback of a goal that is sent as soon as the server is ready."""
+    _, client = served
+    goal = Goal(client, 10)
+    assert goal.handle.accepted
+    answer = goal.result()
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED
+    assert list(answer.result.sequence) == fibonacci(11)
+    until(lambda: len(goal.feedback) >= 8, lambda: f"feedback, got {goal.feedback}", 3)
+    assert goal.feedback == sorted(goal.feedback, key=len), "feedback out of order"
+    assert goal.feedback[-1] == fibonacci(11)
+
+
+def test_status(served):
+    _, client = served
+    goal = Goal(client, 10, period_ms=50)
+    until(lambda: goal.handle.status == GoalStatus.STATUS_EXECUTING, "executing")
+    goal.result()
+    until(lambda: goal.handle.status == GoalStatus.STATUS_SUCCEEDED, "succeeded")
+
+
+def test_a_rejected_goal(served):
+    server, client = served
+    assert not Goal(client, -1).handle.accepted
+    assert server.goals == 0
+
+
+def test_an_aborted_goal(served):
+    _, client = served
+    answer = Goal(client, 50, period_ms=1).result()
+    assert answer.status == GoalStatus.STATUS_ABORTED
+    assert list(answer.result.sequence) == fibonacci(6)
+
+
+def test_cancel_one_of_three(served):
+    _, client = served
+    goals = [Goal(client, 30, period_ms=30) for _ in range(3)]
+    for goal in goals:
+        assert goal.handle.accepted
+    assert len(goals[1].cancel().goals_canceling) == 1
+    assert goals[1].result().status == GoalStatus.STATUS_CANCELED
+    for goal in (goals[0], goals[2]):
+        assert goal.result().status == GoalStatus.STATUS_SUCCEEDED
+
+
+@pytest.mark.parametrize("which", ["all", "by_time"])
+def test_cancel_many(pair, served, action, which):
+    """A zero id and time cancel all goals, a time those that were accepted until then."""
+    _, client = served
+    early = [Goal(client, 46, period_ms=50) for _ in range(2)]
+    for goal in early:
+        assert goal.handle.accepted
+    time.sleep(0.3)
+    stamp = pair.robot.tester.get_clock().now().to_msg() if which == "by_time" else Time()
+    time.sleep(0.3)
+    late = Goal(client, 46, period_ms=10)
+    assert late.handle.accepted
+    cancel = pair.operator.tester.create_client(CancelGoal, action + "/_action/cancel_goal")
+    until(cancel.service_is_ready, "cancelling")
+    request = CancelGoal.Request()
+    request.goal_info.goal_id = UUID()
+    request.goal_info.stamp = stamp
+    future = cancel.call_async(request)
+    until(future.done, "an answer to the cancelling")
+    expected = 2 if which == "by_time" else 3
+    assert len(future.result().goals_canceling) == expected
+    for goal in early:
+        assert goal.result().status == GoalStatus.STATUS_CANCELED
+    end = GoalStatus.STATUS_SUCCEEDED if which == "by_time" else GoalStatus.STATUS_CANCELED
+    assert late.result().status == end
+    pair.operator.tester.destroy_client(cancel)
+
+
+def test_several_clients_and_goals_at_once(pair, served, action):
+    """Each gets its own results; feedback goes to whom it belongs."""
+    _, first = served
+    others = [
+        ActionClient(pair.operator.node(f"client_{n}"), Fibonacci, action) for n in range(2)
+    ]
+    for client in others:
+        until(client.server_is_ready, "the action is ready")
+    goals = {}
+    for number, client in enumerate((first, *others)):
+        for order in range(3, 6):  # nine: a server's queue holds ten
+            goals[number, order] = Goal(client, order)
+    for (_, order), goal in goals.items():
+        answer = goal.result()
+        assert answer.status == GoalStatus.STATUS_SUCCEEDED
+        assert list(answer.result.sequence) == fibonacci(order + 1)
+        assert all(f == fibonacci(len(f)) for f in goal.feedback)
+        assert len(goal.feedback) <= order - 1
+    for client in others:
+        client.destroy()
+
+
+def test_a_result_that_is_asked_for_late(served):
+    _, client = served
+    goal = Goal(client, 3, period_ms=1)
+    assert goal.handle.accepted
+    time.sleep(2)
+    assert list(goal.result().result.sequence) == fibonacci(4)
+
+
+def test_ready_as_a_whole_or_not_at_all(pair, robot, action):
+    """The parts of an action come and go together, and within 200 ms."""
+    server = FibonacciServer(robot, action)
+    client = ActionClient(pair.operator.tester, Fibonacci, action)
+    until(client.server_is_ready, "ready")
+    gone = []
+    for _ in range(3):
+        begin = time.monotonic()
+        server.stop()
+        until(lambda: not client.server_is_ready(), "not ready", step=0.002)
+        gone.append(time.monotonic() - begin)
+        server.start()
+        until(client.server_is_ready, "ready again", step=0.002)
+        assert Goal(client, 3, period_ms=1).result().status == GoalStatus.STATUS_SUCCEEDED
+    assert sorted(gone)[1] < 0.3, f"not ready after {gone} s"
+    client.destroy()
+    server.stop()
+
+
+def test_long_goals_do_not_hold_up_a_short_one(served):
+    _, client = served
+    goals = [Goal(client, 40, period_ms=25) for _ in range(8)]
+    waiting = threading.Thread(target=lambda: [goal.result() for goal in goals])
+    waiting.start()
+    quick = Goal(client, 3, period_ms=1)
+    assert quick.result(5).status == GoalStatus.STATUS_SUCCEEDED
+    waiting.join(WAIT)
+    assert not waiting.is_alive()
+
+
+def works(goal, timeout=1.0):
+    """Whether the goal is accepted and succeeds soon. One that a dead mirror took does not."""
+    try:
+        until(goal.sent, "the goal is answered", timeout)
+        return goal.result(timeout).status == GoalStatus.STATUS_SUCCEEDED
+    except AssertionError:
+        return False
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["server", "client"])
+def test_a_side_is_killed_during_goals(make_pair, which):
+    """The goals run on at the robot; a new goal works as soon as the bridge is back."""
+    pair = make_pair(server=OPEN_CALLS, client={"retry_min": 0.05, "retry_max": 0.3})
+    robot = servers_graph(pair, 8)
+    try:
+        server = FibonacciServer(robot, "/a/killed")
+        client = ActionClient(pair.operator.tester, Fibonacci, "/a/killed")
+        until(client.server_is_ready, "ready")
+        goals = [Goal(client, 46, period_ms=100) for _ in range(3)]
+        assert all(goal.handle.accepted for goal in goals)
+        side = getattr(pair, which)
+        side.kill()
+        side.start()
+        pair.client.wait_linked()
+        end = time.monotonic() + 40  # the dead process's endpoints leave with their lease
+        while not works(Goal(client, 3, period_ms=1)):
+            assert time.monotonic() < end, "no goal works after the kill"
+        assert server.goals >= 4
+    finally:
+        robot.close()
+
+
+def test_wildcards_open_no_part_of_an_action(make_pair):
+    """Rules for topics and services are no side door; the rule for the action opens all five."""
+    closed = make_pair(
+        server={
+            "rules": ["all"],
+            "rule": {
+                "all": {
+                    "export_topics": ["/**", "/a/shut/_action/*"],
+                    "export_services": ["/**", "/a/shut/_action/*", "/**/_action/**"],
+                }
+            },
+        }
+    )
+    robot = servers_graph(closed, 4)
+    try:
+        server = FibonacciServer(robot, "/a/shut")
+        robot.tester.create_service(CancelGoal, "/a/plain", lambda _, response: response)
+        plain = closed.operator.tester.create_client(CancelGoal, "/a/plain")
+        until(plain.service_is_ready, "an ordinary service")
+        time.sleep(0.5)
+        hidden = [n for n in closed.operator.topics() if "_action" in n]
+        assert hidden == []
+        for part, kind in (
+            ("send_goal", Fibonacci.Impl.SendGoalService),
+            ("get_result", Fibonacci.Impl.GetResultService),
+            ("cancel_goal", CancelGoal),
+        ):
+            client = closed.operator.tester.create_client(kind, f"/a/shut/_action/{part}")
+            assert not client.service_is_ready(), part
+        server.stop()
+    finally:
+        robot.close()

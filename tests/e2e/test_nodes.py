@@ -1,0 +1,144 @@
+"""Parameters of remote nodes, and remote nodes as nodes of this graph."""
+
+import time
+
+import pytest
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from conftest import Pair
+from graph import connect, until
+
+RULES = {
+    "rules": ["some", "all"],
+    "rule": {
+        "some": {"parameters": ["/open/*"], "deny": ["/open/secret"]},
+        "all": {"export_topics": ["/**"], "export_services": ["/**"]},
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    made = Pair(tmp_path_factory.mktemp("pair"), server=RULES)
+    yield made
+    made.close()
+
+
+def robot_node(pair, name, namespace="/open"):
+    node = pair.robot.node(name, namespace=namespace, start_parameter_services=True)
+    node.declare_parameter("speed", 1.5)
+    node.declare_parameter("name", "wheel")
+    return node
+
+
+def client_of(pair, node):
+    return AsyncParameterClient(pair.operator.tester, node)
+
+
+def wait_ready(client):
+    until(client.services_are_ready, "the parameter services", step=0.01)
+
+
+def done(future):
+    until(future.done, "an answer")
+    return future.result()
+
+
+def test_get_set_list_and_describe(pair):
+    node = robot_node(pair, "base")
+    client = client_of(pair, "/open/base")
+    wait_ready(client)
+    (speed,) = done(client.get_parameters(["speed"])).values
+    assert speed.double_value == 1.5
+    (set_,) = done(client.set_parameters([Parameter("speed", value=2.5)])).results
+    assert set_.successful and node.get_parameter("speed").value == 2.5
+    names = done(client.list_parameters([], 0)).result.names
+    assert {"speed", "name"} <= set(names)
+    (described,) = done(client.describe_parameters(["name"])).descriptors
+    assert described.name == "name"
+    types = done(client.get_parameter_types(["speed", "name"])).types
+    assert list(types) == [Parameter.Type.DOUBLE.value, Parameter.Type.STRING.value]
+    both = [Parameter("speed", value=3.5), Parameter("name", value="arm")]
+    assert done(client.set_parameters_atomically(both)).result.successful
+    assert node.get_parameter("name").value == "arm"
+
+
+def test_only_nodes_that_a_rule_names(pair):
+    """Neither a pattern for services nor a denied node opens them."""
+    for name, namespace in (("secret", "/open"), ("shut", "/closed")):
+        robot_node(pair, name, namespace)
+    robot_node(pair, "marker")
+    wait_ready(client_of(pair, "/open/marker"))
+    time.sleep(0.5)
+    for node in ("/open/secret", "/closed/shut"):
+        assert not client_of(pair, node).services_are_ready(), node
+    trigger = pair.robot.tester.create_service(Trigger, "/closed/shut/reset", lambda _, r: r)
+    plain = pair.operator.tester.create_client(Trigger, "/closed/shut/reset")
+    until(plain.service_is_ready, "an ordinary service of that node")
+    pair.robot.tester.destroy_service(trigger)
+
+
+def test_parameter_events_of_allowed_nodes_only(pair):
+    allowed, denied = robot_node(pair, "heard"), robot_node(pair, "unheard", "/closed")
+    events = pair.operator.collector(ParameterEvent, "/parameter_events")
+
+    def change(value):
+        for node in (denied, allowed):
+            node.set_parameters([Parameter("speed", value=value)])
+
+    value = iter(range(1000))
+    until(
+        lambda: change(float(next(value)))
+        or any(event.node == "/open/heard" for event in events.messages),
+        "an event",
+        step=0.1,
+    )
+    time.sleep(0.5)
+    assert not [event for event in events.messages if event.node == "/closed/unheard"]
+
+
+def names_in(graph):
+    return {
+        (space.rstrip("/") + "/" + name)
+        for name, space in graph.tester.get_node_names_and_namespaces()
+    }
+
+
+def test_graph_of_nodes(make_pair):
+    """`graph: nodes`: remote nodes are listed, and own the mirrors of what they have."""
+    pair = make_pair(server=RULES, client={"graph": "nodes"})
+    node = robot_node(pair, "arm")
+    publisher = pair.robot.publisher(String, "/open/state", 10, node)
+    node.create_service(Trigger, "/open/reset", lambda _, response: response)
+    collector = pair.operator.collector(String, "/open/state")
+    connect(publisher, collector, String(data="x"))
+    until(lambda: "/open/arm" in names_in(pair.operator), "the remote node is listed")
+    (mirror,) = pair.operator.publishers("/open/state")
+    assert (mirror.node_namespace, mirror.node_name) == ("/open", "arm")
+    client = pair.operator.tester.create_client(Trigger, "/open/reset")
+    until(client.service_is_ready, "the service")
+    services = dict(
+        pair.operator.tester.get_service_names_and_types_by_node("arm", "/open")
+    )
+    assert "/open/reset" in services
+    wait_ready(client_of(pair, "/open/arm"))
+    (speed,) = done(client_of(pair, "/open/arm").get_parameters(["speed"])).values
+    assert speed.double_value == 1.5
+    # The proxy is no node of the operator's: nothing of it goes back.
+    time.sleep(0.5)
+    assert len(pair.robot.publishers("/open/state")) == 1
+    pair.robot.remove(node)
+    until(lambda: "/open/arm" not in names_in(pair.operator), "the proxy is gone")
+
+
+def test_merged_graph_has_one_bridge_node(pair):
+    node = robot_node(pair, "hidden_one")
+    publisher = pair.robot.publisher(String, "/open/merged", 10, node)
+    connect(publisher, pair.operator.collector(String, "/open/merged"), String(data="x"))
+    (mirror,) = pair.operator.publishers("/open/merged")
+    assert mirror.node_name == "connect_client"
+    assert "/open/hidden_one" not in names_in(pair.operator)
