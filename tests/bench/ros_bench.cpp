@@ -10,6 +10,8 @@
 //   ros_bench listen               commands: count   a bare subscriber of /bench/stream
 //   ros_bench topics count=300     publishers that say nothing
 //   ros_bench idle                 a bare node
+//   ros_bench serve                answers /bench/service
+//   ros_bench call                 commands: call size= samples= seconds= window= gap=
 //   ros_bench relay take= give=    half of a bare bridge (relay.hpp); port=: the other half
 // Options of all: depth= (default 100). The protocol on stdin and stdout is in timing.hpp.
 #include <unistd.h>
@@ -18,6 +20,7 @@
 #include <thread>
 
 #include "relay.hpp"
+#include "ros_calls.hpp"
 #include "ros_node.hpp"
 
 namespace bench {
@@ -358,14 +361,19 @@ int main(int argc, char** argv) {
     bench::run_both(node, commands);
   } else if (mode == "listen") {
     bench::run_listen(node, commands);
+  } else if (mode == "serve") {
+    bench::run_serve(node, commands);
+  } else if (mode == "call") {
+    bench::run_call(node, commands);
   } else if (mode == "relay") {
     bench::run_relay(node, commands, options);
   } else if (mode == "topics" || mode == "idle") {
     bench::run_idle(node, commands, mode == "idle" ? 0 : options.count("count", 300));
   } else {
-    std::fprintf(stderr,
-                 "usage: ros_bench echo|ping|sink|source|talk|both|listen|topics|idle|relay "
-                 "[key=value ...]\n");
+    std::fprintf(
+        stderr,
+        "usage: ros_bench echo|ping|sink|source|talk|both|listen|topics|idle|serve|call|relay "
+        "[key=value ...]\n");
     return 2;
   }
   return 0;

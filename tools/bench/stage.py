@@ -25,7 +25,11 @@ RULES = {
             "queue_bytes_max": 1 << 26,
         },
         "stream": {"export_topics": ["/bench/stream"], "priority": "bulk"},
-        "rest": {"export_topics": ["/bench/**"], "queue_bytes_max": 1 << 26},
+        "rest": {
+            "export_topics": ["/bench/**"],
+            "export_services": ["/bench/**"],
+            "queue_bytes_max": 1 << 26,
+        },
     },
 }
 
