@@ -39,6 +39,7 @@ def test_every_topic_crosses_and_it_ends_by_itself():
     said = demo.communicate(timeout=60)[0]
     assert demo.returncode == 0, said
     assert "Every topic crossed" in said and "\x1b[" not in said
+    assert "service, action and parameter change were answered" in said
     assert not marked("timed")
 
 
@@ -53,7 +54,8 @@ def test_what_did_not_cross_is_named(tmp_path):
     demo = start("broken", more=more, stdout=subprocess.PIPE, text=True)
     said = demo.communicate(timeout=60)[0]
     assert demo.returncode == 1
-    for name in ("/chatter", "/camera/image", "/tf", "/cmd_vel", "'lidar'", "'imu'", "'camera'"):
+    topics = ("/chatter", "/camera/image", "/tf", "/cmd_vel", "'lidar'", "'imu'", "'camera'")
+    for name in (*topics, "/arm/enable", "/lookup", "/talker"):
         assert name in said.split("Did not cross:")[1].split("\n")[0], said
     assert not marked("broken")
 

@@ -32,6 +32,31 @@ TOPICS = {
 }
 
 
+# What the operator calls at the robot: a service, an action, and a node with a parameter.
+CALLS = ("/arm/enable", "/lookup", "/talker")
+
+
+class Tally:
+    """How many calls were answered, and how long that took."""
+
+    def __init__(self):
+        self._counts = {name: {"done": 0, "late": []} for name in CALLS}
+
+    def done(self, name, begun):
+        self._counts[name]["done"] += 1
+        self._counts[name]["late"].append(1000 * (time.monotonic() - begun))
+
+    def report(self):
+        calls = {}
+        for name, count in self._counts.items():
+            late, count["late"] = count["late"], []
+            calls[name] = {
+                "done": count["done"],
+                "latency_ms": statistics.median(late) if late else None,
+            }
+        return calls
+
+
 def sent_at(message):
     """When the message was published, in seconds of the system clock."""
     if isinstance(message, String):
@@ -45,8 +70,9 @@ def sent_at(message):
 class Watcher(Node):
     """One subscriber per topic, as any other node of this graph would have it."""
 
-    def __init__(self, context):
+    def __init__(self, context, tally):
         super().__init__("watcher", context=context)
+        self._tally = tally
         self._counts = {topic: {"messages": 0, "bytes": 0, "late": []} for topic in TOPICS}
         self._frames = set()
         self._watching = [
@@ -79,7 +105,12 @@ class Watcher(Node):
                 "bytes": count["bytes"],
                 "latency_ms": statistics.median(late) if late else None,
             }
-        return {"time": time.monotonic(), "topics": topics, "frames": sorted(self._frames)}
+        return {
+            "time": time.monotonic(),
+            "topics": topics,
+            "frames": sorted(self._frames),
+            "calls": self._tally.report(),
+        }
 
 
 def _parent_has_gone():
@@ -87,12 +118,13 @@ def _parent_has_gone():
 
 
 def run(make_nodes):
-    """Runs the nodes that make_nodes(context) returns, and a watcher, until stdin closes."""
+    """Runs the nodes of make_nodes(context, tally), and a watcher, until stdin closes."""
     context = rclpy.Context()
     rclpy.init(context=context)
     executor = SingleThreadedExecutor(context=context)
-    watcher = Watcher(context)
-    for node in (*make_nodes(context), watcher):
+    tally = Tally()
+    watcher = Watcher(context, tally)
+    for node in (*make_nodes(context, tally), watcher):
         executor.add_node(node)
 
     def tell():

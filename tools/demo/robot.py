@@ -1,13 +1,16 @@
-"""The robot: five nodes that publish, and one that receives /cmd_vel."""
+"""The robot: nodes that publish, an arm with a service, and an action that looks transforms up."""
 
 import array
 import math
 import time
 
 from geometry_msgs.msg import TransformStamped
+from rclpy.action import ActionServer
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
+from std_srvs.srv import SetBool
+from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TFMessage
 
 import graph_side
@@ -21,12 +24,14 @@ class Talker(Node):
         self._publisher = self.create_publisher(
             String, "/chatter", graph_side.TOPICS["/chatter"][1]
         )
+        self.declare_parameter("greeting", "hello")  # the operator changes it
         self._count = 0
         self.create_timer(0.1, self._tick)
 
     def _tick(self):
         self._count += 1
-        self._publisher.publish(String(data=f"hello {self._count} sent at {time.time():.6f}"))
+        greeting = self.get_parameter("greeting").value
+        self._publisher.publish(String(data=f"{greeting} {self._count} at {time.time():.6f}"))
 
 
 class Camera(Node):
@@ -82,12 +87,42 @@ class Mount(Node):
         self._publisher.publish(TFMessage(transforms=[transform]))
 
 
+class Arm(Node):
+    """Can be enabled and disabled."""
+
+    def __init__(self, context):
+        super().__init__("arm", context=context)
+        self.create_service(SetBool, "/arm/enable", self._enable)
+
+    def _enable(self, request, response):
+        response.success = True
+        response.message = "enabled" if request.data else "disabled"
+        return response
+
+
+class Lookup(Node):
+    """The action of tf2's buffer server, for one frame."""
+
+    def __init__(self, context):
+        super().__init__("lookup", context=context)
+        self._server = ActionServer(self, LookupTransform, "/lookup", self._execute)
+
+    def _execute(self, goal):
+        result = LookupTransform.Result()
+        result.transform.header.frame_id = goal.request.target_frame
+        result.transform.child_frame_id = goal.request.source_frame
+        goal.succeed()
+        return result
+
+
 if __name__ == "__main__":
     graph_side.run(
-        lambda context: [
+        lambda context, _: [
             Talker(context),
             Camera(context),
             Odometry(context),
+            Arm(context),
+            Lookup(context),
             *(Mount(context, frame) for frame in STATIC_FRAMES),
         ]
     )

@@ -23,6 +23,20 @@ class Seen:
     def messages(self, topic):
         return self._reports[-1]["topics"][topic]["messages"] if self._reports else 0
 
+    def calls(self, name):
+        return self._reports[-1]["calls"][name]["done"] if self._reports else 0
+
+    def call_cells(self, name):
+        if not self.calls(name):
+            return f"{'-':>9}{'-':>9}{'-':>12}"
+        first, last = self._reports[0], self._reports[-1]
+        done = last["calls"][name]["done"] - first["calls"][name]["done"]
+        late = [r["calls"][name]["latency_ms"] for r in self._reports]
+        late = [ms for ms in late if ms is not None]
+        latency = f"{sum(late) / len(late):.2f}" if late else "-"
+        rate = done / (last["time"] - first["time"] or 1)
+        return f"{self.calls(name):>9}{rate:>9.1f}{latency:>12}"
+
     def frames(self):
         return self._reports[-1]["frames"] if self._reports else []
 
@@ -50,8 +64,9 @@ def dropped(entry):
     return ", ".join(f"{count} {reason}" for reason, count in reasons.items()) or "0"
 
 
-def lines(routes, robot, operator, bridge, frames):
-    """routes: topic -> True from robot to operator; frames: how many are on /tf_static."""
+def lines(routes, calls, robot, operator, bridge, frames):
+    """routes: topic -> True from robot to operator; frames: how many are on /tf_static;
+    calls: name -> service, action or parameter."""
     out = [_HEAD, "-" * len(_HEAD)]
     for topic, outward in routes.items():
         ends = [("robot", robot, bridge.server), ("operator", operator, bridge.client)]
@@ -65,4 +80,8 @@ def lines(routes, robot, operator, bridge, frames):
                 f"{topic if first else '':<15}{direction if first else '':<20}{place:<10}{cells}  "
                 f"{dropped(side.topic(topic))}"
             )
+    head = f"{'call':<15}{'':<20}{'by':<10}{'answered':>9}{'calls/s':>9}{'latency ms':>12}"
+    out += ["", head, "-" * len(head)]
+    for name, kind in calls.items():
+        out.append(f"{name:<15}{kind:<20}{'operator':<10}{operator.call_cells(name)}")
     return out
