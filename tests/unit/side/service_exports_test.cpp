@@ -144,6 +144,16 @@ TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
   EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1\n");
 }
 
+TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, "q");
+  s.lose(1);
+  s.did();
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+}
+
 TEST(ServiceExports, NothingOfAnotherBridgeIsExported) {
   Script s(server({callable()}));
   s.join(1);
