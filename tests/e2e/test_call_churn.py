@@ -1,0 +1,196 @@
+"""Calls while servers, clients, the line and the bridge come and go: none twice, none stuck."""
+
+import signal
+import threading
+import time
+
+import pytest
+
+from calls import (
+    OPEN_CALLS,
+    Caller,
+    EchoServer,
+    check_once,
+    name_of,
+    request_of,
+    servers_graph,
+)
+from graph import until
+from relay import Relay
+
+TIMES = 50
+FAST = {"retry_min": 0.05, "retry_max": 0.3}
+
+
+@pytest.fixture
+def make(make_pair):
+    """make(relayed=False): a pair, a graph with patient servers, and perhaps a relay."""
+    open_ones = []
+
+    def made(relayed=False, **options):
+        pair = make_pair(server=OPEN_CALLS, client=FAST, start=False, **options)
+        relay = None
+        if relayed:
+            relay = Relay(pair.bridge.port)
+            open_ones.append(relay)
+            url = f"ws://127.0.0.1:{relay.port}"
+            pair.client.set_parameters({**pair.client.parameters, "url": url})
+        pair.bridge.start()
+        robot = servers_graph(pair, 16)
+        open_ones.append(robot)
+        return pair, robot, relay
+
+    yield made
+    for thing in open_ones:
+        thing.close()
+
+
+class Load:
+    """Calls at a rate whenever the service is there, on a thread of its own."""
+
+    def __init__(self, caller, hz=100):
+        self.caller, self._period = caller, 1 / hz
+        self._stop = threading.Event()
+        self.number = 0
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        while not self._stop.wait(self._period):
+            if self.caller.ready():
+                self.number += 1
+                self.caller.ask(f"load {self.number}")
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+
+
+def answered_after(caller, what, timeout=20.0):
+    """Calls, again and again, until one call is answered."""
+    end = time.monotonic() + timeout
+    number = 0
+    while time.monotonic() < end:
+        if caller.ready():
+            number += 1
+            name = f"{what} {number}"
+            caller.ask(name)
+            for _ in range(50):
+                if name in caller.answers:
+                    return
+                time.sleep(0.01)
+        time.sleep(0.02)
+    raise AssertionError(f"no answer {what}")
+
+
+@pytest.mark.slow
+def test_server_restarted_50_times_under_load(make):
+    pair, robot, _ = make()
+    server = EchoServer(robot, "/s/churn")
+    caller = Caller(pair.operator, "/s/churn").wait_ready()
+    load = Load(caller)
+    for number in range(TIMES):
+        server.stop()
+        if number % 2:
+            caller.wait_gone(5)
+        server.start()
+        answered = len(caller.answers)
+        until(lambda: len(caller.answers) > answered, f"answers after restart {number}")
+    load.stop()
+    answered_after(caller, "in the end")
+    caller.check()
+    check_once(server)
+
+
+@pytest.mark.slow
+def test_client_restarted_50_times_under_load(make):
+    """Callers that vanish with calls under way leave nothing behind."""
+    pair, robot, _ = make()
+    server = EchoServer(robot, "/s/churn", delay=lambda name: 0.3 if "late" in name else 0)
+    for number in range(TIMES):
+        node = pair.operator.node(f"caller_{number}")
+        caller = Caller(pair.operator, "/s/churn", node=node).wait_ready()
+        assert name_of(caller.call(request_of(f"first {number}"))) == f"first {number}"
+        for n in range(5):
+            caller.ask(f"late {number} {n}")
+        caller.close()
+        pair.operator.remove(node)
+    caller = Caller(pair.operator, "/s/churn").wait_ready()
+    assert name_of(caller.call(request_of("in the end"))) == "in the end"
+    check_once(server)
+
+    def under_way():
+        entries = [
+            entry
+            for side in (pair.server, pair.client)
+            for link in side.links()
+            for entry in link.get("services", [])
+            if entry["service"] == "/s/churn"
+        ]
+        return [entry["pending"] for entry in entries]
+
+    until(
+        lambda: under_way() and not any(under_way()),
+        lambda: f"no call is under way: {under_way()}",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["server", "client"])
+@pytest.mark.parametrize("how", ["kill", "stop"])
+def test_a_side_ends_during_100_calls(make, which, how):
+    """The calls' fate: executed at most once, answered at most once. The next ones work."""
+    pair, robot, _ = make()
+    server = EchoServer(robot, "/s/slow", delay=0.2)
+    caller = Caller(pair.operator, "/s/slow").wait_ready()
+    for number in range(100):
+        caller.ask(f"before {number}")
+    until(lambda: len(server.executed) >= 10, "calls under way")
+    side = getattr(pair, which)
+    side.kill() if how == "kill" else side.stop(signal.SIGTERM)
+    side.start()
+    pair.client.wait_linked()
+    # What a killed process had made leaves the graph only when its lease is over.
+    answered_after(caller, "after", 40)
+    time.sleep(1)
+    caller.check()
+    check_once(server)
+
+
+@pytest.mark.slow
+def test_a_short_break_delivers_late_answers(make):
+    """The connection breaks with calls under way: all are answered, and executed once."""
+    pair, robot, relay = make(relayed=True)
+    server = EchoServer(robot, "/s/slow", delay=0.3)
+    caller = Caller(pair.operator, "/s/slow").wait_ready()
+    for round_ in range(5):
+        for number in range(20):
+            caller.ask(f"{round_} {number}")
+        time.sleep(0.1 * round_)
+        relay.break_connections()
+        caller.wait_answers(20 * (round_ + 1))
+    caller.check()
+    assert len(server.executed) == 100
+    check_once(server)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["cut", "stall"])
+def test_a_dead_link_takes_its_mirrors(make, how):
+    """After dead_after the service is gone, the calls under way with it; then it is back."""
+    pair, robot, relay = make(relayed=True)
+    server = EchoServer(robot, "/s/slow", delay=lambda name: 6.0 if "lost" in name else 0)
+    caller = Caller(pair.operator, "/s/slow").wait_ready()
+    for number in range(5):
+        caller.ask(f"lost {number}")
+    until(lambda: len(server.executed) == 5, "calls under way")
+    getattr(relay, how)()
+    begin = time.monotonic()
+    caller.wait_gone(10)
+    assert 2.0 < time.monotonic() - begin < 4.5
+    relay.heal()
+    caller.wait_ready(5)
+    assert name_of(caller.call(request_of("after"))) == "after"
+    time.sleep(4)
+    assert list(caller.answers) == [], "a call of a dead link was answered after all"
+    check_once(server)

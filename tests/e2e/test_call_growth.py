@@ -1,0 +1,79 @@
+"""100,000 calls by callers that are killed with calls under way: nothing grows."""
+
+import json
+import subprocess
+
+import pytest
+
+from calls import OPEN_CALLS
+from graph import until
+from harness.programs import Program, build_dir, dies_with_us, ros_environment
+
+CALLERS, CALLS_EACH = 8, 12_500
+GROWTH_BYTES = 8 << 20
+RULES = {**OPEN_CALLS, "rule": {"all": {"export_services": ["/bench/**"]}}}
+
+
+class Caller:
+    """A process with a client that keeps 64 calls under way (tests/bench/ros_calls.hpp)."""
+
+    def __init__(self, domain, command):
+        self.process = subprocess.Popen(
+            dies_with_us([build_dir() / "bench" / "ros_bench", "call"]),
+            env=ros_environment(domain),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._answer() == {"ready": True}
+        self.process.stdin.write(command + "\n")
+        self.process.stdin.flush()
+
+    def _answer(self):
+        return json.loads(self.process.stdout.readline())
+
+    def answer(self):
+        answer = self._answer()
+        assert answer["lost"] == answer["wrong"] == 0
+        return answer
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        self.process.stdin.close()
+
+
+@pytest.mark.slow
+def test_callers_that_are_killed_leave_nothing(make_pair, tmp_path):
+    pair = make_pair(server=RULES)
+    bench = [build_dir() / "bench" / "ros_bench", "serve"]
+    env = ros_environment(pair.domains[0])
+    # Its stdin must stay open: it ends with it.
+    server = Program("serve", ["sh", "-c", 'sleep 600 | "$0" "$1"', *bench], env, tmp_path)
+    server.start().wait_for("ready")
+    try:
+        sizes = []
+        for number in range(CALLERS):
+            done = Caller(pair.domains[1], f"call window=64 seconds=60 samples={CALLS_EACH}")
+            done.answer()
+            killed = Caller(pair.domains[1], "call window=64 seconds=60")
+            until(lambda: pending(pair, "client") > 0, "calls under way")
+            killed.kill()
+            done.kill()
+            if number >= 2:  # what is allocated once is there
+                sizes.append([side.resident_bytes() for side in (pair.server, pair.client)])
+        # The middleware takes a killed process for alive until its lease is over.
+        until(lambda: not pending(pair, "client") + pending(pair, "server"), "no call", 40)
+        for side, first, last in zip(("server", "client"), sizes[0], sizes[-1]):
+            assert last - first < GROWTH_BYTES, f"the {side} grew from {first} to {last} bytes"
+    finally:
+        server.kill()
+
+
+def pending(pair, which):
+    return sum(
+        entry["pending"]
+        for link in getattr(pair, which).links()
+        for entry in link.get("services", [])
+    )
