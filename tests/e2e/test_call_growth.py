@@ -9,7 +9,7 @@ from calls import OPEN_CALLS
 from graph import until
 from harness.programs import Program, build_dir, dies_with_us, ros_environment
 
-CALLERS, CALLS_EACH = 8, 12_500
+CALLERS, CALLS_EACH = 5, 20_000
 GROWTH_BYTES = 8 << 20
 RULES = {**OPEN_CALLS, "rule": {"all": {"export_services": ["/bench/**"]}}}
 
