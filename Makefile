@@ -55,7 +55,7 @@ fuzz: packages ## SECONDS=n of fuzzing, split over the targets
 	@TARGETS=fuzz_targets $(call compile,$(BUILD)-fuzz,$(clang_tools) -DCONNECT_ROS=OFF -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=$(asan_list))
 	@tools/setup/fuzz.sh "$(BUILD)-fuzz" $(SECONDS_OF_FUZZ)
 
-demo: build ## a robot, an operator, and a bad network between them
+demo: build ## a robot, an operator, and the bridge between them
 	@$(in_env) tools/demo/run
 
 format: packages ## rewrite the sources in the project's format (FILES="..." for some)
