@@ -4,6 +4,7 @@
 
 #include "ros/ros_fixture.hpp"
 #include "ros/time_source.hpp"
+#include "unit/scratch.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 using NodeTest = RosTest;
 
 TEST_F(NodeTest, ReadsArguments) {
-  const std::string file = testing::TempDir() + "connect_parameters.yaml";
+  const std::string file = test::scratch_folder() + "parameters.yaml";
   std::ofstream(file) << R"(
 /**:
   ros__parameters: {shared: 1, listen: {port: 1}}

@@ -139,9 +139,8 @@ void ServiceImports::reconcile(Feed& feed, const Attached& attached, const Now& 
       continue;
     }
     if (!open.contains(at->first)) {
-      if (call.job)
-        continue;  // it has been answered  // refused, forgotten or too large on the lost
-                   // connection
+      if (call.job) continue;  // it has been answered
+      // Refused, forgotten or too large on the lost connection.
       if (call.request) outputs_.push(DropRequest{feed.import->mirror, call.request});
       ++feed.counts.lost;
       erase(feed, at);

@@ -9,6 +9,7 @@
 
 #include "auth/backoff.hpp"
 #include "auth/credential.hpp"
+#include "unit/scratch.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -45,7 +46,7 @@ Answer check(Authenticator& method, const std::string& token, const std::string&
 }
 
 std::string write_file(const std::string& name, const std::string& text, mode_t mode = 0600) {
-  const std::string file = testing::TempDir() + name;
+  const std::string file = test::scratch_folder() + name;
   std::ofstream{file} << text;
   ::chmod(file.c_str(), mode);
   return file;
@@ -167,7 +168,7 @@ TEST(Credential, ReportsProblems) {
   const Credential two = client_credential(options);
   EXPECT_THAT(two.problems, ElementsAre(HasSubstr("a blank or a character")));
   EXPECT_THAT(two.warnings, ElementsAre(HasSubstr("chmod 600")));
-  options.token_file = testing::TempDir();
+  options.token_file = test::scratch_folder();
   EXPECT_THAT(client_credential(options).problems, ElementsAre(HasSubstr("directory")));
 }
 

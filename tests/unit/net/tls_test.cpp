@@ -6,6 +6,7 @@
 
 #include "unit/net/certificates.hpp"
 #include "unit/net/harness.hpp"
+#include "unit/scratch.hpp"
 
 namespace connect_bridge::test {
 namespace {
@@ -15,7 +16,7 @@ using testing::HasSubstr;
 class Tls : public testing::Test {
  protected:
   static Authority& authority() {
-    static Authority made{testing::TempDir() + "net_tls_"};
+    static Authority made{scratch_folder()};
     return made;
   }
   static Authority::Files good() { return authority().sign("robot", "IP:127.0.0.1,DNS:robot"); }
@@ -120,7 +121,7 @@ TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
   dial.tls.certificate_file = own.certificate;
   dial.tls.private_key_file = own.key;
   EXPECT_TRUE(pair.connect(dial, {78})) << pair.client.failures[{78}];
-  Authority stranger{testing::TempDir() + "net_tls_stranger_", "Stranger"};
+  Authority stranger{scratch_folder() + "stranger_", "Stranger"};
   const auto strange = stranger.sign("operator", "DNS:operator");
   dial.tls.certificate_file = strange.certificate;
   dial.tls.private_key_file = strange.key;
@@ -131,7 +132,7 @@ TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
 TEST_F(Tls, NamesTheFileThatIsWrong) {
   const auto files = good();
   const auto other = authority().sign("another", "DNS:another");
-  const std::string garbage = testing::TempDir() + "net_tls_garbage.pem";
+  const std::string garbage = scratch_folder() + "garbage.pem";
   std::ofstream{garbage} << "-----BEGIN NOTHING-----\n";
   const auto problem = [](const std::string& certificate, const std::string& key) {
     return Pair{server_of({certificate, key})}.problem;

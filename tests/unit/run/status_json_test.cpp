@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "unit/scratch.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -101,8 +103,7 @@ TEST(StatusJson, BytesThatAreNoTextDoNotThrow) {
 }
 
 TEST(StatusJson, TheFileIsReplacedInOneStep) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "status_json_test";
-  std::filesystem::create_directories(folder);
+  const std::filesystem::path folder = test::scratch_folder();
   const std::string file = folder / "status.json";
   EXPECT_EQ(write_atomically(file, "{1}"), "");
   EXPECT_EQ(write_atomically(file, "{2}"), "");
@@ -113,7 +114,6 @@ TEST(StatusJson, TheFileIsReplacedInOneStep) {
   EXPECT_EQ(write_atomically(folder / "nowhere" / "x", "{}").find("cannot write"), 0U);
   std::filesystem::create_directories(folder / "taken" / "x");
   EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace
