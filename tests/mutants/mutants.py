@@ -117,6 +117,21 @@ MUTANTS = [
            '  if (!decision) return no("not_permitted", '
            '"no rule allows importing " + offer.name);\n',
            "  if (!decision) decision.emplace();\n"),
+    Mutant("services attached twice", "src/core/side/service_exports.cpp",
+           '  if (served.requests) return Error{CloseCode::kIllegal, '
+           '"attached to a service twice"};\n', ""),
+    Mutant("requests before attached", "src/core/side/service_exports_calls.cpp",
+           '  if (!served.attached) return Error{CloseCode::kIllegal, '
+           '"a request before the service attached"};\n', ""),
+    Mutant("calls executed again after a detach", "src/core/side/service_exports.cpp",
+           "  served.requests = {};\n  served.held = served.attached = false;\n  release_client(",
+           "  served.requests = {};\n  served.seen = {};\n"
+           "  served.held = served.attached = false;\n  release_client("),
+    Mutant("requests that cross a withdraw not borne", "src/core/side/service_exports_calls.cpp",
+           "  if (!it->second) return Nothing{};  // it crossed our withdraw\n",
+           '  if (!it->second) return Error{CloseCode::kIllegal, "x"};\n'),
+    Mutant("call numbers without end", "src/core/side/service_exports_calls.cpp",
+           "  if (id.value >= kCallNumbersMax) renew(*served.service);\n", ""),
     Mutant("requests executed again after a reconnect", "src/core/side/service_exports_calls.cpp",
            "  if (id <= served.seen) {", "  if (!id) {"),
     Mutant("cap of a service skipped", "src/core/side/service_exports_calls.cpp",

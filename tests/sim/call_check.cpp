@@ -92,8 +92,11 @@ int CallCheck::executions(int caller, std::uint32_t number) const {
 
 void CallCheck::on_taken(const Host& host, ServiceMirrorId mirror, RequestId request,
                          const Caller& caller, const Payload& payload) {
-  const CallKey which = call_of(payload, describe(host));
-  if (caller.spec.host < 0) {
+  const bool strange = is_hostile(caller.spec.topic);
+  const CallKey which = strange ? CallKey{} : call_of(payload, describe(host));
+  if (strange) {
+    // Whose it is cannot be told, and two bridges may have found each other's mirrors.
+  } else if (caller.spec.host < 0) {
     ++calls_[which].takings;
   } else if (!overlaps_) {
     violated(text(which.caller, which.number) + " runs in circles: the mirror at " +
@@ -115,6 +118,10 @@ void CallCheck::on_send_response(const Host& host, const SendResponse& action,
     }
     // Its caller may have gone while the answer was on its way; a second one is an error.
     violated(where + " that is answered or given up already");
+  }
+  if (is_hostile(mirror.topic)) {
+    state.open.erase(it);
+    return;
   }
   const auto label =
       is_intact(action.payload.view()) ? read_label(action.payload.view()) : std::nullopt;
@@ -162,7 +169,10 @@ std::vector<RequestId> CallCheck::open_requests_of(const Host& host, ServiceMirr
 // ------------------------------------------------------------------------------
 
 void CallCheck::on_send_request(const Host& host, const SendRequest& action, const Caller& caller) {
-  const CallKey which = call_of(action.payload, describe(host));
+  const CallKey which =
+      is_hostile(caller.spec.topic)
+          ? CallKey{}
+          : call_of(action.payload, caller.spec.topic + ", handed over by " + describe(host));
   Client& client = clients_[{host.index(), action.client}];
   if (action.invocation.value == 0 || client.used.contains(action.invocation)) {
     violated(describe(host) + " uses the number of an invocation twice");
@@ -178,13 +188,15 @@ Treatment CallCheck::limits_of(const Host& host, Direction direction, const std:
   most.calls_max = 0;
   most.call_timeout = Duration::zero();
   const auto wire = host.plan().names.to_wire(name);
-  for (const auto& peer : ledger_.peers_of(host)) {
+  const auto add = [&](const Identity& who) {
     const auto treatment =
-        service_treatment_of(host.policy(), direction, wire.value_or(""), type, peer.seen_as);
-    if (!treatment) continue;
+        service_treatment_of(host.policy(), direction, wire.value_or(""), type, who);
+    if (!treatment) return;
     most.calls_max = std::max(most.calls_max, treatment->calls_max);
     most.call_timeout = std::max(most.call_timeout, treatment->call_timeout);
-  }
+  };
+  for (const auto& peer : ledger_.peers_of(host)) add(peer.seen_as);
+  if (host.meets_strangers()) add(Identity{kStranger, {}, 0});
   return most;
 }
 

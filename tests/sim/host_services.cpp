@@ -129,6 +129,7 @@ void Host::on_found(const Caller& caller) {
           const auto it = service_clients_.find(id);
           if (it == service_clients_.end()) return TimePassed{};
           ServiceClientInfo& info = it->second;
+          if (info.made.service == kDeafService) return TimePassed{};
           const bool ready = world_.services.is_ready(info.caller);
           if (ready == info.ready) return TimePassed{};
           info.ready = ready;

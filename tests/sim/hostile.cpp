@@ -37,8 +37,21 @@ Bytes message(std::uint32_t channel, std::uint32_t sequence, std::uint32_t body_
 
 }  // namespace
 
-Hostile::Hostile(Schedule& schedule, Network& network, Rng rng, std::string secret)
-    : schedule_(schedule), network_(network), rng_(rng), secret_(std::move(secret)) {}
+Hostile::Hostile(Schedule& schedule, Network& network, Rng rng, std::string secret,
+                 std::uint32_t label)
+    : schedule_(schedule),
+      network_(network),
+      rng_(rng),
+      secret_(std::move(secret)),
+      services_(rng_.fork(), label, [this](bool text, Bytes bytes) {
+        if (text) {
+          send_text({bytes.begin(), bytes.end()});
+        } else {
+          send_binary(std::move(bytes));
+        }
+      }) {
+  for (auto& byte : side_.bytes) byte = static_cast<std::uint8_t>(rng_.next());
+}
 
 void Hostile::start() {
   if (!serves()) schedule_.after(rng_.between(100ms, 2s), [this] { dial(); });
@@ -53,8 +66,14 @@ void Hostile::on_dial_failed(ConnectionId, const std::string&) {
   schedule_.after(300ms, [this] { dial(); });
 }
 
-void Hostile::on_closed(ConnectionId id, std::optional<std::uint16_t>) {
+void Hostile::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
   if (id != connection_) return;
+  const std::vector<int> faults = {4002, 4006, 4009, 4010, 4014};
+  if (strict_ && welcome_ && !offended_ && code &&
+      std::find(faults.begin(), faults.end(), *code) != faults.end()) {
+    violated("a side ends a connection with " + std::to_string(*code) +
+             " for what it has to bear, lately:" + last_steps_);
+  }
   connection_ = {};
   queue_.clear();
   if (!serves()) schedule_.after(rng_.between(20ms, 500ms), [this] { dial(); });
@@ -65,7 +84,11 @@ void Hostile::on_open(ConnectionId id) {
   welcome_ = false;
   received_ = 0;
   records_ = 0;
-  if (rng_.chance(150)) {  // no login at all
+  strict_ = rng_.chance(500);
+  offended_ = false;
+  last_steps_.clear();
+  services_.begin();
+  if (!strict_ && rng_.chance(150)) {  // no login at all
     for (int i = 0; i < 5; ++i) rng_.chance(500) ? send_noise() : send_plausible();
     return;
   }
@@ -80,21 +103,26 @@ void Hostile::send_welcome() {
   answer.message_bytes_max = static_cast<std::uint32_t>(rng_.below(2) * rng_.next());
   answer.node = "/stranger";
   Bytes bytes = encode(answer);
-  if (rng_.chance(150)) bytes[rng_.below(bytes.size())] ^= static_cast<std::uint8_t>(rng_.next());
+  if (!strict_ && rng_.chance(150))
+    bytes[rng_.below(bytes.size())] ^= static_cast<std::uint8_t>(rng_.next());
   send_binary(std::move(bytes));
 }
 
 void Hostile::log_in() {
   Hello hello;
   for (auto& byte : hello.side.bytes) byte = static_cast<std::uint8_t>(rng_.next());
-  if (rng_.chance(300)) {  // somebody else's session, guessed
+  if (rng_.chance(600)) {  // its own session goes on
+    if (rng_.chance(900)) hello.side = side_;
+    hello.session = session_;
+  } else if (rng_.chance(500)) {  // somebody else's session, guessed
     for (auto& byte : hello.session.bytes) byte = static_cast<std::uint8_t>(rng_.next());
   }
   hello.node = "/stranger";
   Bytes first = encode(hello);
   Bytes second = encode(Login{"token", text_bytes(rng_.chance(900) ? secret_ : "wrong")});
-  if (rng_.chance(100)) first[rng_.below(first.size())] ^= static_cast<std::uint8_t>(rng_.next());
-  if (rng_.chance(100)) second.resize(rng_.below(second.size()));
+  if (!strict_ && rng_.chance(100))
+    first[rng_.below(first.size())] ^= static_cast<std::uint8_t>(rng_.next());
+  if (!strict_ && rng_.chance(100)) second.resize(rng_.below(second.size()));
   send_binary(std::move(first));
   send_binary(std::move(second));
 }
@@ -103,32 +131,73 @@ void Hostile::on_packet(ConnectionId id, FlatPacket packet) {
   if (id != connection_) return;
   if (!packet.text) received_ += packet.bytes.size();
   if (seen_.size() < kSeenMax) seen_.push_back(packet);
-  if (welcome_ || (serves() && ++records_ < 2)) return;
-  if (serves()) send_welcome();
+  if (welcome_) return listen_to(packet);
+  if (serves() && ++records_ < 2) return;
+  if (serves()) {
+    send_welcome();
+  } else if (const auto welcome = decode_welcome(packet.bytes)) {
+    session_ = welcome.value().session;
+  }
   welcome_ = true;
   received_ = 0;
+  if (strict_ || rng_.chance(500)) services_.accept_all();
   act();
 }
 
 // One step after the other while the connection lasts.
 void Hostile::act() {
   if (!connection_ || !welcome_ || stopped_) return;
-  const auto what = rng_.below(100);
-  if (what < 15) {
-    commit_offence();
+  if (rng_.chance(strict_ ? 30 : 150)) {
+    offended_ = true;
+    rng_.chance(strict_ ? 800 : 300) ? commit_service_offence() : commit_offence();
     return;
   }
-  if (what < 25) {
-    send_noise();
-  } else if (what < 50) {
-    send_mutated();
-  } else {
-    send_plausible();
-  }
+  if (queue_.size() < kQueueMax / 2) take_step();
   const ConnectionId id = connection_;
   schedule_.after(rng_.between(Duration{100us}, 100ms), [this, id] {
     if (id == connection_) act();
   });
+}
+
+void Hostile::take_step() {
+  const auto what = rng_.below(100);
+  if (strict_) {
+    if (what < 15) return acknowledge();
+    const std::string step = services_.step();
+    if (step.empty()) return;
+    ++borne_;
+    last_steps_ += " " + step + ",";
+    if (last_steps_.size() > 200) last_steps_.erase(0, last_steps_.find(',') + 1);
+  } else if (what < 10) {
+    send_noise();
+  } else if (what < 30) {
+    send_mutated();
+  } else if (what < 60) {
+    send_plausible();
+  } else {
+    services_.step();
+  }
+}
+
+void Hostile::listen_to(const FlatPacket& packet) {
+  if (packet.text) {
+    const auto control =
+        decode_control({reinterpret_cast<const char*>(packet.bytes.data()), packet.bytes.size()});
+    if (control) services_.hear(control.value());
+    return;
+  }
+  FrameReader reader(packet.bytes);
+  for (;;) {
+    const auto next = reader.next();
+    if (!next || !next.value()) return;
+    if (const auto* frame = std::get_if<MessageFrame>(&*next.value())) services_.hear(*frame);
+  }
+}
+
+void Hostile::acknowledge() {
+  Bytes bytes;
+  append_header(AckFrame{received_}, bytes);
+  send_binary(std::move(bytes));
 }
 
 std::string Hostile::offer(std::uint32_t channel, const std::string& name) {
@@ -192,11 +261,19 @@ void Hostile::commit_offence() {
     default:  // no JSON
       send_text("{\"offer\": [");
   }
-  const ConnectionId id = connection_;
-  schedule_.after(2s, [this, id, kind] {
-    if (!stopped_ && id == connection_ && network_.is_alive(*this, id)) {
-      violated("a side goes on with a peer that broke the protocol, offence " +
-               std::to_string(kind));
+  expect_the_end(std::to_string(kind), [] { return true; });
+}
+
+void Hostile::commit_service_offence() {
+  ++offences_;
+  auto offence = services_.offend();
+  expect_the_end(offence.name, std::move(offence.stands));
+}
+
+void Hostile::expect_the_end(const std::string& offence, std::function<bool()> stands) {
+  schedule_.after(2s, [this, id = connection_, offence, stands = std::move(stands)] {
+    if (!stopped_ && id == connection_ && network_.is_alive(*this, id) && stands()) {
+      violated("a side goes on with a peer that broke the protocol, offence " + offence);
     }
   });
 }

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/ids.hpp"
+#include "sim/hostile_services.hpp"
 #include "sim/network.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
@@ -16,11 +18,13 @@
 namespace connect_bridge::sim {
 
 // Dials a server again and again, or is dialled by a client, and misbehaves. Some ways to do so
-// must end the connection, and it checks that they do.
+// must end the connection, and it checks that they do. Now and then it keeps to the letter of the
+// protocol, however senseless: then it checks that the peer does not end the connection.
 class Hostile : public Party {
  public:
   // `secret` empty: it is dialled and plays the server.
-  Hostile(Schedule& schedule, Network& network, Rng rng, std::string secret);
+  // `label`: of its requests.
+  Hostile(Schedule& schedule, Network& network, Rng rng, std::string secret, std::uint32_t label);
 
   void set_path(int path) { path_ = path; }
   void start();
@@ -35,6 +39,7 @@ class Hostile : public Party {
   std::optional<FlatPacket> pull(ConnectionId id) override;
 
   [[nodiscard]] std::uint64_t offences() const { return offences_; }
+  [[nodiscard]] std::uint64_t borne() const { return borne_; }
 
  private:
   void dial();
@@ -42,7 +47,12 @@ class Hostile : public Party {
   void send_welcome();
   [[nodiscard]] bool serves() const { return secret_.empty(); }
   void act();
+  void take_step();
+  void listen_to(const FlatPacket& packet);
   void commit_offence();
+  void commit_service_offence();
+  void expect_the_end(const std::string& offence, std::function<bool()> stands);
+  void acknowledge();
   void send_noise();
   void send_mutated();
   void send_plausible();
@@ -62,9 +72,15 @@ class Hostile : public Party {
   int records_ = 0;          // of a client's login
   bool stopped_ = false;
   std::uint64_t offences_ = 0;
+  std::uint64_t borne_ = 0;
   std::uint64_t received_ = 0;
   std::deque<FlatPacket> queue_;
   std::vector<FlatPacket> seen_;  // packets of the server, to be mutated
+  HostileServices services_;
+  bool strict_ = false;     // keeps to the letter of the protocol, but for an offence at last
+  bool offended_ = false;   // and the offence has been
+  std::string last_steps_;  // of a strict connection
+  Token128 side_, session_;
 };
 
 }  // namespace connect_bridge::sim

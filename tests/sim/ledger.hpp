@@ -16,6 +16,8 @@ namespace connect_bridge::sim {
 
 inline constexpr char kClaimsTopicName[] = "/_connect_bridge/claims";
 inline constexpr char kHostilePrefix[] = "/hostile/";
+// A service whose server the graph tells of, and which nobody can reach.
+inline constexpr char kDeafService[] = "/hostile/deaf";
 
 inline bool is_claims(const std::string& topic) {
   return topic == kClaimsTopicName;
@@ -37,20 +39,23 @@ inline bool is_ordinary(const std::string& topic) {
 
 // How often the checkers had something to judge: a checker that never looks finds nothing.
 struct Coverage {
-  std::uint64_t urgent = 0;       // urgent messages timed
-  std::uint64_t turns = 0;        // queues seen waiting for their turn
-  std::uint64_t quiet = 0;        // messages expected at a subscriber after quiet
-  std::uint64_t history = 0;      // samples expected at a late subscriber
-  std::uint64_t last_words = 0;   // messages of publishers that ended at once
-  std::uint64_t clocks = 0;       // clock offsets compared
-  std::uint64_t ages = 0;         // messages with a lifespan or max_age begun to be sent
-  std::uint64_t offences = 0;     // ways in which strangers broke the protocol
-  std::uint64_t executions = 0;   // calls that a server executed
-  std::uint64_t answers = 0;      // calls that a mirror answered
-  std::uint64_t drops = 0;        // calls that a mirror gave up
-  std::uint64_t caps = 0;         // calls under way compared with their caps
-  std::uint64_t truths = 0;       // services whose mirrors were compared with their servers
-  std::uint64_t quiet_calls = 0;  // calls expected to be answered after quiet
+  std::uint64_t urgent = 0;            // urgent messages timed
+  std::uint64_t turns = 0;             // queues seen waiting for their turn
+  std::uint64_t quiet = 0;             // messages expected at a subscriber after quiet
+  std::uint64_t history = 0;           // samples expected at a late subscriber
+  std::uint64_t last_words = 0;        // messages of publishers that ended at once
+  std::uint64_t clocks = 0;            // clock offsets compared
+  std::uint64_t ages = 0;              // messages with a lifespan or max_age begun to be sent
+  std::uint64_t offences = 0;          // ways in which strangers broke the protocol
+  std::uint64_t borne = 0;             // what strangers did that has to be borne
+  std::uint64_t strange_requests = 0;  // calls of strangers that a server executed
+  std::uint64_t strange_answers = 0;   // answers of strangers that a caller got
+  std::uint64_t executions = 0;        // calls that a server executed
+  std::uint64_t answers = 0;           // calls that a mirror answered
+  std::uint64_t drops = 0;             // calls that a mirror gave up
+  std::uint64_t caps = 0;              // calls under way compared with their caps
+  std::uint64_t truths = 0;            // services whose mirrors were compared with their servers
+  std::uint64_t quiet_calls = 0;       // calls expected to be answered after quiet
 };
 
 // A client and the server it dials.
@@ -86,6 +91,11 @@ class Ledger {
   // Some clock is set while the world runs: then offsets are wrong for a while.
   void note_clock_step() { clock_steps_ = true; }
   [[nodiscard]] bool clock_steps() const { return clock_steps_; }
+  // It was set just now.
+  void note_clock_stepped() { clock_stepped_at_ = schedule_.now(); }
+  [[nodiscard]] bool was_clock_stepped_since(TimePoint since) const {
+    return clock_stepped_at_ && *clock_stepped_at_ >= since;
+  }
 
   // The peers a host can be linked with, and as whom each is seen by the other.
   struct Peer {
@@ -139,6 +149,7 @@ class Ledger {
   const Middleware& middleware_;
   mutable Coverage coverage_;
   bool clock_steps_ = false;
+  std::optional<TimePoint> clock_stepped_at_;
   std::vector<Pair> pairs_;
   std::unordered_map<int, std::vector<InForce>> policies_;     // by host
   std::unordered_map<int, std::vector<TimePoint>> published_;  // by writer

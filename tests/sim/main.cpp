@@ -98,6 +98,9 @@ void add(Coverage& to, const Coverage& more) {
   to.clocks += more.clocks;
   to.ages += more.ages;
   to.offences += more.offences;
+  to.borne += more.borne;
+  to.strange_requests += more.strange_requests;
+  to.strange_answers += more.strange_answers;
   to.executions += more.executions;
   to.answers += more.answers;
   to.drops += more.drops;
@@ -212,14 +215,18 @@ int main(int argc, char** argv) {
   const Coverage& c = totals.coverage;
   std::printf(
       "judged: %llu urgent messages, %llu waiting queues, %llu messages after quiet, "
-      "%llu samples of history, %llu last words, %llu clocks, %llu ages, %llu offences\n",
+      "%llu samples of history, %llu last words, %llu clocks, %llu ages\n",
       number(c.urgent), number(c.turns), number(c.quiet), number(c.history), number(c.last_words),
-      number(c.clocks), number(c.ages), number(c.offences));
+      number(c.clocks), number(c.ages));
   std::printf(
       "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
       "%llu calls after quiet\n",
       number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
       number(c.quiet_calls));
+  std::printf(
+      "strangers: %llu offences, %llu things borne, %llu calls by them executed, %llu answered by "
+      "them\n",
+      number(c.offences), number(c.borne), number(c.strange_requests), number(c.strange_answers));
   std::printf("%llu passed, %llu failed\n", static_cast<unsigned long long>(totals.passed.load()),
               static_cast<unsigned long long>(totals.failed.load()));
   return totals.failed > 0 ? 1 : 0;

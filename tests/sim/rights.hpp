@@ -11,6 +11,8 @@ namespace connect_bridge::sim {
 
 // The one type of action in the simulation.
 inline constexpr char kActionType[] = "test/action/Fib";
+// As whom strangers log in.
+inline constexpr char kStranger[] = "stranger";
 
 bool is_permitted(const Policy& policy, Direction direction, const std::string& name,
                   const std::string& type, const Identity& who);

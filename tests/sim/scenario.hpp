@@ -81,7 +81,6 @@ std::vector<Rule> random_rules(Rng& rng);
 // Services, with their part of the rules and of the limits. What make_scenario() has drawn for
 // topics stays as it is.
 void add_services(Scenario& scenario);
-inline constexpr char kStranger[] = "stranger";
 Policy with_strangers(const Policy& policy);
 Policy corner_for_all();
 // Options in which every limit may be small.

@@ -104,12 +104,22 @@ std::vector<Rule> random_rules(Rng& rng) {
   return rules;
 }
 
+namespace {
+
+void open_corner(Rule& corner) {
+  corner.import_topics = corner.export_topics = {pattern("/hostile/**")};
+  corner.import_services = corner.export_services = {pattern("/hostile/**")};
+  corner.import_actions = corner.export_actions = {pattern("/hostile/**")};
+  corner.parameters = {pattern("/hostile/**")};
+}
+
+}  // namespace
+
 // For a side that meets nobody but strangers.
 Policy corner_for_all() {
   Rule corner;
   corner.name = "corner";
-  corner.import_topics = {pattern("/hostile/**")};
-  corner.export_topics = {pattern("/hostile/**")};
+  open_corner(corner);
   return Policy{{corner}};
 }
 
@@ -122,8 +132,7 @@ Policy with_strangers(const Policy& policy) {
   Rule corner;
   corner.name = "corner";
   corner.identities = {kStranger};
-  corner.import_topics = {pattern("/hostile/**")};
-  corner.export_topics = {pattern("/hostile/**")};
+  open_corner(corner);
   rules.push_back(std::move(corner));
   return Policy{std::move(rules)};
 }

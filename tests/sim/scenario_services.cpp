@@ -73,19 +73,13 @@ void draw_limits(Rng& rng, Treatment& treatment) {
 Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
   std::vector<Rule> rules = policy.rules();
   for (auto& rule : rules) {
+    draw_limits(rng, rule.treatment);
+    if (rule.name == "corner") continue;  // the strangers', and all theirs
     if (rng.chance(300)) draw_patterns(rng, rule.export_services);
     if (rng.chance(300)) draw_patterns(rng, rule.import_services);
     if (rng.chance(200)) draw_patterns(rng, rule.parameters);
     if (rng.chance(300)) draw_patterns(rng, rule.export_actions);
     if (rng.chance(300)) draw_patterns(rng, rule.import_actions);
-    draw_limits(rng, rule.treatment);
-    const bool corner = rule.name == "corner";
-    if (!corner) continue;
-    rule.export_services = {pattern("/hostile/**")};
-    rule.import_services = rule.export_services;
-    rule.parameters.clear();
-    rule.export_actions.clear();
-    rule.import_actions.clear();
   }
   if (rng.chance(850)) {
     Rule calls;

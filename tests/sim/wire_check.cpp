@@ -83,6 +83,7 @@ void WireCheck::check_expiry(const Host& host, ConnectionId id) const {
   if (who == nullptr || who->expires == 0) return;
   // It is noticed when the side is next called, with the next question for the peer's clock.
   const Duration notice = host.plan().options.dead_after / 3 + 100ms;
+  if (ledger_.was_clock_stepped_since(ledger_.now() - notice)) return;  // it expired by this
   if (host.now().system > who->expires + notice.count()) {
     violated(describe(host) + " still sends to " + who->name + ", whose login has expired");
   }
@@ -107,12 +108,13 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
       std::erase_if(connection.requests, [&](const auto& r) { return r.second == gone; });
     }
   } else if (const auto* attach = std::get_if<Attach>(&control)) {
-    on_attach(host, connection, *attach);
+    on_attach(host, who, connection, *attach);
   }
 }
 
 // Its requests may be sent once the peer has answered.
-void WireCheck::on_attach(const Host& host, Connection& connection, const Attach& attach) {
+void WireCheck::on_attach(const Host& host, const Identity& who, Connection& connection,
+                          const Attach& attach) {
   if (connection.channels.contains(attach.requests)) {
     violated(describe(host) + " uses a channel number twice");
   }
@@ -123,6 +125,9 @@ void WireCheck::on_attach(const Host& host, Connection& connection, const Attach
   channel.wire = "requests of channel " + std::to_string(attach.channel.value);
   channel.kind = InterfaceKind::kService;
   channel.requests = true;
+  const auto& [name, type] = connection.services[attach.channel];
+  const auto how = service_treatment_of(host.policy(), Direction::kImport, name, type, who);
+  channel.priority = how && how->priority ? *how->priority : Priority::kHigh;
 }
 
 void WireCheck::on_offer(const Host& host, const Identity& who, Connection& connection,
@@ -259,7 +264,12 @@ void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket&
   const auto control = decode_control(text_of(packet.bytes));
   if (!control) return;  // a hostile peer
   auto& channels = it->second.channels;
-  if (const auto* attach = std::get_if<Attach>(&control.value())) {
+  if (const auto* offer = std::get_if<Offer>(&control.value())) {
+    for (const auto& channel : offer->channels) {
+      if (channel.kind != InterfaceKind::kService) continue;
+      it->second.services[channel.channel] = {channel.name, channel.type};
+    }
+  } else if (const auto* attach = std::get_if<Attach>(&control.value())) {
     const auto channel = channels.find(attach->channel);
     if (channel != channels.end()) channel->second.demanded = true;
   } else if (const auto* attached = std::get_if<Attached>(&control.value())) {
@@ -270,7 +280,7 @@ void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket&
   if (demand == nullptr) return;
   for (const ChannelId wanted : demand->channels) {
     const auto channel = channels.find(wanted);
-    if (channel == channels.end()) continue;
+    if (channel == channels.end() || channel->second.kind == InterfaceKind::kService) continue;
     channel->second.demanded = demand->on;
     channel->second.demanded_since = ledger_.now();
   }

@@ -61,6 +61,7 @@ class WireCheck {
     int path = 0;
     TimePoint opened{};
     std::map<ChannelId, Channel> channels;
+    std::map<ChannelId, std::pair<std::string, std::string>> services;  // the peer's: name, type
     std::map<ChannelId, ChannelId> requests;   // by the peer's channel: ours for the requests
     std::map<ChannelId, std::uint32_t> calls;  // by channel: the last call requested
     std::map<ChannelId, std::uint32_t> sequences;
@@ -79,7 +80,8 @@ class WireCheck {
                   const Control& control);
   void on_offer(const Host& host, const Identity& who, Connection& connection,
                 const ChannelOffer& offer);
-  void on_attach(const Host& host, Connection& connection, const Attach& attach);
+  void on_attach(const Host& host, const Identity& who, Connection& connection,
+                 const Attach& attach);
   void on_message(const Host& host, ConnectionId id, Connection& connection,
                   const MessageFrame& frame);
   void on_part(const Host& host, Connection& connection, const PartFrame& frame);

@@ -29,7 +29,9 @@ World::World(Scenario scenario, bool verbose)
                scenario_.shape == Shape::kTwoBridges || scenario_.shape == Shape::kSharedStar),
       crowd_(schedule_, middleware_, checker_.ledger(), scenario_, rng_.fork(), verbose),
       service_crowd_(schedule_, middleware_, services_, checker_.calls(), scenario_,
-                     Rng{scenario_.seed ^ 0xca11ULL}, verbose) {
+                     Rng{scenario_.seed ^ 0xca11ULL}, verbose),
+      corner_(schedule_, middleware_, services_, checker_.ledger().coverage(),
+              Rng{scenario_.seed ^ 0xc02e2ULL}) {
   if (scenario_.shape == Shape::kHostile) {
     Identity stranger;
     stranger.name = kStranger;
@@ -70,7 +72,9 @@ void World::build_strangers() {
   PathPlan fast;
   fast.delay = 1ms;
   for (const std::string& secret : {kStrangersSecret, kStrangersSecret, std::string{}}) {
-    strangers_.push_back(std::make_unique<Hostile>(schedule_, network_, rng_.fork(), secret));
+    strangers_.push_back(std::make_unique<Hostile>(
+        schedule_, network_, rng_.fork(), secret,
+        kStrangerLabels + 1 + static_cast<std::uint32_t>(strangers_.size())));
     Hostile& stranger = *strangers_.back();
     if (secret.empty()) {
       hosts_.back()->set_path(network_.add_path(*hosts_.back(), stranger, fast));
@@ -97,6 +101,8 @@ void World::on_graph_change(int graph) {
 void World::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
   if (servant.spec.host >= 0) {
     hosts_[static_cast<std::size_t>(servant.spec.host)]->on_request(servant, key, payload);
+  } else if (is_hostile(servant.spec.topic)) {
+    corner_.on_request(servant, key, payload);
   } else {
     service_crowd_.on_request(servant, key, payload);
   }
@@ -106,6 +112,8 @@ void World::on_response(const Caller& caller, const Servant& servant, RequestKey
                         const Payload& payload) {
   if (caller.spec.host >= 0) {
     hosts_[static_cast<std::size_t>(caller.spec.host)]->on_response(caller, key, payload);
+  } else if (is_hostile(caller.spec.topic)) {
+    corner_.on_response(caller, servant, key);
   } else {
     service_crowd_.on_response(caller, servant, key, payload);
   }
@@ -135,11 +143,14 @@ void World::run() {
   crowd_.start();
   service_crowd_.start();
   weather_->start();
+  if (!strangers_.empty()) corner_.start(static_cast<int>(scenario_.graphs.size()));
   for (auto& stranger : strangers_) stranger->start();
   schedule_.after(kInspectEvery, [this] { inspect(); });
   if (scenario_.clock_step != 0s) {
-    schedule_.after(rng_.between(1s, scenario_.chaos),
-                    [this] { middleware_.step_clock(0, scenario_.clock_step); });
+    schedule_.after(rng_.between(1s, scenario_.chaos), [this] {
+      middleware_.step_clock(0, scenario_.clock_step);
+      checker_.ledger().note_clock_stepped();
+    });
     checker_.ledger().note_clock_step();
   }
   run_for(scenario_.chaos);
@@ -148,6 +159,7 @@ void World::run() {
   service_crowd_.calm();
   weather_->heal();
   for (auto& stranger : strangers_) stranger->stop();
+  corner_.stop();
   run_for(kSettle);
   middleware_.calm();
   expectation_->settle();
@@ -267,7 +279,10 @@ WorldCounts World::counts() const {
   WorldCounts counts{schedule_.events(), checker_.deliveries().published(),
                      checker_.deliveries().delivered(), checker_.wire().frames(),
                      checker_.ledger().coverage()};
-  for (const auto& stranger : strangers_) counts.coverage.offences += stranger->offences();
+  for (const auto& stranger : strangers_) {
+    counts.coverage.offences += stranger->offences();
+    counts.coverage.borne += stranger->borne();
+  }
   return counts;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/checker.hpp"
+#include "sim/corner.hpp"
 #include "sim/crowd.hpp"
 #include "sim/expectation.hpp"
 #include "sim/host.hpp"
@@ -69,6 +70,7 @@ class World : public Middleware::Listener, public Services::Listener {
   Checker checker_;
   Crowd crowd_;
   ServiceCrowd service_crowd_;
+  Corner corner_;
   std::vector<std::unique_ptr<Host>> hosts_;
   std::unique_ptr<Weather> weather_;
   std::vector<std::unique_ptr<Hostile>> strangers_;
