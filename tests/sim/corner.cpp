@@ -79,8 +79,9 @@ void Corner::tick(int caller) {
     const auto burst = rng_.chance(700) ? 1 : rng_.between(2, 30);
     for (int i = 0; i < burst; ++i) {
       const auto size = static_cast<std::size_t>(rng_.between(32, 3000));
-      services_.call({caller, ++calls_},
-                     Payload::adopt(make_message({kStrangerLabels, calls_}, size, true)));
+      const std::uint32_t number = ++calls_;
+      services_.call({caller, number},
+                     Payload::adopt(make_message({kStrangerLabels, number}, size, true)));
     }
   }
   schedule_.after(rng_.between(5ms, 150ms), [this, caller] { tick(caller); });
