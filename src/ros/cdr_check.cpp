@@ -184,11 +184,18 @@ std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_s
 }
 
 std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
-                                         const rosidl_message_type_support_t& type) {
-  if (bytes.size() < kHeaderSize) return std::nullopt;
+                                         const rosidl_message_type_support_t& type,
+                                         std::string& problem) {
+  if (bytes.size() < kHeaderSize) {
+    problem = "the bytes are not plain CDR";
+    return std::nullopt;
+  }
   Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, std::numeric_limits<std::size_t>::max());
   walk.clear = bytes.data() + kHeaderSize;
-  if (!walk.message(members_of(type))) return std::nullopt;
+  if (!walk.message(members_of(type))) {
+    problem = walk.problem;
+    return std::nullopt;
+  }
   return kHeaderSize + walk.place();
 }
 

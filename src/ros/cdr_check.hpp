@@ -27,9 +27,10 @@ namespace connect_bridge::ros {
 
 // Clears the bytes between the fields of a message that we have serialized ourselves: middlewares
 // leave there what was in the memory before, and a peer must not read that. Returns where the
-// message ends, because they also reserve more than they write; nullopt: it has a kind of field
-// that is not known here.
+// message ends, because they also reserve more than they write; nullopt: `problem` says what is not
+// as the type has it. Middlewares do not hold all bounds of strings, but a peer will.
 [[nodiscard]] std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
-                                                       const rosidl_message_type_support_t& type);
+                                                       const rosidl_message_type_support_t& type,
+                                                       std::string& problem);
 
 }  // namespace connect_bridge::ros

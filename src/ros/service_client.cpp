@@ -50,7 +50,8 @@ void ServiceClient::drop(InvocationId invocation) {
   invocations_.erase(found);
 }
 
-ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& response) {
+ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& response,
+                                         std::string& problem) {
   MessageForm& form = *setup_.type->response;
   expected_ += slot_->waiting.exchange(0);
   rmw_service_info_t info{};
@@ -62,7 +63,7 @@ ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& resp
       // The middleware also takes the answers to other clients, and says the same as of none.
       ignore_error(result);
     } else {
-      node_.log(LogLevel::kWarn, error_text("cannot take an answer of " + setup_.service, result));
+      problem = error_text("cannot take an answer of " + setup_.service, result);
     }
     return more ? Taken::kInvalid : Taken::kNothing;
   }
@@ -75,11 +76,11 @@ ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& resp
   response.invocation = found->second;
   invocations_.erase(found->second);
   by_sequence_.erase(found);
-  const auto problem = form.write_to(*buffer.prepare());
+  const auto unwritten = form.write_to(*buffer.prepare());
   form.reset();
-  if (problem) {
-    node_.log(LogLevel::kWarn, "an answer of " + setup_.service + " is lost: " + *problem);
-    return Taken::kInvalid;
+  if (unwritten) {
+    problem = "the answer is lost: " + *unwritten;
+    return Taken::kFailed;
   }
   response.payload = buffer.give_away();
   return Taken::kResponse;

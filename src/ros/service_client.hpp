@@ -24,8 +24,9 @@ class ServiceClient {
     std::string service;
     ServiceType* type = nullptr;
   };
-  // kInvalid: there was something that nobody waits for, and more may be behind it.
-  enum class Taken { kNothing, kResponse, kInvalid };
+  // kFailed: the answer to an invocation that cannot be given away as bytes, and so ends it.
+  // kInvalid: there was something that nobody waits for. More may be behind both.
+  enum class Taken { kNothing, kResponse, kFailed, kInvalid };
 
   // `slot` is marked when responses wait; it stays the caller's.
   ServiceClient(Node& node, Setup setup, ReadyList::Slot* slot);
@@ -40,7 +41,8 @@ class ServiceClient {
   // is_ready() a request would be lost.
   std::optional<std::string> send(InvocationId invocation, ByteView bytes, std::size_t memory_max);
   void drop(InvocationId invocation);
-  Taken take(TakeBuffer& buffer, ResponseTaken& response);
+  // `problem` is set with kFailed, and with others where it is worth telling.
+  Taken take(TakeBuffer& buffer, ResponseTaken& response, std::string& problem);
 
   // Whether requests reach a server now.
   [[nodiscard]] bool is_ready() const;

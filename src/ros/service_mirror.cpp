@@ -10,8 +10,8 @@
 
 namespace connect_bridge::ros {
 
-ServiceMirror::ServiceMirror(Node& node, Setup setup, ReadyList::Slot* slot)
-    : node_(node), setup_(std::move(setup)), slot_(slot) {}
+ServiceMirror::ServiceMirror(Setup setup, ReadyList::Slot* slot)
+    : setup_(std::move(setup)), slot_(slot) {}
 
 ServiceMirror::~ServiceMirror() {
   if (!open_) return;
@@ -35,7 +35,8 @@ std::optional<std::string> ServiceMirror::open() {
   return std::nullopt;
 }
 
-ServiceMirror::Taken ServiceMirror::take(TakeBuffer& buffer, RequestTaken& request) {
+ServiceMirror::Taken ServiceMirror::take(TakeBuffer& buffer, RequestTaken& request,
+                                         std::string& problem) {
   MessageForm& form = *setup_.type->request;
   expected_ += slot_->waiting.exchange(0);
   rmw_service_info_t info{};
@@ -49,13 +50,13 @@ ServiceMirror::Taken ServiceMirror::take(TakeBuffer& buffer, RequestTaken& reque
     return more ? Taken::kInvalid : Taken::kNothing;
   }
   if (result != RCL_RET_OK) {
-    node_.log(LogLevel::kWarn, error_text("cannot take a request of " + setup_.service, result));
+    problem = error_text("cannot take a request of " + setup_.service, result);
     return more ? Taken::kInvalid : Taken::kNothing;
   }
-  const auto problem = form.write_to(*buffer.prepare());
+  const auto unwritten = form.write_to(*buffer.prepare());
   form.reset();
-  if (problem) {
-    node_.log(LogLevel::kWarn, "a request of " + setup_.service + " is lost: " + *problem);
+  if (unwritten) {
+    problem = "a request of " + setup_.service + " is lost: " + *unwritten;
     return Taken::kInvalid;
   }
   if (++last_request_ == 0) ++last_request_;

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "core/side/ports.hpp"
-#include "ros/node.hpp"
 #include "ros/proxy_nodes.hpp"
 #include "ros/ready.hpp"
 #include "ros/service_type.hpp"
@@ -31,7 +30,7 @@ class ServiceMirror {
   enum class Taken { kNothing, kRequest, kInvalid };
 
   // `slot` is marked when requests wait; it stays the caller's.
-  ServiceMirror(Node& node, Setup setup, ReadyList::Slot* slot);
+  ServiceMirror(Setup setup, ReadyList::Slot* slot);
   ~ServiceMirror();
   ServiceMirror(const ServiceMirror&) = delete;
   ServiceMirror& operator=(const ServiceMirror&) = delete;
@@ -39,8 +38,9 @@ class ServiceMirror {
   // An error text, or nothing.
   std::optional<std::string> open();
 
-  // kInvalid: there was something that is no request, and more may wait behind it.
-  Taken take(TakeBuffer& buffer, RequestTaken& request);
+  // kInvalid: there was something that is no request, and more may wait behind it. `problem` is set
+  // where that is worth telling.
+  Taken take(TakeBuffer& buffer, RequestTaken& request, std::string& problem);
   // Ends a request; an error text, or nothing. Takes up to `memory_max` for the response. Blocks
   // up to 100 ms if the middleware has not connected the caller with us yet, but for each caller
   // only once until graph_changed().
@@ -63,7 +63,6 @@ class ServiceMirror {
   [[nodiscard]] std::size_t requests() const { return requests_.size(); }
 
  private:
-  Node& node_;
   const Setup setup_;
   ReadyList::Slot* const slot_;
   rcl_service_t service_ = rcl_get_zero_initialized_service();

@@ -44,8 +44,9 @@ class InstalledForm final : public MessageForm {
       clear();
       return error_text(what(), result);
     }
-    const auto end = clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_);
-    if (!end) return what() + ": it has a kind of field that is not supported";
+    std::string problem;
+    const auto end = clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_, problem);
+    if (!end) return what() + ": " + problem;
     bytes.buffer_length = *end;
     return std::nullopt;
   }

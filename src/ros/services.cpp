@@ -38,7 +38,6 @@ void Services::apply(const CreateServiceMirror& action) {
   }
   auto* slot = ports_.ready.acquire(nullptr, mirror_kind_);
   auto made = std::make_unique<ServiceMirror>(
-      ports_.node,
       ServiceMirror::Setup{action.id, action.service, std::get<0>(type),
                            ports_.proxies.get(action.node)},
       slot);
@@ -132,7 +131,10 @@ void Services::apply(const DropInvocation& action) {
 std::optional<Input> Services::step_mirror(ReadyList::Slot& slot, std::size_t& bytes) {
   auto& mirror = *static_cast<ServiceMirror*>(slot.owner);
   RequestTaken request;
-  switch (mirror.take(ports_.buffer, request)) {
+  std::string problem;
+  const auto taken = mirror.take(ports_.buffer, request, problem);
+  if (!problem.empty()) refused(problem);
+  switch (taken) {
     case ServiceMirror::Taken::kNothing: slot.bits_of_turn &= ~kReadyMessage; return std::nullopt;
     case ServiceMirror::Taken::kInvalid: return std::nullopt;
     case ServiceMirror::Taken::kRequest: break;
@@ -153,11 +155,15 @@ std::optional<Input> Services::step_mirror(ReadyList::Slot& slot, std::size_t& b
 std::optional<Input> Services::step_client(ReadyList::Slot& slot, std::size_t& bytes) {
   auto& client = *static_cast<ServiceClient*>(slot.owner);
   ResponseTaken response;
-  switch (client.take(ports_.buffer, response)) {
-    case ServiceClient::Taken::kNothing: slot.bits_of_turn &= ~kReadyMessage; return std::nullopt;
-    case ServiceClient::Taken::kInvalid: return std::nullopt;
-    case ServiceClient::Taken::kResponse: break;
+  std::string problem;
+  const auto taken = client.take(ports_.buffer, response, problem);
+  if (taken == ServiceClient::Taken::kFailed) {
+    ++counters_.refused;
+    return InvocationFailed{response.client, response.invocation, std::move(problem)};
   }
+  if (!problem.empty()) refused(problem);
+  if (taken == ServiceClient::Taken::kNothing) slot.bits_of_turn &= ~kReadyMessage;
+  if (taken != ServiceClient::Taken::kResponse) return std::nullopt;
   bytes += response.payload.size();
   if (response.payload.size() > ports_.message_bytes_max) {
     ++counters_.refused;

@@ -73,6 +73,7 @@ class Services {
   [[nodiscard]] std::size_t pending() const;
 
  private:
+  // Counts it, and logs it now and then.
   void refused(const std::string& what);
   void watch_services();
   void look_for_servers();

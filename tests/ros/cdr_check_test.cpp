@@ -104,10 +104,13 @@ TEST(CdrCheck, ClearsPadding) {
   ASSERT_NE(bytes, dirty);
   dirty.resize(dirty.size() + 9, 0x77);  // reserved and not written
   const auto& type = introspection(std::string{kTestPackage} + "/msg/Leaf");
-  EXPECT_EQ(bytes.size(), clear_padding(dirty, type));
+  std::string problem;
+  EXPECT_EQ(bytes.size(), clear_padding(dirty, type, problem));
   dirty.resize(bytes.size());
   EXPECT_EQ(bytes, dirty);
-  EXPECT_EQ(std::nullopt, clear_padding({}, type));
+  EXPECT_EQ("", problem);
+  EXPECT_EQ(std::nullopt, clear_padding({}, type, problem));
+  EXPECT_NE("", problem);
 }
 
 // What passes is read by the middleware without harm, whatever it makes of it.

@@ -233,5 +233,27 @@ TEST_F(ServiceClientTest, AnswersThatAreTooLargeFail) {
   EXPECT_NE(std::string::npos, failed->reason.find("more than 1000")) << failed->reason;
 }
 
+// A call whose answer is lost must not stay under way for ever.
+TEST_F(ServiceClientTest, AnswersThatAreNoneFail) {
+  TestNode robot("robot");
+  TestSide side("connect_server");
+  const std::string type = std::string{kTestPackage} + "/srv/Reflect";
+  RawServer server(robot, topic("service"), type);
+  client(side, type);
+  ASSERT_TRUE(ready(side, true));
+  send(side, 7, Cdr{}.zeros(400).bytes());
+  const auto taken = request(side, server);
+  ASSERT_TRUE(taken);
+  server.respond_with(*taken, overfill);
+  const auto failed = side.next<InvocationFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ(kClient, failed->client);
+  EXPECT_EQ(InvocationId{7}, failed->invocation);
+  EXPECT_NE(std::string::npos, failed->reason.find("more characters")) << failed->reason;
+  EXPECT_EQ(0u, side.gateway.counters().pending_calls);
+  EXPECT_EQ(1u, side.gateway.counters().refused_calls);
+  EXPECT_FALSE(side.next<ResponseTaken>(0ms));
+}
+
 }  // namespace
 }  // namespace connect_bridge::ros

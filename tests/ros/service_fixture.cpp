@@ -2,6 +2,9 @@
 
 #include <rcl/graph.h>
 #include <rmw/rmw.h>
+#include <rosidl_runtime_c/string_functions.h>
+#include <rosidl_typesupport_introspection_c/identifier.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 namespace connect_bridge::ros {
 namespace {
@@ -55,6 +58,24 @@ Cdr& Cdr::zeros(std::size_t count) {
   return *this;
 }
 
+void overfill(MessageForm& reflect) {
+  using Members = rosidl_typesupport_introspection_c__MessageMembers;
+  static TypeSupports types;
+  const auto* type = std::get<0>(types.message(std::string{kTestPackage} + "/msg/Everything", ""));
+  const auto* members = static_cast<const Members*>(
+      get_message_typesupport_handle(type, rosidl_typesupport_introspection_c__identifier)->data);
+  for (std::uint32_t i = 0; i < members->member_count_; ++i) {
+    const auto& member = members->members_[i];
+    if (member.name_ != std::string{"short_text"}) continue;
+    // `everything` is the first field of Reflect, so it begins where the message does.
+    auto* text = static_cast<std::byte*>(reflect.message()) + member.offset_;
+    EXPECT_TRUE(rosidl_runtime_c__String__assign(reinterpret_cast<rosidl_runtime_c__String*>(text),
+                                                 "seventeen letters"));
+    return;
+  }
+  ADD_FAILURE() << "no short_text";
+}
+
 Bytes set_bool(bool on) {
   return Cdr{}.u8(on).bytes();
 }
@@ -88,6 +109,12 @@ void RawServer::respond(const Request& request, const Bytes& response) {
   EXPECT_EQ(RCL_RET_OK, rcl_send_response(&service_, &id, type_->response->message()));
 }
 
+void RawServer::respond_with(const Request& request, const Fill& fill) {
+  rmw_request_id_t id = request.first;
+  fill(*type_->response);
+  EXPECT_EQ(RCL_RET_OK, rcl_send_response(&service_, &id, type_->response->message()));
+}
+
 RawClient::RawClient(TestNode& node, const std::string& service, const std::string& type,
                      rmw_qos_profile_t qos)
     : node_(node), type_(type_of_name(types_, type)) {
@@ -110,6 +137,13 @@ bool RawClient::ready() {
 std::int64_t RawClient::send(const Bytes& request) {
   std::int64_t number = 0;
   EXPECT_EQ(std::nullopt, type_->request->read_from(request, kMemoryMax));
+  EXPECT_EQ(RCL_RET_OK, rcl_send_request(&client_, type_->request->message(), &number));
+  return number;
+}
+
+std::int64_t RawClient::send_with(const Fill& fill) {
+  std::int64_t number = 0;
+  fill(*type_->request);
   EXPECT_EQ(RCL_RET_OK, rcl_send_request(&client_, type_->request->message(), &number));
   return number;
 }

@@ -330,5 +330,29 @@ TEST_F(ServiceMirrorTest, ACallerThatCannotBeReachedDoesNotHoldTheLoop) {
   EXPECT_TRUE(answer(side, good));
 }
 
+// A caller can repeat them without end, so the log has the 1st, 2nd, 4th, 8th ...
+TEST_F(ServiceMirrorTest, RequestsThatAreNoneAreDroppedAndRarelyLogged) {
+  constexpr std::uint64_t kCount = 20;
+  TestNode caller("caller");
+  TestSide side("connect_client");
+  const std::string type = std::string{kTestPackage} + "/srv/Reflect";
+  RawClient client(caller, topic("service"), type);
+  mirror(side, type);
+  ASSERT_TRUE(side.until([&] { return client.ready(); }));
+  testing::internal::CaptureStderr();
+  for (std::uint64_t i = 1; i <= kCount; ++i) {
+    client.send_with(overfill);
+    EXPECT_TRUE(side.until([&] { return side.gateway.counters().refused_calls == i; })) << i;
+  }
+  const std::string log = testing::internal::GetCapturedStderr();
+  std::size_t lines = 0;
+  for (auto at = log.find("is lost"); at != std::string::npos; at = log.find("is lost", at + 1)) {
+    ++lines;
+  }
+  EXPECT_EQ(5u, lines) << log;
+  EXPECT_FALSE(side.next<RequestTaken>(0ms));
+  EXPECT_EQ(0u, side.gateway.counters().pending_calls);
+}
+
 }  // namespace
 }  // namespace connect_bridge::ros
