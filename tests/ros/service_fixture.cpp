@@ -1,5 +1,6 @@
 #include "ros/service_fixture.hpp"
 
+#include <rcl/error_handling.h>
 #include <rcl/graph.h>
 #include <rmw/rmw.h>
 #include <rosidl_runtime_c/string_functions.h>
@@ -103,10 +104,14 @@ std::optional<RawServer::Request> RawServer::take() {
   return Request{info.request_id, bytes_of_message(*type_->request)};
 }
 
-void RawServer::respond(const Request& request, const Bytes& response) {
+bool RawServer::try_respond(const Request& request, const Bytes& response) {
   rmw_request_id_t id = request.first;
   EXPECT_EQ(std::nullopt, type_->response->read_from(response, kMemoryMax));
-  EXPECT_EQ(RCL_RET_OK, rcl_send_response(&service_, &id, type_->response->message()));
+  const rcl_ret_t result = rcl_send_response(&service_, &id, type_->response->message());
+  if (result == RCL_RET_OK) return true;
+  rcl_reset_error();
+  EXPECT_EQ(RCL_RET_TIMEOUT, result);
+  return false;
 }
 
 void RawServer::respond_with(const Request& request, const Fill& fill) {

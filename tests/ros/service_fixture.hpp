@@ -52,8 +52,12 @@ class RawServer {
             std::size_t depth = 10);
   ~RawServer();
   std::optional<Request> take();
-  void respond(const Request& request, const Bytes& response);
-  // The same with a message that `fill` has changed, be it none that bytes could give.
+  // Returns whether the middleware has reached the caller.
+  bool try_respond(const Request& request, const Bytes& response);
+  void respond(const Request& request, const Bytes& response) {
+    EXPECT_TRUE(try_respond(request, response));
+  }
+  // As respond(), with a message that `fill` has changed, be it none that bytes could give.
   void respond_with(const Request& request, const Fill& fill);
 
  private:
