@@ -15,6 +15,7 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of the contexts in 
 
 import pytest  # noqa: E402
 
+from calls import servers_graph  # noqa: E402
 from graph import Graph, connect  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, Side, build_dir  # noqa: E402
@@ -114,11 +115,21 @@ def make_pair(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def pair(tmp_path_factory):
-    """One pair for all tests of a file, which use topics of their own."""
-    made = Pair(tmp_path_factory.mktemp("pair"))
+def pair(request, tmp_path_factory):
+    """One pair for all tests of a file, which use topics of their own; SERVER of the file has the
+    server's parameters."""
+    server = getattr(request.module, "SERVER", None)
+    made = Pair(tmp_path_factory.mktemp("pair"), server=server)
     yield made
     made.close()
+
+
+@pytest.fixture(scope="module")
+def robot(pair):
+    """More of the robot's graph, for servers that may take their time."""
+    graph = servers_graph(pair, 16)
+    yield graph
+    graph.close()
 
 
 @pytest.fixture

@@ -13,8 +13,9 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from unique_identifier_msgs.msg import UUID
 
 from calls import OPEN_CALLS, servers_graph
-from conftest import Pair
 from graph import WAIT, until
+
+SERVER = OPEN_CALLS
 
 
 class FibonacciServer:
@@ -89,20 +90,6 @@ class Goal:
         future = self.handle.cancel_goal_async()
         until(future.done, "an answer to the cancelling", step=0.002)
         return future.result()
-
-
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory):
-    made = Pair(tmp_path_factory.mktemp("pair"), server=OPEN_CALLS)
-    yield made
-    made.close()
-
-
-@pytest.fixture(scope="module")
-def robot(pair):
-    graph = servers_graph(pair, 16)
-    yield graph
-    graph.close()
 
 
 @pytest.fixture

@@ -2,30 +2,21 @@
 
 import time
 
-import pytest
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from conftest import Pair
 from graph import connect, until
 
-RULES = {
+SERVER = {
     "rules": ["some", "all"],
     "rule": {
         "some": {"parameters": ["/open/*"], "deny": ["/open/secret"]},
         "all": {"export_topics": ["/**"], "export_services": ["/**"]},
     },
 }
-
-
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory):
-    made = Pair(tmp_path_factory.mktemp("pair"), server=RULES)
-    yield made
-    made.close()
 
 
 def robot_node(pair, name, namespace="/open"):
@@ -110,7 +101,7 @@ def names_in(graph):
 
 def test_graph_of_nodes(make_pair):
     """`graph: nodes`: remote nodes are listed, and own the mirrors of what they have."""
-    pair = make_pair(server=RULES, client={"graph": "nodes"})
+    pair = make_pair(server=SERVER, client={"graph": "nodes"})
     node = robot_node(pair, "arm")
     publisher = pair.robot.publisher(String, "/open/state", 10, node)
     node.create_service(Trigger, "/open/reset", lambda _, response: response)

@@ -18,25 +18,10 @@ from calls import (
     request_of,
     servers_graph,
 )
-from conftest import Pair
 from graph import until
 
+SERVER = OPEN_CALLS
 MIB = 1 << 20
-
-
-@pytest.fixture(scope="module")
-def pair(tmp_path_factory):
-    made = Pair(tmp_path_factory.mktemp("pair"), server=OPEN_CALLS)
-    yield made
-    made.close()
-
-
-@pytest.fixture(scope="module")
-def robot(pair):
-    """A graph whose servers may take their time."""
-    graph = servers_graph(pair, 16)
-    yield graph
-    graph.close()
 
 
 @pytest.fixture

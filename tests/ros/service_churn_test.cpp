@@ -8,7 +8,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// With that fault all of ten runs crashed.
+// When a mirror's callback was cleared before its service ended, all of ten runs crashed.
 constexpr std::uint32_t kMirrorCycles = 1000;
 constexpr std::uint32_t kClientCycles = 100;
 // Discovery, which every cycle waits for, takes some milliseconds.
