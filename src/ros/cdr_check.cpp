@@ -44,10 +44,16 @@ std::size_t primitive_size(std::uint8_t type) {
   }
 }
 
+// What may still come.
+struct Room {
+  std::size_t memory = std::numeric_limits<std::size_t>::max();
+  std::size_t blocks = std::numeric_limits<std::size_t>::max();
+  std::size_t nested = std::numeric_limits<std::size_t>::max();
+};
+
 class Walk {
  public:
-  Walk(ByteView body, bool little, std::size_t memory_max)
-      : body_(body), little_(little), memory_left_(memory_max) {}
+  Walk(ByteView body, bool little, const Room& room) : body_(body), little_(little), room_(room) {}
 
   // Each returns false at the first thing that is wrong, and leaves a sentence in `problem`.
   bool message(const Members& type) {
@@ -79,7 +85,7 @@ class Walk {
     }
     // Everything takes at least one byte, so this many elements cannot be there.
     if (count > left()) return false;
-    return spend(count * memory_of(field) + kBlockBytes) && elements(field, count);
+    return block(count * memory_of(field)) && elements(field, count);
   }
 
   bool elements(const Member& field, std::size_t count) {
@@ -95,20 +101,19 @@ class Walk {
   bool element(const Member& field) {
     switch (field.type_id_) {
       case rosidl_typesupport_introspection_c__ROS_TYPE_MESSAGE:
-        return message(members_of(*field.members_));
+        return nest() && message(members_of(*field.members_));
       case rosidl_typesupport_introspection_c__ROS_TYPE_STRING: {
         std::uint32_t size = 0;
         if (!length(size)) return false;
         // The bytes end with a zero that does not count.
         const std::size_t characters = size > 0 ? size - 1 : 0;
-        return bounded(characters, field) && size <= left() && spend(size + kBlockBytes) &&
-               skip(size);
+        return bounded(characters, field) && size <= left() && block(size) && skip(size);
       }
       case rosidl_typesupport_introspection_c__ROS_TYPE_WSTRING: {
         std::uint32_t count = 0;
         if (!length(count)) return false;
-        return bounded(count, field) && count <= left() / kWideBytes &&
-               spend(2 * count + kBlockBytes) && skip(count * kWideBytes);
+        return bounded(count, field) && count <= left() / kWideBytes && block(2 * count) &&
+               skip(count * kWideBytes);
       }
       default: problem = "a kind of field that is not known"; return false;
     }
@@ -153,12 +158,27 @@ class Walk {
     return true;
   }
 
-  bool spend(std::size_t memory) {
-    if (memory > memory_left_) {
+  // A string or a sequence.
+  bool block(std::size_t bytes) {
+    if (room_.blocks == 0) {
+      problem = "more strings and sequences than allowed (" + std::to_string(kBlocksMax) + ")";
+      return false;
+    }
+    if (bytes + kBlockBytes > room_.memory) {
       problem = "more memory than allowed";
       return false;
     }
-    memory_left_ -= memory;
+    --room_.blocks;
+    room_.memory -= bytes + kBlockBytes;
+    return true;
+  }
+
+  bool nest() {
+    if (room_.nested == 0) {
+      problem = "more messages within it than allowed (" + std::to_string(kNestedMax) + ")";
+      return false;
+    }
+    --room_.nested;
     return true;
   }
 
@@ -166,7 +186,7 @@ class Walk {
 
   const ByteView body_;
   const bool little_;
-  std::size_t memory_left_;
+  Room room_;
   std::size_t place_ = 0;
 };
 
@@ -178,7 +198,7 @@ std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_s
   if (bytes.size() < kHeaderSize || bytes[0] != 0 || bytes[1] > 1) {
     return "the bytes are not plain CDR";
   }
-  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, memory_max);
+  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {memory_max, kBlocksMax, kNestedMax});
   if (walk.message(members_of(type))) return std::nullopt;
   return walk.problem;
 }
@@ -190,7 +210,7 @@ std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
     problem = "the bytes are not plain CDR";
     return std::nullopt;
   }
-  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, std::numeric_limits<std::size_t>::max());
+  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {});
   walk.clear = bytes.data() + kHeaderSize;
   if (!walk.message(members_of(type))) {
     problem = walk.problem;

@@ -97,6 +97,64 @@ TEST(CdrCheck, MemoryIsBounded) {
   EXPECT_EQ(std::nullopt, check_cdr(cdr.bytes(), introspection(type), 10000000));
 }
 
+// A sequence of this many strings, empty ones but for the last.
+Bytes texts(std::uint32_t count, std::uint32_t last_size = 1) {
+  Cdr cdr;
+  cdr.u32(count);
+  for (std::uint32_t i = 1; i < count; ++i) cdr.u32(0);
+  return cdr.u32(last_size).zeros(last_size).bytes();
+}
+
+// Millions of empty strings compress to nothing, take little memory, and half a second to read.
+TEST(CdrCheck, StringsAndSequencesAreBounded) {
+  const std::string strings = "rcl_interfaces/srv/GetParameters_Request";
+  constexpr std::size_t kRoomy = std::size_t{256} << 20;
+  const auto problem = [&](const std::string& type, const Bytes& bytes) {
+    return check_cdr(bytes, introspection(type), kRoomy).value_or("");
+  };
+  EXPECT_EQ("", problem(strings, texts(10000)));
+  EXPECT_EQ("", problem(strings, texts(kBlocksMax - 1)));  // the sequence is the one missing
+  EXPECT_NE("", problem(strings, texts(kBlocksMax)));
+  const std::string refusal = problem(strings, texts(6'500'000));
+  EXPECT_NE(std::string::npos, refusal.find("more strings and sequences")) << refusal;
+  EXPECT_NE(std::string::npos, refusal.find("GetParameters_Request.names")) << refusal;
+
+  // Empty sequences are no memory at all, but work: a list of them (ranges) in a laser's message.
+  const auto ranges = [](std::uint32_t count) {
+    return Cdr{}.u64(0).u32(0).zeros(7 * 4).u32(count).zeros(4 * count).u32(0).bytes();
+  };
+  const std::string lists = "sensor_msgs/msg/MultiEchoLaserScan";
+  EXPECT_EQ("", problem(lists, ranges(kBlocksMax - 3)));  // a string, two sequences
+  EXPECT_NE("", problem(lists, ranges(kBlocksMax - 2)));
+}
+
+TEST(CdrCheck, MessagesWithinAreBounded) {
+  const auto points = [](std::uint32_t count) {
+    return check_cdr(Cdr{}.u32(count).zeros(12 * count).bytes(),
+                     introspection("geometry_msgs/msg/Polygon"), std::size_t{256} << 20);
+  };
+  EXPECT_EQ(std::nullopt, points(kNestedMax));
+  const auto problem = points(kNestedMax + 1);
+  ASSERT_TRUE(problem);
+  EXPECT_NE(std::string::npos, problem->find("more messages within it")) << *problem;
+}
+
+// Our own are not held to it: what they cost has been paid when their bytes are looked at.
+TEST(CdrCheck, LargeMessagesOfOursHaveTheirPaddingCleared) {
+  Bytes bytes = texts(kBlocksMax + 1);
+  const auto size = bytes.size();
+  std::string problem;
+  EXPECT_EQ(size, clear_padding(bytes, introspection("rcl_interfaces/srv/GetParameters_Request"),
+                                problem));
+  EXPECT_EQ("", problem);
+}
+
+TEST(CdrCheck, LargeBytesAreOneBlock) {
+  const std::uint32_t size = 60U << 20;
+  EXPECT_EQ(std::nullopt,
+            check("/srv/Upload_Request", Cdr{}.u32(size).zeros(size).bytes(), 64U << 20));
+}
+
 TEST(CdrCheck, ClearsPadding) {
   const Bytes bytes = leaf();
   Bytes dirty = bytes;
