@@ -165,6 +165,7 @@ void Hostile::take_step() {
     if (what < 15) return acknowledge();
     const std::string step = services_.step();
     if (step.empty()) return;
+    if (step == "withdraw") expect_withdraws();
     ++borne_;
     last_steps_ += " " + step + ",";
     if (last_steps_.size() > 200) last_steps_.erase(0, last_steps_.find(',') + 1);
@@ -177,6 +178,17 @@ void Hostile::take_step() {
   } else {
     services_.step();
   }
+}
+
+// The peer ends what it was attached to as soon as it sees that this is gone.
+void Hostile::expect_withdraws() {
+  schedule_.after(2s, [this, id = connection_, owed = services_.owed()] {
+    if (stopped_ || id != connection_ || offended_ || !network_.is_alive(*this, id)) return;
+    for (const auto requests : owed) {
+      if (services_.owed().contains(requests))
+        violated("a side does not withdraw its requests to a service that is withdrawn");
+    }
+  });
 }
 
 void Hostile::listen_to(const FlatPacket& packet) {

@@ -48,6 +48,7 @@ class Hostile : public Party {
   [[nodiscard]] bool serves() const { return secret_.empty(); }
   void act();
   void take_step();
+  void expect_withdraws();
   void listen_to(const FlatPacket& packet);
   void commit_offence();
   void commit_service_offence();

@@ -1,5 +1,7 @@
 // What a stranger says of services that must end the connection: docs/protocol.md section 9, row by
 // row of "what arrives and does not fit".
+#include <algorithm>
+
 #include "sim/hostile_services.hpp"
 #include "sim/label.hpp"
 #include "sim/ledger.hpp"
@@ -110,6 +112,11 @@ HostileServices::Offence HostileServices::attach_wrongly(std::uint64_t which) {
 
 void HostileServices::send_request(std::uint32_t channel, std::uint32_t sequence,
                                    std::uint32_t call) {
+  if (const auto it = requests_.find(channel); it != requests_.end()) {
+    const Theirs& service = theirs_.at(it->second.service);
+    std::uint32_t& highest = highest_calls_[{service.name, service.epoch}];
+    highest = std::max(highest, call);
+  }
   const Bytes body = make_message({label_, call}, 100, true);
   MessageFrame frame;
   frame.channel = {channel};

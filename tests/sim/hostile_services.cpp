@@ -60,6 +60,7 @@ void HostileServices::begin() {
   theirs_.clear();
   mine_.clear();
   requests_.clear();
+  owed_.clear();
 }
 
 bool HostileServices::may_send(const Requests& requests) const {
@@ -69,40 +70,66 @@ bool HostileServices::may_send(const Requests& requests) const {
 // ---- what it hears
 
 void HostileServices::hear(const Control& control) {
-  std::visit(Overloaded{
-                 [&](const Offer& m) {
-                   for (const auto& channel : m.channels) {
-                     theirs_[channel.channel.value] = {channel.name, channel.epoch};
-                     their_last_ = std::max(their_last_, channel.channel.value);
-                   }
-                 },
-                 [&](const Withdraw& m) {
-                   for (const ChannelId gone : m.channels) {
-                     const auto it = theirs_.find(gone.value);
-                     if (it != theirs_.end()) it->second.withdrawn = true;
-                     for (auto& [id, mine] : mine_)
-                       if (mine.requests == gone.value) mine.requests = 0;
-                   }
-                 },
-                 [&](const Attach& m) {
-                   their_last_ = std::max(their_last_, m.requests.value);
-                   const auto it = mine_.find(m.channel.value);
-                   if (it == mine_.end()) return;
-                   it->second.requests = m.requests.value;
-                   it->second.told = false;
-                 },
-                 [&](const Attached& m) {
-                   if (m.seen.value >= kCallsEnd)
-                     violated("a side says attached for an epoch that has no numbers left");
-                   const auto it = requests_.find(m.requests.value);
-                   if (it != requests_.end()) it->second.attached = true;
-                 },
-                 [](const auto&) {},
-             },
-             control);
+  std::visit(
+      Overloaded{
+          [&](const Offer& m) {
+            for (const auto& channel : m.channels) {
+              theirs_[channel.channel.value] = {channel.name, channel.epoch, false, 0, {}};
+              their_last_ = std::max(their_last_, channel.channel.value);
+            }
+          },
+          [&](const Withdraw& m) {
+            for (const ChannelId gone : m.channels) {
+              owed_.erase(gone.value);
+              const auto it = theirs_.find(gone.value);
+              if (it != theirs_.end()) it->second.withdrawn = true;
+              for (auto& [id, mine] : mine_)
+                if (mine.requests == gone.value) mine.requests = 0;
+            }
+          },
+          [&](const Attach& m) {
+            their_last_ = std::max(their_last_, m.requests.value);
+            const auto it = mine_.find(m.channel.value);
+            if (it == mine_.end()) return;
+            it->second.requests = m.requests.value;
+            it->second.told = false;
+          },
+          [&](const Attached& m) {
+            if (m.seen.value >= kCallsEnd)
+              violated("a side says attached for an epoch that has no numbers left");
+            const auto it = requests_.find(m.requests.value);
+            if (it != requests_.end()) it->second.attached = true;
+          },
+          [&](const Refuse& m) {
+            for (const CallId call : m.calls) end_call(m.channel.value, call.value);
+          },
+          [&](const Forget& m) {
+            const auto it = mine_.find(m.channel.value);
+            if (it == mine_.end()) return;
+            const Mine& mine = it->second;
+            for (const CallId call : m.calls) {
+              if (mine.named.contains(call.value)) continue;
+              if (std::find(mine.calls.begin(), mine.calls.end(), call.value) == mine.calls.end())
+                violated("a side forgets a call before its request has arrived");
+            }
+          },
+          [](const auto&) {},
+      },
+      control);
+}
+
+// A call that was made, and once.
+void HostileServices::end_call(std::uint32_t channel, std::uint32_t call) {
+  const auto it = theirs_.find(channel);
+  if (it == theirs_.end() || it->second.epoch == 0) return;
+  Theirs& service = it->second;
+  const std::string what = "call " + std::to_string(call) + " of a stranger to " + service.name;
+  if (call > highest_calls_[{service.name, service.epoch}]) violated(what + " was never made");
+  if (!service.ended.insert(call).second) violated(what + " is answered twice");
 }
 
 void HostileServices::hear(const MessageFrame& frame) {
+  end_call(frame.channel.value, frame.origin.value);
   for (auto& [id, mine] : mine_)
     if (mine.requests == frame.channel.value) mine.calls.push_back(frame.origin.value);
 }
@@ -254,6 +281,8 @@ std::string HostileServices::request() {
     if (rng_.chance(20)) call = kCallsEnd - 1 + static_cast<std::uint32_t>(rng_.below(3));
     call = std::max(call, 1U);
     last = std::max(last, call == UINT32_MAX ? last : call);
+    std::uint32_t& highest = highest_calls_[{service.name, service.epoch}];
+    highest = std::max(highest, call);
     std::uint32_t& kept = last_calls_[{service.name, service.epoch}];
     // On the next connection it begins again with some that it has sent.
     if (rng_.chance(500)) kept = std::max(kept, last);
@@ -333,6 +362,7 @@ std::string HostileServices::say_attached() {
   if (right) it->second.told = true;
   if (rng_.chance(300)) attached.seen = {static_cast<std::uint32_t>(rng_.below(kCallsEnd))};
   if (rng_.chance(300)) attached.calls = some_calls(it->second.calls);
+  for (const CallId call : attached.calls) it->second.named.insert(call.value);
   if (rng_.chance(300)) attached.type_hash = "RIHS01_strange";
   say(attached);
   return right ? "attached" : "attached that nobody asked for";
@@ -362,6 +392,7 @@ std::string HostileServices::withdraw() {
   const auto it = pick(mine_, [](const Mine&) { return true; });
   if (it == mine_.end()) return "";
   say(Withdraw{{{it->first}}});
+  if (it->second.requests > 0) owed_.insert(it->second.requests);
   mine_.erase(it);
   return "withdraw";
 }

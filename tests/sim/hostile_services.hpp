@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,6 +39,8 @@ class HostileServices {
 
   // Returns what it was.
   std::string step();
+  // What the peer has still to withdraw, because we have withdrawn what it was attached to.
+  [[nodiscard]] const std::set<std::uint32_t>& owed() const { return owed_; }
   Offence offend();
   // Accepts all that there is, so that the peer may offer what it should not.
   void accept_all();
@@ -48,7 +51,8 @@ class HostileServices {
     std::string name;
     std::uint32_t epoch = 0;  // 0: a topic
     bool withdrawn = false;
-    std::uint32_t requests = 0;  // that we attached with; 0: not attached
+    std::uint32_t requests = 0;     // that we attached with; 0: not attached
+    std::set<std::uint32_t> ended;  // calls that it has answered or refused
   };
   // A channel that we send messages on.
   struct Stream {
@@ -67,12 +71,14 @@ class HostileServices {
     std::uint32_t requests = 0;  // the peer attached with; 0: it is not attached
     bool told = false;           // and was told so
     std::vector<std::uint32_t> calls;
+    std::set<std::uint32_t> named;  // calls that we have said to know
     Stream stream;
   };
   using TheirsById = std::map<std::uint32_t, Theirs>;
   using MineById = std::map<std::uint32_t, Mine>;
   using RequestsById = std::map<std::uint32_t, Requests>;
 
+  void end_call(std::uint32_t channel, std::uint32_t call);
   // ---- as importer
   std::string attach();
   std::string attach_to_what_is_gone();
@@ -129,8 +135,9 @@ class HostileServices {
   TheirsById theirs_;
   MineById mine_;
   RequestsById requests_;
+  std::set<std::uint32_t> owed_;
   // What was called before, by name and epoch: on other connections, too.
-  std::map<std::pair<std::string, std::uint32_t>, std::uint32_t> last_calls_;
+  std::map<std::pair<std::string, std::uint32_t>, std::uint32_t> last_calls_, highest_calls_;
 };
 
 }  // namespace connect_bridge::sim

@@ -206,5 +206,13 @@ TEST(ServiceExports, CompressedRequestsReachTheServerInTheirOrder) {
   EXPECT_EQ(s.did(), "close 1 4002\n");
 }
 
+TEST(ServiceExports, ASmallRequestThatDoesNotDecompressEndsTheConnection) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, sample("no zstd"), Codec::kZstd, 100);
+  EXPECT_EQ(s.did(), "close 1 4002\n");
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

@@ -210,6 +210,19 @@ TEST(ServiceExports, APeerThatAttachesAndEndsWithoutPauseIsClosed) {
   EXPECT_NE(did.find("close 1 4006"), std::string::npos);
 }
 
+TEST(ServiceExports, APeerThatDoesNotEndItsRequestsIsClosed) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s")});
+  s.join(1);
+  s.graph({}, {});
+  for (std::uint32_t i = 1; i <= 4096; ++i) s.say(1, Attach{{1}, {i}});
+  s.say(1, Withdraw{{{7}}});
+  s.say(1, Attach{{1}, {5000}});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Attach{{1}, {5001}});
+  EXPECT_EQ(s.did(), "close 1 4006\n");
+}
+
 TEST(ServiceExports, APeerThatBreaksTheProtocolIsClosed) {
   const auto closes = [](auto&& act) {
     Script s(server({callable()}));

@@ -188,6 +188,14 @@ TEST(ServiceImports, CompressedAnswersReachTheirCallers) {
   EXPECT_EQ(s.did(), "drop_request 1.3\nclose 1 4002\n");
 }
 
+TEST(ServiceImports, ASmallAnswerThatDoesNotDecompressEndsTheConnection) {
+  Script s(server({callable()}));
+  mirrored(s);
+  request(s, 1, "q");
+  s.message(1, 1, 1, sample("no zstd"), Codec::kZstd, 100);
+  EXPECT_EQ(s.did(), "close 1 4002\n");
+}
+
 TEST(ServiceImports, AnAnswerBeingDecompressedOutlivesTheConnection) {
   auto options = server({callable()});
   options.compress_job_bytes = 1000;
