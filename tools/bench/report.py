@@ -21,6 +21,11 @@ def _figure(name, value, unit, reach, ratio=None, aim=None, note=""):
     }
 
 
+def _unless_alone(value, ratio, reach):
+    """A target of a ratio says nothing of a value whose other half was not measured."""
+    return None if value and ratio is None else reach
+
+
 def _bytes(size):
     if size < 1000:
         return f"{size} B"
@@ -72,7 +77,7 @@ def round_trip_figures(result):
                     + (", large-data profile" if profile == "large" else ""),
                     bridged and bridged["p50"],
                     "ms",
-                    reach,
+                    _unless_alone(bridged, ratio, reach),
                     ratio,
                     note=note,
                 )
@@ -94,7 +99,9 @@ def throughput_figures(result):
                 + (", large-data profile" if profile == "large" else ""),
                 bridged and bridged[unit],
                 "MB/s" if size == 500_000 else "msg/s",
-                (">=", least) if profile == "default" or size == 500_000 else None,
+                _unless_alone(bridged, ratio, (">=", least))
+                if profile == "default" or size == 500_000
+                else None,
                 ratio,
                 aim="650 MB/s" if profile == "large" and size == 500_000 else None,
                 note=_why(result, f"bridged {profile}", f"local {profile}"),
