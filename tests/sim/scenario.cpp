@@ -247,7 +247,8 @@ std::string Scenario::text() const {
       << (weather > 0s ? "a disturbance every " + std::to_string(seconds(weather)) + " s"
                        : std::string("calm"))
       << (crashes ? ", crashes" : "") << (clock_step != 0s ? ", the clock is set" : "")
-      << (later_policies.empty() ? "" : ", rules change");
+      << (later_policies.empty() ? "" : ", rules change")
+      << (long_goals ? ", goals of an hour" : "");
   for (const auto& pair : pairs) {
     out << "; side " << pair.client << " dials side " << pair.server << " ("
         << seconds(pair.path.delay) * 1000 << " ms, " << pair.path.bytes_per_second / 1000

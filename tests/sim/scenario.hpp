@@ -69,6 +69,7 @@ struct Scenario {
   Duration weather{};                  // mean time between two disturbances; 0: none
   Duration clock_step{};               // by which graph 0's clock is set once; 0: never
   bool crashes = false;                // processes end and start again
+  bool long_goals = false;             // at last, goals that take an hour
   Ending ending = Ending::kStop;
 
   [[nodiscard]] std::string text() const;

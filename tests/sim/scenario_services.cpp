@@ -148,6 +148,9 @@ void add_services(Scenario& scenario) {
     host.options.proxy_nodes = rng.chance(300);
   }
   for (auto& policy : scenario.later_policies) policy = with_services(rng, policy, false);
+  const bool action = std::any_of(scenario.services.begin(), scenario.services.end(),
+                                  [](const auto& s) { return !s.action.empty(); });
+  scenario.long_goals = action && rng.chance(60);
 }
 
 }  // namespace connect_bridge::sim

@@ -187,7 +187,7 @@ void ServiceCrowd::on_request(const Servant& servant, RequestKey key, const Payl
   const std::uint64_t number = ++last_work_;
   working_[number] = answer;
   if (!calm_ && rng_.chance(plan.never_permille)) return;
-  TimePoint ready = schedule_.now() + 1ms;
+  TimePoint ready = schedule_.now() + goal_time_;
   if (!calm_) {
     const Duration work = rng_.between(Duration{10us}, plan.work_max);
     ready = schedule_.now() + work;
@@ -242,6 +242,23 @@ void ServiceCrowd::shuffle() {
       }
     } else if (what == 1) {
       add_servant(plan, rng_.pick(plan.graphs), "servant" + std::to_string(++last_node_));
+    }
+  }
+}
+
+void ServiceCrowd::ask_for_results(Duration goal_time) {
+  goal_time_ = goal_time;
+  while (!callers_.empty()) remove_caller(callers_.size() - 1);
+  for (const auto& plan : scenario_.services) {
+    for (int graph = 0; !plan.action.empty() && graph < static_cast<int>(scenario_.graphs.size());
+         ++graph) {
+      EndpointSpec results = spec(plan, graph, "caller" + std::to_string(++last_node_));
+      results.topic = local_name(graph, plan.action) + "/_action/get_result";
+      results.type = std::string(kActionType) + "_GetResult";
+      results.type_hash = Services::hash_of(results.type);
+      const int id = services_.create_caller(results);
+      callers_.push_back(id);
+      caller_plans_[id] = &plan;
     }
   }
 }

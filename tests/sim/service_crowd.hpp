@@ -35,6 +35,9 @@ class ServiceCrowd {
   Duration call_round();
   // Some servers end, some begin.
   void shuffle();
+  // From now on the callers are those that ask for goals' results, one in every graph, and servers
+  // answer after `goal_time`.
+  void ask_for_results(Duration goal_time);
 
   // From the services.
   void on_request(const Servant& servant, RequestKey key, const Payload& payload);
@@ -77,6 +80,7 @@ class ServiceCrowd {
   Rng rng_;
   bool verbose_;
   bool calm_ = false;
+  Duration goal_time_ = std::chrono::milliseconds(1);  // when it is calm
   // What a server has beside send_goal.
   struct Parts {
     std::vector<int> servants, writers;

@@ -166,6 +166,7 @@ void World::run() {
   expectation_->check_links();
   expectation_->check_mirrors();
   check_services();
+  if (scenario_.long_goals) check_long_goals();
   check_delivery();
   check_late_subscribers();
   if (rng_.chance(500)) {
@@ -192,6 +193,17 @@ void World::check_services() {
   service_expectation_->begin_calls();
   run_for(service_crowd_.call_round());
   run_for(1s);
+  service_expectation_->check_calls();
+  service_expectation_->check_nothing_pending();
+}
+
+// Results have no time limit, and a goal may take an hour.
+void World::check_long_goals() {
+  service_crowd_.ask_for_results(1h);
+  run_for(kTruth);
+  service_expectation_->begin_calls();
+  run_for(service_crowd_.call_round());
+  run_for(1h + 1s);
   service_expectation_->check_calls();
   service_expectation_->check_nothing_pending();
 }
