@@ -116,8 +116,7 @@ class Imports {
   };
 
   void end_channel(const ChannelKey& key, bool keep_candidates, const Now& now);
-  void name_origin(const ChannelKey& key, Channel& channel, Mirror& mirror, const std::string& node,
-                   const Now& now);
+  void name_origin(Mirror& mirror, const std::string& node, const Now& now);
   void add_origin(const ChannelKey& key, Channel& channel, const OriginOffer& origin,
                   const Now& now);
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);

@@ -23,15 +23,12 @@ constexpr std::uint32_t kDepthMax = 10'000;
 }  // namespace
 
 // A mirror that shall belong to its origin's node is made anew when that has a name at last.
-void Imports::name_origin(const ChannelKey& key, Channel& channel, Mirror& mirror,
-                          const std::string& node, const Now& now) {
+void Imports::name_origin(Mirror& mirror, const std::string& node, const Now& now) {
   if (node.empty() || !mirror.origin.node.empty()) return;
-  if (mirror.candidates.front().link != key.first) return;
   mirror.origin.node = node;
   if (!options_.proxy_nodes || !mirror.id) return;
   destroy(mirror);
   update_mirror(mirror, now);
-  demand_again(key, channel, now);
 }
 
 void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOffer& origin,
@@ -39,7 +36,7 @@ void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOf
   if (!origin.origin) return;
   const auto known = channel.origins.find(origin.origin);
   if (known != channel.origins.end())
-    return name_origin(key, channel, *known->second, origin.node, now);
+    return name_origin(*known->second, origin.node, now);
   if (channel.key.second == kParameterEventType &&
       is_withheld(links_.at(key.first), channel, origin))
     return;
@@ -64,8 +61,11 @@ void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOf
   }
   mirror.ends_at.reset();
   mirror.failed = false;
-  const bool moved = options_.proxy_nodes && mirror.origin.node != origin.node;
+  // Another link may have told the node's name already.
+  const std::string node = origin.node.empty() ? mirror.origin.node : origin.node;
+  const bool moved = options_.proxy_nodes && mirror.origin.node != node;
   mirror.origin = origin;
+  mirror.origin.node = node;
   mirror.type_hash = channel.type_hash;
   mirror.action_type = channel.action_type;
   const Qos qos = mirror_qos(channel, origin);
