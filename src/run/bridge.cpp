@@ -55,7 +55,10 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets) {
   workers_ = std::make_unique<Workers>(1, [this](JobDone done) {
-    boost::asio::post(io_, [this, done = std::move(done)]() mutable { feed(std::move(done)); });
+    boost::asio::post(io_, [this, done = std::move(done)]() mutable {
+      workers_->handled(done);
+      feed(std::move(done));
+    });
   });
 }
 

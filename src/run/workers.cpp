@@ -21,6 +21,10 @@ JobDone carry_out(const DecompressJob& job, const std::atomic<bool>&) {
   return done;
 }
 
+std::size_t bytes_of(const JobDone& done) {
+  return done.result ? done.result->size() : 0;
+}
+
 }  // namespace
 
 Workers::Workers(unsigned threads, std::function<void(JobDone)> done) : done_(std::move(done)) {
@@ -45,15 +49,28 @@ void Workers::add(Job job) {
   changed_.notify_one();
 }
 
+void Workers::handled(const JobDone& done) {
+  {
+    const std::lock_guard lock(mutex_);
+    unhandled_bytes_ -= bytes_of(done);
+  }
+  changed_.notify_one();
+}
+
 void Workers::run() {
   for (;;) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+    changed_.wait(lock, [this] {
+      return ending_ || (!waiting_.empty() && unhandled_bytes_ < kUnhandledBytesMax);
+    });
     if (ending_) return;
     const Job job = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
     JobDone done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
+    lock.lock();
+    unhandled_bytes_ += bytes_of(done);
+    lock.unlock();
     if (!ending_) done_(std::move(done));
   }
 }

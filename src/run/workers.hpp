@@ -16,10 +16,12 @@ namespace connect_bridge {
 
 // Jobs are pure; their results come back through `done`, called from a worker's thread. The core
 // bounds how many jobs it gives (one per channel at a time), so the queue needs no bound of its
-// own.
+// own. Their results do: a few bytes can decompress to many, faster than the loop handles them.
 class Workers {
  public:
   using Job = std::variant<CompressJob, DecompressJob>;
+  // No job begins while so many bytes of results are not handled.
+  static constexpr std::size_t kUnhandledBytesMax = 64 << 20;
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
   // Waits for the running jobs, which give up where they would take long; forgets the waiting ones.
@@ -28,6 +30,8 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   void add(Job job);  // any thread
+  // A result that `done` got has been handled. To be called once for each; any thread.
+  void handled(const JobDone& done);
 
  private:
   void run();
@@ -36,6 +40,7 @@ class Workers {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Job> waiting_;
+  std::size_t unhandled_bytes_ = 0;
   std::atomic<bool> ending_ = false;
   std::vector<std::thread> threads_;
 };

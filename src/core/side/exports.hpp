@@ -44,7 +44,7 @@ class Exports {
   }
   void on_link_lost(LinkId link);
   Result<Nothing> on_demand(LinkEntry& link, const Demand& demand, const Now& now);
-  void on_decline(LinkEntry& link, const Decline& decline);
+  void on_decline(LinkEntry& link, const Decline& decline, const Now& now);
 
   // While a peer can send goals to this action, its feedback and status are subscribed, demanded or
   // not: what follows a goal at once would be over before a new subscription had been matched.
@@ -114,6 +114,8 @@ class Exports {
                                                    const TopicKey& key) const;
   [[nodiscard]] bool is_withheld(const LinkEntry& link, const TopicKey& key,
                                  const Origin& origin) const;
+  // The node's name as the peer knows it; one outside our prefix has but this.
+  [[nodiscard]] std::string wire_node(const Origin& origin) const;
   [[nodiscard]] std::set<OriginId> withheld(const LinkEntry& link, const Topic& topic) const;
   void withdraw(Topic& topic, LinkEntry& link);
   [[nodiscard]] ChannelOffer describe(const Topic& topic, const Export& exported) const;

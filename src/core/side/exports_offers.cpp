@@ -47,13 +47,13 @@ void Exports::update_origins(Topic& topic, const TopicState* state, const Now& n
         // The graph may know an endpoint before the name of its node: told again, with the name.
         if (origin.node.empty() && !node_of(publisher).empty()) {
           origin.node = node_of(publisher);
-          added.push_back({origin.id, publisher.gid, origin.node, origin.qos});
+          added.push_back({origin.id, publisher.gid, wire_node(origin), origin.qos});
         }
       } else {
         origin.id = {++topic.last_origin};
         origin.node = node_of(publisher);
         origin.qos = publisher.qos;
-        added.push_back({origin.id, publisher.gid, origin.node, origin.qos});
+        added.push_back({origin.id, publisher.gid, wire_node(origin), origin.qos});
       }
       origin.seen = true;
       ++present;
@@ -192,6 +192,10 @@ std::optional<Decision> Exports::permission(const LinkEntry& link, const TopicKe
   return decision;
 }
 
+std::string Exports::wire_node(const Origin& origin) const {
+  return options_.names.to_wire(origin.node).value_or(origin.node);
+}
+
 bool Exports::is_withheld(const LinkEntry& link, const TopicKey& key, const Origin& origin) const {
   if (key.second != kParameterEventType) return false;
   const auto wire_name = options_.names.to_wire(key.first);
@@ -274,7 +278,7 @@ ChannelOffer Exports::describe(const Topic& topic, const Export& exported) const
     if (offer.origins.size() == kChannelOriginsMax) break;
     if (exported.withheld.contains(origin.id)) continue;
     offer.origins.push_back(
-        {origin.id, gid, origin.node, with_override(origin.qos, treatment.qos)});
+        {origin.id, gid, wire_node(origin), with_override(origin.qos, treatment.qos)});
   }
   return offer;
 }
@@ -299,11 +303,10 @@ void Exports::on_link_lost(LinkId id) {
   }
 }
 
-void Exports::on_decline(LinkEntry& link, const Decline& decline) {
+void Exports::on_decline(LinkEntry& link, const Decline& decline, const Now& now) {
   Topic* topic = topic_of(link.id, decline.channel);
   if (!topic) return;
-  if (topic->links.at(link.id).declined == decline.reason) return;
-  topic->links.at(link.id).declined = decline.reason;
+  if (!link.note_decline(topic->links.at(link.id).declined, decline, now)) return;
   outputs_.log(LogLevel::kWarn, link.label() + " does not import " + topic->key.first + ": " +
                                     decline.reason + " (" + decline.code + ")");
 }

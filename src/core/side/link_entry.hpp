@@ -6,8 +6,10 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "core/link/link.hpp"
+#include "core/side/rare_log.hpp"
 #include "core/side/status.hpp"
 
 namespace connect_bridge {
@@ -23,11 +25,13 @@ struct LinkEntry {
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
+  RareLog declines;                       // of channels that were declined before
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  std::uint32_t offered = 0;  // channels the peer offers on this connection
-  Token128 peer_side;         // of the last connection
-  std::string address;        // of the last connection, for people
+  std::uint32_t offered = 0;           // channels the peer offers on this connection
+  TimePoint withdrawals_paid_until{};  // every mirror that comes and goes takes a while
+  Token128 peer_side;                  // of the last connection
+  std::string address;                 // of the last connection, for people
   std::string node;
   // What was counted on its earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past;
@@ -40,6 +44,13 @@ struct LinkEntry {
     if (link) link->send(std::move(text), events);
   }
   void fail(Error error) { events.push_back(LinkFailed{error.code, std::move(error.message)}); }
+  // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
+  // channel it is, later ones are now and then.
+  bool note_decline(std::string& declined, const Decline& decline, const Now& now) {
+    std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
+    if (declined == reason) return false;
+    return std::exchange(declined, std::move(reason)).empty() || declines.count(now);
+  }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return node + " at " + address; }
 };

@@ -173,7 +173,8 @@ ChannelOffer ServiceExports::open_channel(Served& served, LinkEntry& link) {
   offer.type = type;
   offer.action_type = actions_.type_of(offer.kind, name, type).value_or("");
   offer.priority = queue_options(served).priority;
-  offer.node = served.service->node;
+  const std::string& node = served.service->node;
+  offer.node = options_.names.to_wire(node).value_or(node);
   offer.epoch = served.epoch;
   return offer;
 }
@@ -275,7 +276,6 @@ Result<Nothing> ServiceExports::on_attach(LinkEntry& link, const Attach& attach,
   if (served.forgotten_at) timers_.erase(*std::exchange(served.forgotten_at, {}));
   served.requests = attach.requests;
   served.held = true;
-  served.counts.declined.clear();
   by_requests_[{link.id, attach.requests}] = &served;
   use_client(*served.service);
   if (served.service->ready) send_attached(served, link, now);
@@ -330,12 +330,11 @@ void ServiceExports::send_attached(Served& served, LinkEntry& link, const Now& n
   push_answers(served, now);
 }
 
-bool ServiceExports::on_decline(LinkEntry& link, const Decline& decline) {
+bool ServiceExports::on_decline(LinkEntry& link, const Decline& decline, const Now& now) {
   const auto it = by_channel_.find({link.id, decline.channel});
   if (it == by_channel_.end()) return false;
   Served& served = *it->second;
-  if (served.counts.declined == decline.reason) return true;
-  served.counts.declined = decline.reason;
+  if (!link.note_decline(served.counts.declined, decline, now)) return true;
   outputs_.log(LogLevel::kWarn, link.label() + " does not import " + served.service->key.first +
                                     ": " + decline.reason + " (" + decline.code + ")");
   return true;
@@ -364,6 +363,7 @@ void ServiceExports::add_status(const LinkEntry& link, LinkStatus& status) const
     s.type = key.second;
     s.exported = true;
     s.attached = served.attached;
+    if (served.requests) s.declined.clear();  // not any more
     s.pending = static_cast<std::uint32_t>(served.calls.size());
     s.waiting = static_cast<std::uint32_t>(served.waiting.size());
     status.services.push_back(std::move(s));

@@ -63,7 +63,7 @@ class ServiceExports {
   // False: no channel of requests that this side knows.
   bool on_withdraw(LinkEntry& link, ChannelId requests);
   // False: no service is offered under this number.
-  bool on_decline(LinkEntry& link, const Decline& decline);
+  bool on_decline(LinkEntry& link, const Decline& decline, const Now& now);
   // Nullopt: no channel of requests.
   std::optional<Result<Nothing>> on_message(LinkEntry& link, InMessage& message, const Now& now);
   void on_delivered(LinkId link, ChannelId channel, CallId call);

@@ -107,6 +107,8 @@ bool ServiceImports::may_exist(const Import& import, const Feed& feed) {
   if (!graph_since_ || import.failed) return false;
   const Gid gid = service_gid(import.key.first);
   if (claims_.taken(gid)) return false;
+  // Our own parameters are not in our picture of the graph.
+  if (node_of_parameter_service(import.key.first, import.key.second) == options_.node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const auto& connection = links_.at(feed.link).link;
   if (connection && claims_.is_here(connection->peer().side)) return false;

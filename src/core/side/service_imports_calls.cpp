@@ -198,7 +198,11 @@ std::optional<Result<Nothing>> ServiceImports::on_message(LinkEntry& link, InMes
     return Nothing{};
   }
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
-  if (!raw) return raw.error();
+  if (!raw) {  // not to be sent again on the next connection
+    if (call.request) outputs_.push(DropRequest{feed->import->mirror, call.request});
+    erase(*feed, at);
+    return raw.error();
+  }
   respond(*feed, at, Payload::adopt(std::move(raw).value()));
   return Nothing{};
 }
@@ -314,6 +318,10 @@ void ServiceImports::on_time(const Now& now) {
     call->second.timer.reset();
     if (!call->second.request) continue;  // its caller went away before
     ++feed->counts.timed_out;
+    if (const auto count = load_of(*feed).refusals.count(now))
+      outputs_.log(LogLevel::kWarn, std::to_string(*count) +
+                                        " call(s) not answered in time, lately of " +
+                                        feed->import->key.first);
     outputs_.push(DropRequest{feed->import->mirror, call->second.request});
     std::vector<CallId> forget;
     abandon(*feed, call, forget);

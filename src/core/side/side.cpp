@@ -263,7 +263,7 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
             return Nothing{};
           },
           [&](Decline& m) -> Result<Nothing> {
-            if (!service_exports.on_decline(entry, m)) exports.on_decline(entry, m);
+            if (!service_exports.on_decline(entry, m, now)) exports.on_decline(entry, m, now);
             return Nothing{};
           },
           [&](Attach& m) { return on_attach(entry, m, now); },

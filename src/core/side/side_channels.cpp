@@ -1,7 +1,16 @@
 // Channels of all kinds share their numbers and their rounds of offers: who gets which message.
+#include <algorithm>
+
 #include "core/side/side_state.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// What a peer offers and withdraws again costs this graph endpoints that come and go.
+constexpr Duration kWithdrawalPeriod = std::chrono::milliseconds(5);
+constexpr int kWithdrawalsAtOnce = 12'000;
+
+}  // namespace
 
 void Side::State::update_exports(const Now& now) {
   service_exports.on_graph();
@@ -60,6 +69,10 @@ Result<Nothing> Side::State::on_withdraw(LinkEntry& entry, const Withdraw& withd
     if (!imports.on_withdraw(entry, channel, now) &&
         !service_imports.on_withdraw(entry, channel, now))
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
+    TimePoint& paid_until = entry.withdrawals_paid_until;
+    paid_until = std::max(paid_until, now.steady) + kWithdrawalPeriod;
+    if (paid_until - now.steady > kWithdrawalsAtOnce * kWithdrawalPeriod)
+      return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
     --entry.offered;
     if (entry.link) entry.link->forget_incoming(channel);
   }

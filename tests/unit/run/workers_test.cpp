@@ -23,9 +23,14 @@ struct Results {
       changed.notify_all();
     };
   }
-  bool wait_for(std::size_t count) {
+  bool wait_for(std::size_t count,
+                std::chrono::milliseconds time = std::chrono::milliseconds(30'000)) {
     std::unique_lock lock(mutex);
-    return changed.wait_for(lock, std::chrono::seconds(30), [&] { return by_job.size() >= count; });
+    return changed.wait_for(lock, time, [&] { return by_job.size() >= count; });
+  }
+  JobDone of(std::uint32_t job) {
+    const std::lock_guard lock(mutex);
+    return {{job}, by_job[job]};
   }
   std::mutex mutex;
   std::condition_variable changed;
@@ -62,6 +67,20 @@ TEST(Workers, EveryJobIsDoneOnce) {
   for (std::uint32_t job = 1; job <= 500; ++job)
     workers.add(CompressJob{{job}, kHow, Payload::adopt(Bytes(kRaw))});
   EXPECT_TRUE(results.wait_for(500));
+}
+
+TEST(Workers, ResultsWaitUntilTheOnesBeforeAreHandled) {
+  constexpr std::uint32_t kBytes = 16 << 20;
+  const auto body = compress(ByteView{Bytes(kBytes, 7)}, kHow);
+  ASSERT_TRUE(body);
+  Results results;
+  Workers workers(1, results.taker());
+  for (std::uint32_t job = 1; job <= 8; ++job)
+    workers.add(DecompressJob{{job}, Codec::kZstd, kBytes, Payload::adopt(Bytes(*body))});
+  ASSERT_TRUE(results.wait_for(4));
+  EXPECT_FALSE(results.wait_for(5, std::chrono::milliseconds(50)));
+  for (std::uint32_t job = 1; job <= 4; ++job) workers.handled(results.of(job));
+  EXPECT_TRUE(results.wait_for(8));
 }
 
 TEST(Workers, TheEndForgetsWhatWaits) {

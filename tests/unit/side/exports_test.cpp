@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <algorithm>
+
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -292,6 +294,21 @@ TEST(SideExports, ADeclineIsForPeople) {
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.status().links[0].topics[0].declined, "package p is not installed");
   EXPECT_NE(s.logged.find("does not import /a"), std::string::npos);
+}
+
+TEST(SideExports, ManyDeclinesAreFewLines) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)}, {service("/s")});
+  s.join(1);
+  for (int i = 0; i < 100; ++i) {
+    for (const std::uint32_t id : {1U, 2U})
+      s.say(1, Decline{{id}, "failed", i % 2 == 0 ? "" : "because"});
+    s.say(1, Attach{{2}, {static_cast<std::uint32_t>(i + 1)}});
+    s.say(1, Withdraw{{{static_cast<std::uint32_t>(i + 1)}}});
+  }
+  s.did();
+  ASSERT_EQ(std::count(s.logged.begin(), s.logged.end(), '\n'), 3) << s.logged;
+  EXPECT_EQ(s.status().links[0].topics[0].declined, "because");
 }
 
 }  // namespace

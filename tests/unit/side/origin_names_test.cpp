@@ -18,6 +18,26 @@ TEST(OriginNames, ANameThatComesLaterIsTold) {
   EXPECT_EQ(s.said(1), "");
 }
 
+TEST(OriginNames, NodesAreNamedAsOnTheWire) {
+  auto options = server();
+  options.names = NameMap("/robot1", {});
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  Topic state = topic("/robot1/a").pub(1).pub(2);
+  state.publishers[0].node_namespace = "/robot1";
+  s.graph({state});
+  const auto packet = s.side.next_packet({1}, flow_test::now_ms(s.at));
+  ASSERT_TRUE(packet && packet->text);
+  const Bytes text = flow_test::joined(*packet);
+  const auto control = decode_control({reinterpret_cast<const char*>(text.data()), text.size()});
+  ASSERT_TRUE(control);
+  std::set<std::string> nodes;
+  for (const auto& origin : std::get<Offer>(control.value()).channels.at(0).origins)
+    nodes.insert(origin.node);
+  EXPECT_EQ(nodes, (std::set<std::string>{"/n1", "/n2"}));  // n2 is outside the prefix
+}
+
 // The nodes for which mirrors were made since the last call.
 std::vector<std::string> nodes_of_mirrors(Script& s) {
   std::vector<std::string> nodes;
@@ -40,6 +60,27 @@ TEST(OriginNames, AMirrorMovesToItsOriginsNodeOnce) {
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
   for (int i = 0; i < 2; ++i) s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});
+}
+
+TEST(OriginNames, WhicheverLinkTellsTheName) {
+  auto options = server();
+  options.proxy_nodes = true;
+  Script s(options);
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.join(2);
+  OriginOffer nameless = origin(1, 11);
+  nameless.node.clear();
+  s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
+  s.say(2, Offer{{channel(1, "/a", {nameless})}, true});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
+  s.say(2, OriginsChanged{{1}, {origin(1, 11)}, {}});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});
+  // Nor does one that does not know it take it back.
+  s.join(3);
+  s.say(3, Offer{{channel(1, "/a", {nameless})}, true});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{});
 }
 
 TEST(OriginNames, NamesDoNotCountAsOrigins) {

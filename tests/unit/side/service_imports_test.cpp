@@ -183,6 +183,37 @@ TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
   EXPECT_EQ(node, "/robot1/robot/peer_node");
 }
 
+TEST(ServiceImports, ItsOwnParametersAreNotMirrored) {
+  auto options = server({callable()});
+  Rule rule;
+  rule.parameters = {Pattern::parse("/**").value()};
+  options.policy = Policy({rule});
+  options.node = "/connect";
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  s.pass(kDiscovered);
+  Offer offer{
+      {service_channel(1, "/connect/get_parameters"), service_channel(2, "/other/get_parameters")},
+      true};
+  for (auto& channel : offer.channels) channel.type = "rcl_interfaces/srv/GetParameters";
+  s.say(1, offer);
+  EXPECT_EQ(s.said(1), "attach 2 1\n");
+}
+
+TEST(ServiceImports, WhatComesAndGoesWithoutEndIsClosed) {
+  Script s(server({callable()}));
+  mirrored(s);
+  std::uint32_t channel = 1;
+  for (; channel <= 12'000; ++channel) {
+    s.say(1, Withdraw{{{channel}}});
+    s.say(1, Offer{{service_channel(channel + 1, "/s")}, false});
+  }
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.say(1, Withdraw{{{channel}}});
+  EXPECT_EQ(s.did().substr(0, 12), "close 1 4006");
+}
+
 TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {
   const auto closes = [](auto&& act) {
     Script s(server({callable()}));
