@@ -81,6 +81,7 @@ void Hostile::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
 
 void Hostile::on_open(ConnectionId id) {
   connection_ = id;
+  queue_.clear();  // the last one may have ended without a word
   welcome_ = false;
   received_ = 0;
   records_ = 0;

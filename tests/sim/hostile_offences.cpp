@@ -80,8 +80,8 @@ HostileServices::Offence HostileServices::attach_wrongly(std::uint64_t which) {
     say(Attach{{it->second.requests}, {new_number()}});
     return {"attaches to requests", while_attached(it->first, it->second.requests)};
   }
-  if (which == 3) {  // a channel of another link, guessed, and called at once
-    const std::uint32_t guess = their_last_ + 1 + static_cast<std::uint32_t>(rng_.below(20));
+  if (which == 3) {  // a channel of nobody, called at once; numbers go on when a session does
+    const std::uint32_t guess = their_last_ + 10'000 + static_cast<std::uint32_t>(rng_.below(20));
     const std::uint32_t number = new_number();
     say(Attach{{guess}, {number}});
     for (std::uint32_t call = 1; call < 4; ++call) send_request(number, call, call);

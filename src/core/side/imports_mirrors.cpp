@@ -35,8 +35,7 @@ void Imports::add_origin(const ChannelKey& key, Channel& channel, const OriginOf
                          const Now& now) {
   if (!origin.origin) return;
   const auto known = channel.origins.find(origin.origin);
-  if (known != channel.origins.end())
-    return name_origin(*known->second, origin.node, now);
+  if (known != channel.origins.end()) return name_origin(*known->second, origin.node, now);
   if (channel.key.second == kParameterEventType &&
       is_withheld(links_.at(key.first), channel, origin))
     return;
