@@ -77,8 +77,11 @@ connect_server:
 - **Calls.** `calls_max` and `call_timeout` treat services, and the services of actions and
   parameters. The side with the real server applies its `calls_max`: that many calls of a service
   are under way for one peer, later ones wait for their turn, and beyond 1000 waiting they are
-  refused. A caller that is refused or whose call timed out gets no answer, as ROS has it; both logs
-  say so. A goal's result may take hours: asking for it counts against neither.
+  refused. Whatever it says, a server is given at most 10 requests that it may not have taken yet:
+  its queue keeps no more by ROS's default. A server that works on more than 10 calls at once gets
+  more only every 5 s, unless it answers meanwhile. A caller that is refused or whose call timed
+  out gets no answer, as ROS has it; both logs say so. A goal's result may take hours: asking for
+  it counts against neither.
 - **At run time** rules can change one parameter at a time: define `rule.new.*` first, then name
   it in `rules`. Until it is named, it has no effect. Rights are evaluated again for everything
   that is open. `clock` and `clock_rate` need a restart.

@@ -2,11 +2,19 @@
 
 #include <rcl/graph.h>
 
+#include <algorithm>
+
 #include "ros/distro.hpp"
 #include "ros/qos.hpp"
 #include "ros/rcl_result.hpp"
 
 namespace connect_bridge::ros {
+namespace {
+
+// Their answers tell how far the server has come; those that are missed, later answers make up for.
+constexpr std::size_t kDroppedKept = 64;
+
+}  // namespace
 
 ServiceClient::ServiceClient(Node& node, Setup setup, ReadyList::Slot* slot)
     : node_(node), setup_(std::move(setup)), slot_(slot) {}
@@ -46,6 +54,8 @@ std::optional<std::string> ServiceClient::send(InvocationId invocation, ByteView
 void ServiceClient::drop(InvocationId invocation) {
   const auto found = invocations_.find(invocation);
   if (found == invocations_.end()) return;
+  dropped_.emplace_back(found->second, invocation);
+  if (dropped_.size() > kDroppedKept) dropped_.pop_front();
   by_sequence_.erase(found->second);
   invocations_.erase(found);
 }
@@ -67,12 +77,12 @@ ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& resp
     }
     return more ? Taken::kInvalid : Taken::kNothing;
   }
+  response.client = setup_.id;
   const auto found = by_sequence_.find(info.request_id.sequence_number);
   if (found == by_sequence_.end()) {  // dropped, or another server's answer came first
     form.reset();
-    return Taken::kInvalid;
+    return take_dropped(info.request_id.sequence_number, response);
   }
-  response.client = setup_.id;
   response.invocation = found->second;
   invocations_.erase(found->second);
   by_sequence_.erase(found);
@@ -84,6 +94,15 @@ ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& resp
   }
   response.payload = buffer.give_away();
   return Taken::kResponse;
+}
+
+ServiceClient::Taken ServiceClient::take_dropped(std::int64_t sequence, ResponseTaken& response) {
+  const auto found = std::find_if(dropped_.begin(), dropped_.end(),
+                                  [&](const auto& entry) { return entry.first == sequence; });
+  if (found == dropped_.end()) return Taken::kInvalid;
+  response.invocation = found->second;
+  dropped_.erase(found);
+  return Taken::kUnwanted;
 }
 
 bool ServiceClient::is_ready() const {

@@ -4,9 +4,11 @@
 #include <rcl/client.h>
 
 #include <chrono>
+#include <deque>
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "core/side/ports.hpp"
 #include "ros/node.hpp"
@@ -25,8 +27,9 @@ class ServiceClient {
     ServiceType* type = nullptr;
   };
   // kFailed: the answer to an invocation that cannot be given away as bytes, and so ends it.
-  // kInvalid: there was something that nobody waits for. More may be behind both.
-  enum class Taken { kNothing, kResponse, kFailed, kInvalid };
+  // kUnwanted: the answer to a dropped invocation, without its bytes. kInvalid: there was something
+  // that nobody waits for. More may be behind these.
+  enum class Taken { kNothing, kResponse, kFailed, kUnwanted, kInvalid };
 
   // `slot` is marked when responses wait; it stays the caller's.
   ServiceClient(Node& node, Setup setup, ReadyList::Slot* slot);
@@ -58,6 +61,8 @@ class ServiceClient {
   std::optional<std::chrono::steady_clock::time_point> missing_since;
 
  private:
+  Taken take_dropped(std::int64_t sequence, ResponseTaken& response);
+
   Node& node_;
   const Setup setup_;
   ReadyList::Slot* const slot_;
@@ -66,6 +71,7 @@ class ServiceClient {
   std::size_t expected_ = 0;  // responses that callbacks have told of and take() has not seen
   std::unordered_map<std::int64_t, InvocationId> by_sequence_;
   std::unordered_map<InvocationId, std::int64_t> invocations_;
+  std::deque<std::pair<std::int64_t, InvocationId>> dropped_;  // the newest, by sequence
 };
 
 }  // namespace connect_bridge::ros

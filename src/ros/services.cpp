@@ -163,6 +163,7 @@ std::optional<Input> Services::step_client(ReadyList::Slot& slot, std::size_t& b
   }
   if (!problem.empty()) refused(problem);
   if (taken == ServiceClient::Taken::kNothing) slot.bits_of_turn &= ~kReadyMessage;
+  if (taken == ServiceClient::Taken::kUnwanted) return Input{std::move(response)};
   if (taken != ServiceClient::Taken::kResponse) return std::nullopt;
   bytes += response.payload.size();
   if (response.payload.size() > ports_.message_bytes_max) {

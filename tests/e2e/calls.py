@@ -9,7 +9,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from graph import WAIT, Graph, qos, until
 
 # The default keeps 10 requests, and as many answers: a burst beyond that is lost in the ends
-# themselves, bridge or not.
+# themselves. The bridge gives a server no more than that at once, but callers beside it do.
 DEEP = qos(1000)
 
 # What each side lets through; services and actions go from robot to operator.
@@ -26,9 +26,9 @@ OPEN_CALLS = {
 }
 
 
-def servers_graph(pair, threads):
+def servers_graph(pair, threads, name="servers"):
     """More of the robot's graph, for servers that take their time; by a node name of its own."""
-    return Graph(pair.domains[0], threads, "servers")
+    return Graph(pair.domains[0], threads, name)
 
 
 def request_of(name):
@@ -45,9 +45,10 @@ def name_of(message):
 class EchoServer:
     """Answers with what it was sent; notes what it executed. `delay` in seconds, or a function."""
 
-    def __init__(self, graph, service, node=None, delay=0.0):
+    def __init__(self, graph, service, node=None, delay=0.0, depth=DEEP):
         self.executed = []
         self.service = service
+        self._depth = depth
         self._graph, self._node, self._delay = graph, node or graph.tester, delay
         self._group = ReentrantCallbackGroup()
         self._server = None
@@ -55,7 +56,7 @@ class EchoServer:
 
     def start(self):
         self._server = self._node.create_service(
-            Echo, self.service, self._answer, qos_profile=DEEP, callback_group=self._group
+            Echo, self.service, self._answer, qos_profile=self._depth, callback_group=self._group
         )
 
     def stop(self):

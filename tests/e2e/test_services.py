@@ -7,6 +7,7 @@ from connect_bridge_test_interfaces.msg import Branch, Leaf
 from connect_bridge_test_interfaces.srv import Count, Download, Echo, Upload
 from rcl_interfaces.msg import LoggerLevel
 from rcl_interfaces.srv import GetLoggerLevels
+from rclpy.qos import qos_profile_services_default
 from std_srvs.srv import SetBool, Trigger
 
 from calls import (
@@ -119,6 +120,45 @@ def test_many_calls_of_several_clients_at_once(pair, robot, service):
     check_once(server)
     for node in nodes:
         pair.operator.remove(node)
+
+
+def test_a_busy_server_of_the_default_depth_loses_nothing(pair, service):
+    """It keeps 10 requests and looks after none of them for a while."""
+    robot = servers_graph(pair, 1, "busy")
+    try:
+        server = EchoServer(
+            robot,
+            service,
+            delay=lambda name: 0.3 if name == "0" else 0,
+            depth=qos_profile_services_default,
+        )
+        caller = Caller(pair.operator, service).wait_ready()
+        for number in range(60):
+            caller.ask(str(number))
+        caller.wait_answers(60, 10)
+        time.sleep(0.2)
+        caller.check()
+        assert server.executed == [str(number) for number in range(60)]
+    finally:
+        robot.close()
+
+
+def test_callers_that_left_do_not_hold_up_others(pair, service):
+    """What they asked for lies in the server's queue until it is taken, and no longer."""
+    robot = servers_graph(pair, 1, "busy")
+    try:
+        server = EchoServer(robot, service, delay=0.1, depth=qos_profile_services_default)
+        leaving = pair.operator.node("leaving")
+        caller = Caller(pair.operator, service, node=leaving).wait_ready()
+        for number in range(10):
+            caller.ask(str(number))
+        until(lambda: server.executed, "the server has begun")
+        pair.operator.remove(leaving)
+        begin = time.monotonic()
+        assert name_of(Caller(pair.operator, service).wait_ready().call(request_of("x"))) == "x"
+        assert time.monotonic() - begin < 3, "it waits as if the server were silent"
+    finally:
+        robot.close()
 
 
 def test_answers_come_as_they_are_ready(pair, robot, service):

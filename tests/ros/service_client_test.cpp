@@ -153,7 +153,7 @@ TEST_F(ServiceClientTest, ABusyServerKeepsTenRequests) {
   EXPECT_EQ(10, kept);
 }
 
-TEST_F(ServiceClientTest, DroppedInvocationsAreNotAnswered) {
+TEST_F(ServiceClientTest, OfADroppedInvocationOnlyThatItIsAnsweredIsTold) {
   TestNode robot("robot");
   TestSide side("connect_server");
   RawServer server(robot, topic("service"));
@@ -166,9 +166,14 @@ TEST_F(ServiceClientTest, DroppedInvocationsAreNotAnswered) {
     if (i == 1) side.gateway.apply(Action{DropInvocation{kClient, InvocationId{1}}});
     server.respond(*taken, set_bool_answer(true, std::to_string(i)));
   }
+  const auto dropped = side.next<ResponseTaken>();
+  ASSERT_TRUE(dropped);
+  EXPECT_EQ(InvocationId{1}, dropped->invocation);
+  EXPECT_TRUE(dropped->payload.empty());
   const auto response = side.next<ResponseTaken>();
   ASSERT_TRUE(response);
   EXPECT_EQ(InvocationId{2}, response->invocation);
+  EXPECT_FALSE(response->payload.empty());
   send(side, 3, set_bool(true));
   side.gateway.apply(Action{DestroyServiceClient{kClient}});
   EXPECT_EQ(0u, side.gateway.counters().pending_calls);

@@ -74,6 +74,21 @@ void CallCheck::on_response(const Caller& caller, const Servant& servant, Reques
   if (call.answers > call.takings) violated(what + " is answered twice");
 }
 
+void CallCheck::on_lost(const Caller& caller, const Servant& servant, RequestKey key, bool shared) {
+  if (caller.spec.host < 0) return;  // as ROS has it
+  const auto client = clients_.find({caller.spec.host, ServiceClientId{caller.spec.handle}});
+  if (client == clients_.end()) return;
+  const auto open = client->second.open.find(InvocationId{key.number});
+  if (open == client->second.open.end()) return;  // nobody waits for it
+  Invocation& invocation = open->second;
+  ++ledger_.coverage().losses;
+  invocation.lost.insert(servant.id);
+  if (shared) return;
+  violated(text(invocation.call.caller, invocation.call.number) +
+           " falls out of the queue of server " + std::to_string(servant.id) + " of " +
+           servant.spec.topic + ", where only side " + std::to_string(caller.spec.host) + " calls");
+}
+
 int CallCheck::answers(int caller, std::uint32_t number) const {
   const auto it = calls_.find({caller, number});
   return it == calls_.end() ? 0 : it->second.answers;
@@ -178,7 +193,7 @@ void CallCheck::on_send_request(const Host& host, const SendRequest& action, con
     violated(describe(host) + " uses the number of an invocation twice");
   }
   client.used[action.invocation] = true;
-  client.open[action.invocation] = Invocation{which, caller.servants};
+  client.open[action.invocation] = Invocation{which, caller.servants, {}};
   check_caps(host, caller.spec, client);
 }
 
@@ -256,10 +271,11 @@ void CallCheck::on_end(const Host& host) {
 // -------------------------------------------------------------------------------
 
 // Where a server ends while another one of its service lives, the middleware does not tell which of
-// them has a call; nor does every one tell that a server was replaced at once. Then the call waits
-// on, as it would for a local client.
+// them has a call; nor does every one tell that a server was replaced at once, or that its queue
+// was full. Then the call waits on, as it would for a local client.
 bool CallCheck::is_lost(const Services& services, const Invocation& invocation) const {
   const auto is_unnoticed = [&](int id) {
+    if (invocation.lost.contains(id)) return true;
     const Servant& gone = services.servant(id);
     if (gone.alive) return false;
     if (!ledger_.middleware().graph(gone.spec.graph).tells_servers) return true;
@@ -271,8 +287,9 @@ bool CallCheck::is_lost(const Services& services, const Invocation& invocation) 
         });
   };
   if (invocation.servants.empty()) return true;  // it was sent to nobody
-  return std::all_of(invocation.servants.begin(), invocation.servants.end(),
-                     [&](int id) { return !services.servant(id).alive; }) &&
+  return std::all_of(
+             invocation.servants.begin(), invocation.servants.end(),
+             [&](int id) { return !services.servant(id).alive || invocation.lost.contains(id); }) &&
          std::any_of(invocation.servants.begin(), invocation.servants.end(), is_unnoticed);
 }
 

@@ -35,6 +35,13 @@ class CallCheck {
   void on_answered(const Servant& servant, const Label& response, const Payload& payload);
   void on_response(const Caller& caller, const Servant& servant, RequestKey key,
                    const Payload& payload);
+  // A request falls out of a server's full queue. `shared`: others call or serve there, too,
+  // which a bridge cannot know of.
+  void on_lost(const Caller& caller, const Servant& servant, RequestKey key, bool shared);
+  // One bridge alone has filled a server's queue.
+  void on_full_queue(const Caller& caller) {
+    if (caller.spec.host >= 0) ++ledger_.coverage().full_queues;
+  }
 
   // ---- what happens at the importing side
   void on_taken(const Host& host, ServiceMirrorId mirror, RequestId request, const Caller& caller,
@@ -63,7 +70,7 @@ class CallCheck {
   [[nodiscard]] int executions(int caller, std::uint32_t number) const;
   // Every call under way has an owner: a servant that still works on it.
   void check_nothing_pending(const Services& services) const;
-  // Whether calls wait for servers that have ended.
+  // Whether calls wait for servers that have ended, or have lost them.
   [[nodiscard]] bool has_lost(const Services& services) const;
   [[nodiscard]] std::uint32_t called(int caller) const;
 
@@ -98,13 +105,14 @@ class CallCheck {
   struct Invocation {
     CallKey call;
     std::vector<int> servants;  // that it was on its way to
+    std::set<int> lost;         // those in whose queues there was no room
   };
   struct Client {
     std::map<InvocationId, Invocation> open;
     std::unordered_map<InvocationId, bool> used;
   };
   [[nodiscard]] CallKey call_of(const Payload& request, const std::string& where) const;
-  // Whether its servers have ended in a way that nobody could notice.
+  // Whether its servers have lost it, or have ended in a way that nobody could notice.
   [[nodiscard]] bool is_lost(const Services& services, const Invocation& invocation) const;
   void check_caps(const Host& host, const EndpointSpec& spec, const Client& client) const;
   // How a host treats a service, by the most generous of the rules for its peers.

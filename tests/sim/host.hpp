@@ -66,6 +66,7 @@ class Host : public Party {
     CreateServiceClient made;
     bool ready = false;  // as the side was told
     bool told = false;
+    std::set<InvocationId> dropped;  // whose answers are told of, without their bytes
   };
 
   Host(int index, HostPlan plan, const World& world, Rng rng);

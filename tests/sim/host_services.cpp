@@ -102,7 +102,7 @@ void Host::act(const CreateServiceClient& action) {
   }
   const int caller =
       world_.services.create_caller(endpoint(action.service, action.type, "", {}, action.id.value));
-  service_clients_[action.id] = ServiceClientInfo{caller, action};
+  service_clients_[action.id] = ServiceClientInfo{caller, action, false, false, {}};
   tell("is a client of " + action.service);
   world_.checker.on_service_client(*this, action);
 }
@@ -160,16 +160,21 @@ void Host::act(const SendRequest& action) {
 void Host::on_response(const Caller& caller, RequestKey key, const Payload& payload) {
   const ServiceClientId client{caller.spec.handle};
   const InvocationId invocation{key.number};
-  if (!side_ || !world_.checker.calls().is_open(*this, client, invocation)) return;
+  const auto it = service_clients_.find(client);
+  if (!side_ || it == service_clients_.end()) return;
+  if (it->second.dropped.erase(invocation) > 0) return input(ResponseTaken{client, invocation, {}});
+  if (!world_.checker.calls().is_open(*this, client, invocation)) return;
   world_.checker.calls().on_invocation_over(*this, client, invocation);
   const ByteView view = payload.view();
   input(ResponseTaken{client, invocation, counted(Bytes{view.begin(), view.end()})});
 }
 
 void Host::act(const DropInvocation& action) {
-  if (!service_clients_.contains(action.client)) {
+  const auto it = service_clients_.find(action.client);
+  if (it == service_clients_.end()) {
     violated("an invocation of a client that does not exist is dropped");
   }
+  it->second.dropped.insert(action.invocation);
   world_.checker.calls().on_invocation_over(*this, action.client, action.invocation);
 }
 

@@ -55,6 +55,8 @@ struct Coverage {
   std::uint64_t drops = 0;             // calls that a mirror gave up
   std::uint64_t caps = 0;              // calls under way compared with their caps
   std::uint64_t truths = 0;            // services whose mirrors were compared with their servers
+  std::uint64_t full_queues = 0;       // servers' queues that one bridge has filled
+  std::uint64_t losses = 0;            // calls lost in a queue that several callers share
   std::uint64_t quiet_calls = 0;       // calls expected to be answered after quiet
 };
 

@@ -106,6 +106,8 @@ void add(Coverage& to, const Coverage& more) {
   to.drops += more.drops;
   to.caps += more.caps;
   to.truths += more.truths;
+  to.full_queues += more.full_queues;
+  to.losses += more.losses;
   to.quiet_calls += more.quiet_calls;
 }
 
@@ -220,9 +222,9 @@ int main(int argc, char** argv) {
       number(c.clocks), number(c.ages));
   std::printf(
       "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
-      "%llu calls after quiet\n",
+      "%llu queues filled, %llu lost beside others, %llu calls after quiet\n",
       number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
-      number(c.quiet_calls));
+      number(c.full_queues), number(c.losses), number(c.quiet_calls));
   std::printf(
       "strangers: %llu offences, %llu things borne, %llu calls by them executed, %llu answered by "
       "them\n",

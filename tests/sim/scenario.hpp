@@ -42,6 +42,8 @@ struct ServicePlan {
   bool one_by_one = false;      // the server does not begin a call before it has ended another
   Duration work_max{};          // until it answers
   unsigned never_permille = 0;  // calls that it does not answer while it is not quiet
+  unsigned away_permille = 0;   // how often nobody looks after its queue
+  Duration away_max{};          // ... for how long
   Duration period{};            // between two bursts of a caller
   std::int64_t burst_max = 0;
 };

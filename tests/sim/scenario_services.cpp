@@ -118,6 +118,9 @@ ServicePlan random_service(Rng& rng, const Kind& kind, int graphs) {
   service.never_permille = rng.chance(400) ? static_cast<unsigned>(rng.between(10, 300)) : 0;
   service.period = rng.between(20ms, 600ms);
   service.burst_max = rng.chance(850) ? rng.between(2, 12) : rng.between(20, 90);
+  // With the longest work of one call it is silent for less than the 5 s of an exporter's patience.
+  service.away_permille = rng.chance(400) ? static_cast<unsigned>(rng.between(5, 200)) : 0;
+  service.away_max = rng.between(5ms, 3500ms);
   return service;
 }
 

@@ -41,6 +41,7 @@ void ServiceCrowd::add_servant(const ServicePlan& plan, int graph, const std::st
   const int id = services_.create_servant(spec(plan, graph, node));
   servants_.push_back(id);
   servant_plans_[id] = &plan;
+  work_.add(id, plan);
   if (!plan.action.empty()) add_parts(plan, id);
   tell("server " + std::to_string(id), services_.servant(id).spec);
 }
@@ -63,7 +64,10 @@ void ServiceCrowd::add_parts(const ServicePlan& plan, int servant) {
   parts.writers = {
       middleware_.create_writer(name_part("feedback", type + "_FeedbackMessage")),
       middleware_.create_writer(name_part("status", "action_msgs/msg/GoalStatusArray"))};
-  for (const int id : parts.servants) servant_plans_[id] = &plan;
+  for (const int id : parts.servants) {
+    servant_plans_[id] = &plan;
+    work_.add(id, plan);
+  }
 }
 
 std::vector<int> ServiceCrowd::servants() const {
@@ -181,35 +185,7 @@ void ServiceCrowd::call(int caller) {
 }
 
 void ServiceCrowd::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
-  const ServicePlan& plan = plan_of_servant(servant.id);
-  Answer answer{servant.id, key, check_.on_executed(services_, servant, key, payload),
-                static_cast<std::size_t>(rng_.between(32, plan.bytes_max))};
-  const std::uint64_t number = ++last_work_;
-  working_[number] = answer;
-  if (!calm_ && rng_.chance(plan.never_permille)) return;
-  TimePoint ready = schedule_.now() + goal_time_;
-  if (!calm_) {
-    const Duration work = rng_.between(Duration{10us}, plan.work_max);
-    ready = schedule_.now() + work;
-    if (plan.one_by_one) {
-      TimePoint& busy = busy_until_[servant.id];
-      ready = std::max(busy, schedule_.now()) + work / 4;
-      busy = ready;
-    }
-  }
-  schedule_.at(ready, [this, number] { give(number); });
-}
-
-void ServiceCrowd::give(std::uint64_t work) {
-  const auto found = working_.extract(work);
-  if (found.empty()) return;
-  const Answer& answer = found.mapped();
-  const Servant& servant = services_.servant(answer.servant);
-  if (!servant.alive) return;
-  const ServicePlan& plan = plan_of_servant(servant.id);
-  auto payload = Payload::adopt(make_message(answer.label, answer.bytes, plan.compressible));
-  check_.on_answered(servant, answer.label, payload);
-  services_.answer(servant.id, answer.key, payload);
+  work_.on_request(servant, key, payload);
 }
 
 void ServiceCrowd::on_response(const Caller& caller, const Servant& servant, RequestKey key,
@@ -219,7 +195,7 @@ void ServiceCrowd::on_response(const Caller& caller, const Servant& servant, Req
 
 void ServiceCrowd::calm() {
   calm_ = true;
-  while (!working_.empty()) give(working_.begin()->first);
+  work_.calm();
 }
 
 Duration ServiceCrowd::call_round() {
@@ -247,7 +223,7 @@ void ServiceCrowd::shuffle() {
 }
 
 void ServiceCrowd::ask_for_results(Duration goal_time) {
-  goal_time_ = goal_time;
+  work_.take_time(goal_time);
   while (!callers_.empty()) remove_caller(callers_.size() - 1);
   for (const auto& plan : scenario_.services) {
     for (int graph = 0; !plan.action.empty() && graph < static_cast<int>(scenario_.graphs.size());

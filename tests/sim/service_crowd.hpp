@@ -10,6 +10,7 @@
 #include "sim/call_check.hpp"
 #include "sim/rng.hpp"
 #include "sim/scenario.hpp"
+#include "sim/server_work.hpp"
 #include "sim/services.hpp"
 
 namespace connect_bridge::sim {
@@ -24,6 +25,7 @@ class ServiceCrowd {
         check_(check),
         scenario_(scenario),
         rng_(rng),
+        work_(schedule, services, check, rng_.fork()),
         verbose_(verbose) {}
 
   void start();
@@ -53,12 +55,6 @@ class ServiceCrowd {
   [[nodiscard]] std::string local_name(int graph, const std::string& wire) const;
 
  private:
-  struct Answer {
-    int servant = 0;
-    RequestKey key;
-    Label label;
-    std::size_t bytes = 0;
-  };
   EndpointSpec spec(const ServicePlan& plan, int graph, const std::string& node);
   void add_servant(const ServicePlan& plan, int graph, const std::string& node);
   void add_parts(const ServicePlan& plan, int servant);
@@ -69,7 +65,6 @@ class ServiceCrowd {
   void churn();
   void tick(int caller);
   void call(int caller);
-  void give(std::uint64_t work);
   void tell(const std::string& what, const EndpointSpec& spec) const;
 
   Schedule& schedule_;
@@ -78,9 +73,9 @@ class ServiceCrowd {
   CallCheck& check_;
   const Scenario& scenario_;
   Rng rng_;
+  ServerWork work_;
   bool verbose_;
   bool calm_ = false;
-  Duration goal_time_ = std::chrono::milliseconds(1);  // when it is calm
   // What a server has beside send_goal.
   struct Parts {
     std::vector<int> servants, writers;
@@ -88,10 +83,6 @@ class ServiceCrowd {
   std::vector<int> servants_, callers_;
   std::map<int, Parts> parts_;  // by the servant of send_goal
   std::map<int, const ServicePlan*> servant_plans_, caller_plans_;
-  std::map<int, TimePoint> busy_until_;  // servers that do one thing after the other
-  // Calls without an answer, by their number: put off for ever, or until it is calm, among them.
-  std::map<std::uint64_t, Answer> working_;
-  std::uint64_t last_work_ = 0;
   int last_node_ = 0;
 };
 

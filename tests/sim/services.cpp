@@ -93,7 +93,9 @@ int Services::call(RequestKey key, const Payload& payload) {
   if (!caller.alive) violated("a client that does not exist calls");
   std::erase_if(caller.servants, [this](int id) { return !servants_[index(id)].alive; });
   for (const int id : caller.servants) {
-    schedule_.after(rng_.between(Duration{20us}, 300us), [this, id, key, payload] {
+    TimePoint& arrival = caller.arrivals[id];
+    arrival = std::max(arrival, schedule_.now() + rng_.between(Duration{20us}, 300us));
+    schedule_.at(arrival, [this, id, key, payload] {
       if (servants_[index(id)].alive) listener_.on_request(servants_[index(id)], key, payload);
     });
   }

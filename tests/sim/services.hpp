@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,8 @@ struct Caller {
   int id = 0;
   Gid gid;
   bool alive = true;
-  std::vector<int> servants;  // that it has found, dead ones among them
+  std::vector<int> servants;          // that it has found, dead ones among them
+  std::map<int, TimePoint> arrivals;  // by servant: of its last request, which none overtakes
 };
 
 // Which request of whom; the middleware's header of a request.

@@ -107,11 +107,12 @@ struct ServiceReady {
   bool ready = false;
   std::string type_hash;  // of the installed service type, empty where the distribution has none
 };
-// The first answer to an invocation; later ones of other servers are swallowed by the gateway.
+// The first answer to an invocation; later ones of other servers are swallowed by the gateway. Of a
+// dropped invocation it tells only that the server has taken the request.
 struct ResponseTaken {
   ServiceClientId client;
   InvocationId invocation;
-  Payload payload;
+  Payload payload;  // empty for a dropped invocation
 };
 // The request could not be sent (its bytes are no such request, the middleware refused).
 struct InvocationFailed {
@@ -249,7 +250,7 @@ struct SendRequest {
   InvocationId invocation;  // chosen by the core
   Payload payload;
 };
-// No answer is wanted any longer.
+// The answer is not wanted any longer, only that there is one.
 struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;

@@ -40,14 +40,14 @@ ServiceExports::ServiceExports(const SideOptions& options, const Policy& policy,
 
 ServiceExports::~ServiceExports() = default;
 
-void ServiceExports::on_graph() {
+void ServiceExports::on_graph(const Now& now) {
   const auto is_real = [&](const ServiceKey& key) {
     // What another bridge mirrors is served elsewhere, whatever its node is called.
     return graph_.services().contains(key) && !claims_.claimed(service_gid(key.first));
   };
   for (auto it = services_.begin(); it != services_.end();) {
     Service& service = (it++)->second;
-    if (!is_real(service.key)) remove(service);
+    if (!is_real(service.key)) remove(service, now);
   }
   for (const auto& [key, state] : graph_.services()) {
     if (!is_real(key)) continue;
@@ -56,12 +56,13 @@ void ServiceExports::on_graph() {
     if (is_new) {
       service.key = key;
       service.results = is_result_service(key.first);
+      if (service.results) service.queue = ServerQueue(kResultSilenceMax);
     }
-    update_servers(service, state);
+    update_servers(service, state, now);
   }
 }
 
-void ServiceExports::update_servers(Service& service, const ServiceState& state) {
+void ServiceExports::update_servers(Service& service, const ServiceState& state, const Now& now) {
   std::set<Gid> servers;
   for (const auto& server : state.servers)
     if (server.gid != Gid{}) servers.insert(server.gid);
@@ -80,19 +81,21 @@ void ServiceExports::update_servers(Service& service, const ServiceState& state)
     service.failed = false;
     service.servers = std::move(servers);
   }
-  if (replaced) renew(service);
+  if (replaced) renew(service, now);
 }
 
 // The server that was called is gone, and another may be there: offered again, as something new.
-void ServiceExports::renew(Service& service) {
-  for (auto& [id, served] : service.links) end(served);
+void ServiceExports::renew(Service& service, const Now& now) {
+  end_line(service);
+  for (auto& [id, served] : service.links) end(served, now);
   service.links.clear();
   release_client(service);
   offers_due_ = true;
 }
 
-void ServiceExports::remove(Service& service) {
-  for (auto& [id, served] : service.links) end(served);
+void ServiceExports::remove(Service& service, const Now& now) {
+  end_line(service);
+  for (auto& [id, served] : service.links) end(served, now);
   service.links.clear();
   release_client(service);
   services_.erase(ServiceKey(service.key));
@@ -118,14 +121,14 @@ QueueOptions ServiceExports::queue_options(const Served& served) const {
   return queue;
 }
 
-void ServiceExports::recheck(LinkEntry& link) {
+void ServiceExports::recheck(LinkEntry& link, const Now& now) {
   for (auto& [key, service] : services_) {
     const auto it = service.links.find(link.id);
     if (it == service.links.end()) continue;
     Served& served = it->second;
     const auto decision = permission(link, key);
     if (!decision) {
-      end(served);
+      end(served, now);
       service.links.erase(it);
       release_client(service);
       continue;
@@ -149,7 +152,7 @@ void ServiceExports::collect_offers(LinkEntry& link, std::vector<ChannelOffer>& 
     served.considered = true;
     auto decision = permission(link, key);
     if (!decision) {
-      if (served.held) let_go(served);  // a rule was changed while the link was lost
+      if (served.held) let_go(served, now);  // a rule was changed while the link was lost
       continue;
     }
     served.decision = std::move(*decision);
@@ -179,8 +182,8 @@ ChannelOffer ServiceExports::open_channel(Served& served, LinkEntry& link) {
   return offer;
 }
 
-void ServiceExports::end(Served& served) {
-  end_calls(served);
+void ServiceExports::end(Served& served, const Now& now) {
+  end_calls(served, now);
   const auto link = links_.find(served.link);
   if (served.requests) {
     // Requests may be on their way: they are expected until the peer says that none follow.
@@ -198,20 +201,20 @@ void ServiceExports::end(Served& served) {
   served.held = served.attached = false;
 }
 
-void ServiceExports::let_go(Served& served) {
-  end_calls(served);
+void ServiceExports::let_go(Served& served, const Now& now) {
+  end_calls(served, now);
   served.requests = {};
   served.held = served.attached = false;
   release_client(*served.service);
 }
 
-void ServiceExports::end_calls(Served& served) {
+void ServiceExports::end_calls(Served& served, const Now& now) {
   if (served.forgotten_at) timers_.erase(*std::exchange(served.forgotten_at, {}));
   served.counts.lost += served.calls.size();
   while (!served.calls.empty()) erase(served, served.calls.begin());
   if (served.hungry) std::erase(load_of(served).hungry, &served);
   served.hungry = false;
-  resume(served);  // others get its places
+  resume(served, now);  // others get its places
 }
 
 void ServiceExports::on_link_lost(LinkId id) {
@@ -232,7 +235,7 @@ void ServiceExports::on_link_lost(LinkId id) {
   loads_[id].ended_channels = 0;
 }
 
-void ServiceExports::on_link_dead(LinkId id) {
+void ServiceExports::on_link_dead(LinkId id, const Now& now) {
   const auto load = loads_.find(id);
   if (load != loads_.end()) {  // the places that get free are for nobody
     for (Served* served : load->second.hungry) served->hungry = false;
@@ -241,7 +244,7 @@ void ServiceExports::on_link_dead(LinkId id) {
   for (auto& [key, service] : services_) {
     const auto it = service.links.find(id);
     if (it == service.links.end()) continue;
-    end(it->second);
+    end(it->second, now);
     service.links.erase(it);
     release_client(service);
   }
@@ -282,7 +285,7 @@ Result<Nothing> ServiceExports::on_attach(LinkEntry& link, const Attach& attach,
   return Nothing{};
 }
 
-bool ServiceExports::on_withdraw(LinkEntry& link, ChannelId requests) {
+bool ServiceExports::on_withdraw(LinkEntry& link, ChannelId requests, const Now& now) {
   const auto it = by_requests_.find({link.id, requests});
   if (it == by_requests_.end()) return false;
   Served* served = it->second;
@@ -292,7 +295,7 @@ bool ServiceExports::on_withdraw(LinkEntry& link, ChannelId requests) {
     --loads_[link.id].ended_channels;
     return true;
   }
-  let_go(*served);
+  let_go(*served, now);
   link.link->outbox().clear_channel(served->channel);
   return true;
 }
@@ -315,6 +318,7 @@ void ServiceExports::release_client(Service& service) {
   const bool held = std::any_of(service.links.begin(), service.links.end(),
                                 [](const auto& e) { return e.second.held; });
   if (held || !service.client) return;
+  end_line(service);
   outputs_.push(DestroyServiceClient{service.client});
   by_client_.erase(service.client);
   service.client = {};
@@ -340,7 +344,7 @@ bool ServiceExports::on_decline(LinkEntry& link, const Decline& decline, const N
   return true;
 }
 
-void ServiceExports::on_client_failed(const ServiceClientFailed& failed) {
+void ServiceExports::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
   const auto it = by_client_.find(failed.client);
   if (it == by_client_.end()) return;
   Service& service = *it->second;
@@ -349,7 +353,8 @@ void ServiceExports::on_client_failed(const ServiceClientFailed& failed) {
   service.client = {};
   service.failed = true;
   note_action_use(service, false);
-  for (auto& [id, served] : service.links) end(served);
+  end_line(service);
+  for (auto& [id, served] : service.links) end(served, now);
   service.links.clear();
 }
 
@@ -365,7 +370,7 @@ void ServiceExports::add_status(const LinkEntry& link, LinkStatus& status) const
     s.attached = served.attached;
     if (served.requests) s.declined.clear();  // not any more
     s.pending = static_cast<std::uint32_t>(served.calls.size());
-    s.waiting = static_cast<std::uint32_t>(served.waiting.size());
+    s.waiting = static_cast<std::uint32_t>(served.waiting.size() + (served.in_line ? 1 : 0));
     status.services.push_back(std::move(s));
   }
 }

@@ -19,11 +19,17 @@
 #include "core/side/link_entry.hpp"
 #include "core/side/outputs.hpp"
 #include "core/side/rare_log.hpp"
+#include "core/side/server_queue.hpp"
 #include "core/side/status.hpp"
 
 namespace connect_bridge {
 
 struct SideOptions;
+
+// How long a server may answer nothing before it is presumed to have taken what it was given: those
+// of services, and of actions' results, which are taken at once and answered when a goal ends.
+inline constexpr Duration kSilenceMax = std::chrono::seconds(5);
+inline constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
 
 // A service is exported while it has a real server. Per service there is at most one client, held
 // while any link is attached to it. What is known of a link's calls outlives its connections, until
@@ -37,9 +43,9 @@ class ServiceExports {
   ~ServiceExports();
 
   // Servers, or what other bridges claim, have changed.
-  void on_graph();
+  void on_graph(const Now& now);
   // Withdraws what is no longer allowed to the link, and treats the rest by the rules of now.
-  void recheck(LinkEntry& link);
+  void recheck(LinkEntry& link, const Now& now);
   // Adds what is to be offered to the link and is not yet.
   void collect_offers(LinkEntry& link, std::vector<ChannelOffer>& offers, const Now& now);
   // True once after something has to be offered again, without a change from outside.
@@ -55,13 +61,13 @@ class ServiceExports {
   // The connection is gone: calls go on, answers wait for the link's return.
   void on_link_lost(LinkId link);
   // The link is declared dead: its calls end.
-  void on_link_dead(LinkId link);
+  void on_link_dead(LinkId link, const Now& now);
 
   // Errors end the connection. A message that crossed our withdraw is none.
   Result<Nothing> on_attach(LinkEntry& link, const Attach& attach, const Now& now);
-  Result<Nothing> on_forget(LinkEntry& link, const Forget& forget);
+  Result<Nothing> on_forget(LinkEntry& link, const Forget& forget, const Now& now);
   // False: no channel of requests that this side knows.
-  bool on_withdraw(LinkEntry& link, ChannelId requests);
+  bool on_withdraw(LinkEntry& link, ChannelId requests, const Now& now);
   // False: no service is offered under this number.
   bool on_decline(LinkEntry& link, const Decline& decline, const Now& now);
   // Nullopt: no channel of requests.
@@ -71,7 +77,7 @@ class ServiceExports {
   void on_ready(const ServiceReady& ready, const Now& now);
   void on_response(ResponseTaken& response, const Now& now);
   void on_invocation_failed(const InvocationFailed& failed, const Now& now);
-  void on_client_failed(const ServiceClientFailed& failed);
+  void on_client_failed(const ServiceClientFailed& failed, const Now& now);
   bool on_job(const JobDone& done, const Now& now);  // false: not ours
   void on_time(const Now& now);
 
@@ -85,11 +91,20 @@ class ServiceExports {
  private:
   using ChannelKey = std::pair<LinkId, ChannelId>;
   using TimerKey = std::pair<TimePoint, std::uint64_t>;  // the second makes it unique
-  enum class CallState : std::uint8_t { kWaiting, kDecoding, kInFlight, kEncoding, kAnswered };
+  // kWaiting: for a place; kInLine: it has one, and waits for the server's queue. Both keep the
+  // request.
+  enum class CallState : std::uint8_t {
+    kWaiting,
+    kInLine,
+    kDecoding,
+    kInFlight,
+    kEncoding,
+    kAnswered
+  };
 
   struct Call {
     CallState state = CallState::kWaiting;
-    InMessage request;  // while it waits
+    InMessage request;
     InvocationId invocation;
     JobId job;          // kDecoding, kEncoding
     OutMessage answer;  // kEncoding: raw; kAnswered: kept until the peer has it
@@ -112,6 +127,7 @@ class ServiceExports {
     CallId seen;
     std::map<CallId, Call> calls;
     std::set<CallId> waiting;
+    CallId in_line;  // one at most, so that links take turns
     CallId decoding;
     std::uint32_t in_flight = 0;
     ServiceStatus counts;
@@ -127,6 +143,10 @@ class ServiceExports {
     bool results = false;  // answers when a goal has ended: no time limit, a bound of its own
     std::string type_hash;
     std::map<LinkId, Served> links;
+    ServerQueue queue{kSilenceMax};  // of the client's server
+    std::uint32_t decoding = 0;      // of all links: they have room in the queue
+    std::deque<Served*> line;        // whose calls wait for room in the queue
+    std::optional<TimerKey> line_timer;
   };
   // What one peer's calls take, all services together.
   struct PeerLoad {
@@ -143,18 +163,18 @@ class ServiceExports {
   using Calls = std::map<CallId, Call>;
 
   // ---- service_exports.cpp
-  void update_servers(Service& service, const ServiceState& state);
-  void renew(Service& service);
-  void remove(Service& service);
+  void update_servers(Service& service, const ServiceState& state, const Now& now);
+  void renew(Service& service, const Now& now);
+  void remove(Service& service, const Now& now);
   [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
                                                    const ServiceKey& key) const;
   [[nodiscard]] QueueOptions queue_options(const Served& served) const;
   [[nodiscard]] ChannelOffer open_channel(Served& served, LinkEntry& link);
   // The channel ends, and all calls with it. The caller erases it or offers it anew.
-  void end(Served& served);
-  void end_calls(Served& served);
+  void end(Served& served, const Now& now);
+  void end_calls(Served& served, const Now& now);
   // Nobody is attached any longer, and will not come back.
-  void let_go(Served& served);
+  void let_go(Served& served, const Now& now);
   void use_client(Service& service);
   void note_action_use(const Service& service, bool on);
   void release_client(Service& service);
@@ -165,21 +185,32 @@ class ServiceExports {
   // Why a further call cannot be kept; empty if it can.
   [[nodiscard]] std::string no_room(const Served& served, const PeerLoad& load,
                                     const InMessage& message) const;
-  // Whether the service has one, whatever the link has.
-  [[nodiscard]] bool has_place(const Served& served) const;
-  // Gives the places that are free to calls that wait, this service's and others' in turn.
-  void resume(Served& served);
-  void start_next(Served& served);
-  void malformed(Served& served, CallId id);
-  void invoke(Served& served, CallId id, Call& call, Payload request);
-  void free_place(Served& served);
-  void erase(Served& served, Calls::iterator at);
   void refuse(Served& served, CallId call, const std::string& code, const std::string& reason);
   void encode(Served& served, CallId id, Call& call, Payload raw, const Now& now);
   void answer(Served& served, CallId id, Call& call, Codec codec, Payload body, const Now& now);
   void push(Served& served, CallId id, const Call& call, const Now& now);
   void withhold(Served& served, CallId id, const std::string& why, const Now& now);
   void push_answers(Served& served, const Now& now);
+
+  // ---- service_exports_places.cpp
+  // Whether the service has one, whatever the link and the server's queue have.
+  [[nodiscard]] bool has_place(const Served& served) const;
+  [[nodiscard]] static bool has_room(Service& service, const Now& now);
+  // Gives what is free of the server's queue and of the link's places to calls that wait.
+  void resume(Served& served, const Now& now);
+  void let_in(Service& service, const Now& now);
+  // This service's calls and the link's others in turn.
+  void share_places(Served& served, const Now& now);
+  void take_place(Served& served, const Now& now);
+  void watch_line(Service& service);
+  // The client goes, or all its calls do: nobody is let in any more.
+  void end_line(Service& service);
+  void start(Served& served, CallId id, const Now& now);
+  void end_decoding(Served& served);
+  void malformed(Served& served, CallId id);
+  void invoke(Served& served, CallId id, Call& call, Payload request, const Now& now);
+  void free_place(Served& served);
+  void erase(Served& served, Calls::iterator at);
   PeerLoad& load_of(const Served& served) { return loads_[served.link]; }
 
   const SideOptions& options_;
@@ -197,6 +228,7 @@ class ServiceExports {
   std::unordered_map<InvocationId, std::pair<Served*, CallId>> invocations_;
   std::unordered_map<JobId, std::pair<Served*, CallId>> jobs_;
   std::map<TimerKey, std::pair<Served*, CallId>> timers_;
+  std::map<TimerKey, Service*> line_timers_;
   std::uint64_t last_timer_ = 0;
   std::map<LinkId, PeerLoad> loads_;
   std::vector<ActionUse> action_uses_;

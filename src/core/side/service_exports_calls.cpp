@@ -50,14 +50,14 @@ Result<Nothing> ServiceExports::take(LinkEntry& link, Served& served, InMessage 
       call.timer = TimerKey{now.steady + served.decision.treatment.call_timeout, ++last_timer_};
       timers_[*call.timer] = {&served, id};
     }
-    resume(served);
+    resume(served, now);
     const auto waits = served.calls.find(id);
     // A message of one part is a slice: it must not keep its whole packet while it waits.
-    if (waits != served.calls.end() && waits->second.state == CallState::kWaiting &&
+    if (waits != served.calls.end() && waits->second.state <= CallState::kInLine &&
         waits->second.request.body.size() <= kPacketBytesMax)
       waits->second.request.body = Payload::copy_of(waits->second.request.body.view());
   }
-  if (id.value >= kCallNumbersMax) renew(*served.service);
+  if (id.value >= kCallNumbersMax) renew(*served.service, now);
   return Nothing{};
 }
 
@@ -75,105 +75,6 @@ std::string ServiceExports::no_room(const Served& served, const PeerLoad& load,
   return {};
 }
 
-// Requests are decompressed one after the other, so that they reach the server in their order.
-bool ServiceExports::has_place(const Served& served) const {
-  if (served.decoding || !served.service->client) return false;
-  if (served.service->results) return served.in_flight < kResultCallsMax;
-  return served.in_flight < served.decision.treatment.calls_max;
-}
-
-void ServiceExports::resume(Served& served) {
-  while (served.service->results && !served.waiting.empty() && has_place(served))
-    start_next(served);
-  PeerLoad& load = load_of(served);
-  const auto line_up = [&](Served& s) {
-    if (s.hungry || s.service->results || s.waiting.empty() || !has_place(s)) return;
-    s.hungry = true;
-    load.hungry.push_back(&s);
-  };
-  line_up(served);
-  while (!load.hungry.empty() && load.in_flight < options_.calls_max) {
-    Served& next = *load.hungry.front();
-    load.hungry.pop_front();
-    next.hungry = false;
-    if (next.waiting.empty() || !has_place(next)) continue;
-    start_next(next);
-    line_up(next);
-  }
-}
-
-void ServiceExports::start_next(Served& served) {
-  const CallId id = *served.waiting.begin();
-  Call& call = served.calls.at(id);
-  PeerLoad& load = load_of(served);
-  served.waiting.erase(id);
-  --load.waiting;
-  load.request_bytes -= call.request.body.size();
-  ++served.in_flight;
-  if (!served.service->results) ++load.in_flight;
-  call.state = CallState::kDecoding;
-  const InMessage request = std::move(call.request);
-  call.request = {};
-  if (request.codec == Codec::kNone) return invoke(served, id, call, request.body);
-  if (request.raw_bytes >= options_.compress_job_bytes) {
-    call.job = outputs_.new_job();
-    jobs_[call.job] = {&served, id};
-    served.decoding = id;
-    outputs_.push(DecompressJob{call.job, request.codec, request.raw_bytes, request.body});
-    return;
-  }
-  auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
-  if (raw) return invoke(served, id, call, Payload::adopt(std::move(raw).value()));
-  malformed(served, id);
-}
-
-void ServiceExports::malformed(Served& served, CallId id) {
-  LinkEntry& link = links_.at(served.link);
-  if (link.link)
-    link.fail({CloseCode::kMalformed, "a compressed request does not decompress to its size"});
-  erase(served, served.calls.find(id));
-}
-
-void ServiceExports::invoke(Served& served, CallId id, Call& call, Payload request) {
-  call.state = CallState::kInFlight;
-  call.invocation = outputs_.new_invocation();
-  invocations_[call.invocation] = {&served, id};
-  outputs_.push(SendRequest{served.service->client, call.invocation, std::move(request)});
-}
-
-void ServiceExports::free_place(Served& served) {
-  --served.in_flight;
-  if (!served.service->results) --load_of(served).in_flight;
-}
-
-void ServiceExports::erase(Served& served, Calls::iterator at) {
-  Call& call = at->second;
-  PeerLoad& load = load_of(served);
-  switch (call.state) {
-    case CallState::kWaiting:
-      served.waiting.erase(at->first);
-      --load.waiting;
-      load.request_bytes -= call.request.body.size();
-      break;
-    case CallState::kDecoding:
-      if (served.decoding == at->first) served.decoding = {};
-      free_place(served);
-      break;
-    case CallState::kInFlight:
-      if (served.service->client)
-        outputs_.push(DropInvocation{served.service->client, call.invocation});
-      invocations_.erase(call.invocation);
-      free_place(served);
-      break;
-    case CallState::kEncoding:
-    case CallState::kAnswered: load.answer_bytes -= call.answer.body.size(); break;
-  }
-  if (call.job) jobs_.erase(call.job);
-  if (call.timer) timers_.erase(*call.timer);
-  --load.calls;
-  served.calls.erase(at);
-}
-
 // A refusal that is lost with its connection is found out when the peer attaches again: the call is
 // missing from `attached` then.
 void ServiceExports::refuse(Served& served, CallId call, const std::string& code,
@@ -183,7 +84,7 @@ void ServiceExports::refuse(Served& served, CallId call, const std::string& code
         .send(Refuse{served.channel, {call}, code, reason.substr(0, kReasonBytesMax)});
 }
 
-Result<Nothing> ServiceExports::on_forget(LinkEntry& link, const Forget& forget) {
+Result<Nothing> ServiceExports::on_forget(LinkEntry& link, const Forget& forget, const Now& now) {
   const auto it = by_channel_.find({link.id, forget.channel});
   if (it == by_channel_.end()) {
     if (forget.channel.value > link.last_channel)
@@ -197,7 +98,7 @@ Result<Nothing> ServiceExports::on_forget(LinkEntry& link, const Forget& forget)
     ++served.counts.forgotten;
     erase(served, call);
   }
-  resume(served);
+  resume(served, now);
   return Nothing{};
 }
 
@@ -206,7 +107,7 @@ void ServiceExports::on_ready(const ServiceReady& ready, const Now& now) {
   if (it == by_client_.end()) return;
   Service& service = *it->second;
   if (service.ready == ready.ready) return;
-  if (!ready.ready) return renew(service);
+  if (!ready.ready) return renew(service, now);
   service.ready = true;
   service.type_hash = ready.type_hash;
   for (auto& [id, served] : service.links)
@@ -214,15 +115,18 @@ void ServiceExports::on_ready(const ServiceReady& ready, const Now& now) {
 }
 
 void ServiceExports::on_response(ResponseTaken& response, const Now& now) {
+  const auto client = by_client_.find(response.client);
+  if (client == by_client_.end()) return;
+  client->second->queue.answered(response.invocation, now.steady);
   const auto it = invocations_.find(response.invocation);
-  if (it == invocations_.end()) return;
+  if (it == invocations_.end()) return let_in(*client->second, now);  // nobody waits for it
   const auto [served, id] = it->second;
   invocations_.erase(it);
   Call& call = served->calls.at(id);
   call.state = CallState::kEncoding;
   free_place(*served);
   encode(*served, id, call, std::move(response.payload), now);
-  resume(*served);
+  resume(*served, now);
 }
 
 // There is an answer, but it cannot be given.
@@ -315,6 +219,7 @@ void ServiceExports::on_invocation_failed(const InvocationFailed& failed, const 
   invocations_.erase(it);
   const auto call = served->calls.find(id);
   call->second.state = CallState::kDecoding;  // no longer the gateway's
+  served->service->queue.failed(failed.invocation);
   ++served->counts.refused;
   if (const auto count = load_of(*served).refusals.count(now))
     outputs_.log(LogLevel::kWarn, std::to_string(*count) + " call(s) of " +
@@ -322,7 +227,7 @@ void ServiceExports::on_invocation_failed(const InvocationFailed& failed, const 
                                       served->service->key.first + ": " + failed.reason);
   refuse(*served, id, "failed", failed.reason);
   erase(*served, call);
-  resume(*served);
+  resume(*served, now);
 }
 
 bool ServiceExports::on_job(const JobDone& done, const Now& now) {
@@ -337,13 +242,13 @@ bool ServiceExports::on_job(const JobDone& done, const Now& now) {
     answer(*served, id, call, codec, done.result.value_or(Payload{}), now);
     return true;
   }
-  served->decoding = {};
+  end_decoding(*served);
   if (done.result) {
-    invoke(*served, id, call, *done.result);
+    invoke(*served, id, call, *done.result, now);
   } else {
     malformed(*served, id);
   }
-  resume(*served);
+  resume(*served, now);
   return true;
 }
 
@@ -352,7 +257,7 @@ void ServiceExports::on_time(const Now& now) {
   while (!timers_.empty() && timers_.begin()->first.first <= now.steady) {
     const auto [served, id] = timers_.begin()->second;
     if (!id) {
-      let_go(*served);
+      let_go(*served, now);
       continue;
     }
     ++served->counts.timed_out;
@@ -360,12 +265,20 @@ void ServiceExports::on_time(const Now& now) {
     erase(*served, served->calls.find(id));
     if (freed.empty() || freed.back() != served) freed.push_back(served);
   }
-  for (Served* served : freed) resume(*served);
+  for (Served* served : freed) resume(*served, now);
+  while (!line_timers_.empty() && line_timers_.begin()->first.first <= now.steady) {
+    Service& service = *line_timers_.begin()->second;
+    line_timers_.erase(*std::exchange(service.line_timer, {}));
+    let_in(service, now);
+  }
 }
 
 std::optional<TimePoint> ServiceExports::deadline() const {
-  if (timers_.empty()) return std::nullopt;
-  return timers_.begin()->first.first;
+  std::optional<TimePoint> first;
+  if (!timers_.empty()) first = timers_.begin()->first.first;
+  if (line_timers_.empty()) return first;
+  const TimePoint line = line_timers_.begin()->first.first;
+  return first ? std::min(*first, line) : line;
 }
 
 }  // namespace connect_bridge

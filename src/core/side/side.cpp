@@ -120,7 +120,7 @@ void Side::State::on(PolicyChanged& input, const Now& now) {
     if (link.open() && link.accepts)
       recheck(link, now);
     else
-      service_exports.recheck(link);  // the calls of a lost connection lose their right, too
+      service_exports.recheck(link, now);  // the calls of a lost connection lose their right, too
   }
   imports.on_policy(now);
   service_imports.on_policy(now);
@@ -153,8 +153,8 @@ void Side::State::on(ServiceMirrorFailed& input, const Now&) {
   service_imports.on_mirror_failed(input);
 }
 
-void Side::State::on(ServiceClientFailed& input, const Now&) {
-  service_exports.on_client_failed(input);
+void Side::State::on(ServiceClientFailed& input, const Now& now) {
+  service_exports.on_client_failed(input, now);
 }
 
 void Side::State::on(StopRequested&, const Now& now) {
@@ -269,7 +269,7 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
           [&](Attach& m) { return on_attach(entry, m, now); },
           [&](Attached& m) { return service_imports.on_attached(entry, m, now); },
           [&](Refuse& m) { return service_imports.on_refuse(entry, m, now); },
-          [&](Forget& m) { return service_exports.on_forget(entry, m); },
+          [&](Forget& m) { return service_exports.on_forget(entry, m, now); },
       },
       control);
 }

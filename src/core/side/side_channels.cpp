@@ -13,7 +13,7 @@ constexpr int kWithdrawalsAtOnce = 12'000;
 }  // namespace
 
 void Side::State::update_exports(const Now& now) {
-  service_exports.on_graph();
+  service_exports.on_graph(now);
   if (!actions.update(graph, claims)) return send_offers(now);
   for (auto& [id, entry] : links)
     if (entry.open() && entry.accepts) recheck(entry, now);
@@ -40,7 +40,7 @@ void Side::State::send_offers(const Now& now) {
 
 void Side::State::recheck(LinkEntry& entry, const Now& now) {
   exports.recheck(entry, now);
-  service_exports.recheck(entry);
+  service_exports.recheck(entry, now);
   send_offers(entry, now);
 }
 
@@ -65,7 +65,7 @@ Result<Nothing> Side::State::on_offer(LinkEntry& entry, const Offer& offer, cons
 Result<Nothing> Side::State::on_withdraw(LinkEntry& entry, const Withdraw& withdraw,
                                          const Now& now) {
   for (const ChannelId channel : withdraw.channels) {
-    if (service_exports.on_withdraw(entry, channel)) continue;  // of requests to us
+    if (service_exports.on_withdraw(entry, channel, now)) continue;  // of requests to us
     if (!imports.on_withdraw(entry, channel, now) &&
         !service_imports.on_withdraw(entry, channel, now))
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
@@ -112,7 +112,7 @@ void Side::State::on_link_dead(LinkId link, const Now& now) {
 }
 
 void Side::State::end_calls(LinkId link, const Now& now) {
-  service_exports.on_link_dead(link);
+  service_exports.on_link_dead(link, now);
   service_imports.on_link_dead(link, now);
 }
 
