@@ -166,6 +166,11 @@ inline bool tells_callers() {
   return participant_prefix_size() > 0;
 }
 
+// Whether the writers of responses in the graph tell all servers, and ids which of them are ours.
+inline bool tells_servers() {
+  return participant_prefix_size() > 0;
+}
+
 // Everyone in the graph who may have sent requests to this service (a full name), comparable with
 // caller_of(); nullopt: this middleware does not tell, or failed. With rmw_fastrtps the callers are
 // the readers of responses; the ids that others put into a request are not those of the graph, and

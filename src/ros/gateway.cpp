@@ -86,7 +86,8 @@ struct Gateway::State {
   ReadyList ready;
   TypeSupports types;
   TakeBuffer buffer;
-  ProxyNodes proxies{node};
+  ProxyNodes proxies{node,
+                     [this](const std::string& name) { return graph && graph->has_node(name); }};
   Entities<SubscriptionId, Subscription> subscriptions;
   Entities<MirrorId, Mirror> mirrors;
   Services services{service_ports(), kServiceMirror, kServiceClient};

@@ -18,6 +18,22 @@ Duration retry_delay(int retries) {
   return std::chrono::milliseconds(25) * (1 << retries);
 }
 
+std::set<std::string> nodes_of(const GraphChanged& graph) {
+  std::set<std::string> nodes;
+  const auto add = [&](const auto& entity) {
+    const std::string& space = entity.node_namespace;
+    nodes.insert((space == "/" ? "" : space) + "/" + entity.node_name);
+  };
+  for (const TopicState& topic : graph.topics) {
+    for (const Endpoint& endpoint : topic.publishers) add(endpoint);
+    for (const Endpoint& endpoint : topic.subscribers) add(endpoint);
+  }
+  for (const ServiceState& service : graph.services) {
+    for (const Server& server : service.servers) add(server);
+  }
+  return nodes;
+}
+
 }  // namespace
 
 GraphWatcher::GraphWatcher(const Node& node, Duration pause, std::function<void(GraphNews)> news)
@@ -55,6 +71,11 @@ void GraphWatcher::refresh() {
 std::optional<GraphChanged> GraphWatcher::take() {
   const std::lock_guard lock(mutex_);
   return std::exchange(newest_, std::nullopt);
+}
+
+bool GraphWatcher::has_node(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return nodes_.contains(name);
 }
 
 void GraphWatcher::watch(std::set<std::string> services) {
@@ -168,8 +189,10 @@ void GraphWatcher::read() {
   }
   if (!asked && same_graph(*graph, last_)) return;
   last_ = *graph;
+  auto nodes = nodes_of(*graph);
   {
     const std::lock_guard lock(mutex_);
+    nodes_ = std::move(nodes);
     newest_ = std::move(*graph);
   }
   news_(GraphNews::kRead);

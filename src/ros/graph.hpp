@@ -67,6 +67,9 @@ class GraphWatcher {
   void refresh();
   // The newest graph, if it was not taken yet.
   std::optional<GraphChanged> take();
+  // Whether others have a node of this name ("/fleet/talker"), going by the endpoints of the newest
+  // graph. What bridges have is theirs, whatever its name.
+  [[nodiscard]] bool has_node(const std::string& name);
   // The services (full names) of which it matters which server there is.
   void watch(std::set<std::string> services);
   // Calls for a look after this time, or sooner if that was asked for before.
@@ -105,6 +108,7 @@ class GraphWatcher {
   Clock::time_point look_at_ = Clock::time_point::max();
   std::optional<GraphChanged> newest_;
   std::set<std::string> watched_;
+  std::set<std::string> nodes_;  // others' names
 
   // Of the watcher's thread:
   GraphChanged last_;

@@ -142,7 +142,7 @@ void Node::State::open(const NodeOptions& options) {
   name = rcl_node_get_name(&node);
   name_space = rcl_node_get_namespace(&node);
   full_name = rcl_node_get_fully_qualified_name(&node);
-  own.add_node(full_name);
+  own.settle_node(full_name);
   overrides = read_overrides(context.global_arguments, full_name);
 }
 

@@ -26,9 +26,14 @@ bool OwnEndpoints::contains(const Gid& gid) const {
          std::equal(gid.bytes.begin(), gid.bytes.begin() + prefix_size_, prefix_.bytes.begin());
 }
 
-void OwnEndpoints::add_node(const std::string& full_name) {
+void OwnEndpoints::announce_node(const std::string& full_name) {
   const std::lock_guard lock(mutex_);
-  nodes_.insert(full_name);
+  nodes_[full_name] = kUnsettled;
+}
+
+void OwnEndpoints::settle_node(const std::string& full_name) {
+  const std::lock_guard lock(mutex_);
+  nodes_[full_name] = ++last_settled_;
 }
 
 void OwnEndpoints::remove_node(const std::string& full_name) {
@@ -36,9 +41,9 @@ void OwnEndpoints::remove_node(const std::string& full_name) {
   nodes_.erase(full_name);
 }
 
-bool OwnEndpoints::contains_node(const std::string& full_name) const {
+std::map<std::string, std::uint64_t> OwnEndpoints::nodes() const {
   const std::lock_guard lock(mutex_);
-  return nodes_.contains(full_name);
+  return nodes_;
 }
 
 }  // namespace connect_bridge::ros

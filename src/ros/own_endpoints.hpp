@@ -3,9 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
+#include <map>
 #include <mutex>
-#include <set>
 #include <string>
 #include <unordered_set>
 
@@ -21,9 +22,14 @@ class OwnEndpoints {
 
   void add(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
-  void add_node(const std::string& full_name);
+  // A node of this name is about to come into the graph or to leave it; is there; has left.
+  void announce_node(const std::string& full_name);
+  void settle_node(const std::string& full_name);
   void remove_node(const std::string& full_name);
-  [[nodiscard]] bool contains_node(const std::string& full_name) const;
+  // Our nodes. A number that is not kUnsettled and the same at two times tells that the node was in
+  // the graph all the time between.
+  static constexpr std::uint64_t kUnsettled = 0;
+  [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 
  private:
   // Samples of a mirror arrive after it is gone, so ids stay known for a while.
@@ -35,7 +41,8 @@ class OwnEndpoints {
   Gid prefix_;
   std::unordered_set<Gid> ids_;
   std::deque<Gid> order_;
-  std::set<std::string, std::less<>> nodes_;
+  std::map<std::string, std::uint64_t> nodes_;
+  std::uint64_t last_settled_ = kUnsettled;
 };
 
 }  // namespace connect_bridge::ros

@@ -4,6 +4,8 @@
 #include <rcl/node.h>
 #include <rcl/node_options.h>
 
+#include <bit>
+
 #include "ros/own_endpoints.hpp"
 #include "ros/rcl_result.hpp"
 
@@ -25,7 +27,12 @@ ProxyNodes::Handle ProxyNodes::get(const std::string& name) {
 ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
   const auto slash = name.rfind('/');
   if (slash == std::string::npos) {
-    node_.log(LogLevel::kWarn, "\"" + name + "\" is not a node's name: its endpoints are ours");
+    refused("\"" + name + "\" is not a node's name: its endpoints are ours");
+    return nullptr;
+  }
+  if (is_taken_(name)) {
+    refused("a remote node has the name of a node of this graph, " + name +
+            ": its endpoints are ours");
     return nullptr;
   }
   const std::string name_space = slash == 0 ? "/" : name.substr(0, slash);
@@ -38,25 +45,32 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
       rcl_parse_arguments(0, nullptr, rcl_get_default_allocator(), &options.arguments);
   auto made = std::make_unique<rcl_node_t>(rcl_get_zero_initialized_node());
   // Told first: the graph may show the node to the watcher's thread before we are back.
-  node_.own().add_node(name);
+  node_.own().announce_node(name);
   if (result == RCL_RET_OK) {
     result = rcl_node_init(made.get(), base.c_str(), name_space.c_str(), node_.context(), &options);
   }
   if (result != RCL_RET_OK) {
-    node_.log(
-        LogLevel::kWarn,
+    refused(
         error_text("cannot make the node " + name + ", its endpoints are ours instead", result));
     ignore_error(rcl_node_options_fini(&options));
     node_.own().remove_node(name);
     return nullptr;
   }
   ignore_error(rcl_node_options_fini(&options));
+  node_.own().settle_node(name);
   return {made.release(), [this, name](rcl_node_t* node) {
+            node_.own().announce_node(name);
             ignore_error(rcl_node_fini(node));
             delete node;
             node_.own().remove_node(name);
             nodes_.erase(name);
           }};
+}
+
+// The peer can cause them as often as it likes: the 1st, 2nd, 4th, 8th ... is logged.
+void ProxyNodes::refused(const std::string& why) {
+  if (!std::has_single_bit(++refusals_)) return;
+  node_.log(LogLevel::kWarn, why + " (so far: " + std::to_string(refusals_) + ")");
 }
 
 }  // namespace connect_bridge::ros

@@ -1,6 +1,8 @@
 // Nodes that stand for nodes of the other side, each as long as something belongs to it.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -16,12 +18,15 @@ class ProxyNodes {
   // Keeps the node alive; its last owner removes it from the graph.
   using Handle = std::shared_ptr<rcl_node_s>;
 
-  explicit ProxyNodes(Node& node) : node_(node) {}
+  // `is_taken` tells whether a node of others has this name.
+  ProxyNodes(Node& node, std::function<bool(const std::string& name)> is_taken)
+      : node_(node), is_taken_(std::move(is_taken)) {}
   ProxyNodes(const ProxyNodes&) = delete;
   ProxyNodes& operator=(const ProxyNodes&) = delete;
 
   // The proxy of this name ("/fleet/talker"), made if it is not there. An empty name, and with a
-  // warning one that ROS refuses: our own node.
+  // warning one that ROS refuses or that a node of this graph has: our own node. The peer chooses
+  // names, so they must not pass for somebody here.
   Handle get(const std::string& name);
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -29,8 +34,11 @@ class ProxyNodes {
  private:
   Handle make(const std::string& name);
   Handle own() const;
+  void refused(const std::string& why);
 
   Node& node_;
+  const std::function<bool(const std::string& name)> is_taken_;
+  std::uint64_t refusals_ = 0;
   std::map<std::string, std::weak_ptr<rcl_node_s>, std::less<>> nodes_;
 };
 

@@ -1,6 +1,8 @@
 """Calls while servers, clients, the line and the bridge come and go: none twice, none stuck."""
 
+import os
 import signal
+import sys
 import threading
 import time
 
@@ -16,9 +18,11 @@ from calls import (
     servers_graph,
 )
 from graph import until
+from harness.programs import Program, ros_environment
 from relay import Relay
 
 TIMES = 50
+LEASE = 30.0  # Fast DDS forgets a silent process after 20 s
 FAST = {"retry_min": 0.05, "retry_max": 0.3}
 
 
@@ -100,6 +104,94 @@ def test_server_restarted_50_times_under_load(make):
     answered_after(caller, "in the end")
     caller.check()
     check_once(server)
+
+
+# A process with one server, to be killed: argv are the domain id, the node's name, the service.
+SERVER = """
+import sys, time
+from calls import EchoServer
+from graph import Graph
+server = EchoServer(Graph(int(sys.argv[1]), 2, sys.argv[2]), sys.argv[3])
+print("ready", flush=True)
+time.sleep(600)
+"""
+
+
+class Readiness:
+    """How often each service went, seen by its caller."""
+
+    def __init__(self, callers):
+        self.lost = dict.fromkeys((caller.service for caller in callers), 0)
+        self._callers = callers
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self):
+        before = dict.fromkeys(self.lost, True)
+        while not self._stop.wait(0.002):
+            for caller in self._callers:
+                now = caller.ready()
+                self.lost[caller.service] += before[caller.service] and not now
+                before[caller.service] = now
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+        return self.lost
+
+
+@pytest.mark.slow
+def test_servers_killed_and_started_anew(make, tmp_path):
+    """The graph has the killed one until its lease is over, under the name of the one in its place.
+    What was called before is lost. Then all is answered, also when the graph forgets the first."""
+    pair, _, _ = make()
+    env = ros_environment(pair.domains[0], PYTHONPATH=os.pathsep.join(sys.path))
+    # Which of the two comes first in the graph is left to chance.
+    names = [f"victim_{number}" for number in range(4)]
+    programs = [
+        Program(
+            name,
+            [sys.executable, "-c", SERVER, pair.domains[0], name, f"/s/{name}"],
+            env,
+            tmp_path,
+        )
+        for name in names
+    ]
+    callers = [Caller(pair.operator, f"/s/{name}") for name in names]
+    try:
+        for program in programs:
+            program.start()
+        for program, caller in zip(programs, callers):
+            program.wait_for("ready", 30)
+            caller.wait_ready()
+            answered_after(caller, "before")
+        readiness = Readiness(callers)
+        for program, caller in zip(programs, callers):
+            program.kill()
+            for number in range(3):
+                caller.ask(f"lost {number}")
+        killed = time.monotonic()
+        for program in programs:
+            program.start()
+        for program, caller in zip(programs, callers):
+            program.wait_for("ready", 30)
+            answered_after(caller, "again")
+        loads = [Load(caller, hz=20) for caller in callers]
+        time.sleep(killed + LEASE - time.monotonic())
+        for load in loads:
+            load.stop()
+        lost = readiness.stop()
+        for caller, load in zip(callers, loads):
+            assert load.number > 100
+            asked = {f"load {number}" for number in range(1, load.number + 1)}
+            until(lambda: asked <= caller.answers.keys(), f"all answers of {caller.service}")
+            caller.check()
+            assert not any("lost" in name for name in caller.answers)
+        assert not any(lost.values()), f"services went for a while: {lost}"
+    finally:
+        for program in programs:
+            program.kill()
 
 
 @pytest.mark.slow

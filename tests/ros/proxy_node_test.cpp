@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/side/graph_view.hpp"
 #include "ros/gateway.hpp"
 #include "ros/service_fixture.hpp"
 
@@ -17,11 +18,11 @@ class ProxyNodeTest : public RosTest {
     side.gateway.apply(
         Action{CreateMirror{MirrorId{id}, topic(name), kString, "", qos_of_depth(1), node}});
   }
-  static bool sees_node(TestNode& from, const std::string& name) {
+  static bool sees_node(Node& from, const std::string& name) {
     auto names = rcutils_get_zero_initialized_string_array();
     auto spaces = rcutils_get_zero_initialized_string_array();
     EXPECT_EQ(RCL_RET_OK,
-              rcl_get_node_names(from->handle(), rcl_get_default_allocator(), &names, &spaces));
+              rcl_get_node_names(from.handle(), rcl_get_default_allocator(), &names, &spaces));
     bool seen = false;
     for (std::size_t i = 0; i < names.size; ++i) {
       const std::string space = spaces.data[i];
@@ -46,7 +47,7 @@ TEST_F(ProxyNodeTest, LivesAsLongAsSomethingOfIt) {
   });
   ASSERT_TRUE(state);
   EXPECT_EQ("/fleet", state->publishers[0].node_namespace);
-  EXPECT_TRUE(side.until([&] { return sees_node(user, "/fleet/talker"); }));
+  EXPECT_TRUE(side.until([&] { return sees_node(*user, "/fleet/talker"); }));
   RawClient client(user, topic("service"));
   ASSERT_TRUE(side.until([&] { return client.ready(); }));
   side.gateway.apply(Action{DestroyMirror{MirrorId{1}}});
@@ -56,7 +57,7 @@ TEST_F(ProxyNodeTest, LivesAsLongAsSomethingOfIt) {
   EXPECT_TRUE(side.next<RequestTaken>());
   side.gateway.apply(Action{DestroyServiceMirror{ServiceMirrorId{1}}});
   EXPECT_EQ(0u, side.gateway.counters().proxy_nodes);
-  EXPECT_TRUE(side.until([&] { return !sees_node(user, "/fleet/talker"); }));
+  EXPECT_TRUE(side.until([&] { return !sees_node(*user, "/fleet/talker"); }));
   // The log of a proxy would be a second voice of ours.
   EXPECT_FALSE(side.find_topic("/fleet/talker/rosout"));
 }
@@ -70,12 +71,51 @@ TEST_F(ProxyNodeTest, IsNoNodeOfOthersToUs) {
   EXPECT_FALSE(side.find_topic(topic("a")));
 }
 
+// The peer chooses the names, so a proxy must not pass for somebody here.
+TEST_F(ProxyNodeTest, NeverHasTheNameOfANodeThatIsHere) {
+  TestNode planner("planner", {"--ros-args", "-r", "__ns:=/fleet"});
+  TestSide side("connect_client"), observer("observer");
+  RawPublisher plan(planner, topic("plan"));
+  ASSERT_TRUE(side.topic_state(topic("plan"), [](const TopicState& state) {
+    return state.publishers.size() == 1 && state.publishers[0].node_name == "planner";
+  }));
+  mirror(side, 1, "a", "/fleet/planner");
+  mirror(side, 2, "b", "/planner");
+  EXPECT_EQ(1u, side.gateway.counters().proxy_nodes);
+  EXPECT_TRUE(observer.topic_state(topic("a"), [](const TopicState& state) {
+    return state.publishers.size() == 1 && state.publishers[0].node_name == "connect_client";
+  }));
+  EXPECT_TRUE(observer.topic_state(topic("b"), [](const TopicState& state) {
+    return state.publishers.size() == 1 && state.publishers[0].node_name == "planner";
+  }));
+}
+
+// A bridge that was killed leaves its proxies in the graph for a while, and another one may have
+// made the same: neither keeps us from making ours.
+TEST_F(ProxyNodeTest, ProxiesOfOtherBridgesAreNobody) {
+  TestSide left("connect_client"), other("connect_other"), side("connect_client");
+  other.gateway.apply(Action{CreateMirror{MirrorId{1}, std::string{kClaimsTopic},
+                                          "rcl_interfaces/msg/Log", "", qos_of_depth(1)}});
+  mirror(left, 1, "a", "/talker");
+  mirror(other, 2, "b", "/singer");
+  TestNode user("user");
+  RawPublisher marker(user, topic("marker"));
+  ASSERT_TRUE(side.topic_state(topic("b"), [](const TopicState& state) {
+    return state.publishers.size() == 1 && state.publishers[0].node_name == "connect_other";
+  }));
+  ASSERT_TRUE(side.until([&] { return sees_node(*side.node, "/talker"); }));
+  ASSERT_TRUE(side.topic_state(topic("marker"), [](const TopicState&) { return true; }));
+  mirror(side, 1, "c", "/talker");
+  mirror(side, 2, "d", "/singer");
+  EXPECT_EQ(2u, side.gateway.counters().proxy_nodes);
+}
+
 TEST_F(ProxyNodeTest, RemapsOfOursAreNotTheirs) {
   TestNode user("user");
   TestSide side("connect_client", {}, {"--ros-args", "-r", "__node:=ours", "-r", "__ns:=/we"});
   mirror(side, 1, "a", "/talker");
-  EXPECT_TRUE(side.until([&] { return sees_node(user, "/talker"); }));
-  EXPECT_TRUE(side.until([&] { return sees_node(user, "/we/ours"); }));
+  EXPECT_TRUE(side.until([&] { return sees_node(*user, "/talker"); }));
+  EXPECT_TRUE(side.until([&] { return sees_node(*user, "/we/ours"); }));
 }
 
 TEST_F(ProxyNodeTest, NamesThatAreNoneBecomeOurs) {

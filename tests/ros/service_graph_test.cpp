@@ -1,11 +1,16 @@
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <deque>
+#include <set>
+#include <thread>
 
 #include "core/side/graph_view.hpp"
 #include "ros/gateway.hpp"
 #include "ros/graph.hpp"
+#include "ros/proxy_nodes.hpp"
 #include "ros/service_fixture.hpp"
+#include "ros/service_mirror.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -110,6 +115,117 @@ TEST_F(ServiceGraphTest, LeavesOutClientsAndOurs) {
   EXPECT_TRUE(find(side, topic("proxied")).empty());
 }
 
+// A node that comes up when we have a proxy of its name keeps its services; otherwise a peer could
+// make them vanish by a name.
+TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
+  TestSide side("connect_server");
+  side.gateway.apply(
+      Action{CreateServiceMirror{ServiceMirrorId{1}, topic("remote"), kSetBool, "", "/planner"}});
+  ASSERT_EQ(1u, side.gateway.counters().proxy_nodes);
+  TestNode planner("planner");
+  RawServer one(planner, topic("one")), two(planner, topic("two"));
+  RawServer same(planner, topic("remote"));  // and one of a service that the proxy has, too
+  const std::string action = topic("fib") + "/_action/send_goal";
+  RawServer hidden(planner, action, std::string{kTestPackage} + "/action/Fibonacci_SendGoal");
+  const auto whole = [&](const GraphChanged& graph) {
+    std::size_t found = 0;
+    for (const ServiceState& state : graph.services) {
+      const bool known = state.name == topic("one") || state.name == topic("two") ||
+                         state.name == topic("remote") || state.name == action;
+      if (known && state.servers.size() == 1 && state.servers[0].node_name == "planner") ++found;
+    }
+    return found == 4;
+  };
+  ASSERT_TRUE(side.until([&] { return whole(side.graph); }));
+  side.inputs.clear();
+  const int graphs = side.graphs;
+  side.gateway.apply(Action{DestroyServiceMirror{ServiceMirrorId{1}}});
+  side.gateway.apply(Action{RefreshGraph{}});
+  ASSERT_TRUE(side.until([&] { return side.graphs > graphs; }));
+  for (const Input& input : side.inputs) {
+    if (const auto* graph = std::get_if<GraphChanged>(&input)) {
+      EXPECT_TRUE(whole(*graph));
+    }
+  }
+  const auto states = find(side, action);
+  ASSERT_EQ(1u, states.size());
+  EXPECT_EQ(std::string{kTestPackage} + "/action/Fibonacci_SendGoal", states[0].type);
+}
+
+// The graph is read while proxies are made and removed: at no moment is the real one missed.
+TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
+  TestSide side("connect_server");
+  TestNode planner("planner");
+  RawServer server(planner, topic("service"));
+  ASSERT_TRUE(side.until([&] { return find(side, topic("service")).size() == 1; }));
+  std::atomic<int> readings{0}, missed{0}, strange{0};
+  std::atomic<bool> stop{false};
+  std::thread reader([&] {
+    while (!stop) {
+      const auto services = read_services(*side.node, {}, {});
+      std::size_t found = 0;
+      for (const ServiceState& state : services.value_or(std::vector<ServiceState>{})) {
+        if (state.name == topic("service")) found += state.servers.size();
+        if (state.name == topic("proxy")) ++strange;
+      }
+      if (found != 1) ++missed;
+      ++readings;
+    }
+  });
+  ProxyNodes proxies(*side.node, [](const std::string&) { return false; });
+  TypeSupports types;
+  ServiceType* type = std::get<0>(types.service(kSetBool, ""));
+  ReadyList ready([] {});
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  int made = 0;
+  while ((made < 300 || readings < 300) && std::chrono::steady_clock::now() < deadline) {
+    auto* slot = ready.acquire(nullptr, 0);
+    {
+      ServiceMirror mirror({ServiceMirrorId{1}, topic("proxy"), type, proxies.get("/planner")},
+                           slot);
+      EXPECT_EQ(1u, proxies.size());
+      EXPECT_EQ(std::nullopt, mirror.open());
+    }
+    ready.release(slot);
+    ++made;
+  }
+  stop = true;
+  reader.join();
+  EXPECT_GE(made, 300);
+  EXPECT_GE(readings, 300);
+  EXPECT_EQ(0, missed);
+  EXPECT_EQ(0, strange);
+}
+
+// What is left of a killed process, and the one that took its place.
+TEST_F(ServiceGraphTest, TwoNodesOfOneName) {
+  TestSide side("connect_server");
+  side.gateway.apply(Action{CreateServiceClient{ServiceClientId{1}, topic("both"), kSetBool}});
+  auto first = std::make_unique<TestNode>("robot"), second = std::make_unique<TestNode>("robot");
+  auto a = std::make_unique<RawServer>(*first, topic("both"));
+  const auto ids = [&](const std::string& name) {
+    std::set<Gid> found;
+    for (const ServiceState& state : find(side, name)) {
+      for (const Server& server : state.servers) {
+        EXPECT_EQ("robot", server.node_name);
+        if (server.gid != Gid{}) found.insert(server.gid);
+      }
+    }
+    return found;
+  };
+  ASSERT_TRUE(side.until([&] { return ids(topic("both")).size() == 1; }));
+  const auto before = ids(topic("both"));
+  auto b = std::make_unique<RawServer>(*second, topic("both"));
+  ASSERT_TRUE(side.until([&] { return ids(topic("both")).size() == 2; }));
+  EXPECT_TRUE(ids(topic("both")).contains(*before.begin()));
+  RawServer of_first(*first, topic("first")), of_second(*second, topic("second"));
+  EXPECT_TRUE(side.until(
+      [&] { return find(side, topic("first")).size() + find(side, topic("second")).size() == 2; }));
+  a.reset();
+  ASSERT_TRUE(side.until([&] { return ids(topic("both")).size() == 1; }));
+  EXPECT_FALSE(ids(topic("both")).contains(*before.begin()));
+}
+
 TEST_F(ServiceGraphTest, ServersOfOneNameAndTwoTypes) {
   TestNode first("first"), second("second"), third("third");
   TestSide side("connect_server");
@@ -143,6 +259,16 @@ TEST_F(ServiceGraphTest, ManyServicesStayCheap) {
   std::printf("[          ] 300 topics, 200 services: %.2f ms, %.2f of them for the services\n",
               whole.count(), took.count());
   EXPECT_LT(took, whole / 2);
+  // A second node of the name: all services are asked for one by one.
+  TestNode namesake("robot");
+  RawServer marker(namesake, topic("marker"));
+  ASSERT_TRUE(side.until([&] { return !find(side, topic("marker")).empty(); }));
+  const auto then = std::chrono::steady_clock::now();
+  const auto shared = read_services(*side.node, {}, {});
+  const std::chrono::duration<double, std::milli> longer = std::chrono::steady_clock::now() - then;
+  ASSERT_TRUE(shared);
+  EXPECT_EQ(services->size() + 1, shared->size());
+  std::printf("[          ] two nodes of one name: %.2f ms\n", longer.count());
 }
 
 }  // namespace

@@ -67,7 +67,11 @@ void ServiceExports::update_servers(Service& service, const ServiceState& state,
   for (const auto& server : state.servers)
     if (server.gid != Gid{}) servers.insert(server.gid);
   service.node = node_of(state.servers.front());
-  if (state.servers.size() > 1 && !std::exchange(service.warned_several, true))
+  // Two of one node are mostly a killed process, which stays in the graph for a while, and the one
+  // in its place.
+  const bool several = std::any_of(state.servers.begin(), state.servers.end(),
+                                   [&](const Server& s) { return node_of(s) != service.node; });
+  if (several && !std::exchange(service.warned_several, true))
     outputs_.log(LogLevel::kWarn,
                  service.key.first +
                      " has several servers: each call reaches all of them, and the "

@@ -184,6 +184,33 @@ TEST(ServiceExports, AServiceThatCannotBeCalledIsWithdrawnUntilItsServersChange)
   EXPECT_EQ(s.did(), "");
 }
 
+// A server that is killed and started anew is in the graph twice, until the first is forgotten: the
+// calls at the second live on.
+TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
+  Script s(server({callable()}));
+  const auto graph = [&](const std::vector<std::uint8_t>& ids) {
+    auto state = service("/s", ids);
+    for (Server& one : state.servers) one.node_name = "robot";
+    s.graph({}, {state});
+  };
+  attached(s);
+  graph({1, 2});
+  s.message(1, 1, 1, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
+  graph({2});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(1), "");
+  answer(s, 1, "a");
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+  s.did();
+  EXPECT_EQ(s.logged.find("several servers"), std::string::npos);
+  graph({3});
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
+  s.graph({}, {service("/s", {3, 4})});
+  s.did();
+  EXPECT_NE(s.logged.find("several servers"), std::string::npos);
+}
+
 TEST(ServiceExports, AnAttachThatCrossesTheWithdrawIsBorne) {
   Script s(server({callable()}));
   s.graph({}, {service("/s")});
