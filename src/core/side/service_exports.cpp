@@ -97,6 +97,15 @@ void ServiceExports::renew(Service& service, const Now& now) {
   offers_due_ = true;
 }
 
+// The peer has used up its call numbers; the calls of others go on.
+void ServiceExports::renew(Served& served, const Now& now) {
+  Service& service = *served.service;
+  end(served, now);
+  service.links.erase(LinkId(served.link));
+  release_client(service);
+  offers_due_ = true;
+}
+
 void ServiceExports::remove(Service& service, const Now& now) {
   end_line(service);
   for (auto& [id, served] : service.links) end(served, now);

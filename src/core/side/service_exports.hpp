@@ -45,7 +45,10 @@ class ServiceExports {
   // Servers, or what other bridges claim, have changed.
   void on_graph(const Now& now);
   // Withdraws what is no longer allowed to the link, and treats the rest by the rules of now.
+  // Between hold() and go_on() no call starts: its own right may not have been looked at yet.
   void recheck(LinkEntry& link, const Now& now);
+  void hold() { holds_ = true; }
+  void go_on(const Now& now);
   // Adds what is to be offered to the link and is not yet.
   void collect_offers(LinkEntry& link, std::vector<ChannelOffer>& offers, const Now& now);
   // True once after something has to be offered again, without a change from outside.
@@ -165,6 +168,7 @@ class ServiceExports {
   // ---- service_exports.cpp
   void update_servers(Service& service, const ServiceState& state, const Now& now);
   void renew(Service& service, const Now& now);
+  void renew(Served& served, const Now& now);
   void remove(Service& service, const Now& now);
   [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
                                                    const ServiceKey& key) const;
@@ -233,6 +237,7 @@ class ServiceExports {
   std::map<LinkId, PeerLoad> loads_;
   std::vector<ActionUse> action_uses_;
   bool offers_due_ = false;
+  bool holds_ = false;
 };
 
 // Whether a service gives an action's results: such calls last as long as the goal does.

@@ -57,7 +57,7 @@ Result<Nothing> ServiceExports::take(LinkEntry& link, Served& served, InMessage 
         waits->second.request.body.size() <= kPacketBytesMax)
       waits->second.request.body = Payload::copy_of(waits->second.request.body.view());
   }
-  if (id.value >= kCallNumbersMax) renew(*served.service, now);
+  if (id.value >= kCallNumbersMax) renew(served, now);
   return Nothing{};
 }
 
@@ -261,6 +261,10 @@ void ServiceExports::on_time(const Now& now) {
       continue;
     }
     ++served->counts.timed_out;
+    if (const auto count = load_of(*served).refusals.count(now))
+      outputs_.log(LogLevel::kWarn,
+                   std::to_string(*count) + " call(s) of " + links_.at(served->link).label() +
+                       " not answered in time, lately of " + served->service->key.first);
     refuse(*served, id, "timeout", "the server did not answer in time");
     erase(*served, served->calls.find(id));
     if (freed.empty() || freed.back() != served) freed.push_back(served);

@@ -20,7 +20,15 @@ bool ServiceExports::has_room(Service& service, const Now& now) {
   return service.client && service.queue.size() + service.decoding < ServerQueue::kDepth;
 }
 
+void ServiceExports::go_on(const Now& now) {
+  holds_ = false;
+  for (auto& [key, service] : services_)
+    for (auto& [id, served] : service.links)
+      if (!served.calls.empty()) resume(served, now);
+}
+
 void ServiceExports::resume(Served& served, const Now& now) {
+  if (holds_) return;
   let_in(*served.service, now);
   share_places(served, now);
 }

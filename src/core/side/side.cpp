@@ -116,12 +116,14 @@ void Side::State::on(PolicyChanged& input, const Now& now) {
   policy = std::move(input.policy);
   for (auto& [id, link] : links)
     if (link.open()) send_accepts(link);
+  service_exports.hold();
   for (auto& [id, link] : links) {
     if (link.open() && link.accepts)
       recheck(link, now);
     else
       service_exports.recheck(link, now);  // the calls of a lost connection lose their right, too
   }
+  service_exports.go_on(now);
   imports.on_policy(now);
   service_imports.on_policy(now);
 }
@@ -259,7 +261,9 @@ Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, cons
             if (entry.link && m.message_bytes_max > 0)
               entry.link->set_peer_message_bytes_max(m.message_bytes_max);
             entry.accepts = std::move(m);
+            service_exports.hold();
             recheck(entry, now);
+            service_exports.go_on(now);
             return Nothing{};
           },
           [&](Decline& m) -> Result<Nothing> {

@@ -38,7 +38,9 @@ struct SideOptions {
   std::uint32_t links_max = 64;                // server
   std::uint32_t mirrors_max = 16384;           // of all peers together
   std::uint32_t channels_max = 4096;           // offers accepted from one peer
-  std::uint32_t calls_max = 64;             // calls from one peer that real servers have at a time
+  // Calls from one peer that real servers have at a time; more than those of one service, so that
+  // one that never answers leaves room for the others.
+  std::uint32_t calls_max = 256;
   std::uint32_t calls_waiting_max = 1000;   // calls from one peer that wait for their turn
   std::uint64_t call_bytes_max = 64 << 20;  // of requests, and of answers, kept for one peer
   bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own

@@ -15,8 +15,10 @@ constexpr int kWithdrawalsAtOnce = 12'000;
 void Side::State::update_exports(const Now& now) {
   service_exports.on_graph(now);
   if (!actions.update(graph, claims)) return send_offers(now);
+  service_exports.hold();
   for (auto& [id, entry] : links)
     if (entry.open() && entry.accepts) recheck(entry, now);
+  service_exports.go_on(now);
 }
 
 void Side::State::hold_actions(const Now& now) {

@@ -154,6 +154,47 @@ TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
 }
 
+TEST(ServiceExports, WhatWaitsIsNotBegunWhenItsRightEnds) {
+  auto options = server({callable()});
+  options.calls_max = 1;
+  Script s(options);
+  s.graph({}, {service("/a"), service("/b")});
+  s.join(1);
+  for (const std::uint32_t id : {1U, 2U}) {
+    s.say(1, Attach{{id}, {id}});
+    s.give(ServiceReady{{id}, true, ""});
+  }
+  for (const std::uint32_t id : {1U, 2U}) s.message(1, id, 1, "q");
+  EXPECT_EQ(s.did(), "call_service 1 /a\ncall_service 2 /b\ninvoke 1.1 q\n");
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\nuncall_service 2\n");
+}
+
+TEST(ServiceExports, ARuleThatAllowsMoreBeginsWhatWaits) {
+  auto capped = callable();
+  capped.treatment.calls_max = 1;
+  Script s(server({capped}));
+  attached(s);
+  for (std::uint32_t call = 1; call <= 2; ++call) s.message(1, 1, call, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
+  s.give(PolicyChanged{Policy({callable()})});
+  EXPECT_EQ(s.did(), "invoke 1.2 q\n");
+}
+
+TEST(ServiceExports, TheEndOfAPeersCallNumbersIsItsOwn) {
+  Script s(server({callable()}));
+  attached(s);
+  s.join(2);
+  s.say(2, Attach{{1}, {1}});
+  s.message(2, 1, 1, "other");
+  s.message(1, 1, 0xF0000000, "last");
+  EXPECT_EQ(s.did(), "invoke 1.1 other\ninvoke 1.2 last\ndrop_invocation 1.2\n");
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
+  s.said(2);
+  answer(s, 1, "a");
+  EXPECT_EQ(s.said(2), "1.1 a\n");
+}
+
 TEST(ServiceExports, NothingOfAnotherBridgeIsExported) {
   Script s(server({callable()}));
   s.join(1);
