@@ -131,7 +131,7 @@ MUTANTS = [
            "  if (!it->second) return Nothing{};  // it crossed our withdraw\n",
            '  if (!it->second) return Error{CloseCode::kIllegal, "x"};\n'),
     Mutant("call numbers without end", "src/core/side/service_exports_calls.cpp",
-           "  if (id.value >= kCallNumbersMax) renew(*served.service, now);\n", ""),
+           "  if (id.value >= kCallNumbersMax) renew(served, now);\n", ""),
     Mutant("requests executed again after a reconnect", "src/core/side/service_exports_calls.cpp",
            "  if (id <= served.seen) {", "  if (!id) {"),
     Mutant("cap of a service skipped", "src/core/side/service_exports_places.cpp",
