@@ -16,6 +16,7 @@ from calls import (
     name_of,
     request_of,
     servers_graph,
+    service_entry,
 )
 from graph import until
 from harness.programs import Program, ros_environment
@@ -117,6 +118,12 @@ time.sleep(600)
 """
 
 
+def places_of(pair, service):
+    """How many calls the robot's side holds, and how many it gave up with their server."""
+    entry = service_entry(pair.server, service)
+    return entry.get("pending"), entry.get("lost")
+
+
 class Readiness:
     """How often each service went, seen by its caller."""
 
@@ -188,6 +195,11 @@ def test_servers_killed_and_started_anew(make, tmp_path):
             until(lambda: asked <= caller.answers.keys(), f"all answers of {caller.service}")
             caller.check()
             assert not any("lost" in name for name in caller.answers)
+            expected = (0, len(caller.asked) - len(caller.answers))
+            until(
+                lambda: places_of(pair, caller.service) == expected,
+                lambda: f"{places_of(pair, caller.service)} under way and lost, not {expected}",
+            )
         assert not any(lost.values()), f"services went for a while: {lost}"
     finally:
         for program in programs:

@@ -1,5 +1,5 @@
-// Which services are offered to which link, and who is attached. Calls are in
-// service_exports_calls.cpp.
+// Which services are offered to which link, and who is attached. Their servers are in
+// service_exports_servers.cpp, calls in service_exports_calls.cpp.
 #include "core/side/service_exports.hpp"
 
 #include <algorithm>
@@ -60,41 +60,6 @@ void ServiceExports::on_graph(const Now& now) {
     }
     update_servers(service, state, now);
   }
-}
-
-void ServiceExports::update_servers(Service& service, const ServiceState& state, const Now& now) {
-  std::set<Gid> servers;
-  for (const auto& server : state.servers)
-    if (server.gid != Gid{}) servers.insert(server.gid);
-  service.node = node_of(state.servers.front());
-  // Two of one node are mostly a killed process, which stays in the graph for a while, and the one
-  // in its place.
-  const bool several = std::any_of(state.servers.begin(), state.servers.end(),
-                                   [&](const Server& s) { return node_of(s) != service.node; });
-  if (several && !std::exchange(service.warned_several, true))
-    outputs_.log(LogLevel::kWarn,
-                 service.key.first +
-                     " has several servers: each call reaches all of them, and the "
-                     "first answer counts");
-  const auto stays = [&](const Gid& gid) { return servers.contains(gid); };
-  // Another server in the place of the old one remembers nothing of the calls that were made.
-  const bool replaced = !servers.empty() && !service.servers.empty() &&
-                        std::none_of(service.servers.begin(), service.servers.end(), stays);
-  // The graph tells servers' ids for some services only, and only while there is a client.
-  if (!servers.empty() && servers != service.servers) {
-    service.failed = false;
-    service.servers = std::move(servers);
-  }
-  if (replaced) renew(service, now);
-}
-
-// The server that was called is gone, and another may be there: offered again, as something new.
-void ServiceExports::renew(Service& service, const Now& now) {
-  end_line(service);
-  for (auto& [id, served] : service.links) end(served, now);
-  service.links.clear();
-  release_client(service);
-  offers_due_ = true;
 }
 
 // The peer has used up its call numbers; the calls of others go on.
@@ -311,32 +276,6 @@ bool ServiceExports::on_withdraw(LinkEntry& link, ChannelId requests, const Now&
   let_go(*served, now);
   link.link->outbox().clear_channel(served->channel);
   return true;
-}
-
-void ServiceExports::use_client(Service& service) {
-  if (service.client || service.failed) return;
-  service.client = outputs_.new_service_client();
-  by_client_[service.client] = &service;
-  outputs_.push(CreateServiceClient{service.client, service.key.first, service.key.second});
-  note_action_use(service, true);
-}
-
-void ServiceExports::note_action_use(const Service& service, bool on) {
-  const auto part = part_of_action(InterfaceKind::kService, service.key.first, service.key.second);
-  if (part && part->part == ActionPart::kSendGoal)
-    action_uses_.push_back({std::string(part->action), on});
-}
-
-void ServiceExports::release_client(Service& service) {
-  const bool held = std::any_of(service.links.begin(), service.links.end(),
-                                [](const auto& e) { return e.second.held; });
-  if (held || !service.client) return;
-  end_line(service);
-  outputs_.push(DestroyServiceClient{service.client});
-  by_client_.erase(service.client);
-  service.client = {};
-  service.ready = false;
-  note_action_use(service, false);
 }
 
 void ServiceExports::send_attached(Served& served, LinkEntry& link, const Now& now) {

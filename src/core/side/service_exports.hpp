@@ -109,6 +109,7 @@ class ServiceExports {
     CallState state = CallState::kWaiting;
     InMessage request;
     InvocationId invocation;
+    TimePoint invoked{};
     JobId job;          // kDecoding, kEncoding
     OutMessage answer;  // kEncoding: raw; kAnswered: kept until the peer has it
     std::optional<TimerKey> timer;
@@ -138,7 +139,7 @@ class ServiceExports {
   struct Service {
     ServiceKey key;
     std::string node;
-    std::set<Gid> servers;
+    std::map<Gid, TimePoint> servers;  // and since when they are there
     bool warned_several = false;
     ServiceClientId client;  // none: nobody is attached
     bool ready = false;
@@ -166,8 +167,6 @@ class ServiceExports {
   using Calls = std::map<CallId, Call>;
 
   // ---- service_exports.cpp
-  void update_servers(Service& service, const ServiceState& state, const Now& now);
-  void renew(Service& service, const Now& now);
   void renew(Served& served, const Now& now);
   void remove(Service& service, const Now& now);
   [[nodiscard]] std::optional<Decision> permission(const LinkEntry& link,
@@ -179,10 +178,16 @@ class ServiceExports {
   void end_calls(Served& served, const Now& now);
   // Nobody is attached any longer, and will not come back.
   void let_go(Served& served, const Now& now);
+  void send_attached(Served& served, LinkEntry& link, const Now& now);
+
+  // ---- service_exports_servers.cpp
+  void update_servers(Service& service, const ServiceState& state, const Now& now);
+  void renew(Service& service, const Now& now);
+  // Ends the calls that were handed over before the first of the servers of now was there.
+  void end_lost(Service& service, const Now& now);
   void use_client(Service& service);
   void note_action_use(const Service& service, bool on);
   void release_client(Service& service);
-  void send_attached(Served& served, LinkEntry& link, const Now& now);
 
   // ---- service_exports_calls.cpp
   Result<Nothing> take(LinkEntry& link, Served& served, InMessage message, const Now& now);

@@ -129,6 +129,7 @@ void ServiceExports::invoke(Served& served, CallId id, Call& call, Payload reque
                             const Now& now) {
   call.state = CallState::kInFlight;
   call.invocation = outputs_.new_invocation();
+  call.invoked = now.steady;
   invocations_[call.invocation] = {&served, id};
   served.service->queue.hand_over(call.invocation, now.steady);
   outputs_.push(SendRequest{served.service->client, call.invocation, std::move(request)});

@@ -226,7 +226,7 @@ TEST(ServiceExports, AServiceThatCannotBeCalledIsWithdrawnUntilItsServersChange)
 }
 
 // A server that is killed and started anew is in the graph twice, until the first is forgotten: the
-// calls at the second live on.
+// calls at the second live on, those that only the first could have taken end.
 TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
   Script s(server({callable()}));
   const auto graph = [&](const std::vector<std::uint8_t>& ids) {
@@ -235,14 +235,19 @@ TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
     s.graph({}, {state});
   };
   attached(s);
+  graph({1});
+  s.message(1, 1, 1, "lost");
+  s.pass(100);
   graph({1, 2});
-  s.message(1, 1, 1, "q");
-  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
-  graph({2});
-  EXPECT_EQ(s.did(), "");
+  s.message(1, 1, 2, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 lost\ninvoke 1.2 q\n");
   EXPECT_EQ(s.said(1), "");
-  answer(s, 1, "a");
-  EXPECT_EQ(s.said(1), "1.1 a\n");
+  graph({2});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\n");
+  EXPECT_EQ(s.said(1), "refuse 1 1 lost\n");
+  EXPECT_EQ(s.status().links.at(0).services.at(0).lost, 1U);
+  answer(s, 2, "a");
+  EXPECT_EQ(s.said(1), "1.2 a\n");
   s.did();
   EXPECT_EQ(s.logged.find("several servers"), std::string::npos);
   graph({3});
@@ -250,6 +255,23 @@ TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
   s.graph({}, {service("/s", {3, 4})});
   s.did();
   EXPECT_NE(s.logged.find("several servers"), std::string::npos);
+}
+
+// Without a client the graph tells no ids, so a server may be replaced unseen; that is no news to
+// the next one who attaches.
+TEST(ServiceExports, AServerThatWasReplacedWithoutAClientStays) {
+  Script s(server({callable()}));
+  attached(s);
+  s.graph({}, {service("/s", {1})});
+  s.say(1, Withdraw{{{1}}});
+  s.graph({}, {service("/s", {0})});
+  s.did();
+  s.said(1);
+  s.say(1, Attach{{1}, {2}});
+  s.give(ServiceReady{{2}, true, "hash"});
+  EXPECT_EQ(s.said(1), "attached 1 2 seen 0\n");
+  s.graph({}, {service("/s", {2})});
+  EXPECT_EQ(s.said(1), "");
 }
 
 TEST(ServiceExports, AnAttachThatCrossesTheWithdrawIsBorne) {
