@@ -156,8 +156,9 @@ TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
 TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
   TestSide side("connect_server");
   TestNode planner("planner");
-  RawServer server(planner, topic("service"));
-  ASSERT_TRUE(side.until([&] { return find(side, topic("service")).size() == 1; }));
+  const std::string real = topic("service"), mirrored = topic("proxy");
+  RawServer server(planner, real);
+  ASSERT_TRUE(side.until([&] { return find(side, real).size() == 1; }));
   std::atomic<int> readings{0}, missed{0}, strange{0};
   std::atomic<bool> stop{false};
   std::thread reader([&] {
@@ -165,8 +166,8 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
       const auto services = read_services(*side.node, {}, {});
       std::size_t found = 0;
       for (const ServiceState& state : services.value_or(std::vector<ServiceState>{})) {
-        if (state.name == topic("service")) found += state.servers.size();
-        if (state.name == topic("proxy")) ++strange;
+        if (state.name == real) found += state.servers.size();
+        if (state.name == mirrored) ++strange;
       }
       if (found != 1) ++missed;
       ++readings;
@@ -181,8 +182,7 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
   while ((made < 300 || readings < 300) && std::chrono::steady_clock::now() < deadline) {
     auto* slot = ready.acquire(nullptr, 0);
     {
-      ServiceMirror mirror({ServiceMirrorId{1}, topic("proxy"), type, proxies.get("/planner")},
-                           slot);
+      ServiceMirror mirror({ServiceMirrorId{1}, mirrored, type, proxies.get("/planner")}, slot);
       EXPECT_EQ(1u, proxies.size());
       EXPECT_EQ(std::nullopt, mirror.open());
     }
