@@ -5,6 +5,7 @@ import threading
 import time
 
 import rclpy
+from connect_bridge_test_interfaces.msg import Everything
 from rclpy.executors import (
     ExternalShutdownException,
     MultiThreadedExecutor,
@@ -152,6 +153,22 @@ def connect(publisher, collector, message, timeout=WAIT):
         before = len(collector.messages)
         time.sleep(0.2)
     collector.clear()
+
+
+def everything():
+    """Each kind of text, sequence and bound, with something in it."""
+    return Everything(
+        text="grüße",
+        short_text="kurz",
+        wide_text="日本",
+        short_wide_text="東京",
+        numbers=[1, 65535],
+        few_numbers=[1, 2, 3, 4, 5],
+        texts=["", "a"],
+        few_texts=["b"],
+        few_short_texts=["vier", ""],
+        wide_texts=["日", "", "本本"],
+    )
 
 
 def qos(depth=10, **policies):

@@ -4,7 +4,7 @@ import time
 
 import pytest
 from connect_bridge_test_interfaces.msg import Branch, Leaf
-from connect_bridge_test_interfaces.srv import Count, Download, Echo, Upload
+from connect_bridge_test_interfaces.srv import Count, Download, Echo, Reflect, Upload
 from rcl_interfaces.msg import LoggerLevel
 from rcl_interfaces.srv import GetLoggerLevels
 from rclpy.qos import qos_profile_services_default
@@ -19,7 +19,7 @@ from calls import (
     request_of,
     servers_graph,
 )
-from graph import until
+from graph import everything, until
 
 SERVER = OPEN_CALLS
 MIB = 1 << 20
@@ -70,6 +70,16 @@ def test_nested_types_and_sequences(pair, robot, service):
     request.tree.transform.child_frame_id = "x"
     caller = Caller(pair.operator, service).wait_ready()
     assert caller.call(request).tree == request.tree
+
+
+def test_every_kind_of_field(pair, robot, service):
+    def reflect(request, response):
+        response.everything = request.everything
+        return response
+
+    serve(robot, Reflect, service, reflect)
+    caller = Caller(pair.operator, service, Reflect).wait_ready()
+    assert caller.call(Reflect.Request(everything=everything())).everything == everything()
 
 
 def test_four_megabytes_each_way(pair, robot, service):

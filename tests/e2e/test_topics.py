@@ -12,7 +12,7 @@ from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 from std_msgs.msg import String
 
-from graph import connect, qos, until
+from graph import connect, everything, qos, until
 
 KIB, MIB = 1 << 10, 1 << 20
 SIZES = (
@@ -52,9 +52,7 @@ def test_a_message_without_fields(pair, topic):
 
 
 def test_every_kind_of_field(pair, topic):
-    message = Everything(
-        text="grüße", wide_text="日本", numbers=[1, 65535], texts=["", "a"], few_texts=["b"]
-    )
+    message = everything()
     publisher, collector = pair.opened(Everything, topic, message)
     publisher.publish(message)
     assert collector.wait(1)[0] == message
