@@ -153,8 +153,8 @@ TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
 }
 
 // The graph is read while proxies are made and removed. One that appears between the list of nodes
-// and the question for one of them may be asked in its stead: then one reading misses the real one,
-// which is gone only when readings of 75 ms say so.
+// and the question for one of them may be asked in its stead, and that reading misses the real one;
+// not the next. (No proxy is made under the name of a node that is there already.)
 TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
   TestSide side("connect_server");
   TestNode planner("planner");
