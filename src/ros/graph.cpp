@@ -4,6 +4,7 @@
 
 #include <chrono>
 
+#include "core/side/graph_view.hpp"
 #include "ros/graph_compare.hpp"
 #include "ros/rcl_result.hpp"
 
@@ -20,16 +21,12 @@ Duration retry_delay(int retries) {
 
 std::set<std::string> nodes_of(const GraphChanged& graph) {
   std::set<std::string> nodes;
-  const auto add = [&](const auto& entity) {
-    const std::string& space = entity.node_namespace;
-    nodes.insert((space == "/" ? "" : space) + "/" + entity.node_name);
-  };
   for (const TopicState& topic : graph.topics) {
-    for (const Endpoint& endpoint : topic.publishers) add(endpoint);
-    for (const Endpoint& endpoint : topic.subscribers) add(endpoint);
+    for (const Endpoint& endpoint : topic.publishers) nodes.insert(node_of(endpoint));
+    for (const Endpoint& endpoint : topic.subscribers) nodes.insert(node_of(endpoint));
   }
   for (const ServiceState& service : graph.services) {
-    for (const Server& server : service.servers) add(server);
+    for (const Server& server : service.servers) nodes.insert(node_of(server));
   }
   return nodes;
 }

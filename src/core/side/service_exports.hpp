@@ -162,7 +162,7 @@ class ServiceExports {
     std::uint32_t ended_channels = 0;  // of requests, whose end the peer has not confirmed
     std::deque<Served*> hungry;        // have calls that wait for a place of the link, in turn
     TimePoint attaches_paid_until{};   // each takes a while of a peer's time
-    RareLog refusals;
+    RareLog refusals, timeouts;
   };
   using Calls = std::map<CallId, Call>;
 

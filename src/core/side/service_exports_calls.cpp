@@ -261,7 +261,7 @@ void ServiceExports::on_time(const Now& now) {
       continue;
     }
     ++served->counts.timed_out;
-    if (const auto count = load_of(*served).refusals.count(now))
+    if (const auto count = load_of(*served).timeouts.count(now))
       outputs_.log(LogLevel::kWarn,
                    std::to_string(*count) + " call(s) of " + links_.at(served->link).label() +
                        " not answered in time, lately of " + served->service->key.first);

@@ -121,7 +121,7 @@ class ServiceImports {
     std::uint32_t calls = 0;
     std::uint64_t request_bytes = 0;   // not known to have arrived
     std::uint64_t decoding_bytes = 0;  // of answers
-    RareLog refusals;
+    RareLog refusals, timeouts;
   };
   using Calls = std::map<CallId, Call>;
 

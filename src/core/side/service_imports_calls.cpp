@@ -318,7 +318,7 @@ void ServiceImports::on_time(const Now& now) {
     call->second.timer.reset();
     if (!call->second.request) continue;  // its caller went away before
     ++feed->counts.timed_out;
-    if (const auto count = load_of(*feed).refusals.count(now))
+    if (const auto count = load_of(*feed).timeouts.count(now))
       outputs_.log(LogLevel::kWarn, std::to_string(*count) +
                                         " call(s) not answered in time, lately of " +
                                         feed->import->key.first);

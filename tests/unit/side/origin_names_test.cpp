@@ -47,15 +47,27 @@ std::vector<std::string> nodes_of_mirrors(Script& s) {
   return nodes;
 }
 
+struct WithProxies : Script {
+  WithProxies() : Script(options()) {
+    graph({});
+    pass(1000);
+  }
+  static SideOptions options() {
+    SideOptions result = server();
+    result.proxy_nodes = true;
+    return result;
+  }
+  static OriginOffer nameless() {
+    OriginOffer result = origin(1, 11);
+    result.node.clear();
+    return result;
+  }
+};
+
 TEST(OriginNames, AMirrorMovesToItsOriginsNodeOnce) {
-  auto options = server();
-  options.proxy_nodes = true;
-  Script s(options);
-  s.graph({});
-  s.pass(1000);
+  WithProxies s;
   s.join(1);
-  OriginOffer nameless = origin(1, 11);
-  nameless.node.clear();
+  const OriginOffer nameless = s.nameless();
   s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
   for (int i = 0; i < 2; ++i) s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
@@ -63,15 +75,10 @@ TEST(OriginNames, AMirrorMovesToItsOriginsNodeOnce) {
 }
 
 TEST(OriginNames, WhicheverLinkTellsTheName) {
-  auto options = server();
-  options.proxy_nodes = true;
-  Script s(options);
-  s.graph({});
-  s.pass(1000);
+  WithProxies s;
   s.join(1);
   s.join(2);
-  OriginOffer nameless = origin(1, 11);
-  nameless.node.clear();
+  const OriginOffer nameless = s.nameless();
   s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
   s.say(2, Offer{{channel(1, "/a", {nameless})}, true});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});

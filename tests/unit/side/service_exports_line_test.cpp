@@ -6,6 +6,13 @@
 namespace connect_bridge::side_test {
 namespace {
 
+// The peers on connections 1 and 2 are attached.
+void both_attached(Script& s) {
+  attached(s);
+  s.join(2);
+  s.say(2, Attach{{1}, {1}});
+}
+
 // Calls `from` to `to` of the peer on a connection.
 void call(Script& s, std::uint32_t connection, std::uint32_t from, std::uint32_t to) {
   for (std::uint32_t id = from; id <= to; ++id)
@@ -161,9 +168,7 @@ TEST(ServiceExportsLine, ALinksLimitDoesNotKeepItFromItsTurn) {
   auto options = server({callable()});
   options.calls_max = 12;
   Script s(options);
-  attached(s);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
+  both_attached(s);
   call(s, 1, 1, 30);
   call(s, 2, 1, 1);
   handed_over(s);
@@ -191,9 +196,7 @@ TEST(ServiceExportsLine, WhatIsDecompressedHasItsRoomInTheQueue) {
   auto options = server({callable()});
   options.compress_job_bytes = 1000;
   Script s(options);
-  attached(s);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
+  both_attached(s);
   s.compressed(2, 1, 1, std::string(2000, 'b'));
   EXPECT_EQ(s.did(), "decompress 1\n");
   call(s, 1, 1, 12);
@@ -254,9 +257,7 @@ TEST(ServiceExportsLine, AReleasedClientTakesTheLineWithIt) {
 
 TEST(ServiceExportsLine, NothingIsHandedToAServerThatHasGone) {
   Script s(server({callable()}));
-  attached(s);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
+  both_attached(s);
   call(s, 1, 1, 12);
   call(s, 2, 1, 2);
   handed_over(s);
@@ -269,9 +270,7 @@ TEST(ServiceExportsLine, NothingIsHandedToAServerThatHasGone) {
 
 TEST(ServiceExportsLine, ADeadLinksTurnIsTheNextOnes) {
   Script s(server({callable()}));
-  attached(s);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
+  both_attached(s);
   call(s, 1, 1, 12);
   call(s, 2, 1, 2);
   handed_over(s);
