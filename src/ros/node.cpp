@@ -18,7 +18,7 @@
 
 #include "ros/distro.hpp"
 #include "ros/own_endpoints.hpp"
-#include "ros/parameter_file.hpp"
+#include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl_result.hpp"
 
 namespace connect_bridge::ros {

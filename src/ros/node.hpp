@@ -9,7 +9,7 @@
 
 #include "core/base/time.hpp"
 #include "core/side/ports.hpp"
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 struct rcl_node_s;
 struct rcl_context_s;

@@ -16,7 +16,7 @@
 #include "net/network.hpp"
 #include "ros/gateway.hpp"
 #include "ros/node.hpp"
-#include "ros/parameter_server.hpp"
+#include "ros/parameters/parameter_server.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {

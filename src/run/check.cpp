@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "ros/parameter_file.hpp"
+#include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 #include "run/parameters.hpp"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "config/config.hpp"
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge {
 

@@ -1,10 +1,10 @@
-#include "ros/parameter_server.hpp"
+#include "ros/parameters/parameter_server.hpp"
 
 #include <cstdio>
 #include <filesystem>
 #include <thread>
 
-#include "ros/parameter_table.hpp"
+#include "ros/parameters/parameter_table.hpp"
 #include "ros/ros_fixture.hpp"
 
 namespace connect_bridge::ros {

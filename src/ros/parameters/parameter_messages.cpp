@@ -1,4 +1,4 @@
-#include "ros/parameter_messages.hpp"
+#include "ros/parameters/parameter_messages.hpp"
 
 #include <rcl_interfaces/msg/floating_point_range.h>
 #include <rcl_interfaces/msg/integer_range.h>

@@ -1,4 +1,4 @@
-#include "ros/parameter_server.hpp"
+#include "ros/parameters/parameter_server.hpp"
 
 #include <rcl/publisher.h>
 #include <rcl_interfaces/msg/parameter_event.h>
@@ -15,8 +15,8 @@
 #include <algorithm>
 #include <deque>
 
-#include "ros/parameter_messages.hpp"
-#include "ros/parameter_table.hpp"
+#include "ros/parameters/parameter_messages.hpp"
+#include "ros/parameters/parameter_table.hpp"
 #include "ros/rcl_result.hpp"
 #include "ros/ready.hpp"
 #include "ros/service_server.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ros/node.hpp"
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {
 

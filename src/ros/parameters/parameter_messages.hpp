@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {
 

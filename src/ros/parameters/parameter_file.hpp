@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 struct rcl_params_s;
 

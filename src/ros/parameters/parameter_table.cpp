@@ -1,4 +1,4 @@
-#include "ros/parameter_table.hpp"
+#include "ros/parameters/parameter_table.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "ros/parameter_file.hpp"
+#include "ros/parameters/parameter_file.hpp"
 
 #include <rcl/allocator.h>
 #include <rcl_yaml_param_parser/parser.h>

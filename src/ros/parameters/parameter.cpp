@@ -1,4 +1,4 @@
-#include "ros/parameter.hpp"
+#include "ros/parameters/parameter.hpp"
 
 #include <algorithm>
 #include <cmath>
