@@ -141,6 +141,7 @@ void Host::drain() {
       if (!action) break;
     }
     if (++count > kActionsMax) violated("a side answers one input with actions without end");
+    world_.digest.add_action(index_, world_.schedule.now(), *action);
     std::visit([this](const auto& a) { act(a); }, *action);
   }
   draining_ = false;
@@ -258,6 +259,7 @@ std::optional<FlatPacket> Host::pull(ConnectionId id) {
     flat.bytes.insert(flat.bytes.end(), piece.view().begin(), piece.view().end());
   }
   if (flat.bytes.empty()) violated("a side sends an empty packet");
+  world_.digest.add_packet(index_, world_.schedule.now(), id, flat.text, flat.bytes);
   world_.checker.on_sent(*this, id, flat);
   return flat;
 }

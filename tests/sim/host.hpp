@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/side/side.hpp"
+#include "sim/digest.hpp"
 #include "sim/middleware.hpp"
 #include "sim/network.hpp"
 #include "sim/rights.hpp"
@@ -45,6 +46,7 @@ class Host : public Party {
     Network& network;
     Checker& checker;
     const Accounts& accounts;
+    Digest& digest;
     bool verbose = false;
   };
   struct MirrorInfo {

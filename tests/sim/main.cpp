@@ -1,8 +1,11 @@
 // The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
+//       [--digest]
 //
 // A failure prints the seed, its scenario, what a checker found and the command that replays it.
+// With --digest only a digest of each seed and one of them all is printed (sim/digest.hpp), all
+// else goes to the standard error: two programs that print the same do the same.
 #include <unistd.h>
 #include <atomic>
 #include <chrono>
@@ -10,17 +13,20 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "sim/digest.hpp"
 #include "sim/world.hpp"
 
 namespace {
 
 using connect_bridge::sim::Coverage;
+using connect_bridge::sim::Digest;
 using connect_bridge::sim::Scenario;
 using connect_bridge::sim::Violation;
 using connect_bridge::sim::World;
@@ -30,14 +36,16 @@ struct Options {
   std::uint64_t first = 1;
   std::uint64_t last = 2000;
   bool verbose = false;
-  bool stop = false;   // at the first failure
+  bool stop = false;  // at the first failure
+  bool digest = false;
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
 
 struct Totals {
   std::atomic<std::uint64_t> next{0}, passed{0}, failed{0}, events{0}, delivered{0}, frames{0};
-  connect_bridge::sim::Coverage coverage;  // under `printing`
+  Coverage coverage;                               // under `printing`
+  std::map<std::uint64_t, std::uint64_t> digests;  // by seed, under `printing`
   std::mutex printing;
 };
 
@@ -130,6 +138,7 @@ std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& to
   totals.frames += counts.frames;
   const std::lock_guard lock(totals.printing);
   add(totals.coverage, counts.coverage);
+  totals.digests[seed] = world.digest();
   return found;
 }
 
@@ -149,17 +158,23 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     ++totals.failed;
     const std::lock_guard lock(totals.printing);
     const auto number = static_cast<unsigned long long>(seed);
-    std::printf("FAILED seed %llu: %s\n  found: %s\n  replay: sim --seed %llu --verbose\n", number,
-                connect_bridge::sim::make_scenario(seed).text().c_str(), found->c_str(), number);
-    std::fflush(stdout);
+    std::FILE* out = options.digest ? stderr : stdout;
+    std::fprintf(out, "FAILED seed %llu: %s\n  found: %s\n  replay: sim --seed %llu --verbose\n",
+                 number, connect_bridge::sim::make_scenario(seed).text().c_str(), found->c_str(),
+                 number);
+    std::fflush(out);
   }
 }
 
 bool parse(int argc, char** argv, Options& options) {
   for (int i = 1; i < argc; ++i) {
     const std::string arg = argv[i];
-    if (arg == "--verbose" || arg == "--stop") {
-      (arg == "--stop" ? options.stop : options.verbose) = true;
+    bool* const flag = arg == "--verbose"  ? &options.verbose
+                       : arg == "--stop"   ? &options.stop
+                       : arg == "--digest" ? &options.digest
+                                           : nullptr;
+    if (flag != nullptr) {
+      *flag = true;
       continue;
     }
     if (++i == argc) return false;
@@ -183,6 +198,52 @@ bool parse(int argc, char** argv, Options& options) {
   return true;
 }
 
+void tell_digests(const Totals& totals) {
+  Digest all;
+  for (const auto& [seed, digest] : totals.digests) {
+    all.add(seed);
+    all.add(digest);
+    std::printf("%llu %016llx\n", static_cast<unsigned long long>(seed),
+                static_cast<unsigned long long>(digest));
+  }
+  std::printf("total %016llx\n", static_cast<unsigned long long>(all.value()));
+}
+
+void tell(const Options& options, const Totals& totals,
+          std::chrono::steady_clock::time_point begin) {
+  std::FILE* out = options.digest ? stderr : stdout;
+  if (options.digest) tell_digests(totals);
+  const double took =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::uint64_t seeds = totals.passed + totals.failed;
+  std::fprintf(out, "%.1f s, %.0f seeds/s, %llu events, %llu frames, %llu deliveries\n", took,
+               static_cast<double>(seeds) / took,
+               static_cast<unsigned long long>(totals.events.load()),
+               static_cast<unsigned long long>(totals.frames.load()),
+               static_cast<unsigned long long>(totals.delivered.load()));
+  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  const Coverage& c = totals.coverage;
+  std::fprintf(out,
+               "judged: %llu urgent messages, %llu waiting queues, %llu messages after quiet, "
+               "%llu samples of history, %llu last words, %llu clocks, %llu ages\n",
+               number(c.urgent), number(c.turns), number(c.quiet), number(c.history),
+               number(c.last_words), number(c.clocks), number(c.ages));
+  std::fprintf(
+      out,
+      "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
+      "%llu queues filled, %llu lost beside others, %llu calls after quiet\n",
+      number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
+      number(c.full_queues), number(c.losses), number(c.quiet_calls));
+  std::fprintf(
+      out,
+      "strangers: %llu offences, %llu things borne, %llu calls by them executed, %llu answered by "
+      "them\n",
+      number(c.offences), number(c.borne), number(c.strange_requests), number(c.strange_answers));
+  std::fprintf(out, "%llu passed, %llu failed\n",
+               static_cast<unsigned long long>(totals.passed.load()),
+               static_cast<unsigned long long>(totals.failed.load()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -190,7 +251,7 @@ int main(int argc, char** argv) {
   if (!parse(argc, argv, options)) {
     std::fprintf(stderr,
                  "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
-                 "[--minutes M] [--threads T]\n");
+                 "[--minutes M] [--threads T] [--digest]\n");
     return 2;
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
@@ -205,31 +266,6 @@ int main(int argc, char** argv) {
   }
   work(options, end, totals);
   for (auto& thread : threads) thread.join();
-  const double took =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const std::uint64_t seeds = totals.passed + totals.failed;
-  std::printf("%.1f s, %.0f seeds/s, %llu events, %llu frames, %llu deliveries\n", took,
-              static_cast<double>(seeds) / took,
-              static_cast<unsigned long long>(totals.events.load()),
-              static_cast<unsigned long long>(totals.frames.load()),
-              static_cast<unsigned long long>(totals.delivered.load()));
-  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  const Coverage& c = totals.coverage;
-  std::printf(
-      "judged: %llu urgent messages, %llu waiting queues, %llu messages after quiet, "
-      "%llu samples of history, %llu last words, %llu clocks, %llu ages\n",
-      number(c.urgent), number(c.turns), number(c.quiet), number(c.history), number(c.last_words),
-      number(c.clocks), number(c.ages));
-  std::printf(
-      "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
-      "%llu queues filled, %llu lost beside others, %llu calls after quiet\n",
-      number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
-      number(c.full_queues), number(c.losses), number(c.quiet_calls));
-  std::printf(
-      "strangers: %llu offences, %llu things borne, %llu calls by them executed, %llu answered by "
-      "them\n",
-      number(c.offences), number(c.borne), number(c.strange_requests), number(c.strange_answers));
-  std::printf("%llu passed, %llu failed\n", static_cast<unsigned long long>(totals.passed.load()),
-              static_cast<unsigned long long>(totals.failed.load()));
+  tell(options, totals, begin);
   return totals.failed > 0 ? 1 : 0;
 }

@@ -37,6 +37,8 @@ class World : public Middleware::Listener, public Services::Listener {
   // Throws Violation.
   void run();
   [[nodiscard]] WorldCounts counts() const;
+  // Of all that the sides have done.
+  [[nodiscard]] std::uint64_t digest() const { return digest_.value(); }
   // Prints what each side knows of its links; for a verbose run that failed.
   void tell_status() const;
 
@@ -63,6 +65,7 @@ class World : public Middleware::Listener, public Services::Listener {
   void end();
 
   Scenario scenario_;
+  Digest digest_;
   Rng rng_;
   Schedule schedule_;
   Middleware middleware_;

@@ -88,7 +88,7 @@ class Exports {
   struct Topic {
     TopicKey key;
     std::string type_hash;
-    std::unordered_map<Gid, Origin> origins;
+    std::map<Gid, Origin> origins;  // in an order that every library shares
     std::uint32_t last_origin = 0;
     int vanishing = 0;  // origins with vanishes_at
     std::map<LinkId, Export> links;
