@@ -96,11 +96,11 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
   } else if (const auto* change = std::get_if<OriginsChanged>(&control)) {
     const auto it = connection.channels.find(change->channel);
     if (it == connection.channels.end()) violated("origins of a channel that was not offered");
-    for (const auto& origin : change->added) {
-      it->second.origins[origin.origin] = Origin{origin.gid, origin.qos, ledger_.now()};
-    }
     for (const OriginId gone : change->removed) {
       it->second.origins.erase(gone);
+    }
+    for (const auto& origin : change->added) {
+      it->second.origins[origin.origin] = Origin{origin.gid, origin.qos, ledger_.now()};
     }
   } else if (const auto* withdraw = std::get_if<Withdraw>(&control)) {
     for (const ChannelId gone : withdraw->channels) {

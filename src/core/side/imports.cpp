@@ -47,12 +47,7 @@ Result<Nothing> Imports::on_origins(LinkEntry& link, const OriginsChanged& chang
     return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
   Channel& channel = it->second;
   if (channel.declined) return Nothing{};
-  const auto fresh =
-      std::count_if(change.added.begin(), change.added.end(),
-                    [&](const OriginOffer& o) { return !channel.origins.contains(o.origin); });
-  if (channel.origins.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
-    return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
-  for (const auto& origin : change.added) add_origin(key, channel, origin, now);
+  // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     const auto origin = channel.origins.find(id);
     if (origin == channel.origins.end()) continue;
@@ -60,6 +55,12 @@ Result<Nothing> Imports::on_origins(LinkEntry& link, const OriginsChanged& chang
     channel.origins.erase(origin);
     remove_candidate(mirror, link.id, now);
   }
+  const auto fresh =
+      std::count_if(change.added.begin(), change.added.end(),
+                    [&](const OriginOffer& o) { return !channel.origins.contains(o.origin); });
+  if (channel.origins.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
+    return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
+  for (const auto& origin : change.added) add_origin(key, channel, origin, now);
   return Nothing{};
 }
 

@@ -90,21 +90,60 @@ TEST(OriginNames, WhicheverLinkTellsTheName) {
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{});
 }
 
+// Origins with the numbers from `first` on, each another publisher.
+std::vector<OriginOffer> numbered(std::uint32_t first, std::uint32_t count) {
+  std::vector<OriginOffer> origins;
+  for (std::uint32_t id = first; id < first + count; ++id) {
+    origins.push_back(origin(id, static_cast<std::uint8_t>(id)));
+    origins.back().gid.bytes[1] = static_cast<std::uint8_t>(id >> 8);
+  }
+  return origins;
+}
+
 TEST(OriginNames, NamesDoNotCountAsOrigins) {
   Script s(server());
   s.graph({});
   s.pass(1000);
   s.join(1);
-  std::vector<OriginOffer> origins;
-  for (std::uint32_t id = 1; id <= kChannelOriginsMax; ++id) {
-    origins.push_back(origin(id, static_cast<std::uint8_t>(id)));
-    origins.back().gid.bytes[1] = static_cast<std::uint8_t>(id >> 8);
-  }
+  const auto origins = numbered(1, kChannelOriginsMax);
   s.say(1, Offer{{channel(1, "/a", origins)}, true});
   s.say(1, OriginsChanged{{1}, origins, {}});
   EXPECT_EQ(s.did().find("close"), std::string::npos);
   s.say(1, OriginsChanged{{1}, {origin(kChannelOriginsMax + 1, 1)}, {}});
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
+// docs/protocol.md, "origins": what is removed makes room for what is added.
+TEST(OriginNames, AllPublishersOfATopicCanBeReplacedAtOnce) {
+  Script s(server());
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  const auto before = numbered(1, 600);
+  s.say(1, Offer{{channel(1, "/a", before)}, true});
+  OriginsChanged change{{1}, numbered(601, 600), {}};
+  for (const auto& origin : before) change.removed.push_back(origin.origin);
+  s.say(1, change);
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).origins, 600U);
+  // One beyond the limit still ends the connection.
+  s.say(1, OriginsChanged{{1}, numbered(2000, kChannelOriginsMax - 600 + 1), {}});
+  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
+// A publisher that is offered under another number in the message that removes the old one keeps
+// its mirror.
+TEST(OriginNames, APublisherCanGetAnotherNumber) {
+  Script s(server());
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.did();
+  s.say(1, OriginsChanged{{1}, {origin(2, 11)}, {{1}}});
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).origins, 1U);
 }
 
 }  // namespace
