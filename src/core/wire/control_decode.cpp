@@ -179,6 +179,16 @@ Demand read_demand(Reader& reader, const Json& json) {
   return demand;
 }
 
+// Every name of a graph is compared with all of them.
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules) {
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  }
+  return count;
+}
+
 Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
@@ -195,6 +205,9 @@ Accepts read_accepts(Reader& reader, const Json& json) {
     names.types = read_strings(reader, object, "types");
     if (reader.failed()) break;
     accepts.rules.push_back(std::move(names));
+  }
+  if (patterns_of(accepts) > kPatternsMax) {
+    reader.fail("rules", "and \"deny\" have too many entries together", CloseCode::kTooLarge);
   }
   return accepts;
 }
