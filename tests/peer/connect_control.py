@@ -13,6 +13,10 @@ from connect_records import (
     require,
 )
 
+# Section 12
+PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
+ORIGINS_MAX = 1024  # of a channel
+
 
 def _integer(word):
     return (
@@ -74,7 +78,7 @@ def number(value):
 
 
 def _strings(of, key):
-    for entry in items(of, key, 4096):
+    for entry in items(of, key, PATTERNS_MAX):
         require(type(entry) is str, f"{key} holds no string")
         require(len(entry.encode()) <= 255, f"entry of {key} too long", TOO_LARGE)
         check_text(entry)
@@ -115,19 +119,20 @@ def _check_offer(message):
             continue
         string(channel, "type_hash", 255, "")
         member(channel, "newest_only", bool, False)
-        for origin in items(channel, "origins", 1024):
+        for origin in items(channel, "origins", ORIGINS_MAX):
             _check_origin(origin)
     member(message, "complete", bool, False)
 
 
 def _check_accepts(message):
-    for rule in items(message, "rules", 1024):
-        _strings(rule, "topics")
-        _strings(rule, "types")
-        for key in ("services", "actions", "parameters"):
-            if key in rule:
-                _strings(rule, key)
     _strings(message, "deny")
+    entries = len(message["deny"])
+    for rule in items(message, "rules", 1024):
+        for key in ("topics", "types", "services", "actions", "parameters"):
+            if key in ("topics", "types") or key in rule:
+                _strings(rule, key)
+                entries += len(rule[key])
+    require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
 
 
@@ -166,9 +171,9 @@ def decode_control(text):
         _check_offer(message)
     elif kind == "origins":
         number(member(message, "channel", int))
-        for origin in items(message, "added", 1024):
+        for origin in items(message, "added", ORIGINS_MAX):
             _check_origin(origin)
-        for origin in items(message, "removed", 1024):
+        for origin in items(message, "removed", ORIGINS_MAX):
             number(origin)
     elif kind in ("withdraw", "demand"):
         for channel in items(message, "channels", 65536):

@@ -12,12 +12,19 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect as dial
 
 from connect_calls import Calls
-from connect_control import PARAMETER_EVENTS, decode_control, encode_control, is_accepted
+from connect_control import (
+    ORIGINS_MAX,
+    PARAMETER_EVENTS,
+    decode_control,
+    encode_control,
+    is_accepted,
+)
 from connect_packets import Reassembly, decode_packet, encode_packet
 from connect_records import (
     ILLEGAL,
     MESSAGE_MAX,
     SILENT,
+    TOO_LARGE,
     UNKNOWN_CHANNEL,
     Refused,
     decode_welcome,
@@ -263,7 +270,6 @@ class Peer(Calls):
 
     def _control(self, text):
         message = decode_control(text)
-        require(self.accepts or message["type"] == "accepts", "accepts must be first", ILLEGAL)
         getattr(self, "_on_" + message["type"])(message)
 
     def _on_accepts(self, message):
@@ -303,9 +309,13 @@ class Peer(Calls):
         number = message["channel"]
         require("origins" in self.offers.get(number, ()), "no such channel", UNKNOWN_CHANNEL)
         origins = self.offers[number]["origins"]
-        known = {origin["origin"] for origin in origins}
         origins[:] = [origin for origin in origins if origin["origin"] not in message["removed"]]
-        origins += [origin for origin in message["added"] if origin["origin"] not in known]
+        known = {origin["origin"]: origin for origin in origins}
+        for origin in message["added"]:
+            there = known.setdefault(origin["origin"], origin)
+            there["node"] = there.get("node") or origin.get("node", "")
+        origins[:] = known.values()
+        require(len(origins) <= ORIGINS_MAX, "too many origins", TOO_LARGE)
 
     def _on_withdraw(self, message):
         for number in message["channels"]:

@@ -10,7 +10,7 @@ MALFORMED, TOO_LARGE, SILENT, ILLEGAL, UNKNOWN_CHANNEL = 4002, 4006, 4008, 4009,
 
 
 class Refused(Exception):
-    """What arrived is not to be borne; the connection is closed with this code."""
+    """What arrived is refused: the connection is closed with this code."""
 
     def __init__(self, code, why):
         super().__init__(f"{code}: {why}")

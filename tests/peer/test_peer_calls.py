@@ -233,7 +233,7 @@ class Slow(Peer):
         self.slow = self.attachments.pop(number, None)
 
 
-def test_requests_that_cross_the_withdraw_are_borne(world, service):
+def test_requests_that_cross_the_withdraw_are_accepted(world, service):
     real = service("/s/crossing")
     mine = Slow(world.url, TOKEN, services=["/s/**"])
     crossing = attached(mine, "/s/crossing")

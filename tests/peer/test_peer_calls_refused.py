@@ -1,4 +1,4 @@
-"""What is wrong at its time between two peers of services, and what is borne."""
+"""What is wrong at its time between two peers of services, and what is accepted."""
 
 import pytest
 from std_msgs.msg import String
@@ -120,15 +120,15 @@ def test_seen_beyond_all_numbers(world, client):
     assert mine.wait_closed() == 4009
 
 
-def test_what_is_borne(world, peer, service):
-    mine = peer(services=["/s/**"], exports=[("/o/borne", STRING, "volatile")])
-    service("/s/borne")
-    borne = attached(mine, "/s/borne")
-    mine.send_control(type="demand", channels=[borne.channel], on=True)
-    mine.send_control(type="forget", channel=borne.channel, calls=[1, 2, 3])
-    mine.send_control(type="decline", channel=borne.channel, code="failed", later=[1])
-    assert answer_of(mine.call(borne, TRUE)) == (True, "number 1")
-    channel = mine.serve("/p/borne", SET_BOOL, None)
+def test_what_is_accepted(world, peer, service):
+    mine = peer(services=["/s/**"], exports=[("/o/accepted", STRING, "volatile")])
+    service("/s/accepted")
+    service_there = attached(mine, "/s/accepted")
+    mine.send_control(type="demand", channels=[service_there.channel], on=True)
+    mine.send_control(type="forget", channel=service_there.channel, calls=[1, 2, 3])
+    mine.send_control(type="decline", channel=service_there.channel, code="failed", later=[1])
+    assert answer_of(mine.call(service_there, TRUE)) == (True, "number 1")
+    channel = mine.serve("/p/accepted", SET_BOOL, None)
     mine.send_control(type="refuse", channel=channel, calls=[1, 2], code="limit")
     for frame in mine.frames_for(channel, cdr_string("nobody asked"), origin=12):
         mine.send_packet([frame])

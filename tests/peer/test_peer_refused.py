@@ -1,4 +1,4 @@
-"""What is refused after login, with exactly the close code of the document, and what is borne."""
+"""What is refused after login, with the close code of the document, and what is accepted."""
 
 import contextlib
 import json
@@ -22,6 +22,7 @@ from peer_world import (
     named,
     packet,
     part_of,
+    until,
 )
 
 
@@ -111,6 +112,42 @@ def test_control_refused_by_state(world, code, text):
     assert mine.wait_closed() == code
 
 
+def accepts(count):
+    """With so many entries in all lists together; none of the lists is long in itself."""
+    names = [f"/name{number}" for number in range(count)]
+    third = count // 3
+    rules = [{"topics": names[:third], "types": names[third : 2 * third]}]
+    return {"type": "accepts", "rules": rules, "deny": names[2 * third :]}
+
+
+def test_patterns_beyond_the_limit(world, peer):
+    mine = peer()
+    mine.send_control(**accepts(4096))
+    mine.ask_time()
+    mine.until(lambda: mine.times, "a time reply")
+    assert refused(world, encode_control(accepts(4097))) == 4006
+
+
+def origins(first, count):
+    qos = {"reliability": "reliable", "durability": "volatile"}
+    numbers = range(first, first + count)
+    return [{"origin": n, "gid": f"{n:048x}", "node": "/python", "qos": qos} for n in numbers]
+
+
+def test_all_origins_of_a_topic_are_replaced(world, served):
+    """Removed ones make room for added ones; more than 1024 at a time are refused."""
+    mine = Peer(world.url, TOKEN)
+    mine.until(lambda: mine.accepts, "accepts")
+    channel = mine.offer("/o/replaced", STRING, origins=origins(1, 600))
+    change = {"type": "origins", "channel": channel}
+    mine.send_control(**change, added=origins(601, 600), removed=list(range(1, 601)))
+    until(lambda: world.graph.tester.count_publishers("/o/replaced") == 600, "600 mirrors")
+    t1 = mine.ask_time()
+    mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "a time reply")
+    mine.send_control(**change, added=origins(2000, 425), removed=[])
+    assert mine.wait_closed() == 4006
+
+
 def test_data_after_withdraw(world):
     mine = Peer(world.url, TOKEN, exports=OFFER)
     mine.until(lambda: mine.offered, "offer")
@@ -144,8 +181,8 @@ def test_first_sequence(world, sequence, code):
     mine.close()
 
 
-def test_what_is_borne(world, peer):
-    """Ignored, not refused: sections 4, 5, 6, 8 and 13."""
+def test_what_is_accepted(world, peer):
+    """Ignored, not refused: sections 4, 5, 6, 8 and 14."""
     mine = peer(exports=[("/o/undemanded", STRING, "volatile")])
     mine.until(lambda: mine.complete and mine.offered, "opening")
     mine.demand(77)
