@@ -6,16 +6,16 @@
 #include <utility>
 
 #include "core/base/check.hpp"
-#include "ros/graph.hpp"
-#include "ros/mirror.hpp"
-#include "ros/own_endpoints.hpp"
-#include "ros/proxy_nodes.hpp"
-#include "ros/qos.hpp"
-#include "ros/ready.hpp"
-#include "ros/services.hpp"
-#include "ros/subscription.hpp"
-#include "ros/time_source.hpp"
-#include "ros/type_supports.hpp"
+#include "ros/entities/ready_list.hpp"
+#include "ros/graph/graph_watcher.hpp"
+#include "ros/node/own_endpoints.hpp"
+#include "ros/node/proxy_nodes.hpp"
+#include "ros/rcl/qos.hpp"
+#include "ros/services/services.hpp"
+#include "ros/topics/mirror.hpp"
+#include "ros/topics/subscription.hpp"
+#include "ros/topics/time_source.hpp"
+#include "ros/types/type_supports.hpp"
 
 namespace connect_bridge::ros {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "core/base/time.hpp"
 #include "core/side/ports.hpp"
-#include "ros/node.hpp"
+#include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "auth/credential.hpp"
-#include "ros/type_supports.hpp"
+#include "ros/types/type_supports.hpp"
 
 namespace connect_bridge {
 namespace {

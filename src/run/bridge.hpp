@@ -15,7 +15,7 @@
 #include "core/side/side.hpp"
 #include "net/network.hpp"
 #include "ros/gateway.hpp"
-#include "ros/node.hpp"
+#include "ros/node/node.hpp"
 #include "ros/parameters/parameter_server.hpp"
 #include "run/workers.hpp"
 

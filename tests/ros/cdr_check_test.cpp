@@ -1,4 +1,4 @@
-#include "ros/cdr_check.hpp"
+#include "ros/types/cdr_check.hpp"
 
 #include <rosidl_typesupport_introspection_c/identifier.h>
 

@@ -1,4 +1,4 @@
-#include "ros/graph.hpp"
+#include "ros/graph/graph_watcher.hpp"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
-#include "ros/node.hpp"
+#include "ros/node/node.hpp"
 
 #include <fstream>
 
 #include "ros/ros_fixture.hpp"
-#include "ros/time_source.hpp"
+#include "ros/topics/time_source.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::ros {

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "ros/distro.hpp"
-#include "ros/qos.hpp"
+#include "ros/rcl/distro.hpp"
+#include "ros/rcl/qos.hpp"
 
 namespace connect_bridge::ros {
 namespace {

@@ -18,8 +18,8 @@
 
 #include "core/side/ports.hpp"
 #include "ros/gateway.hpp"
-#include "ros/node.hpp"
-#include "ros/type_supports.hpp"
+#include "ros/node/node.hpp"
+#include "ros/types/type_supports.hpp"
 
 namespace connect_bridge::ros {
 

@@ -7,10 +7,10 @@
 
 #include "core/side/graph_view.hpp"
 #include "ros/gateway.hpp"
-#include "ros/graph.hpp"
-#include "ros/proxy_nodes.hpp"
+#include "ros/graph/graph_watcher.hpp"
+#include "ros/node/proxy_nodes.hpp"
 #include "ros/service_fixture.hpp"
-#include "ros/service_mirror.hpp"
+#include "ros/services/service_mirror.hpp"
 
 namespace connect_bridge::ros {
 namespace {

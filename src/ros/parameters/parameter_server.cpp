@@ -15,11 +15,11 @@
 #include <algorithm>
 #include <deque>
 
+#include "ros/entities/ready_list.hpp"
+#include "ros/parameters/own_service.hpp"
 #include "ros/parameters/parameter_messages.hpp"
 #include "ros/parameters/parameter_table.hpp"
-#include "ros/rcl_result.hpp"
-#include "ros/ready.hpp"
-#include "ros/service_server.hpp"
+#include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ros/node.hpp"
+#include "ros/node/node.hpp"
 #include "ros/parameters/parameter.hpp"
 
 namespace connect_bridge::ros {

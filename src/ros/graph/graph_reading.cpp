@@ -1,0 +1,149 @@
+#include <rcl/graph.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "core/side/graph_view.hpp"
+#include "ros/graph/graph_watcher.hpp"
+#include "ros/node/own_endpoints.hpp"
+#include "ros/rcl/distro.hpp"
+#include "ros/rcl/qos.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+using Query = decltype(&rcl_get_publishers_info_by_topic);
+
+// Reads the endpoints of one topic into its states, one per type.
+class TopicReading {
+ public:
+  TopicReading(const Node& node, const char* topic, BridgeParticipants& bridges)
+      : node_(node),
+        topic_(topic),
+        is_claims_(std::string_view(topic) == kClaimsTopic),
+        bridges_(bridges) {}
+
+  bool read(Query query, std::vector<Endpoint> TopicState::*endpoints) {
+    auto allocator = rcl_get_default_allocator();
+    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
+    if (!ignore_error(query(node_.handle(), &allocator, topic_, false, &array))) return false;
+    for (std::size_t i = 0; i < array.size; ++i) add(array.info_array[i], endpoints);
+    ignore_error(rcl_topic_endpoint_info_array_fini(&array, &allocator));
+    return true;
+  }
+
+  std::vector<TopicState> states;
+  bool unknown_names = false;
+
+ private:
+  void add(const rmw_topic_endpoint_info_t& info, std::vector<Endpoint> TopicState::*endpoints) {
+    Endpoint endpoint;
+    endpoint.gid = distro::gid_of(info.endpoint_gid);
+    if (node_.own().contains(endpoint.gid)) return;
+    endpoint.node_name = info.node_name;
+    endpoint.node_namespace = info.node_namespace;
+    // What has our name is another bridge beside this one, or what is left of a killed one: nothing
+    // of theirs is a user's. Only the claims are wanted, and those a killed one cannot send.
+    note_bridge(endpoint, endpoints == &TopicState::publishers);
+    if (is_namesake(endpoint) && !is_claims_) return;
+    if (endpoint.node_name == "_NODE_NAME_UNKNOWN_") unknown_names = true;
+    endpoint.qos = from_rmw(info.qos_profile);
+    TopicState& state = state_of(info);
+    (state.*endpoints).push_back(std::move(endpoint));
+  }
+
+  void note_bridge(const Endpoint& endpoint, bool publishes) {
+    const Gid participant = distro::participant_of(endpoint.gid);
+    if (participant == Gid{}) return;
+    if (is_namesake(endpoint)) {
+      bridges_.namesakes.insert(participant);
+    } else if (is_claims_ && publishes) {
+      bridges_.others[participant] = {endpoint.node_namespace, endpoint.node_name};
+    }
+  }
+
+  [[nodiscard]] bool is_namesake(const Endpoint& endpoint) const {
+    return endpoint.node_name == node_.name() && endpoint.node_namespace == node_.name_space();
+  }
+
+  // Publishers are read first, so the hash is a publisher's if there is one.
+  TopicState& state_of(const rmw_topic_endpoint_info_t& info) {
+    for (TopicState& state : states) {
+      if (state.type != info.topic_type) continue;
+      if (state.type_hash.empty()) state.type_hash = distro::type_hash_of(info);
+      return state;
+    }
+    TopicState& state = states.emplace_back();
+    state.name = topic_;
+    state.type = info.topic_type;
+    state.type_hash = distro::type_hash_of(info);
+    return state;
+  }
+
+  const Node& node_;
+  const char* topic_;
+  const bool is_claims_;
+  BridgeParticipants& bridges_;
+};
+
+// Bridges have proxy nodes under the names of others. To the core an endpoint of a bridge is one of
+// the node that makes the claims.
+void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridges) {
+  if (bridges.empty()) return;
+  const auto settle = [&](std::vector<Endpoint>& endpoints) {
+    std::erase_if(endpoints, [&](Endpoint& endpoint) {
+      const Gid participant = distro::participant_of(endpoint.gid);
+      if (bridges.namesakes.contains(participant)) return true;
+      if (const auto found = bridges.others.find(participant); found != bridges.others.end()) {
+        endpoint.node_namespace = found->second.name_space;
+        endpoint.node_name = found->second.name;
+      }
+      return false;
+    });
+  };
+  std::erase_if(topics, [&](TopicState& topic) {
+    if (topic.name == kClaimsTopic) return false;
+    settle(topic.publishers);
+    settle(topic.subscribers);
+    return topic.publishers.empty() && topic.subscribers.empty();
+  });
+}
+
+std::optional<std::vector<TopicState>> read_topics(const Node& node, BridgeParticipants& bridges,
+                                                   bool& unknown_names) {
+  auto allocator = rcl_get_default_allocator();
+  rcl_names_and_types_t names = rcl_get_zero_initialized_names_and_types();
+  if (!ignore_error(rcl_get_topic_names_and_types(node.handle(), &allocator, false, &names))) {
+    return std::nullopt;
+  }
+  std::optional<std::vector<TopicState>> topics{std::in_place};
+  topics->reserve(names.names.size);
+  for (std::size_t i = 0; topics && i < names.names.size; ++i) {
+    TopicReading reading(node, names.names.data[i], bridges);
+    if (!reading.read(&rcl_get_publishers_info_by_topic, &TopicState::publishers) ||
+        !reading.read(&rcl_get_subscriptions_info_by_topic, &TopicState::subscribers)) {
+      topics.reset();
+      break;
+    }
+    unknown_names = unknown_names || reading.unknown_names;
+    std::move(reading.states.begin(), reading.states.end(), std::back_inserter(*topics));
+  }
+  ignore_error(rcl_names_and_types_fini(&names));
+  if (topics) attribute(*topics, bridges);
+  return topics;
+}
+
+}  // namespace
+
+std::optional<GraphChanged> read_graph(const Node& node, const std::set<std::string>& watched,
+                                       bool& unknown_names) {
+  BridgeParticipants bridges;
+  auto topics = read_topics(node, bridges, unknown_names);
+  if (!topics) return std::nullopt;
+  auto services = read_services(node, watched, bridges);
+  if (!services) return std::nullopt;
+  return GraphChanged{std::move(*topics), std::move(*services)};
+}
+
+}  // namespace connect_bridge::ros

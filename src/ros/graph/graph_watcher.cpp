@@ -1,0 +1,198 @@
+#include "ros/graph/graph_watcher.hpp"
+
+#include <rcl/node.h>
+
+#include <chrono>
+
+#include "core/side/graph_view.hpp"
+#include "ros/graph/graph_compare.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+// A node's name reaches us some time after its endpoints. Re-reading helps for a while; after that
+// the endpoint belongs to a program that is not ROS.
+constexpr int kRetriesMax = 6;
+
+Duration retry_delay(int retries) {
+  return std::chrono::milliseconds(25) * (1 << retries);
+}
+
+std::set<std::string> nodes_of(const GraphChanged& graph) {
+  std::set<std::string> nodes;
+  for (const TopicState& topic : graph.topics) {
+    for (const Endpoint& endpoint : topic.publishers) nodes.insert(node_of(endpoint));
+    for (const Endpoint& endpoint : topic.subscribers) nodes.insert(node_of(endpoint));
+  }
+  for (const ServiceState& service : graph.services) {
+    for (const Server& server : service.servers) nodes.insert(node_of(server));
+  }
+  return nodes;
+}
+
+}  // namespace
+
+GraphWatcher::GraphWatcher(const Node& node, Duration pause, std::function<void(GraphNews)> news)
+    : node_(node), pause_(pause), news_(std::move(news)) {
+  auto* context = node.context();
+  require_ok(rcl_guard_condition_init(&poke_, context, rcl_guard_condition_get_default_options()),
+             "cannot watch the graph");
+  const rcl_ret_t made =
+      rcl_wait_set_init(&wait_set_, 0, 2, 0, 0, 0, 0, context, rcl_get_default_allocator());
+  if (made != RCL_RET_OK) {
+    const auto text = error_text("cannot watch the graph", made);
+    ignore_error(rcl_guard_condition_fini(&poke_));
+    throw RosError(text);
+  }
+  thread_ = std::thread([this] { run(); });
+}
+
+GraphWatcher::~GraphWatcher() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  poked_.notify_all();
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+  thread_.join();
+  ignore_error(rcl_wait_set_fini(&wait_set_));
+  ignore_error(rcl_guard_condition_fini(&poke_));
+}
+
+void GraphWatcher::refresh() {
+  refresh_ = true;
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+}
+
+std::optional<GraphChanged> GraphWatcher::take() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(newest_, std::nullopt);
+}
+
+bool GraphWatcher::has_node(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  return nodes_.contains(name);
+}
+
+void GraphWatcher::watch(std::set<std::string> services) {
+  {
+    const std::lock_guard lock(mutex_);
+    watched_ = std::move(services);
+  }
+  read_again_ = true;
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+}
+
+void GraphWatcher::look_again(Duration delay) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto at = Clock::now() + delay;
+    if (at >= look_at_) return;
+    look_at_ = at;
+  }
+  poked_.notify_all();
+  ignore_error(rcl_trigger_guard_condition(&poke_));
+}
+
+void GraphWatcher::run() {
+  bool due = true;
+  while (true) {
+    if (due) {
+      news_(GraphNews::kTouched);
+      const auto begin = Clock::now();
+      read();
+      const Duration took = Clock::now() - begin;
+      reading_ns_ = took.count();
+      ++readings_;
+      pause(std::max(pause_, took * 10));
+    }
+    {
+      const std::lock_guard lock(mutex_);
+      if (stop_) return;
+    }
+    const bool again = incomplete_ && retries_ < kRetriesMax;
+    const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
+    do {
+      due = wait(std::min(again_at, look())) || Clock::now() >= again_at;
+    } while (!due && !stopping());
+  }
+}
+
+bool GraphWatcher::stopping() {
+  const std::lock_guard lock(mutex_);
+  return stop_;
+}
+
+GraphWatcher::Clock::time_point GraphWatcher::look() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (look_at_ > Clock::now()) return look_at_;
+    look_at_ = Clock::time_point::max();
+  }
+  news_(GraphNews::kLook);
+  const std::lock_guard lock(mutex_);
+  return look_at_;
+}
+
+bool GraphWatcher::wait(Clock::time_point deadline) {
+  // A guard condition that was triggered before it is added here still ends the wait.
+  const auto* changes = rcl_node_get_graph_guard_condition(node_.handle());
+  std::size_t place = 0;
+  const bool ready = ignore_error(rcl_wait_set_clear(&wait_set_)) &&
+                     ignore_error(rcl_wait_set_add_guard_condition(&wait_set_, changes, &place)) &&
+                     ignore_error(rcl_wait_set_add_guard_condition(&wait_set_, &poke_, nullptr));
+  if (!ready) {
+    pause(std::chrono::seconds(1));
+    return true;
+  }
+  const Duration left = std::max(Duration{0}, Duration{deadline - Clock::now()});
+  const bool forever = deadline == Clock::time_point::max();
+  const rcl_ret_t result = rcl_wait(&wait_set_, forever ? -1 : left.count());
+  if (result == RCL_RET_TIMEOUT) return !ignore_error(result) && wants_reading();
+  if (!ignore_error(result)) {
+    // The context was shut down, or the middleware failed: do not spin.
+    pause(std::chrono::milliseconds(200));
+    return false;
+  }
+  return wait_set_.guard_conditions[place] != nullptr || wants_reading();
+}
+
+void GraphWatcher::pause(Duration duration) {
+  const auto end = Clock::now() + duration;
+  while (Clock::now() < end) {
+    const auto until = std::min(end, look());
+    std::unique_lock lock(mutex_);
+    poked_.wait_until(lock, until, [&] { return stop_ || look_at_ < until; });
+    if (stop_) return;
+  }
+}
+
+void GraphWatcher::read() {
+  read_again_ = false;
+  const bool asked = refresh_.exchange(false);
+  bool unknown_names = false;
+  std::set<std::string> watched;
+  {
+    const std::lock_guard lock(mutex_);
+    watched = watched_;
+  }
+  auto graph = read_graph(node_, watched, unknown_names);
+  incomplete_ = unknown_names || !graph;
+  retries_ = incomplete_ ? retries_ + 1 : 0;
+  if (!graph) {
+    if (asked) refresh_ = true;
+    return;
+  }
+  if (!asked && same_graph(*graph, last_)) return;
+  last_ = *graph;
+  auto nodes = nodes_of(*graph);
+  {
+    const std::lock_guard lock(mutex_);
+    nodes_ = std::move(nodes);
+    newest_ = std::move(*graph);
+  }
+  news_(GraphNews::kRead);
+}
+
+}  // namespace connect_bridge::ros

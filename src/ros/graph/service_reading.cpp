@@ -1,0 +1,216 @@
+#include <rcl/graph.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "ros/graph/graph_watcher.hpp"
+#include "ros/node/own_endpoints.hpp"
+#include "ros/rcl/distro.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+struct NodeName {
+  std::string name_space, name;
+  auto operator<=>(const NodeName&) const = default;
+
+  [[nodiscard]] std::string full() const {
+    return name_space == "/" ? "/" + name : name_space + "/" + name;
+  }
+};
+
+struct Nodes {
+  std::set<NodeName> plain;
+  // More than one node has the name, or one beside a proxy of ours. The middleware answers for one
+  // of them, whichever, so their services are found by their writers.
+  std::set<NodeName> shared;
+};
+
+// The nodes of others.
+std::optional<Nodes> read_nodes(const Node& node) {
+  auto allocator = rcl_get_default_allocator();
+  auto names = rcutils_get_zero_initialized_string_array();
+  auto name_spaces = rcutils_get_zero_initialized_string_array();
+  const auto ours_before = node.own().nodes();
+  if (!ignore_error(rcl_get_node_names(node.handle(), allocator, &names, &name_spaces))) {
+    return std::nullopt;
+  }
+  const auto ours_after = node.own().nodes();
+  std::map<NodeName, std::size_t> counts;
+  for (std::size_t i = 0; i < names.size; ++i) ++counts[{name_spaces.data[i], names.data[i]}];
+  ignore_error(rcutils_string_array_fini(&names));
+  ignore_error(rcutils_string_array_fini(&name_spaces));
+
+  std::optional<Nodes> nodes{std::in_place};
+  for (const auto& [found, count] : counts) {
+    const std::string full = found.full();
+    if (full == node.full_name()) continue;
+    const auto before = ours_before.find(full), after = ours_after.find(full);
+    const bool foreign = before == ours_before.end() && after == ours_after.end();
+    // Not made or removed meanwhile, so it is one of those that were counted.
+    const bool steady = before != ours_before.end() && after != ours_after.end() &&
+                        before->second != OwnEndpoints::kUnsettled &&
+                        before->second == after->second;
+    if (foreign && (count == 1 || !distro::tells_servers())) {
+      nodes->plain.insert(found);
+    } else if (distro::tells_servers() && (foreign || !steady || count > 1)) {
+      nodes->shared.insert(found);
+    }
+  }
+  return nodes;
+}
+
+// A server by its writer of responses.
+struct Writer {
+  Gid gid;
+  NodeName node;
+  std::string type;  // "std_srvs/srv/SetBool"; empty: not told
+};
+
+// "std_srvs/srv/SetBool" of "std_srvs::srv::dds_::SetBool_Response_".
+std::string service_type_of(std::string_view response) {
+  constexpr std::string_view kMiddle = "::dds_::", kEnd = "_Response_";
+  const auto middle = response.find(kMiddle);
+  if (middle == std::string_view::npos || !response.ends_with(kEnd)) return {};
+  std::string type{response.substr(0, middle)};
+  if (const auto colons = type.find("::"); colons != std::string::npos)
+    type.replace(colons, 2, "/");
+  response.remove_suffix(kEnd.size());
+  return type + "/" + std::string{response.substr(middle + kMiddle.size())};
+}
+
+class ServiceReading {
+ public:
+  ServiceReading(const Node& node, const std::set<std::string>& watched,
+                 const BridgeParticipants& bridges)
+      : node_(node), watched_(watched), bridges_(bridges) {}
+
+  void add_services_of(const NodeName& of);
+  // false: the middleware failed.
+  bool add_services_of_shared(const std::set<NodeName>& names);
+  std::vector<ServiceState> finish();
+
+ private:
+  const std::vector<Writer>& writers_of(const std::string& service);
+  void identify(ServiceState& service);
+
+  const Node& node_;
+  const std::set<std::string>& watched_;
+  const BridgeParticipants& bridges_;
+  std::map<std::pair<std::string, std::string>, std::set<NodeName>> services_;  // by name and type
+  std::map<std::string, std::vector<Writer>> writers_;
+};
+
+void ServiceReading::add_services_of(const NodeName& of) {
+  auto allocator = rcl_get_default_allocator();
+  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
+  // A node that has just left is no failure.
+  if (!ignore_error(rcl_get_service_names_and_types_by_node(
+          node_.handle(), &allocator, of.name.c_str(), of.name_space.c_str(), &found))) {
+    return;
+  }
+  for (std::size_t i = 0; i < found.names.size; ++i) {
+    for (std::size_t t = 0; t < found.types[i].size; ++t) {
+      services_[{found.names.data[i], found.types[i].data[t]}].insert(of);
+    }
+  }
+  ignore_error(rcl_names_and_types_fini(&found));
+}
+
+bool ServiceReading::add_services_of_shared(const std::set<NodeName>& names) {
+  auto allocator = rcl_get_default_allocator();
+  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
+  if (!ignore_error(rcl_get_service_names_and_types(node_.handle(), &allocator, &found))) {
+    return false;
+  }
+  for (std::size_t i = 0; i < found.names.size; ++i) {
+    for (const Writer& writer : writers_of(found.names.data[i])) {
+      if (!names.contains(writer.node)) continue;
+      for (std::size_t t = 0; t < found.types[i].size; ++t) {
+        const std::string type = found.types[i].data[t];
+        if (!writer.type.empty() && writer.type != type) continue;
+        services_[{found.names.data[i], type}].insert(writer.node);
+      }
+    }
+  }
+  ignore_error(rcl_names_and_types_fini(&found));
+  return true;
+}
+
+// The servers of others; empty where the middleware has no such topic.
+const std::vector<Writer>& ServiceReading::writers_of(const std::string& service) {
+  const auto [at, is_new] = writers_.try_emplace(service);
+  std::vector<Writer>& writers = at->second;
+  if (!is_new) return writers;
+  const std::string topic = "rr" + service + "Reply";
+  auto allocator = rcl_get_default_allocator();
+  auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
+  if (!ignore_error(rcl_get_publishers_info_by_topic(node_.handle(), &allocator, topic.c_str(),
+                                                     true, &array))) {
+    return writers;
+  }
+  for (std::size_t i = 0; i < array.size; ++i) {
+    const rmw_topic_endpoint_info_t& info = array.info_array[i];
+    const Gid gid = distro::gid_of(info.endpoint_gid);
+    if (node_.own().contains(gid)) continue;
+    writers.push_back(
+        Writer{gid, {info.node_namespace, info.node_name}, service_type_of(info.topic_type)});
+  }
+  ignore_error(rcl_topic_endpoint_info_array_fini(&array, &allocator));
+  return writers;
+}
+
+// Tells servers' ids, and whose they really are. Of a node's name there may be several: a killed
+// process stays in the graph until its lease is over, and the one that took its place is there,
+// too.
+void ServiceReading::identify(ServiceState& service) {
+  std::vector<Server> servers;
+  for (Server& server : service.servers) {
+    const NodeName name{server.node_namespace, server.node_name};
+    bool known = false;
+    for (const Writer& writer : writers_of(service.name)) {
+      if (writer.node != name || (!writer.type.empty() && writer.type != service.type)) continue;
+      known = true;
+      const Gid participant = distro::participant_of(writer.gid);
+      if (bridges_.namesakes.contains(participant)) continue;
+      Server& found = servers.emplace_back(Server{writer.gid, name.name_space, name.name});
+      if (const auto bridge = bridges_.others.find(participant); bridge != bridges_.others.end()) {
+        found.node_namespace = bridge->second.name_space;
+        found.node_name = bridge->second.name;
+      }
+    }
+    if (!known) servers.push_back(std::move(server));
+  }
+  service.servers = std::move(servers);
+}
+
+std::vector<ServiceState> ServiceReading::finish() {
+  std::vector<ServiceState> states;
+  states.reserve(services_.size());
+  for (const auto& [key, nodes] : services_) {
+    ServiceState state{key.first, key.second, {}};
+    for (const NodeName& of : nodes) state.servers.push_back(Server{Gid{}, of.name_space, of.name});
+    // Asking for each one takes long in a large graph, so only where it tells something.
+    if (!bridges_.empty() || watched_.contains(state.name)) identify(state);
+    if (!state.servers.empty()) states.push_back(std::move(state));
+  }
+  return states;
+}
+
+}  // namespace
+
+std::optional<std::vector<ServiceState>> read_services(const Node& node,
+                                                       const std::set<std::string>& watched,
+                                                       const BridgeParticipants& bridges) {
+  const auto nodes = read_nodes(node);
+  if (!nodes) return std::nullopt;
+  ServiceReading reading(node, watched, bridges);
+  for (const NodeName& other : nodes->plain) reading.add_services_of(other);
+  if (!nodes->shared.empty() && !reading.add_services_of_shared(nodes->shared)) return std::nullopt;
+  return reading.finish();
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,234 @@
+#include "ros/node/node.hpp"
+
+#include <rcl/arguments.h>
+#include <rcl/context.h>
+#include <rcl/init.h>
+#include <rcl/init_options.h>
+#include <rcl/logging.h>
+#include <rcl/node.h>
+#include <rcl/node_options.h>
+#include <rcl/publisher.h>
+#include <rcl/time.h>
+#include <rcl_interfaces/msg/parameter_event.h>
+#include <rcutils/logging.h>
+#include <rmw/qos_profiles.h>
+#include <rmw/rmw.h>
+
+#include <mutex>
+
+#include "ros/node/own_endpoints.hpp"
+#include "ros/parameters/parameter_file.hpp"
+#include "ros/rcl/distro.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+// rcl's logging is one for the process and not thread-safe; its C callback has no user data. Hence
+// the only mutable global of src/ros.
+struct Logging {
+  std::recursive_mutex mutex;
+  int users = 0;
+};
+Logging& logging() {
+  static Logging instance;
+  return instance;
+}
+
+void write_log(const rcutils_log_location_t* location, int severity, const char* name,
+               rcutils_time_point_value_t stamp, const char* format, va_list* arguments) {
+  const std::lock_guard lock(logging().mutex);
+  rcl_logging_multiple_output_handler(location, severity, name, stamp, format, arguments);
+}
+
+void begin_logging(const rcl_arguments_t& arguments) {
+  const std::lock_guard lock(logging().mutex);
+  const auto allocator = rcl_get_default_allocator();
+  if (logging().users == 0) {
+    require_ok(rcl_logging_configure_with_output_handler(&arguments, &allocator, &write_log),
+               "cannot set up the log");
+  }
+  ++logging().users;
+}
+
+void end_logging() {
+  const std::lock_guard lock(logging().mutex);
+  if (--logging().users == 0) ignore_error(rcl_logging_fini());
+}
+
+ParameterMap read_overrides(const rcl_arguments_t& arguments, const std::string& full_name) {
+  rcl_params_t* params = nullptr;
+  require_ok(rcl_arguments_get_param_overrides(&arguments, &params), "cannot read the parameters");
+  ParameterMap overrides;
+  for (const auto& section : take_sections(params))
+    if (node_name_matches(section.node, full_name))
+      for (const auto& [key, value] : section.parameters) overrides.insert_or_assign(key, value);
+  return overrides;
+}
+
+// The arguments of main() at these places.
+std::vector<std::string> pick(const NodeOptions& options, int count, rcl_ret_t result,
+                              int* places) {
+  std::vector<std::string> texts;
+  auto allocator = rcl_get_default_allocator();
+  for (int i = 0; result == RCL_RET_OK && i < count; ++i) {
+    texts.emplace_back(options.argv[places[i]]);
+  }
+  ignore_error(result);
+  if (places != nullptr) allocator.deallocate(places, allocator.state);
+  return texts;
+}
+
+}  // namespace
+
+struct Node::State {
+  rcl_context_t context = rcl_get_zero_initialized_context();
+  rcl_node_t node = rcl_get_zero_initialized_node();
+  rcl_clock_t clock{};
+  rcl_publisher_t parameter_events = rcl_get_zero_initialized_publisher();
+  OwnEndpoints own{distro::participant_prefix_size()};
+  bool logging = false;
+  std::string name, name_space, full_name;
+  ParameterMap overrides;
+  std::vector<std::string> arguments;
+
+  void open(const NodeOptions& options);
+  void open_context(const NodeOptions& options);
+  void read_arguments(const NodeOptions& options);
+  void open_parameter_events();
+  ~State();
+};
+
+void Node::State::open_context(const NodeOptions& options) {
+  const auto allocator = rcl_get_default_allocator();
+  rcl_init_options_t init = rcl_get_zero_initialized_init_options();
+  require_ok(rcl_init_options_init(&init, allocator), "cannot set up ROS");
+  const rcl_ret_t result = rcl_init(options.argc, options.argv, &init, &context);
+  const std::string problem =
+      result == RCL_RET_OK ? std::string{} : error_text("cannot start ROS", result);
+  ignore_error(rcl_init_options_fini(&init));
+  if (!problem.empty()) throw RosError(problem);
+}
+
+void Node::State::read_arguments(const NodeOptions& options) {
+  const auto allocator = rcl_get_default_allocator();
+  const rcl_arguments_t& given = context.global_arguments;
+  int* places = nullptr;
+  rcl_ret_t result = rcl_arguments_get_unparsed_ros(&given, allocator, &places);
+  const auto unknown = pick(options, rcl_arguments_get_count_unparsed_ros(&given), result, places);
+  if (!unknown.empty()) throw RosError("unknown ROS argument \"" + unknown.front() + "\"");
+  places = nullptr;
+  result = rcl_arguments_get_unparsed(&given, allocator, &places);
+  arguments = pick(options, rcl_arguments_get_count_unparsed(&given), result, places);
+  if (!arguments.empty()) arguments.erase(arguments.begin());
+}
+
+void Node::State::open(const NodeOptions& options) {
+  open_context(options);
+  read_arguments(options);
+  begin_logging(context.global_arguments);
+  logging = true;
+  rcl_node_options_t node_options = rcl_node_get_default_options();
+  require_ok(rcl_node_init(&node, options.name.c_str(), "", &context, &node_options),
+             "cannot make the node");
+  ignore_error(rcl_node_options_fini(&node_options));
+  {
+    const std::lock_guard lock(connect_bridge::ros::logging().mutex);
+    require_ok(distro::init_rosout(&node), "cannot publish on /rosout");
+  }
+  auto allocator = rcl_get_default_allocator();
+  require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot make a clock");
+  open_parameter_events();
+  name = rcl_node_get_name(&node);
+  name_space = rcl_node_get_namespace(&node);
+  full_name = rcl_node_get_fully_qualified_name(&node);
+  own.settle_node(full_name);
+  overrides = read_overrides(context.global_arguments, full_name);
+}
+
+// It is opened here because its id is the first one by which we know our own endpoints.
+void Node::State::open_parameter_events() {
+  rcl_publisher_options_t options = rcl_publisher_get_default_options();
+  options.qos = rmw_qos_profile_parameter_events;
+  require_ok(rcl_publisher_init(&parameter_events, &node,
+                                ROSIDL_GET_MSG_TYPE_SUPPORT(rcl_interfaces, msg, ParameterEvent),
+                                "/parameter_events", &options),
+             "cannot publish on /parameter_events");
+  distro::add_own(own, &parameter_events);
+}
+
+Node::State::~State() {
+  if (parameter_events.impl != nullptr) ignore_error(rcl_publisher_fini(&parameter_events, &node));
+  if (rcl_clock_valid(&clock)) ignore_error(rcl_clock_fini(&clock));
+  if (rcl_node_is_valid_except_context(&node)) {
+    const std::lock_guard lock(connect_bridge::ros::logging().mutex);
+    ignore_error(distro::fini_rosout(&node));
+    ignore_error(rcl_node_fini(&node));
+  }
+  ignore_error(RCL_RET_OK);  // the questions above leave an error text
+  if (rcl_context_is_valid(&context)) ignore_error(rcl_shutdown(&context));
+  if (logging) end_logging();
+  if (context.impl != nullptr) ignore_error(rcl_context_fini(&context));
+}
+
+Node::Node(const NodeOptions& options) : state_(std::make_unique<State>()) {
+  state_->open(options);
+}
+
+Node::~Node() = default;
+
+const std::string& Node::name() const {
+  return state_->name;
+}
+const std::string& Node::name_space() const {
+  return state_->name_space;
+}
+const std::string& Node::full_name() const {
+  return state_->full_name;
+}
+const ParameterMap& Node::parameter_overrides() const {
+  return state_->overrides;
+}
+const std::vector<std::string>& Node::arguments() const {
+  return state_->arguments;
+}
+std::string Node::middleware() const {
+  return rmw_get_implementation_identifier();
+}
+
+Stamp Node::ros_now() const {
+  rcl_time_point_value_t now = 0;
+  ignore_error(rcl_clock_get_now(&state_->clock, &now));
+  return now;
+}
+
+void Node::log(LogLevel level, const std::string& text) const {
+  constexpr int kSeverities[] = {RCUTILS_LOG_SEVERITY_DEBUG, RCUTILS_LOG_SEVERITY_INFO,
+                                 RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
+  const int severity = kSeverities[static_cast<std::size_t>(level)];
+  const char* logger = rcl_node_get_logger_name(&state_->node);
+  // Asking for the level may store it for the next time.
+  const std::lock_guard lock(logging().mutex);
+  if (!rcutils_logging_logger_is_enabled_for(logger, severity)) return;
+  // The output to /rosout reads the location without asking whether there is one.
+  static constexpr rcutils_log_location_t kNowhere{"", "", 0};
+  rcutils_log(&kNowhere, severity, logger, "%s", text.c_str());
+}
+
+rcl_node_s* Node::handle() const {
+  return &state_->node;
+}
+rcl_context_s* Node::context() const {
+  return &state_->context;
+}
+rcl_clock_s* Node::clock() const {
+  return &state_->clock;
+}
+rcl_publisher_s* Node::parameter_events() const {
+  return &state_->parameter_events;
+}
+OwnEndpoints& Node::own() const {
+  return state_->own;
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,76 @@
+#include "ros/node/proxy_nodes.hpp"
+
+#include <rcl/arguments.h>
+#include <rcl/node.h>
+#include <rcl/node_options.h>
+
+#include <bit>
+
+#include "ros/node/own_endpoints.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+
+ProxyNodes::Handle ProxyNodes::own() const {
+  return {std::shared_ptr<void>{}, node_.handle()};
+}
+
+ProxyNodes::Handle ProxyNodes::get(const std::string& name) {
+  if (name.empty() || name == node_.full_name()) return own();
+  if (const auto found = nodes_.find(name); found != nodes_.end()) return found->second.lock();
+  auto made = make(name);
+  if (!made) return own();
+  nodes_.emplace(name, made);
+  return made;
+}
+
+ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
+  const auto slash = name.rfind('/');
+  if (slash == std::string::npos) {
+    refused("\"" + name + "\" is not a node's name: its endpoints are ours");
+    return nullptr;
+  }
+  if (is_taken_(name)) {
+    refused("a remote node has the name of a node of this graph, " + name +
+            ": its endpoints are ours");
+    return nullptr;
+  }
+  const std::string name_space = slash == 0 ? "/" : name.substr(0, slash);
+  const std::string base = name.substr(slash + 1);
+  rcl_node_options_t options = rcl_node_get_default_options();
+  options.use_global_arguments = false;
+  options.enable_rosout = false;
+  // Without the process's arguments rcl asks for some of the node's own, be they none.
+  rcl_ret_t result =
+      rcl_parse_arguments(0, nullptr, rcl_get_default_allocator(), &options.arguments);
+  auto made = std::make_unique<rcl_node_t>(rcl_get_zero_initialized_node());
+  // Told first: the graph may show the node to the watcher's thread before we are back.
+  node_.own().announce_node(name);
+  if (result == RCL_RET_OK) {
+    result = rcl_node_init(made.get(), base.c_str(), name_space.c_str(), node_.context(), &options);
+  }
+  if (result != RCL_RET_OK) {
+    refused(
+        error_text("cannot make the node " + name + ", its endpoints are ours instead", result));
+    ignore_error(rcl_node_options_fini(&options));
+    node_.own().remove_node(name);
+    return nullptr;
+  }
+  ignore_error(rcl_node_options_fini(&options));
+  node_.own().settle_node(name);
+  return {made.release(), [this, name](rcl_node_t* node) {
+            node_.own().announce_node(name);
+            ignore_error(rcl_node_fini(node));
+            delete node;
+            node_.own().remove_node(name);
+            nodes_.erase(name);
+          }};
+}
+
+// The peer can cause them as often as it likes: the 1st, 2nd, 4th, 8th ... is logged.
+void ProxyNodes::refused(const std::string& why) {
+  if (!std::has_single_bit(++refusals_)) return;
+  node_.log(LogLevel::kWarn, why + " (so far: " + std::to_string(refusals_) + ")");
+}
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,45 @@
+// Nodes that stand for nodes of the other side, each as long as something belongs to it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "ros/node/node.hpp"
+
+namespace connect_bridge::ros {
+
+// A proxy is a name in the graph: it publishes no log, has no parameters and heeds no argument of
+// this process. Thread: the loop's. Destroy it after all handles and before the Node.
+class ProxyNodes {
+ public:
+  // Keeps the node alive; its last owner removes it from the graph.
+  using Handle = std::shared_ptr<rcl_node_s>;
+
+  // `is_taken` tells whether a node of others has this name.
+  ProxyNodes(Node& node, std::function<bool(const std::string& name)> is_taken)
+      : node_(node), is_taken_(std::move(is_taken)) {}
+  ProxyNodes(const ProxyNodes&) = delete;
+  ProxyNodes& operator=(const ProxyNodes&) = delete;
+
+  // The proxy of this name ("/fleet/talker"), made if it is not there. An empty name, and with a
+  // warning one that ROS refuses or that a node of this graph has: our own node. The peer chooses
+  // names, so they must not pass for somebody here.
+  Handle get(const std::string& name);
+
+  [[nodiscard]] std::size_t size() const { return nodes_.size(); }
+
+ private:
+  Handle make(const std::string& name);
+  Handle own() const;
+  void refused(const std::string& why);
+
+  Node& node_;
+  const std::function<bool(const std::string& name)> is_taken_;
+  std::uint64_t refusals_ = 0;
+  std::map<std::string, std::weak_ptr<rcl_node_s>, std::less<>> nodes_;
+};
+
+}  // namespace connect_bridge::ros

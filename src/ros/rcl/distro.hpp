@@ -1,0 +1,200 @@
+// Everything that differs between ROS distributions (Humble to Rolling) and middlewares, and
+// nothing else.
+#pragma once
+
+#include <rcl/error_handling.h>
+#include <rcl/graph.h>
+#include <rcl/logging.h>
+#include <rcl/logging_rosout.h>
+#include <rcl/node.h>
+#include <rcl/publisher.h>
+#include <rmw/error_handling.h>
+#include <rmw/rmw.h>
+#include <rmw/topic_endpoint_info.h>
+#include <rosidl_runtime_c/message_type_support_struct.h>
+#include <rosidl_runtime_c/service_type_support_struct.h>
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+
+#include "core/base/ids.hpp"
+#include "ros/node/own_endpoints.hpp"
+
+#if __has_include(<rosidl_runtime_c/type_hash.h>)
+#define CONNECT_TYPE_HASHES 1  // Iron and later
+#include <rosidl_runtime_c/type_hash.h>
+#else
+#define CONNECT_TYPE_HASHES 0
+#endif
+
+namespace connect_bridge::ros::distro {
+
+#if CONNECT_TYPE_HASHES
+// "RIHS01_..."; empty where there is none.
+inline std::string text_of(const rosidl_type_hash_t& hash) {
+  if (hash.version == 0) return {};
+  char* text = nullptr;
+  auto allocator = rcutils_get_default_allocator();
+  if (rosidl_stringify_type_hash(&hash, allocator, &text) != RCUTILS_RET_OK) {
+    rcutils_reset_error();
+    return {};
+  }
+  std::string result = text;
+  allocator.deallocate(text, allocator.state);
+  return result;
+}
+
+inline std::string type_hash_of(const rosidl_message_type_support_t& type) {
+  const auto* hash = type.get_type_hash_func ? type.get_type_hash_func(&type) : nullptr;
+  return hash ? text_of(*hash) : std::string{};
+}
+
+inline std::string type_hash_of(const rosidl_service_type_support_t& type) {
+  const auto* hash = type.get_type_hash_func ? type.get_type_hash_func(&type) : nullptr;
+  return hash ? text_of(*hash) : std::string{};
+}
+
+inline std::string type_hash_of(const rmw_topic_endpoint_info_t& info) {
+  return text_of(info.topic_type_hash);
+}
+#else
+inline std::string type_hash_of(const rosidl_message_type_support_t&) {
+  return {};
+}
+inline std::string type_hash_of(const rosidl_service_type_support_t&) {
+  return {};
+}
+inline std::string type_hash_of(const rmw_topic_endpoint_info_t&) {
+  return {};
+}
+#endif
+
+// RMW_GID_STORAGE_SIZE is 24 on Humble and 16 later.
+inline Gid gid_of(const std::uint8_t (&bytes)[RMW_GID_STORAGE_SIZE]) {
+  static_assert(RMW_GID_STORAGE_SIZE <= sizeof(Gid::bytes));
+  Gid gid;
+  std::copy(std::begin(bytes), std::end(bytes), gid.bytes.begin());
+  return gid;
+}
+
+// Since Jazzy the client library makes the node's /rosout publisher; before, rcl_node_init does,
+// and a second one would be warned about.
+inline rcl_ret_t init_rosout(rcl_node_t* node) {
+#if CONNECT_TYPE_HASHES
+  if (rcl_logging_rosout_enabled()) return rcl_logging_rosout_init_publisher_for_node(node);
+#else
+  (void)node;
+#endif
+  return RCL_RET_OK;
+}
+
+inline rcl_ret_t fini_rosout(rcl_node_t* node) {
+#if CONNECT_TYPE_HASHES
+  if (rcl_logging_rosout_enabled()) return rcl_logging_rosout_fini_publisher_for_node(node);
+#else
+  (void)node;
+#endif
+  return RCL_RET_OK;
+}
+
+// rmw_cyclonedds_cpp puts a local handle where the others put the publisher's id of the graph
+// (ros2/rmw_cyclonedds#377).
+inline bool samples_tell_origin() {
+  return std::string_view{rmw_get_implementation_identifier()} != "rmw_cyclonedds_cpp";
+}
+
+// rmw_fastrtps can deadlock between a lost sample and whoever sets or takes an event, once a
+// callback for lost samples is set (fixed by ros2/rmw_fastrtps#890). There the count is asked for
+// instead.
+inline bool lost_callback_is_safe() {
+  return !std::string_view{rmw_get_implementation_identifier()}.starts_with("rmw_fastrtps");
+}
+
+// The ids of DDS endpoints begin with the 12 bytes of their participant, and a context has one
+// participant. So one id of ours tells all others, those of endpoints that are gone included.
+// 0: ids of this middleware do not tell.
+inline std::size_t participant_prefix_size() {
+  const std::string_view name = rmw_get_implementation_identifier();
+  return name.starts_with("rmw_fastrtps") ? 12 : 0;
+}
+
+// What the ids of all endpoints of a process begin with; all zero where ids do not tell.
+inline Gid participant_of(const Gid& gid) {
+  Gid participant;
+  std::copy_n(gid.bytes.begin(), participant_prefix_size(), participant.bytes.begin());
+  return participant;
+}
+
+// The graph's id of our publisher, where the middleware tells it.
+inline void add_own(OwnEndpoints& own, const rcl_publisher_t* publisher) {
+  const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(publisher);
+  rmw_gid_t gid{};
+  if (handle != nullptr && rmw_get_gid_for_publisher(handle, &gid) == RMW_RET_OK) {
+    own.add(gid_of(gid.data));
+  } else {
+    rmw_reset_error();
+  }
+}
+
+// Who sent a request, as rmw tells it.
+inline Gid caller_of(const rmw_request_id_t& request) {
+  static_assert(sizeof(request.writer_guid) <= sizeof(Gid::bytes));
+  Gid gid;
+  std::copy(std::begin(request.writer_guid), std::end(request.writer_guid), gid.bytes.begin());
+  return gid;
+}
+
+// How many clients a service has; nullopt: not told. rcl_count_clients() came after Iron, and no
+// header tells of it, so the compiler is asked whether a call can be made.
+template <class RclNode>
+auto count_clients(const RclNode* node, const char* service, int)
+    -> decltype(rcl_count_clients(node, service, nullptr), std::optional<std::size_t>{}) {
+  std::size_t count = 0;
+  if (rcl_count_clients(node, service, &count) != RCL_RET_OK) return std::nullopt;
+  return count;
+}
+template <class RclNode>
+std::optional<std::size_t> count_clients(const RclNode*, const char*, long) {
+  return std::nullopt;
+}
+
+// Whether callers_in_graph() knows callers one by one.
+inline bool tells_callers() {
+  return participant_prefix_size() > 0;
+}
+
+// Whether the writers of responses in the graph tell all servers, and ids which of them are ours.
+inline bool tells_servers() {
+  return participant_prefix_size() > 0;
+}
+
+// Everyone in the graph who may have sent requests to this service (a full name), comparable with
+// caller_of(); nullopt: this middleware does not tell, or failed. With rmw_fastrtps the callers are
+// the readers of responses; the ids that others put into a request are not those of the graph, and
+// there only "nobody at all" is known.
+inline std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
+                                                               const std::string& service) {
+  std::optional<std::unordered_set<Gid>> callers;
+  if (!tells_callers()) {
+    if (count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0}) callers.emplace();
+  } else {
+    const std::string topic = "rr" + service + "Reply";
+    auto allocator = rcl_get_default_allocator();
+    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
+    if (rcl_get_subscriptions_info_by_topic(node, &allocator, topic.c_str(), true, &array) ==
+        RCL_RET_OK) {
+      callers.emplace();
+      for (std::size_t i = 0; i < array.size; ++i) {
+        callers->insert(gid_of(array.info_array[i].endpoint_gid));
+      }
+      if (rcl_topic_endpoint_info_array_fini(&array, &allocator) != RCL_RET_OK) callers.reset();
+    }
+  }
+  if (!callers) rcl_reset_error();
+  return callers;
+}
+
+}  // namespace connect_bridge::ros::distro

@@ -1,0 +1,35 @@
+// One QoS event of a subscription or publisher; where the middleware lacks it, it never happens.
+#pragma once
+
+#include <rcl/event.h>
+
+#include "ros/entities/ready_list.hpp"
+
+namespace connect_bridge::ros {
+
+// Thread: the loop's. Close it before its subscription or publisher. Without a callback it can only
+// be asked.
+class QosEvent {
+ public:
+  QosEvent() = default;
+  ~QosEvent() { close(); }
+  QosEvent(const QosEvent&) = delete;
+  QosEvent& operator=(const QosEvent&) = delete;
+
+  void open(const rcl_subscription_t* subscription, rcl_subscription_event_type_t type,
+            rcl_event_callback_t callback, ReadyList::Slot* slot);
+  void open(const rcl_publisher_t* publisher, rcl_publisher_event_type_t type,
+            rcl_event_callback_t callback, ReadyList::Slot* slot);
+  void close();
+  // `status` is the rmw structure of this type of event.
+  bool take(void* status);
+
+ private:
+  void listen(rcl_ret_t opened, rcl_event_callback_t callback, ReadyList::Slot* slot);
+
+  rcl_event_t event_ = rcl_get_zero_initialized_event();
+  bool open_ = false;
+  bool listening_ = false;
+};
+
+}  // namespace connect_bridge::ros

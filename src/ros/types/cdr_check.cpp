@@ -1,0 +1,222 @@
+#include "ros/types/cdr_check.hpp"
+
+#include <rosidl_runtime_c/string.h>
+#include <rosidl_runtime_c/u16string.h>
+#include <rosidl_typesupport_introspection_c/field_types.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace connect_bridge::ros {
+namespace {
+
+using Members = rosidl_typesupport_introspection_c__MessageMembers;
+using Member = rosidl_typesupport_introspection_c__MessageMember;
+
+constexpr std::size_t kHeaderSize = 4;
+// All middlewares write a character of a wstring as 32 bits.
+constexpr std::size_t kWideBytes = 4;
+// What an allocation costs beside its bytes.
+constexpr std::size_t kBlockBytes = 16;
+
+const Members& members_of(const rosidl_message_type_support_t& type) {
+  return *static_cast<const Members*>(type.data);
+}
+
+// The bytes of a primitive, which are its alignment too; 0: not a primitive.
+std::size_t primitive_size(std::uint8_t type) {
+  switch (type) {
+    case rosidl_typesupport_introspection_c__ROS_TYPE_BOOLEAN:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_CHAR:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_OCTET:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_UINT8:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_INT8: return 1;
+    case rosidl_typesupport_introspection_c__ROS_TYPE_UINT16:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_INT16: return 2;
+    case rosidl_typesupport_introspection_c__ROS_TYPE_FLOAT:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_UINT32:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_INT32: return 4;
+    case rosidl_typesupport_introspection_c__ROS_TYPE_DOUBLE:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_UINT64:
+    case rosidl_typesupport_introspection_c__ROS_TYPE_INT64: return 8;
+    default: return 0;
+  }
+}
+
+// What may still come.
+struct Room {
+  std::size_t memory = std::numeric_limits<std::size_t>::max();
+  std::size_t blocks = std::numeric_limits<std::size_t>::max();
+  std::size_t nested = std::numeric_limits<std::size_t>::max();
+};
+
+class Walk {
+ public:
+  Walk(ByteView body, bool little, const Room& room) : body_(body), little_(little), room_(room) {}
+
+  // Each returns false at the first thing that is wrong, and leaves a sentence in `problem`.
+  bool message(const Members& type) {
+    for (std::uint32_t i = 0; i < type.member_count_; ++i) {
+      if (!member(type.members_[i])) {
+        if (problem.empty()) problem = "the bytes end too early";
+        problem += std::string{" in "} + type.message_name_ + "." + type.members_[i].name_;
+        return false;
+      }
+    }
+    return true;
+  }
+
+  [[nodiscard]] std::size_t place() const { return place_; }
+
+  std::string problem;
+  std::uint8_t* clear = nullptr;  // the body, whose padding shall become zeros
+
+ private:
+  bool member(const Member& field) {
+    if (!field.is_array_) return elements(field, 1);
+    const bool fixed = field.array_size_ > 0 && !field.is_upper_bound_;
+    if (fixed) return elements(field, field.array_size_);
+    std::uint32_t count = 0;
+    if (!length(count)) return false;
+    if (field.is_upper_bound_ && count > field.array_size_) {
+      problem = "more elements than allowed";
+      return false;
+    }
+    // Everything takes at least one byte, so this many elements cannot be there.
+    if (count > left()) return false;
+    return block(count * memory_of(field)) && elements(field, count);
+  }
+
+  bool elements(const Member& field, std::size_t count) {
+    if (const std::size_t size = primitive_size(field.type_id_)) {
+      return count == 0 || (align(size) && count <= left() / size && skip(count * size));
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!element(field)) return false;
+    }
+    return true;
+  }
+
+  bool element(const Member& field) {
+    switch (field.type_id_) {
+      case rosidl_typesupport_introspection_c__ROS_TYPE_MESSAGE:
+        return nest() && message(members_of(*field.members_));
+      case rosidl_typesupport_introspection_c__ROS_TYPE_STRING: {
+        std::uint32_t size = 0;
+        if (!length(size)) return false;
+        // The bytes end with a zero that does not count.
+        const std::size_t characters = size > 0 ? size - 1 : 0;
+        return bounded(characters, field) && size <= left() && block(size) && skip(size);
+      }
+      case rosidl_typesupport_introspection_c__ROS_TYPE_WSTRING: {
+        std::uint32_t count = 0;
+        if (!length(count)) return false;
+        return bounded(count, field) && count <= left() / kWideBytes && block(2 * count) &&
+               skip(count * kWideBytes);
+      }
+      default: problem = "a kind of field that is not known"; return false;
+    }
+  }
+
+  bool bounded(std::size_t characters, const Member& field) {
+    if (field.string_upper_bound_ == 0 || characters <= field.string_upper_bound_) return true;
+    problem = "more characters than allowed";
+    return false;
+  }
+
+  static std::size_t memory_of(const Member& field) {
+    switch (field.type_id_) {
+      case rosidl_typesupport_introspection_c__ROS_TYPE_MESSAGE:
+        return members_of(*field.members_).size_of_;
+      case rosidl_typesupport_introspection_c__ROS_TYPE_STRING:
+        return sizeof(rosidl_runtime_c__String);
+      case rosidl_typesupport_introspection_c__ROS_TYPE_WSTRING:
+        return sizeof(rosidl_runtime_c__U16String);
+      default: return primitive_size(field.type_id_);
+    }
+  }
+
+  bool length(std::uint32_t& value) {
+    if (!align(4) || left() < 4) return false;
+    const std::uint8_t* at = body_.data() + place_;
+    value = 0;
+    for (unsigned i = 0; i < 4; ++i) value |= std::uint32_t{at[little_ ? i : 3 - i]} << (8 * i);
+    return skip(4);
+  }
+
+  bool align(std::size_t size) {
+    const std::size_t padding = (size - place_ % size) % size;
+    if (padding > left()) return false;
+    if (clear != nullptr) std::fill_n(clear + place_, padding, std::uint8_t{0});
+    return skip(padding);
+  }
+
+  bool skip(std::size_t count) {
+    if (count > left()) return false;
+    place_ += count;
+    return true;
+  }
+
+  // A string or a sequence.
+  bool block(std::size_t bytes) {
+    if (room_.blocks == 0) {
+      problem = "more strings and sequences than allowed (" + std::to_string(kBlocksMax) + ")";
+      return false;
+    }
+    if (bytes + kBlockBytes > room_.memory) {
+      problem = "more memory than allowed";
+      return false;
+    }
+    --room_.blocks;
+    room_.memory -= bytes + kBlockBytes;
+    return true;
+  }
+
+  bool nest() {
+    if (room_.nested == 0) {
+      problem = "more messages within it than allowed (" + std::to_string(kNestedMax) + ")";
+      return false;
+    }
+    --room_.nested;
+    return true;
+  }
+
+  [[nodiscard]] std::size_t left() const { return body_.size() - place_; }
+
+  const ByteView body_;
+  const bool little_;
+  Room room_;
+  std::size_t place_ = 0;
+};
+
+}  // namespace
+
+std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_support_t& type,
+                                     std::size_t memory_max) {
+  // Other encapsulations exist (parameter lists, XCDR2); no ROS middleware writes them.
+  if (bytes.size() < kHeaderSize || bytes[0] != 0 || bytes[1] > 1) {
+    return "the bytes are not plain CDR";
+  }
+  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {memory_max, kBlocksMax, kNestedMax});
+  if (walk.message(members_of(type))) return std::nullopt;
+  return walk.problem;
+}
+
+std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
+                                         const rosidl_message_type_support_t& type,
+                                         std::string& problem) {
+  if (bytes.size() < kHeaderSize) {
+    problem = "the bytes are not plain CDR";
+    return std::nullopt;
+  }
+  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {});
+  walk.clear = bytes.data() + kHeaderSize;
+  if (!walk.message(members_of(type))) {
+    problem = walk.problem;
+    return std::nullopt;
+  }
+  return kHeaderSize + walk.place();
+}
+
+}  // namespace connect_bridge::ros

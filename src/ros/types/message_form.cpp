@@ -1,0 +1,107 @@
+#include "ros/types/message_form.hpp"
+
+#include <rmw/rmw.h>
+#include <rosidl_runtime_c/message_initialization.h>
+#include <rosidl_typesupport_introspection_c/identifier.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
+
+#include "ros/rcl/rcl_result.hpp"
+#include "ros/types/cdr_check.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+using Members = rosidl_typesupport_introspection_c__MessageMembers;
+
+// Strings and sequences of the last message serve the next one, up to this size.
+constexpr std::size_t kKeptBytes = 64U << 10;
+
+class InstalledForm final : public MessageForm {
+ public:
+  InstalledForm(const rosidl_message_type_support_t* type,
+                const rosidl_message_type_support_t* introspection)
+      : type_(type),
+        introspection_(introspection),
+        members_(*static_cast<const Members*>(introspection->data)),
+        memory_(::operator new(members_.size_of_)) {
+    init();
+  }
+
+  ~InstalledForm() override {
+    members_.fini_function(memory_);
+    ::operator delete(memory_);
+  }
+
+  void* message() override { return memory_; }
+
+  std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
+    const rmw_ret_t result = rmw_serialize(memory_, type_, &bytes);
+    size_ = bytes.buffer_length;
+    const auto what = [this] {
+      return std::string{"cannot serialize a "} + members_.message_name_;
+    };
+    if (result != RMW_RET_OK) {
+      clear();
+      return error_text(what(), result);
+    }
+    std::string problem;
+    const auto end = clear_padding({bytes.buffer, bytes.buffer_length}, *introspection_, problem);
+    if (!end) return what() + ": " + problem;
+    bytes.buffer_length = *end;
+    return std::nullopt;
+  }
+
+  std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) override {
+    if (auto problem = check_cdr(bytes, *introspection_, memory_max)) {
+      return std::string{"not a "} + members_.message_name_ + ": " + *problem;
+    }
+    size_ = bytes.size();
+    rmw_serialized_message_t message = rmw_get_zero_initialized_serialized_message();
+    // rmw only reads it, but the structure has no const.
+    message.buffer = const_cast<std::uint8_t*>(bytes.data());
+    message.buffer_length = bytes.size();
+    message.buffer_capacity = bytes.size();
+    rmw_ret_t result = RMW_RET_ERROR;
+    try {
+      result = rmw_deserialize(&message, type_, memory_);
+    } catch (...) {
+      // Not every middleware keeps the exceptions of its CDR library to itself.
+    }
+    if (result == RMW_RET_OK) return std::nullopt;
+    auto text = error_text(std::string{"not a "} + members_.message_name_, result);
+    clear();
+    return text;
+  }
+
+  void reset() override {
+    if (size_ > kKeptBytes) clear();
+    size_ = 0;
+  }
+
+ private:
+  void init() { members_.init_function(memory_, ROSIDL_RUNTIME_C_MSG_INIT_ALL); }
+  void clear() {
+    members_.fini_function(memory_);
+    init();
+  }
+
+  const rosidl_message_type_support_t* const type_;
+  const rosidl_message_type_support_t* const introspection_;
+  const Members& members_;
+  void* const memory_;
+  std::size_t size_ = 0;  // of the message in bytes, about what its memory takes
+};
+
+}  // namespace
+
+std::unique_ptr<MessageForm> installed_form(const rosidl_message_type_support_t* type) {
+  const auto* introspection =
+      get_message_typesupport_handle(type, rosidl_typesupport_introspection_c__identifier);
+  if (introspection == nullptr) {
+    ignore_error(RCL_RET_ERROR);
+    return nullptr;
+  }
+  return std::make_unique<InstalledForm>(type, introspection);
+}
+
+}  // namespace connect_bridge::ros
