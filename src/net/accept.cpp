@@ -82,7 +82,7 @@ struct Acceptance::Request {
   http::response<http::string_body> response;
 };
 
-Acceptance::Acceptance(Socket socket, std::shared_ptr<const AcceptOptions> options)
+Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options)
     : options_(std::move(options)),
       socket_(std::make_shared<WebSocket>(std::move(socket))),
       request_(std::make_unique<Request>()),
@@ -116,7 +116,7 @@ void Acceptance::answer_plain_http() {
       "This is a ROS2 Connect server with TLS: use wss:// instead of ws://.\n";
   problem_ = "plain HTTP on a TLS port";
   set_deadline(kRefusalTime);
-  Socket& socket = socket_->next_layer().socket();
+  TcpSocket& socket = socket_->next_layer().socket();
   asio::async_write(socket, asio::buffer(kAnswer, sizeof kAnswer - 1),
                     [self = shared_from_this()](ErrorCode, std::size_t) {
                       if (!self->done_) return;

@@ -34,7 +34,7 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  Acceptance(Socket socket, std::shared_ptr<const AcceptOptions> options);
+  Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options);
   ~Acceptance();
   // `done` is called once, when the WebSocket is open or the socket is closed.
   void start(Done done);

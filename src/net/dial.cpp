@@ -83,7 +83,7 @@ void Dialing::connect_next() {
   const auto round = static_cast<int>(attempts_++ / endpoints_.size());
   const Endpoint endpoint = endpoints_.front();
   std::rotate(endpoints_.begin(), endpoints_.begin() + 1, endpoints_.end());
-  socket_ = std::make_shared<WebSocket>(Socket{io_.get_executor()});
+  socket_ = std::make_shared<WebSocket>(TcpSocket{io_.get_executor()});
   attempt_.expires_after(kFirstAttempt * (1 + round));
   attempt_.async_wait([weak = weak_from_this(), socket = std::weak_ptr{socket_}](ErrorCode error) {
     const auto self = weak.lock();

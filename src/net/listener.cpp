@@ -100,12 +100,12 @@ void Listener::close() {
 
 void Listener::accept() {
   acceptor_.async_accept(io_.get_executor(),
-                         [self = shared_from_this()](ErrorCode error, Socket socket) {
+                         [self = shared_from_this()](ErrorCode error, TcpSocket socket) {
                            self->on_accepted(error, std::move(socket));
                          });
 }
 
-void Listener::on_accepted(const ErrorCode& error, Socket socket) {
+void Listener::on_accepted(const ErrorCode& error, TcpSocket socket) {
   if (!acceptor_.is_open()) return;
   if (!error) {
     ++accepted_;
@@ -123,7 +123,7 @@ void Listener::on_accepted(const ErrorCode& error, Socket socket) {
   });
 }
 
-void Listener::admit(Socket socket) {
+void Listener::admit(TcpSocket socket) {
   ErrorCode error;
   const Endpoint remote = socket.remote_endpoint(error);
   if (error) return;  // gone already
@@ -133,7 +133,7 @@ void Listener::admit(Socket socket) {
   if (!slot) {
     ++refused_;
     ErrorCode ignored;
-    socket.set_option(Socket::linger(true, 0), ignored);
+    socket.set_option(TcpSocket::linger(true, 0), ignored);
     socket.close(ignored);
     return log(LogLevel::kDebug, peer + ": dropped, too many connections without a login");
   }

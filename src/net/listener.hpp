@@ -8,7 +8,7 @@
 #include <string>
 #include <unordered_set>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "net/accept.hpp"
 #include "net/admission.hpp"
 #include "net/options.hpp"
@@ -46,8 +46,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
 
   std::string bind(const std::string& address, std::uint16_t port);
   void accept();
-  void on_accepted(const ErrorCode& error, Socket socket);
-  void admit(Socket socket);
+  void on_accepted(const ErrorCode& error, TcpSocket socket);
+  void admit(TcpSocket socket);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
                std::shared_ptr<void> pending_slot, Accepted accepted);
   void log(LogLevel level, const std::string& text);

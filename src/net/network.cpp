@@ -3,9 +3,9 @@
 #include <boost/asio/io_context.hpp>
 #include <unordered_map>
 
-#include "net/connection.hpp"
 #include "net/dial.hpp"
 #include "net/listener.hpp"
+#include "net/socket.hpp"
 
 namespace connect_bridge {
 
@@ -20,19 +20,19 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
                   std::string problem);
   void abandon();
   ConnectionId free_id();
-  std::shared_ptr<Connection> find(ConnectionId id) const;
+  std::shared_ptr<Socket> find(ConnectionId id) const;
 
   asio::io_context& io;
   NetworkEvents events;
   SocketOptions sockets;
   std::shared_ptr<Listener> listener;
-  std::unordered_map<ConnectionId, std::shared_ptr<Connection>> connections;
+  std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
   std::uint32_t last_id = 0;
   bool stopped = false;
 };
 
-std::shared_ptr<Connection> Network::State::find(ConnectionId id) const {
+std::shared_ptr<Socket> Network::State::find(ConnectionId id) const {
   const auto found = connections.find(id);
   return found == connections.end() ? nullptr : found->second;
 }
@@ -48,7 +48,7 @@ ConnectionId Network::State::free_id() {
 void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
                          std::shared_ptr<void> pending_slot,
                          std::shared_ptr<void> connection_slot) {
-  ConnectionSetup setup;
+  SocketSetup setup;
   setup.id = id;
   setup.socket = std::move(socket);
   setup.peer = std::move(peer);
@@ -59,7 +59,7 @@ void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std
   setup.options = sockets;
   setup.pending_slot = std::move(pending_slot);
   setup.connection_slot = std::move(connection_slot);
-  const auto connection = std::make_shared<Connection>(std::move(setup));
+  const auto connection = std::make_shared<Socket>(std::move(setup));
   connections[id] = connection;
   connection->open();
 }
@@ -151,7 +151,7 @@ void Network::stop() {
   }
 }
 
-std::optional<ConnectionFacts> Network::facts(ConnectionId connection) const {
+std::optional<SocketFacts> Network::facts(ConnectionId connection) const {
   const auto found = state_->find(connection);
   if (!found || !found->is_open()) return std::nullopt;
   return found->facts();

@@ -10,7 +10,7 @@
 
 #include "core/base/ids.hpp"
 #include "core/flow/outbox.hpp"
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "net/options.hpp"
 
 namespace boost::asio {
@@ -32,7 +32,7 @@ struct NetworkEvents {
 };
 
 // What one open connection runs on, for status pages and logs.
-struct ConnectionFacts {
+struct SocketFacts {
   std::string local;
   std::string peer;
   std::string tls;                 // "TLSv1.3 TLS_AES_256_GCM_SHA384"; empty: none
@@ -88,7 +88,7 @@ class Network {
   // nothing of ours left to do.
   void stop();
 
-  [[nodiscard]] std::optional<ConnectionFacts> facts(ConnectionId connection) const;
+  [[nodiscard]] std::optional<SocketFacts> facts(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
 
  private:

@@ -23,20 +23,20 @@ namespace asio = boost::asio;
 using ErrorCode = boost::system::error_code;
 // The concrete executor: a type-erased one costs an indirection and often an allocation per
 // operation.
-using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
+using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
 
 // Not movable. One read and one write may be under way at a time (the WebSocket sees to that).
 // Every operation keeps using the object until its handler runs: the owner must live that long.
 class Transport {
  public:
-  using executor_type = Socket::executor_type;  // NOLINT: the name Asio asks for
+  using executor_type = TcpSocket::executor_type;  // NOLINT: the name Asio asks for
 
-  explicit Transport(Socket socket) : socket_(std::move(socket)) {}
+  explicit Transport(TcpSocket socket) : socket_(std::move(socket)) {}
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
 
   executor_type get_executor() { return socket_.get_executor(); }
-  Socket& socket() { return socket_; }
+  TcpSocket& socket() { return socket_; }
   // Null until start_tls().
   SSL* tls() { return tls_ ? tls_->native_handle() : nullptr; }
 
@@ -94,7 +94,7 @@ class Transport {
   // Keeps what was read beyond the asked bytes, and tells the handler of the asked ones.
   template <class Handler>
   struct AheadRead {
-    using executor_type = asio::associated_executor_t<Handler, Socket::executor_type>;  // NOLINT
+    using executor_type = asio::associated_executor_t<Handler, TcpSocket::executor_type>;  // NOLINT
     Transport* transport;
     std::size_t asked;
     Handler handler;
@@ -111,7 +111,7 @@ class Transport {
   };
 
   static constexpr std::size_t kRecordBytesMax = 16384;  // RFC 8446 section 5.1
-  using Tls = asio::ssl::stream<Socket&>;
+  using Tls = asio::ssl::stream<TcpSocket&>;
 
   // Asio makes one TLS record of the first buffer only; a frame's header of two bytes would become
   // a record, and a segment, of its own.
@@ -126,7 +126,7 @@ class Transport {
   void drain(std::function<void()> done);
 
   using Record = std::array<unsigned char, kRecordBytesMax>;
-  Socket socket_;
+  TcpSocket socket_;
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
   std::unique_ptr<Record> record_;

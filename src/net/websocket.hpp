@@ -1,5 +1,5 @@
 // The WebSocket type of src/net. Includes all of Boost.Beast: only accept.cpp, handshake of a dial
-// and connection.cpp may include this; everyone else declares `struct WebSocket`.
+// and socket.cpp may include this; everyone else declares `struct WebSocket`.
 #pragma once
 
 #include <boost/beast/core/bind_handler.hpp>

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/base/time.hpp"
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {

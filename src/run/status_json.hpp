@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/side/status.hpp"
+#include "core/ports/status.hpp"
 
 namespace connect_bridge {
 

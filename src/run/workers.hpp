@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 
 namespace connect_bridge {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/side/graph_view.hpp"
+#include "core/graph/graph_view.hpp"
 #include "ros/gateway.hpp"
 #include "ros/service_fixture.hpp"
 

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/gateway.hpp"
 #include "ros/node/node.hpp"
 #include "ros/types/type_supports.hpp"

@@ -5,7 +5,7 @@
 #include <set>
 #include <thread>
 
-#include "core/side/graph_view.hpp"
+#include "core/graph/graph_view.hpp"
 #include "ros/gateway.hpp"
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/node/proxy_nodes.hpp"

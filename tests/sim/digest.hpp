@@ -8,7 +8,7 @@
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 
 namespace connect_bridge::sim {
 

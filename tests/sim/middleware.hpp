@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
 

@@ -166,8 +166,8 @@ void Side::State::on(StopRequested&, const Now& now) {
     close(connection, CloseCode::kGoingAway, "this side stops");
   pending.clear();
   for (auto& [id, link] : links) {
-    if (!link.link) continue;
-    close(link.link->connection(), CloseCode::kGoingAway, "this side stops");
+    if (!link.connection) continue;
+    close(link.connection->id(), CloseCode::kGoingAway, "this side stops");
     detach(link, true, now);
   }
   clock_publisher.stop(outputs);
@@ -203,42 +203,42 @@ void Side::State::publish_claim(const Now& now) {
 
 bool Side::State::handle_link_events(const Now& now) {
   bool any = false;
-  for (auto& [id, entry] : links) {
-    LinkEvents events;
-    events.swap(entry.events);
+  for (auto& [id, link] : links) {
+    ConnectionEvents events;
+    events.swap(link.events);
     for (auto& event : events) {
       any = true;
-      const auto result = on_link_event(entry, event, now);
-      if (!result) end_link(entry, result.error(), now);
-      if (!entry.link) break;  // what follows the end of the connection no longer counts
+      const auto result = on_link_event(link, event, now);
+      if (!result) end_link(link, result.error(), now);
+      if (!link.connection) break;  // what follows the end of the connection no longer counts
     }
   }
   return any;
 }
 
-void Side::State::end_link(LinkEntry& entry, const Error& error, const Now& now) {
-  outputs.log(LogLevel::kWarn, "closing the link with " + entry.label() + ": " + error.message +
+void Side::State::end_link(Link& link, const Error& error, const Now& now) {
+  outputs.log(LogLevel::kWarn, "closing the link with " + link.label() + ": " + error.message +
                                    " (" + std::string(name_of(error.code)) + ")");
   last_failure = error.message;
-  close(entry.link->connection(), error.code, error.message);
-  detach(entry, error.code == CloseCode::kSilent, now);
+  close(link.connection->id(), error.code, error.message);
+  detach(link, error.code == CloseCode::kSilent, now);
 }
 
-Result<Nothing> Side::State::on_link_event(LinkEntry& entry, LinkEvent& event, const Now& now) {
+Result<Nothing> Side::State::on_link_event(Link& link, ConnectionEvent& event, const Now& now) {
   return std::visit(Overloaded{
-                        [&](Control& control) { return on_control(entry, control, now); },
-                        [&](InMessage& message) { return on_message(entry, message, now); },
+                        [&](Control& control) { return on_control(link, control, now); },
+                        [&](InMessage& message) { return on_message(link, message, now); },
                         [&](Delivered& whole) -> Result<Nothing> {
                           const CallId call{whole.origin.value};
-                          service_imports.on_delivered(entry, whole.channel, call);
-                          service_exports.on_delivered(entry.id, whole.channel, call);
+                          service_imports.on_delivered(link, whole.channel, call);
+                          service_exports.on_delivered(link.id, whole.channel, call);
                           return Nothing{};
                         },
                         [&](PeerRosTime& time) -> Result<Nothing> {
                           clock_publisher.on_reply(time.reply, time.t4);
                           return Nothing{};
                         },
-                        [&](LinkFailed& failed) -> Result<Nothing> {
+                        [&](ConnectionFailed& failed) -> Result<Nothing> {
                           return Error{failed.code, failed.reason};
                         },
                         [&](auto&) -> Result<Nothing> {
@@ -248,32 +248,32 @@ Result<Nothing> Side::State::on_link_event(LinkEntry& entry, LinkEvent& event, c
                     event);
 }
 
-Result<Nothing> Side::State::on_control(LinkEntry& entry, Control& control, const Now& now) {
+Result<Nothing> Side::State::on_control(Link& link, Control& control, const Now& now) {
   return std::visit(
       Overloaded{
-          [&](Offer& m) { return on_offer(entry, m, now); },
-          [&](OriginsChanged& m) { return imports.on_origins(entry, m, now); },
-          [&](Withdraw& m) { return on_withdraw(entry, m, now); },
-          [&](Demand& m) { return exports.on_demand(entry, m, now); },
+          [&](Offer& m) { return on_offer(link, m, now); },
+          [&](OriginsChanged& m) { return imports.on_origins(link, m, now); },
+          [&](Withdraw& m) { return on_withdraw(link, m, now); },
+          [&](Demand& m) { return exports.on_demand(link, m, now); },
           [&](Accepts& m) -> Result<Nothing> {
             if (patterns_of(m) > kAcceptPatternsMax)
               return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
-            if (entry.link && m.message_bytes_max > 0)
-              entry.link->set_peer_message_bytes_max(m.message_bytes_max);
-            entry.accepts = std::move(m);
+            if (link.connection && m.message_bytes_max > 0)
+              link.connection->set_peer_message_bytes_max(m.message_bytes_max);
+            link.accepts = std::move(m);
             service_exports.hold();
-            recheck(entry, now);
+            recheck(link, now);
             service_exports.go_on(now);
             return Nothing{};
           },
           [&](Decline& m) -> Result<Nothing> {
-            if (!service_exports.on_decline(entry, m, now)) exports.on_decline(entry, m, now);
+            if (!service_exports.on_decline(link, m, now)) exports.on_decline(link, m, now);
             return Nothing{};
           },
-          [&](Attach& m) { return on_attach(entry, m, now); },
-          [&](Attached& m) { return service_imports.on_attached(entry, m, now); },
-          [&](Refuse& m) { return service_imports.on_refuse(entry, m, now); },
-          [&](Forget& m) { return service_exports.on_forget(entry, m, now); },
+          [&](Attach& m) { return on_attach(link, m, now); },
+          [&](Attached& m) { return service_imports.on_attached(link, m, now); },
+          [&](Refuse& m) { return service_imports.on_refuse(link, m, now); },
+          [&](Forget& m) { return service_exports.on_forget(link, m, now); },
       },
       control);
 }
@@ -303,9 +303,9 @@ std::optional<Action> Side::next_action() {
 
 std::optional<Packet> Side::next_packet(ConnectionId connection, const Now& now) {
   const auto waiting = state_->pending.find(connection);
-  if (waiting != state_->pending.end()) return waiting->second.link->next_packet(now);
-  LinkEntry* entry = state_->entry_of(connection);
-  return entry ? entry->link->next_packet(now) : std::nullopt;
+  if (waiting != state_->pending.end()) return waiting->second.connection->next_packet(now);
+  Link* link = state_->link_of(connection);
+  return link ? link->connection->next_packet(now) : std::nullopt;
 }
 
 std::optional<TimePoint> Side::next_deadline() const {
@@ -315,11 +315,11 @@ std::optional<TimePoint> Side::next_deadline() const {
   const auto earlier = [&](const std::optional<TimePoint>& t) {
     if (t) first = first ? std::min(*first, *t) : *t;
   };
-  for (const auto& [id, waiting] : s.pending) earlier(waiting.link->deadline());
-  for (const auto& [id, entry] : s.links) {
-    if (entry.link) earlier(entry.link->deadline());
-    earlier(entry.forgotten_at);
-    earlier(entry.orphans_end_at);
+  for (const auto& [id, waiting] : s.pending) earlier(waiting.connection->deadline());
+  for (const auto& [id, link] : s.links) {
+    if (link.connection) earlier(link.connection->deadline());
+    earlier(link.forgotten_at);
+    earlier(link.orphans_end_at);
   }
   if (s.options.role == Role::kClient) earlier(s.dialer.deadline());
   earlier(s.exports.deadline());
@@ -336,31 +336,32 @@ Status Side::status(const Now&) const {
   status.last_failure = s.last_failure;
   status.memory_bytes = s.exports.memory_bytes() + s.imports.memory_bytes() +
                         s.service_exports.memory_bytes() + s.service_imports.memory_bytes();
-  for (const auto& [id, entry] : s.links) {
-    LinkStatus link;
-    link.peer = entry.address;
-    link.node = entry.node;
-    link.identity = entry.identity.name;
-    link.open = entry.open();
-    link.connects = entry.connects;
-    if (entry.link) {
-      link.sent_bytes = entry.link->sent_bytes();
-      link.received_bytes = entry.link->received_bytes();
-      link.queued_bytes = entry.link->outbox().data_bytes() + entry.link->outbox().kept_bytes();
-      link.unacknowledged_bytes = entry.link->outbox().unacknowledged_bytes();
-      status.memory_bytes += link.queued_bytes + entry.link->open_bytes();
-      const ClockEstimate& clock = entry.link->clock();
-      link.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
+  for (const auto& [id, link] : s.links) {
+    LinkStatus shown;
+    shown.peer = link.address;
+    shown.node = link.node;
+    shown.identity = link.identity.name;
+    shown.open = link.open();
+    shown.connects = link.connects;
+    if (link.connection) {
+      shown.sent_bytes = link.connection->sent_bytes();
+      shown.received_bytes = link.connection->received_bytes();
+      shown.queued_bytes =
+          link.connection->outbox().data_bytes() + link.connection->outbox().kept_bytes();
+      shown.unacknowledged_bytes = link.connection->outbox().unacknowledged_bytes();
+      status.memory_bytes += shown.queued_bytes + link.connection->open_bytes();
+      const ClockEstimate& clock = link.connection->clock();
+      shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
     }
-    s.exports.add_status(entry, link);
-    s.imports.add_status(entry, link);
-    s.service_exports.add_status(entry, link);
-    s.service_imports.add_status(entry, link);
-    for (auto& topic : link.topics) {
-      const auto past = entry.past.find({topic.exported, topic.topic, topic.type});
-      if (past != entry.past.end()) topic.add_past(past->second);
+    s.exports.add_status(link, shown);
+    s.imports.add_status(link, shown);
+    s.service_exports.add_status(link, shown);
+    s.service_imports.add_status(link, shown);
+    for (auto& topic : shown.topics) {
+      const auto past = link.past.find({topic.exported, topic.topic, topic.type});
+      if (past != link.past.end()) topic.add_past(past->second);
     }
-    status.links.push_back(std::move(link));
+    status.links.push_back(std::move(shown));
   }
   return status;
 }

@@ -16,8 +16,8 @@ constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
 
-LinkOptions Side::State::link_options() {
-  LinkOptions o;
+ConnectionOptions Side::State::connection_options() {
+  ConnectionOptions o;
   o.server = options.role == Role::kServer;
   o.side = side;
   o.node = options.node;
@@ -31,9 +31,9 @@ LinkOptions Side::State::link_options() {
   return o;
 }
 
-LinkEntry* Side::State::entry_of(ConnectionId connection) {
-  for (auto& [id, entry] : links)
-    if (entry.link && entry.link->connection() == connection) return &entry;
+Link* Side::State::link_of(ConnectionId connection) {
+  for (auto& [id, link] : links)
+    if (link.connection && link.connection->id() == connection) return &link;
   return nullptr;
 }
 
@@ -46,7 +46,8 @@ void Side::State::on(ConnectionOpened& input, const Now& now) {
     return close(input.connection, CloseCode::kTooManyConnections,
                  "too many connections without login");
   Pending& waiting = pending[input.connection];
-  waiting.link = std::make_unique<Link>(link_options(), input.connection, input.peer, now);
+  waiting.connection =
+      std::make_unique<Connection>(connection_options(), input.connection, input.peer, now);
 }
 
 void Side::State::on(DialFailed& input, const Now& now) {
@@ -59,9 +60,9 @@ void Side::State::on(DialFailed& input, const Now& now) {
 
 void Side::State::on(PacketReceived& input, const Now& now) {
   if (const auto it = pending.find(input.connection); it != pending.end())
-    return it->second.link->on_packet(input.text, input.payload, now, it->second.events);
-  if (LinkEntry* entry = entry_of(input.connection))
-    entry->link->on_packet(input.text, input.payload, now, entry->events);
+    return it->second.connection->on_packet(input.text, input.payload, now, it->second.events);
+  if (Link* link = link_of(input.connection))
+    link->connection->on_packet(input.text, input.payload, now, link->events);
 }
 
 void Side::State::on(ConnectionClosed& input, const Now& now) {
@@ -74,11 +75,11 @@ void Side::State::on(ConnectionClosed& input, const Now& now) {
     last_failure = reason;
     return dial_later(refused, now);
   }
-  LinkEntry* entry = entry_of(input.connection);
-  if (!entry) return;
-  outputs.log(LogLevel::kWarn, "lost the link with " + entry->label() + ": " + reason);
+  Link* link = link_of(input.connection);
+  if (!link) return;
+  outputs.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason);
   last_failure = reason;
-  detach(*entry, left_for_good(input.code), now);
+  detach(*link, left_for_good(input.code), now);
 }
 
 // A client that says goodbye needs no place any more. A server that does so is mostly restarted:
@@ -94,21 +95,21 @@ bool Side::State::handle_pending_events(const Now& now) {
   for (auto it = pending.begin(); it != pending.end();) {
     const ConnectionId connection = it->first;
     Pending& waiting = (it++)->second;
-    LinkEvents events;
+    ConnectionEvents events;
     events.swap(waiting.events);
     for (auto& event : events) {
       any = true;
       if (auto* asked = std::get_if<LoginAsked>(&event)) {
-        outputs.push(Authenticate{connection, waiting.link->peer().address,
+        outputs.push(Authenticate{connection, waiting.connection->peer().address,
                                   std::move(asked->method), std::move(asked->credential)});
-      } else if (auto* failed = std::get_if<LinkFailed>(&event)) {
+      } else if (auto* failed = std::get_if<ConnectionFailed>(&event)) {
         fail_pending(connection, failed->code, failed->reason, now);
         break;
-      } else if (std::holds_alternative<LinkOpened>(event)) {  // client: welcome
-        auto link = std::move(waiting.link);
+      } else if (std::holds_alternative<LoggedIn>(event)) {  // client: welcome
+        auto opened = std::move(waiting.connection);
         pending.erase(connection);
         if (links.empty()) links[LinkId{1}].id = LinkId{1};
-        attach(links.begin()->second, std::move(link), now);
+        attach(links.begin()->second, std::move(opened), now);
         break;
       }
     }
@@ -120,8 +121,8 @@ void Side::State::fail_pending(ConnectionId connection, CloseCode code, const st
                                const Now& now) {
   const auto it = pending.find(connection);
   if (it == pending.end()) return;
-  outputs.log(LogLevel::kWarn, "closing " + it->second.link->peer().address + ": " + reason + " (" +
-                                   std::string(name_of(code)) + ")");
+  outputs.log(LogLevel::kWarn, "closing " + it->second.connection->peer().address + ": " + reason +
+                                   " (" + std::string(name_of(code)) + ")");
   last_failure = reason;
   close(connection, code, reason);
   pending.erase(it);
@@ -130,7 +131,8 @@ void Side::State::fail_pending(ConnectionId connection, CloseCode code, const st
 
 void Side::State::on(Authenticated& input, const Now& now) {
   const auto it = pending.find(input.connection);
-  if (it == pending.end() || it->second.link->state() != Link::State::kAuthenticating) return;
+  if (it == pending.end() || it->second.connection->state() != Connection::State::kAuthenticating)
+    return;
   const bool expired =
       input.identity && input.identity->expires != 0 && now.system >= input.identity->expires;
   if (!input.identity || expired) {
@@ -138,25 +140,25 @@ void Side::State::on(Authenticated& input, const Now& now) {
     // The peer learns no more than that.
     return fail_pending(input.connection, CloseCode::kLoginRefused, "login refused", now);
   }
-  LinkEntry* entry = entry_for_login(*it->second.link, *input.identity, now);
-  if (!entry)
+  Link* link = link_for_login(*it->second.connection, *input.identity, now);
+  if (!link)
     return fail_pending(input.connection, CloseCode::kTooManyConnections, "too many links", now);
-  auto link = std::move(it->second.link);
+  auto connection = std::move(it->second.connection);
   pending.erase(it);
-  entry->identity = *input.identity;
-  LinkEvents opened;
-  link->on_authenticated(*input.identity, entry->session, now, opened);
-  attach(*entry, std::move(link), now);
+  link->identity = *input.identity;
+  ConnectionEvents opened;
+  connection->on_authenticated(*input.identity, link->session, now, opened);
+  attach(*link, std::move(connection), now);
 }
 
 // The link whose session the client continues, if it is its own; else a new one, or null at the
 // limit.
-LinkEntry* Side::State::entry_for_login(const Link& link, const Identity& identity,
-                                        const Now& now) {
-  for (auto& [id, entry] : links)
-    if (link.peer().session && entry.session == link.peer().session &&
-        entry.identity.name == identity.name)
-      return &entry;
+Link* Side::State::link_for_login(const Connection& connection, const Identity& identity,
+                                  const Now& now) {
+  for (auto& [id, link] : links)
+    if (connection.peer().session && link.session == connection.peer().session &&
+        link.identity.name == identity.name)
+      return &link;
   if (links.size() >= options.links_max) {
     // A link that waits for its client's return gives way to one that is here.
     const auto lost = std::find_if(links.begin(), links.end(),
@@ -165,78 +167,76 @@ LinkEntry* Side::State::entry_for_login(const Link& link, const Identity& identi
     on_link_dead(lost->first, now);
     links.erase(lost);
   }
-  LinkEntry& entry = links[LinkId{++last_link}];
-  entry.id = LinkId{last_link};
-  entry.session = new_token(true);
-  return &entry;
+  Link& link = links[LinkId{++last_link}];
+  link.id = LinkId{last_link};
+  link.session = new_token(true);
+  return &link;
 }
 
-void Side::State::attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now& now) {
-  if (entry.link) {
-    close(entry.link->connection(), CloseCode::kReplaced,
+void Side::State::attach(Link& link, std::unique_ptr<Connection> connection, const Now& now) {
+  if (link.connection) {
+    close(link.connection->id(), CloseCode::kReplaced,
           "a newer connection of this session took over");
-    detach(entry, false, now);
+    detach(link, false, now);
   }
   // Another process at the other end: what was pending with the one before is answered by nobody.
-  if (entry.peer_side && entry.peer_side != link->peer().side) end_calls(entry.id, now);
-  entry.peer_side = link->peer().side;
-  entry.link = std::move(link);
-  entry.forgotten_at.reset();
-  entry.orphans_end_at = now.steady + kOffersTime;
-  entry.opened_at = now.steady;
-  entry.session = entry.link->peer().session;
-  entry.address = entry.link->peer().address;
-  entry.node = entry.link->peer().node;
-  ++entry.connects;
-  const ConnectionId connection = entry.link->connection();
+  if (link.peer_side && link.peer_side != connection->peer().side) end_calls(link.id, now);
+  link.peer_side = connection->peer().side;
+  link.connection = std::move(connection);
+  link.forgotten_at.reset();
+  link.orphans_end_at = now.steady + kOffersTime;
+  link.opened_at = now.steady;
+  link.session = link.connection->peer().session;
+  link.address = link.connection->peer().address;
+  link.node = link.connection->peer().node;
+  ++link.connects;
   last_failure.clear();
-  outputs.push(OpenGate{connection, static_cast<std::uint32_t>(kPacketBytesMax)});
-  outputs.log(LogLevel::kInfo,
-              "link open with " + entry.label() +
-                  (entry.identity.name.empty() ? "" : " as " + entry.identity.name));
-  send_accepts(entry);
+  outputs.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
+  outputs.log(LogLevel::kInfo, "link open with " + link.label() +
+                                   (link.identity.name.empty() ? "" : " as " + link.identity.name));
+  send_accepts(link);
   if (options.clock_publish_period > Duration::zero()) {
-    entry.link->set_time_period(kClockRequestPeriod);
+    link.connection->set_time_period(kClockRequestPeriod);
     clock_publisher.start(options.names.to_local("/clock"), outputs, now);
   }
 }
 
-void Side::State::send_accepts(LinkEntry& entry) const {
-  Accepts accepts = policy.accepts(entry.identity);
+void Side::State::send_accepts(Link& link) const {
+  Accepts accepts = policy.accepts(link.identity);
   accepts.message_bytes_max = options.reassembly.message_bytes_max;
-  entry.send(accepts);
+  link.send(accepts);
 }
 
 // The connection is gone (or about to be). `dead`: the link is dead at once, else after dead_after
 // of silence.
-void Side::State::detach(LinkEntry& entry, bool dead, const Now& now) {
-  const TimePoint heard = entry.link->last_heard();
-  keep_counts(entry);
-  entry.link->close();
-  on_link_lost(entry, now);
-  entry.link.reset();
-  entry.events.clear();
-  entry.accepts.reset();
-  entry.offers_complete = false;
-  entry.forgotten_at = dead ? now.steady : std::max(now.steady, heard + options.dead_after);
-  if (dead) on_link_dead(entry.id, now);
-  entry.orphans_end_at.reset();
+void Side::State::detach(Link& link, bool dead, const Now& now) {
+  const TimePoint heard = link.connection->last_heard();
+  keep_counts(link);
+  link.connection->close();
+  on_link_lost(link, now);
+  link.connection.reset();
+  link.events.clear();
+  link.accepts.reset();
+  link.offers_complete = false;
+  link.forgotten_at = dead ? now.steady : std::max(now.steady, heard + options.dead_after);
+  if (dead) on_link_dead(link.id, now);
+  link.orphans_end_at.reset();
   if (options.role == Role::kServer || stopping) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
-  if (now.steady - entry.opened_at >= kSteadyLink) dialer.opened();
+  if (now.steady - link.opened_at >= kSteadyLink) dialer.opened();
   dial_later(false, now);
 }
 
-void Side::State::keep_counts(LinkEntry& entry) {
+void Side::State::keep_counts(Link& link) {
   LinkStatus last;
-  exports.add_status(entry, last);
-  imports.add_status(entry, last);
+  exports.add_status(link, last);
+  imports.add_status(link, last);
   for (auto& topic : last.topics) {
     topic.dropped.add(DropReason::kLinkLost, topic.queued);
     if (topic.messages + topic.dropped.total() == 0) continue;
     const std::tuple key{topic.exported, topic.topic, topic.type};
-    if (entry.past.size() < kPastTopicsMax || entry.past.contains(key))
-      entry.past[key].add_past(topic);
+    if (link.past.size() < kPastTopicsMax || link.past.contains(key))
+      link.past[key].add_past(topic);
   }
 }
 
@@ -252,23 +252,23 @@ void Side::State::dial_if_due(const Now& now) {
 }
 
 void Side::State::on_link_time(const Now& now) {
-  for (auto& [connection, waiting] : pending) waiting.link->on_time(now, waiting.events);
+  for (auto& [connection, waiting] : pending) waiting.connection->on_time(now, waiting.events);
   for (auto it = links.begin(); it != links.end();) {
-    LinkEntry& entry = it->second;
-    const Stamp expires = entry.identity.expires;
-    if (entry.link) entry.link->on_time(now, entry.events);
-    if (entry.open() && expires != 0 && now.system >= expires)
-      entry.fail({CloseCode::kExpired, "the login of " + entry.identity.name + " has expired"});
-    if (entry.orphans_end_at && *entry.orphans_end_at <= now.steady) {
-      entry.orphans_end_at.reset();
-      forget_orphans(entry.id, now);
+    Link& link = it->second;
+    const Stamp expires = link.identity.expires;
+    if (link.connection) link.connection->on_time(now, link.events);
+    if (link.open() && expires != 0 && now.system >= expires)
+      link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
+    if (link.orphans_end_at && *link.orphans_end_at <= now.steady) {
+      link.orphans_end_at.reset();
+      forget_orphans(link.id, now);
     }
-    if (!entry.forgotten_at || *entry.forgotten_at > now.steady) {
+    if (!link.forgotten_at || *link.forgotten_at > now.steady) {
       ++it;
       continue;
     }
-    on_link_dead(entry.id, now);
-    entry.forgotten_at.reset();
+    on_link_dead(link.id, now);
+    link.forgotten_at.reset();
     clock_publisher.stop(outputs);
     it = options.role == Role::kServer ? links.erase(it) : std::next(it);
   }

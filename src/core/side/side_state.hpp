@@ -4,16 +4,16 @@
 #include <map>
 #include <memory>
 
-#include "core/side/actions.hpp"
-#include "core/side/claims.hpp"
-#include "core/side/clock_publisher.hpp"
-#include "core/side/dialer.hpp"
-#include "core/side/exports.hpp"
-#include "core/side/graph_view.hpp"
-#include "core/side/imports.hpp"
-#include "core/side/service_exports.hpp"
-#include "core/side/service_imports.hpp"
+#include "core/graph/actions.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/link/dialer.hpp"
+#include "core/services/service_exports.hpp"
+#include "core/services/service_imports.hpp"
 #include "core/side/side.hpp"
+#include "core/topics/clock_publisher.hpp"
+#include "core/topics/exports.hpp"
+#include "core/topics/imports.hpp"
 
 namespace connect_bridge {
 
@@ -49,42 +49,42 @@ struct Side::State {
   void settle(const Now& now);
   bool handle_pending_events(const Now& now);
   bool handle_link_events(const Now& now);
-  Result<Nothing> on_link_event(LinkEntry& entry, LinkEvent& event, const Now& now);
-  Result<Nothing> on_control(LinkEntry& entry, Control& control, const Now& now);
-  void end_link(LinkEntry& entry, const Error& error, const Now& now);
+  Result<Nothing> on_link_event(Link& link, ConnectionEvent& event, const Now& now);
+  Result<Nothing> on_control(Link& link, Control& control, const Now& now);
+  void end_link(Link& link, const Error& error, const Now& now);
   void publish_claim(const Now& now);
 
   // Channels of all kinds (side_channels.cpp).
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void hold_actions(const Now& now);
-  void send_offers(LinkEntry& entry, const Now& now);
+  void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);  // to all links that are open
-  void recheck(LinkEntry& entry, const Now& now);
-  Result<Nothing> on_offer(LinkEntry& entry, const Offer& offer, const Now& now);
-  Result<Nothing> on_withdraw(LinkEntry& entry, const Withdraw& withdraw, const Now& now);
-  Result<Nothing> on_attach(LinkEntry& entry, const Attach& attach, const Now& now);
-  Result<Nothing> on_message(LinkEntry& entry, InMessage& message, const Now& now);
+  void recheck(Link& link, const Now& now);
+  Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now);
+  Result<Nothing> on_withdraw(Link& link, const Withdraw& withdraw, const Now& now);
+  Result<Nothing> on_attach(Link& link, const Attach& attach, const Now& now);
+  Result<Nothing> on_message(Link& link, InMessage& message, const Now& now);
   void forget_orphans(LinkId link, const Now& now);
-  void on_link_lost(LinkEntry& entry, const Now& now);
+  void on_link_lost(Link& link, const Now& now);
   void on_link_dead(LinkId link, const Now& now);
   void end_calls(LinkId link, const Now& now);  // and the mirrors of services
 
   // Connections and links (side_links.cpp).
   struct Pending {
-    std::unique_ptr<Link> link;
-    LinkEvents events;
+    std::unique_ptr<Connection> connection;
+    ConnectionEvents events;
   };
-  LinkOptions link_options();
-  LinkEntry* entry_of(ConnectionId connection);
+  ConnectionOptions connection_options();
+  Link* link_of(ConnectionId connection);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   void fail_pending(ConnectionId connection, CloseCode code, const std::string& reason,
                     const Now& now);
-  LinkEntry* entry_for_login(const Link& link, const Identity& identity, const Now& now);
+  Link* link_for_login(const Connection& connection, const Identity& identity, const Now& now);
   [[nodiscard]] bool left_for_good(std::optional<std::uint16_t> code) const;
-  void attach(LinkEntry& entry, std::unique_ptr<Link> link, const Now& now);
-  void send_accepts(LinkEntry& entry) const;
-  void detach(LinkEntry& entry, bool dead, const Now& now);
-  void keep_counts(LinkEntry& entry);
+  void attach(Link& link, std::unique_ptr<Connection> connection, const Now& now);
+  void send_accepts(Link& link) const;
+  void detach(Link& link, bool dead, const Now& now);
+  void keep_counts(Link& link);
   void dial_later(bool login_refused, const Now& now);
   void on_link_time(const Now& now);
   void dial_if_due(const Now& now);

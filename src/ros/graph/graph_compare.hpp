@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 
 namespace connect_bridge::ros {
 

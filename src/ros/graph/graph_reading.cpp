@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "core/side/graph_view.hpp"
+#include "core/graph/graph_view.hpp"
 #include "ros/graph/graph_watcher.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"

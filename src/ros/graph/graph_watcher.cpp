@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-#include "core/side/graph_view.hpp"
+#include "core/graph/graph_view.hpp"
 #include "ros/graph/graph_compare.hpp"
 #include "ros/rcl/rcl_result.hpp"
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/base/time.hpp"
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/time.hpp"
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/parameters/parameter.hpp"
 
 struct rcl_node_s;

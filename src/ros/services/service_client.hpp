@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/topics/subscription.hpp"

@@ -10,7 +10,7 @@
 #include <unordered_set>
 #include <vector>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/proxy_nodes.hpp"
 #include "ros/topics/subscription.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/node/proxy_nodes.hpp"

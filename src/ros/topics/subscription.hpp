@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "core/side/ports.hpp"
+#include "core/ports/ports.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/rcl/qos_event.hpp"

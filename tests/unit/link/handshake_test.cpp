@@ -6,7 +6,7 @@
 namespace connect_bridge::link_test {
 namespace {
 
-using State = Link::State;
+using State = Connection::State;
 
 TEST(Handshake, AServerAsksForTheLoginAndThenWelcomes) {
   Script script(true);

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "core/base/overloaded.hpp"
-#include "core/link/link.hpp"
+#include "core/link/connection.hpp"
 #include "unit/flow/script.hpp"
 
 namespace connect_bridge::link_test {
@@ -24,8 +24,8 @@ inline constexpr std::uint8_t kOwn = 1;
 inline constexpr std::uint8_t kPeer = 2;
 inline constexpr std::uint8_t kSession = 9;
 
-inline LinkOptions options(bool server) {
-  LinkOptions result;
+inline ConnectionOptions options(bool server) {
+  ConnectionOptions result;
   result.server = server;
   result.side = token(kOwn);
   result.node = "/own";
@@ -81,10 +81,10 @@ inline Bytes operator+(Bytes a, const Bytes& b) {
 }
 
 // "ask token", "open", "failed 4002", "clock", "control", "message 1#5:100".
-inline std::string word_of(const LinkEvent& event) {
+inline std::string word_of(const ConnectionEvent& event) {
   return std::visit(Overloaded{[](const LoginAsked& e) { return "ask " + e.method; },
-                               [](const LinkOpened&) -> std::string { return "open"; },
-                               [](const LinkFailed& e) {
+                               [](const LoggedIn&) -> std::string { return "open"; },
+                               [](const ConnectionFailed& e) {
                                  return "failed " + std::to_string(static_cast<int>(e.code));
                                },
                                [](const PeerRosTime&) -> std::string { return "clock"; },
@@ -105,7 +105,7 @@ inline std::string word_of(const LinkEvent& event) {
 class Script {
  public:
   explicit Script(bool server) : Script(options(server)) {}
-  explicit Script(const LinkOptions& options)
+  explicit Script(const ConnectionOptions& options)
       : link(options, ConnectionId{1}, "10.0.0.2:4", now_ms(0)) {}
 
   std::string binary(const Bytes& packet) { return packet_in(false, packet); }
@@ -136,7 +136,7 @@ class Script {
     return take();
   }
 
-  Link link;
+  Connection link;
   std::int64_t at = 0;
 
  private:
@@ -151,7 +151,7 @@ class Script {
     return line.empty() ? "-" : line;
   }
 
-  LinkEvents events_;
+  ConnectionEvents events_;
 };
 
 // Scripts that have come to a state.

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/base/overloaded.hpp"
-#include "core/side/claims.hpp"
-#include "core/side/graph_view.hpp"
-#include "core/side/ports.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/ports/ports.hpp"
 #include "core/wire/control.hpp"
 #include "unit/flow/script.hpp"
 

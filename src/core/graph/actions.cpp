@@ -1,0 +1,39 @@
+#include "core/graph/actions.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace connect_bridge {
+
+bool LocalActions::update(const GraphView& graph, const Claims& claims) {
+  std::map<std::string, std::string> whole;
+  for (const auto& [key, service] : graph.services()) {
+    const auto goal = part_of_action(InterfaceKind::kService, key.first, key.second);
+    if (!goal || goal->part != ActionPart::kSendGoal) continue;
+    const auto exists = [&](ActionPart part) {
+      const std::string name = name_of_part(goal->action, part);
+      const std::string type = type_of_part(goal->action_type, part);
+      if (kind_of(part) == InterfaceKind::kService)
+        return graph.services().contains({name, type}) && !claims.claimed(service_gid(name));
+      const TopicState* topic = graph.find({name, type});
+      return topic && !topic->publishers.empty();
+    };
+    if (std::all_of(kActionParts.begin(), kActionParts.end(), exists))
+      whole.emplace(goal->action, goal->action_type);
+  }
+  if (whole == types_) return false;
+  types_ = std::move(whole);
+  return true;
+}
+
+std::optional<std::string> LocalActions::type_of(InterfaceKind kind, const std::string& name,
+                                                 const std::string& type) const {
+  if (!has_action_token(name)) return std::string{};
+  const auto part = part_of_action(kind, name, type);
+  const auto action = part ? types_.find(std::string(part->action)) : types_.end();
+  if (action == types_.end()) return std::nullopt;
+  if (type_of_part(action->second, part->part) != type) return std::nullopt;
+  return action->second;
+}
+
+}  // namespace connect_bridge

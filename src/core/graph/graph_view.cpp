@@ -1,0 +1,112 @@
+#include "core/graph/graph_view.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace connect_bridge {
+
+namespace {
+
+std::string full_name(const std::string& ns, const std::string& name) {
+  // What middlewares say of a node they know only by its endpoint (rmw_dds_common).
+  if (name.empty() || name == "_NODE_NAME_UNKNOWN_") return {};
+  return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + name;
+}
+
+}  // namespace
+
+std::string node_of(const Endpoint& endpoint) {
+  return full_name(endpoint.node_namespace, endpoint.node_name);
+}
+
+std::string node_of(const Server& server) {
+  return full_name(server.node_namespace, server.node_name);
+}
+
+namespace {
+
+// Whose endpoints are a bridge's. A node's name may reach the graph later than its endpoints; in
+// DDS the first 12 bytes of a gid tell the participant as well (RTPS 2.3 section 8.2.4), and at
+// once.
+class BridgeNodes {
+ public:
+  void add(const Endpoint& claims_publisher) {
+    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
+    participants_.insert(participant_of(claims_publisher.gid));
+  }
+  // A server's gid is not always told.
+  [[nodiscard]] bool own(const Server& server) const {
+    return names_.contains(node_of(server)) ||
+           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
+  }
+  [[nodiscard]] bool own(const Endpoint& endpoint) const {
+    return names_.contains(node_of(endpoint)) ||
+           participants_.contains(participant_of(endpoint.gid));
+  }
+  [[nodiscard]] bool empty() const { return participants_.empty(); }
+
+ private:
+  using Participant = std::array<std::uint8_t, 12>;
+  static Participant participant_of(const Gid& gid) {
+    Participant participant;
+    std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
+    return participant;
+  }
+  std::set<std::string> names_;
+  std::set<Participant> participants_;
+};
+
+}  // namespace
+
+GraphView::GraphView(GraphChanged graph) {
+  BridgeNodes bridges;
+  for (const auto& topic : graph.topics) {
+    if (topic.name != kClaimsTopic) continue;
+    for (const auto& publisher : topic.publishers) {
+      bridges.add(publisher);
+      bridges_.insert(publisher.gid);
+    }
+  }
+  for (auto& topic : graph.topics) {
+    if (topic.name == kClaimsTopic) continue;
+    if (!bridges.empty()) {
+      const auto of_bridge = [&](const Endpoint& e) { return bridges.own(e); };
+      for (const auto& publisher : topic.publishers)
+        if (of_bridge(publisher)) bridge_publishers_.insert(publisher.gid);
+      std::erase_if(topic.publishers, of_bridge);
+      std::erase_if(topic.subscribers, of_bridge);
+    }
+    if (topic.publishers.empty() && topic.subscribers.empty()) continue;
+    for (const auto& publisher : topic.publishers) publishers_.insert(publisher.gid);
+    TopicKey key{topic.name, topic.type};
+    topics_.emplace(std::move(key), std::move(topic));
+  }
+  for (auto& service : graph.services) {
+    std::erase_if(service.servers, [&](const Server& s) { return bridges.own(s); });
+    if (service.servers.empty()) continue;
+    ServiceKey key{service.name, service.type};
+    services_.emplace(std::move(key), std::move(service));
+  }
+}
+
+const TopicState* GraphView::find(const TopicKey& key) const {
+  const auto it = topics_.find(key);
+  return it == topics_.end() ? nullptr : &it->second;
+}
+
+std::string incompatible_policy(const Qos& offered, const Qos& requested) {
+  if (offered.reliability == Reliability::kBestEffort &&
+      requested.reliability == Reliability::kReliable)
+    return "reliability";
+  if (offered.durability == Durability::kVolatile &&
+      requested.durability == Durability::kTransientLocal)
+    return "durability";
+  if (offered.deadline > requested.deadline) return "deadline";
+  if (offered.liveliness == Liveliness::kAutomatic &&
+      requested.liveliness == Liveliness::kManualByTopic)
+    return "liveliness";
+  if (offered.liveliness_lease > requested.liveliness_lease) return "liveliness lease";
+  return {};
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,64 @@
+// The local graph as rules and demand see it: real publishers and subscribers, without any bridge's
+// own.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <unordered_set>
+#include <utility>
+
+#include "core/ports/inputs.hpp"
+
+namespace connect_bridge {
+
+// Every bridge publishes what it mirrors on this hidden topic; a node that does so is a bridge.
+inline constexpr char kClaimsTopic[] = "/_connect_bridge/claims";
+inline constexpr char kClaimsType[] = "rcl_interfaces/msg/Log";
+
+using TopicKey = std::pair<std::string, std::string>;  // name, type
+
+using ServiceKey = std::pair<std::string, std::string>;
+
+std::string node_of(const Server& server);
+std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not known (yet)
+
+// Built from one GraphChanged. Owns its data.
+class GraphView {
+ public:
+  GraphView() = default;
+  explicit GraphView(GraphChanged graph);
+
+  // Topics with at least one real endpoint.
+  [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
+  [[nodiscard]] const TopicState* find(const TopicKey& key) const;
+  // Services with at least one real server; no bridge's mirrors, as far as the graph tells.
+  [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
+  // A real server of this name exists here, whatever its type.
+  [[nodiscard]] bool has_server(const std::string& service) const {
+    const auto it = services_.lower_bound({service, ""});
+    return it != services_.end() && it->first.first == service;
+  }
+  // A real publisher of the local graph has this id.
+  [[nodiscard]] bool is_local(const Gid& gid) const { return publishers_.contains(gid); }
+  // Publishers that belong to another bridge: what they publish comes from elsewhere.
+  [[nodiscard]] const std::unordered_set<Gid>& bridge_publishers() const {
+    return bridge_publishers_;
+  }
+  // Publishers of the claims topic: the other bridges in this graph.
+  [[nodiscard]] const std::unordered_set<Gid>& bridges() const { return bridges_; }
+
+ private:
+  std::map<TopicKey, TopicState> topics_;
+  std::map<ServiceKey, ServiceState> services_;
+  std::unordered_set<Gid> publishers_;
+  std::unordered_set<Gid> bridge_publishers_;
+  std::unordered_set<Gid> bridges_;
+};
+
+// Whether a publisher with `offered` cannot serve a subscriber with `requested`; names the policy
+// ("reliability", "durability", "deadline", "liveliness"), or empty when they fit (DDS 1.4
+// section 2.2.3).
+std::string incompatible_policy(const Qos& offered, const Qos& requested);
+
+}  // namespace connect_bridge

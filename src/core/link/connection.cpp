@@ -1,0 +1,234 @@
+#include "core/link/connection.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+// The largest message that every peer takes that does not say otherwise (docs/protocol.md).
+constexpr std::uint32_t kMessageBytesUntold = 64 << 20;
+constexpr Duration kQuickTimePeriod = std::chrono::milliseconds(100);
+
+std::string_view as_text(ByteView bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+}  // namespace
+
+Connection::Connection(ConnectionOptions options, ConnectionId id, std::string address,
+                       const Now& now)
+    : options_(std::move(options)),
+      id_(id),
+      state_(options_.server ? State::kAwaitHello : State::kAwaitWelcome),
+      login_deadline_(now.steady + options_.login_timeout),
+      last_heard_(now.steady),
+      time_period_(options_.dead_after / 3),
+      outbox_(options_.outbox),
+      reassembly_(options_.reassembly) {
+  peer_.address = std::move(address);
+  if (options_.server) return;
+  Hello hello;
+  hello.side = options_.side;
+  hello.session = options_.session;
+  hello.node = options_.node;
+  records_.push_back(Payload::adopt(encode(hello)));
+  records_.push_back(Payload::adopt(encode(Login{options_.login_method, options_.credential})));
+}
+
+void Connection::on_packet(bool text, const Payload& packet, const Now& now,
+                           ConnectionEvents& events) {
+  if (state_ == State::kClosed) return;
+  last_heard_ = now.steady;
+  if (state_ != State::kOpen) {
+    if (text) return fail(CloseCode::kIllegal, "text before login", events);
+    return on_record(packet.view(), now, events);
+  }
+  if (text) return on_control(packet.view(), events);
+  on_frames(packet, now, events);
+}
+
+void Connection::on_record(ByteView record, const Now& now, ConnectionEvents& events) {
+  switch (state_) {
+    case State::kAwaitHello: {
+      auto hello = decode_hello(record);
+      if (!hello) return fail(hello.error().code, hello.error().message, events);
+      const Hello& h = hello.value();
+      if (h.version_min > kProtocolVersion || h.version_max < kProtocolVersion)
+        return fail(CloseCode::kVersion, "this side speaks protocol version 1 only", events);
+      if (h.side == options_.side)
+        return fail(CloseCode::kSameSide, "the peer is this process", events);
+      peer_.side = h.side;
+      peer_.session = h.session;
+      peer_.node = h.node;
+      state_ = State::kAwaitLogin;
+      return;
+    }
+    case State::kAwaitLogin: {
+      auto login = decode_login(record);
+      if (!login) return fail(login.error().code, login.error().message, events);
+      state_ = State::kAuthenticating;
+      Login l = std::move(login).value();
+      events.push_back(LoginAsked{std::move(l.method), std::move(l.credential)});
+      return;
+    }
+    case State::kAwaitWelcome: return on_welcome(record, now, events);
+    default: return fail(CloseCode::kIllegal, "data before the login was answered", events);
+  }
+}
+
+void Connection::on_welcome(ByteView record, const Now& now, ConnectionEvents& events) {
+  auto welcome = decode_welcome(record);
+  if (!welcome) return fail(welcome.error().code, welcome.error().message, events);
+  const Welcome& w = welcome.value();
+  if (w.version != kProtocolVersion)
+    return fail(CloseCode::kVersion, "the server chose an unknown protocol version", events);
+  if (w.side == options_.side)
+    return fail(CloseCode::kSameSide, "the peer is this process", events);
+  peer_.side = w.side;
+  peer_.session = w.session;
+  peer_.node = w.node;
+  peer_.message_bytes_max = w.message_bytes_max > 0 ? w.message_bytes_max : kMessageBytesUntold;
+  opened(now, events);
+}
+
+void Connection::on_authenticated(const Identity& identity, Token128 session, const Now& now,
+                                  ConnectionEvents& events) {
+  if (state_ != State::kAuthenticating) return;
+  peer_.identity = identity;
+  peer_.session = session;
+  peer_.message_bytes_max = kMessageBytesUntold;  // until its "accepts" tells
+  Welcome welcome;
+  welcome.side = options_.side;
+  welcome.session = session;
+  welcome.dead_after_ms =
+      static_cast<std::uint32_t>(options_.dead_after / std::chrono::milliseconds(1));
+  welcome.message_bytes_max = options_.reassembly.message_bytes_max;
+  welcome.node = options_.node;
+  welcome.identity = identity.name;
+  records_.push_back(Payload::adopt(encode(welcome)));
+  opened(now, events);
+}
+
+void Connection::opened(const Now& now, ConnectionEvents& events) {
+  state_ = State::kOpen;
+  last_heard_ = now.steady;  // a login may think for longer than dead_after
+  next_time_request_ = now.steady;
+  events.push_back(LoggedIn{});
+}
+
+void Connection::on_control(ByteView text, ConnectionEvents& events) {
+  auto control = decode_control(as_text(text));
+  if (!control) return fail(control.error().code, control.error().message, events);
+  events.push_back(std::move(control).value());
+}
+
+void Connection::on_frames(const Payload& packet, const Now& now, ConnectionEvents& events) {
+  FrameReader reader(packet.view());
+  bool holds_data = false;
+  for (;;) {
+    auto next = reader.next();
+    if (!next) return fail(next.error().code, next.error().message, events);
+    if (!next.value()) break;
+    auto data = on_frame(*next.value(), packet, now, events);
+    if (!data) return fail(data.error().code, data.error().message, events);
+    holds_data = holds_data || data.value();
+  }
+  acknowledger_.on_packet(packet.size(), holds_data, now.steady);
+  if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
+}
+
+Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, const Now& now,
+                                  ConnectionEvents& events) {
+  const Error unknown{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
+  if (const auto* message = std::get_if<MessageFrame>(&frame)) {
+    if (!is_expected(message->channel)) return unknown;
+    auto whole = reassembly_.on_message(*message, packet);
+    if (!whole) return whole.error();
+    if (whole.value()) events.push_back(std::move(*std::move(whole).value()));
+    return true;
+  }
+  if (const auto* part = std::get_if<PartFrame>(&frame)) {
+    if (!is_expected(part->channel)) return unknown;
+    auto whole = reassembly_.on_part(*part);
+    if (!whole) return whole.error();
+    if (whole.value()) events.push_back(std::move(*std::move(whole).value()));
+    return true;
+  }
+  if (const auto* ack = std::get_if<AckFrame>(&frame)) {
+    if (!outbox_.acknowledge(ack->received_bytes, now))
+      return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
+    for (const auto& whole : outbox_.take_delivered())
+      events.push_back(Delivered{whole.channel, whole.origin});
+    return false;
+  }
+  if (const auto* request = std::get_if<TimeRequest>(&frame)) {
+    outbox_.push_small(TimeReply{request->t1, now.system, now.system, now.ros});
+    return false;
+  }
+  const auto& reply = std::get<TimeReply>(frame);
+  if (std::erase(time_asked_, reply.t1) == 0) return false;  // not asked for, or long ago
+  clock_.add(reply, now.system);
+  events.push_back(PeerRosTime{reply, now.system});
+  return false;
+}
+
+void Connection::on_time(const Now& now, ConnectionEvents& events) {
+  if (state_ == State::kClosed) return;
+  if (state_ != State::kOpen) {
+    if (now.steady >= login_deadline_)
+      fail(CloseCode::kLoginTimeout, "no complete login in time", events);
+    return;
+  }
+  if (now.steady >= last_heard_ + options_.dead_after)
+    return fail(CloseCode::kSilent, "nothing heard from the peer", events);
+  if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
+  if (now.steady >= next_time_request_) {
+    outbox_.push_small(TimeRequest{now.system});
+    if (time_asked_.size() == kTimeFramesMax) time_asked_.pop_front();
+    time_asked_.push_back(now.system);
+    const bool quick = quick_time_requests_ > 0;
+    if (quick) --quick_time_requests_;
+    next_time_request_ =
+        now.steady + (quick ? std::min(kQuickTimePeriod, time_period_) : time_period_);
+  }
+}
+
+void Connection::send(const Control& message, ConnectionEvents& events) {
+  send(encode(message), events);
+}
+
+void Connection::send(std::string text, ConnectionEvents& events) {
+  if (state_ != State::kOpen) return;
+  if (!outbox_.push_control(std::move(text)))
+    fail(CloseCode::kSlowPeer, "control messages back up", events);
+}
+
+std::optional<Packet> Connection::next_packet(const Now& now) {
+  if (!records_.empty()) {
+    Packet packet;
+    packet.pieces.push_back(std::move(records_.front()));
+    records_.pop_front();
+    return packet;
+  }
+  if (state_ != State::kOpen) return std::nullopt;
+  auto packet = outbox_.next(now);
+  if (packet && !packet->text) sent_bytes_ += packet->size();
+  return packet;
+}
+
+std::optional<TimePoint> Connection::deadline() const {
+  if (state_ == State::kClosed) return std::nullopt;
+  if (state_ != State::kOpen) return login_deadline_;
+  TimePoint first = std::min(last_heard_ + options_.dead_after, next_time_request_);
+  if (auto ack = acknowledger_.deadline()) first = std::min(first, *ack);
+  return first;
+}
+
+void Connection::fail(CloseCode code, std::string reason, ConnectionEvents& events) {
+  if (state_ == State::kClosed) return;
+  state_ = State::kClosed;
+  events.push_back(ConnectionFailed{code, std::move(reason)});
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,136 @@
+// What the core asks for: of ROS, the network, the login, the workers and the log.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/base/bytes.hpp"
+#include "core/base/close_code.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/qos.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// ---- core -> ROS
+
+struct CreateSubscription {
+  SubscriptionId id;
+  std::string topic;
+  std::string type;
+  std::string type_hash;
+  Qos qos;  // depth is always given
+};
+struct DestroySubscription {
+  SubscriptionId id;
+};
+struct CreateMirror {
+  MirrorId id;
+  std::string topic;
+  std::string type;
+  std::string type_hash;
+  Qos qos;                // depth is always given
+  std::string node = {};  // the proxy node that shall own it ("/talker"); empty: our own node
+};
+struct DestroyMirror {
+  MirrorId id;
+};
+struct Publish {
+  MirrorId mirror;
+  Payload payload;
+};
+struct CreateServiceMirror {
+  ServiceMirrorId id;
+  std::string service;
+  std::string type;
+  std::string type_hash;  // must be that of the installed type, if both are known
+  std::string node = {};  // as in CreateMirror
+};
+struct DestroyServiceMirror {
+  ServiceMirrorId id;  // its requests without an answer are forgotten
+};
+struct SendResponse {
+  ServiceMirrorId mirror;
+  RequestId request;
+  Payload payload;
+};
+struct DropRequest {
+  ServiceMirrorId mirror;
+  RequestId request;
+};
+struct CreateServiceClient {
+  ServiceClientId id;
+  std::string service;
+  std::string type;
+};
+struct DestroyServiceClient {
+  ServiceClientId id;  // no ResponseTaken follows
+};
+struct SendRequest {
+  ServiceClientId client;
+  InvocationId invocation;  // chosen by the core
+  Payload payload;
+};
+// The answer is not wanted any longer, only that there is one.
+struct DropInvocation {
+  ServiceClientId client;
+  InvocationId invocation;
+};
+// Ask for a fresh GraphChanged (a sample came from a publisher not seen yet).
+struct RefreshGraph {};
+
+// ---- core -> network, login, workers
+
+// Client only: open a connection to the configured URL under this id.
+struct Dial {
+  ConnectionId connection;
+};
+// The peer is known (server: after login; client: after welcome): from now on it may send packets
+// of up to packet_bytes_max. Until then the network takes 4096 bytes per packet and 16 KiB in
+// total.
+struct OpenGate {
+  ConnectionId connection;
+  std::uint32_t packet_bytes_max = 0;
+};
+// Send what was handed out, then close with this code; no PacketReceived follows, ConnectionClosed
+// does.
+struct CloseConnection {
+  ConnectionId connection;
+  CloseCode code = CloseCode::kNormal;
+  std::string reason;  // at most 120 bytes of UTF-8 (RFC 6455: 123)
+};
+struct Authenticate {
+  ConnectionId connection;
+  std::string peer;
+  std::string method;
+  Bytes credential;
+};
+struct CompressJob {
+  JobId job;
+  Compression how;
+  Payload raw;
+};
+struct DecompressJob {
+  JobId job;
+  Codec codec = Codec::kNone;
+  std::uint32_t raw_bytes = 0;
+  Payload body;
+};
+
+// ---- core -> log
+
+enum class LogLevel : std::uint8_t { kDebug, kInfo, kWarn, kError };
+struct Log {
+  LogLevel level = LogLevel::kInfo;
+  std::string text;
+};
+struct Stopped {};
+
+using Action = std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror,
+                            Publish, CreateServiceMirror, DestroyServiceMirror, SendResponse,
+                            DropRequest, CreateServiceClient, DestroyServiceClient, SendRequest,
+                            DropInvocation, RefreshGraph, Dial, OpenGate, CloseConnection,
+                            Authenticate, CompressJob, DecompressJob, Log, Stopped>;
+
+}  // namespace connect_bridge

@@ -1,0 +1,189 @@
+// What the core is told: of the graph, the network, the login, the workers and the operator.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/qos.hpp"
+#include "core/policy/policy.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// ---- ROS graph -> core
+
+struct Endpoint {
+  Gid gid;
+  std::string node_namespace;  // "/"
+  std::string node_name;       // "talker"
+  Qos qos;
+};
+
+struct TopicState {
+  std::string name;  // fully qualified
+  std::string type;  // "std_msgs/msg/String"; a topic seen with two types appears twice
+  std::string type_hash;
+  std::vector<Endpoint> publishers;
+  std::vector<Endpoint> subscribers;
+};
+
+// A service server; its gid is all zero where the middleware does not tell it.
+struct Server {
+  Gid gid;
+  std::string node_namespace;
+  std::string node_name;
+};
+
+struct ServiceState {
+  std::string name;  // fully qualified
+  std::string type;  // "std_srvs/srv/SetBool"; a service seen with two types appears twice
+  std::vector<Server> servers;  // at least one
+};
+
+// The whole graph, without the endpoints this process made itself. Hidden names are included.
+struct GraphChanged {
+  std::vector<TopicState> topics;
+  std::vector<ServiceState> services = {};  // with a server; clients alone make none
+};
+
+// One serialized sample taken from a subscription (CDR with its 4-byte encapsulation header).
+struct MessageTaken {
+  SubscriptionId subscription;
+  Gid origin;       // publisher; all zero where the middleware does not tell
+  Stamp stamp = 0;  // source time stamp, system clock; 0 where the middleware does not tell
+  Payload payload;
+};
+
+// More samples were lost or refused below us (QoS event message_lost, or beyond message_bytes_max).
+struct MessagesLost {
+  SubscriptionId subscription;
+  std::uint64_t count = 0;
+  bool too_large = false;
+};
+
+// Creating an entity failed; it does not exist. `code` as in wire Decline.
+struct SubscriptionFailed {
+  SubscriptionId subscription;
+  std::string code;
+  std::string reason;
+};
+struct MirrorFailed {
+  MirrorId mirror;
+  std::string code;
+  std::string reason;
+};
+// The middleware refused samples of Publish actions.
+struct PublishFailed {
+  MirrorId mirror;
+  std::uint64_t count = 0;
+};
+// The middleware reports an incompatible pair at one of our endpoints (QoS event), by policy name.
+struct QosIncompatible {
+  std::string topic;
+  std::string policy;
+  bool at_mirror = false;  // at a mirror (publisher), else at a subscription
+};
+
+// A request came to a service mirror. Every request ends by SendResponse or DropRequest.
+struct RequestTaken {
+  ServiceMirrorId mirror;
+  RequestId request;  // chosen by the gateway, never 0, not used again while the mirror lives
+  Payload payload;    // serialized request
+};
+// The callers of these requests have left the graph: nobody waits for an answer.
+struct CallersGone {
+  ServiceMirrorId mirror;
+  std::vector<RequestId> requests;
+};
+// Whether requests of this client reach a real server now. First sent when there is one.
+struct ServiceReady {
+  ServiceClientId client;
+  bool ready = false;
+  std::string type_hash;  // of the installed service type, empty where the distribution has none
+};
+// The first answer to an invocation; later ones of other servers are swallowed by the gateway. Of a
+// dropped invocation it tells only that the server has taken the request.
+struct ResponseTaken {
+  ServiceClientId client;
+  InvocationId invocation;
+  Payload payload;  // empty for a dropped invocation
+};
+// The request could not be sent (its bytes are no such request, the middleware refused).
+struct InvocationFailed {
+  ServiceClientId client;
+  InvocationId invocation;
+  std::string reason;
+};
+// Creating the entity failed; it does not exist. `code` as in wire Decline.
+struct ServiceMirrorFailed {
+  ServiceMirrorId mirror;
+  std::string code;
+  std::string reason;
+};
+struct ServiceClientFailed {
+  ServiceClientId client;
+  std::string code;
+  std::string reason;
+};
+
+// ---- network, login, workers -> core
+
+// A WebSocket is open (server: accepted; client: the dial succeeded). `peer` is its address, for
+// logs.
+struct ConnectionOpened {
+  ConnectionId connection;
+  std::string peer;
+};
+// A dial ended without a connection.
+struct DialFailed {
+  ConnectionId connection;
+  std::string reason;
+};
+// One WebSocket message.
+struct PacketReceived {
+  ConnectionId connection;
+  bool text = false;
+  Payload payload;
+};
+// The connection is gone, for whatever reason; `code` is the peer's close code, if it sent one.
+struct ConnectionClosed {
+  ConnectionId connection;
+  std::optional<std::uint16_t> code;
+  std::string reason;
+};
+// The answer to Authenticate. Without an identity the login is refused; `reason` is for our log
+// only.
+struct Authenticated {
+  ConnectionId connection;
+  std::optional<Identity> identity;
+  std::string reason;
+};
+// The answer to CompressJob or DecompressJob. Compress: nullopt when it does not shrink.
+// Decompress: nullopt when malformed.
+struct JobDone {
+  JobId job;
+  std::optional<Payload> result;
+};
+
+// ---- operator -> core
+
+struct PolicyChanged {
+  Policy policy;
+};
+// Close everything orderly; Actions end with Stopped when the connections have been told.
+struct StopRequested {};
+// Nothing but time has passed (a deadline of next_deadline() is reached).
+struct TimePassed {};
+
+using Input =
+    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
+                 PublishFailed, QosIncompatible, RequestTaken, CallersGone, ServiceReady,
+                 ResponseTaken, InvocationFailed, ServiceMirrorFailed, ServiceClientFailed,
+                 ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed, Authenticated,
+                 JobDone, PolicyChanged, StopRequested, TimePassed>;
+
+}  // namespace connect_bridge

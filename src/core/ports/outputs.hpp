@@ -1,0 +1,45 @@
+// Where the parts of a side leave their actions, and where new ids come from.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/ports/actions.hpp"
+
+namespace connect_bridge {
+
+class Outputs {
+ public:
+  void push(Action action) { actions_.push_back(std::move(action)); }
+  void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
+
+  std::optional<Action> next() {
+    if (actions_.empty()) return std::nullopt;
+    Action action = std::move(actions_.front());
+    actions_.pop_front();
+    return action;
+  }
+
+  SubscriptionId new_subscription() { return {++last_subscription_}; }
+  MirrorId new_mirror() { return {++last_mirror_}; }
+  ServiceMirrorId new_service_mirror() { return {++last_service_mirror_}; }
+  ServiceClientId new_service_client() { return {++last_service_client_}; }
+  InvocationId new_invocation() {
+    if (++last_invocation_ == 0) ++last_invocation_;  // calls of half a year at 270 a second
+    return {last_invocation_};
+  }
+  JobId new_job() { return {++last_job_}; }
+
+ private:
+  std::deque<Action> actions_;
+  std::uint32_t last_subscription_ = 0;
+  std::uint32_t last_mirror_ = 0;
+  std::uint32_t last_service_mirror_ = 0;
+  std::uint32_t last_service_client_ = 0;
+  std::uint32_t last_invocation_ = 0;
+  std::uint32_t last_job_ = 0;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,39 @@
+#include "core/services/server_queue.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+
+void ServerQueue::hand_over(InvocationId request, TimePoint now) {
+  untaken_.push_back({request, now});
+}
+
+// The answer to a request that is known to be taken proves nothing of those behind it: a server
+// with several threads may answer while nobody looks after its queue.
+void ServerQueue::answered(InvocationId request, TimePoint now) {
+  const auto at = std::find_if(untaken_.begin(), untaken_.end(),
+                               [&](const Entry& entry) { return entry.request == request; });
+  if (at == untaken_.end()) return;
+  untaken_.erase(untaken_.begin(), at + 1);
+  progress_ = now;
+}
+
+void ServerQueue::failed(InvocationId request) {
+  std::erase_if(untaken_, [&](const Entry& entry) { return entry.request == request; });
+}
+
+void ServerQueue::expire(TimePoint now) {
+  while (!untaken_.empty() && *deadline() <= now) untaken_.pop_front();
+}
+
+void ServerQueue::clear() {
+  untaken_.clear();
+  progress_ = TimePoint::min();
+}
+
+std::optional<TimePoint> ServerQueue::deadline() const {
+  if (untaken_.empty()) return std::nullopt;
+  return std::max(untaken_.front().handed_over, progress_) + silence_max_;
+}
+
+}  // namespace connect_bridge

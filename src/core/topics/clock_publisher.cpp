@@ -1,0 +1,79 @@
+#include "core/topics/clock_publisher.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr double kRateMax = 100.0;
+// Two samples closer than this tell little about the rate.
+constexpr Stamp kRateBase = kSecond / 20;
+
+// rosgraph_msgs/msg/Clock as CDR: encapsulation, int32 seconds, uint32 nanoseconds.
+Payload clock_message(Stamp ros) {
+  Bytes bytes{0, 1, 0, 0};
+  for (const auto value : {ros / kSecond, ros % kSecond})
+    for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+  return Payload::adopt(std::move(bytes));
+}
+
+}  // namespace
+
+void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now& now) {
+  if (mirror_) return;
+  mirror_ = outputs.new_mirror();
+  Qos qos;
+  qos.reliability = Reliability::kBestEffort;  // as simulators offer it (rclcpp::ClockQoS)
+  qos.depth = 1;
+  outputs.push(CreateMirror{mirror_, topic, "rosgraph_msgs/msg/Clock", "", qos});
+  next_ = now.steady;
+  sample_.reset();
+  rate_ = 1.0;
+  measured_rate_ = 1.0;
+}
+
+void ClockPublisher::stop(Outputs& outputs) {
+  if (mirror_) outputs.push(DestroyMirror{mirror_});
+  mirror_ = {};
+}
+
+void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {
+  if (reply.ros <= 0 || !is_plausible(reply.ros) || !is_plausible(reply.t1)) return;
+  const Stamp round_trip = t4 - reply.t1;
+  if (round_trip < 0) return;
+  const Sample sample{t4 - round_trip / 2, reply.ros};
+  if (sample_ && sample.local - sample_->local >= kRateBase) {
+    const double rate = static_cast<double>(sample.ros - sample_->ros) /
+                        static_cast<double>(sample.local - sample_->local);
+    // A jump forward looks like a high speed, once: a higher one counts when it was measured twice,
+    // or we would run ahead and then back. A jump back (a restarted simulation) is no speed at all.
+    if (rate >= 0) {
+      rate_ = std::min({rate, measured_rate_, kRateMax});
+      measured_rate_ = rate;
+    }
+  }
+  sample_ = sample;
+}
+
+Stamp ClockPublisher::ros_at(Stamp local) const {
+  return sample_->ros + static_cast<Stamp>(rate_ * static_cast<double>(
+                                                       std::max<Stamp>(local - sample_->local, 0)));
+}
+
+void ClockPublisher::on_time(Outputs& outputs, const Now& now) {
+  if (!mirror_ || now.steady < next_) return;
+  next_ = std::max(next_ + period_, now.steady);
+  if (!sample_) return;
+  Stamp ros = ros_at(now.system);
+  if (ros < last_published_ && last_published_ - ros < kSecond) ros = last_published_;
+  last_published_ = ros;
+  outputs.push(Publish{mirror_, clock_message(ros)});
+}
+
+std::optional<TimePoint> ClockPublisher::deadline() const {
+  if (!mirror_) return std::nullopt;
+  return next_;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,44 @@
+// Publishes the peer's ROS time as /clock at a set rate (rule key `clock: publish`), with the
+// link's delay corrected, so that it does not depend on every tick crossing the link.
+#pragma once
+
+#include <optional>
+
+#include "core/base/bytes.hpp"
+#include "core/ports/outputs.hpp"
+#include "core/wire/frame.hpp"
+
+namespace connect_bridge {
+
+// Extrapolates between the answers to time requests, at the measured rate of the peer's ROS time (a
+// simulation may run at half speed or stand still). Never runs backwards, except for a jump of the
+// peer's time by more than a second (a restarted simulation).
+class ClockPublisher {
+ public:
+  explicit ClockPublisher(Duration period) : period_(period) {}
+
+  // A living link: the mirror of /clock appears (`topic` is its local name).
+  void start(const std::string& topic, Outputs& outputs, const Now& now);
+  void stop(Outputs& outputs);
+  // `t4`: our system clock at the reply's arrival.
+  void on_reply(const TimeReply& reply, Stamp t4);
+  void on_time(Outputs& outputs, const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+ private:
+  struct Sample {
+    Stamp local = 0;  // our system clock when the peer's ROS time was `ros`
+    Stamp ros = 0;
+  };
+  [[nodiscard]] Stamp ros_at(Stamp local) const;
+
+  Duration period_;
+  MirrorId mirror_;
+  TimePoint next_{};
+  std::optional<Sample> sample_;
+  double rate_ = 1.0;
+  double measured_rate_ = 1.0;  // by the last two replies
+  Stamp last_published_ = 0;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,284 @@
+#include "net/socket.hpp"
+
+#include <span>
+
+#include "net/socket_tuning.hpp"
+#include "net/tls.hpp"
+#include "net/websocket.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Before login (docs/protocol.md, "Login"): one record at most, and a few of them.
+constexpr std::size_t kGatePacketBytesMax = 4096;
+constexpr std::size_t kGateBytesMax = 16384;
+constexpr std::size_t kGatePacketOverhead = 8;  // so that empty packets count, too
+constexpr std::chrono::milliseconds kCloseTime{1000};
+constexpr std::size_t kCloseReasonBytesMax = 120;
+
+// Packets of many small pieces are copied together: a piece costs more in the layers below than
+// its bytes do, and the kernel takes 64 at a time (IOV handling of Asio).
+constexpr std::size_t kFlatBytesMax = 16384;
+constexpr std::size_t kPiecesMax = 32;
+
+// At most `limit` bytes, not ending inside a UTF-8 character.
+std::string cut(const std::string& text, std::size_t limit) {
+  if (text.size() <= limit) return text;
+  std::size_t end = limit;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return text.substr(0, end);
+}
+
+std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
+  const auto address = endpoint.address();
+  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+  return host + ":" + std::to_string(endpoint.port());
+}
+
+}  // namespace
+
+Socket::Socket(SocketSetup setup)
+    : setup_(std::move(setup)),
+      socket_(std::move(setup_.socket)),
+      deadline_(socket_->get_executor()) {
+  socket_->auto_fragment(false);
+  socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
+  socket_->read_message_max(kGatePacketBytesMax);
+  // After the peer's close frame Beast answers it below us: that, too, must end in time.
+  socket_->control_callback([this](websocket::frame_type kind, beast::string_view) {
+    if (kind == websocket::frame_type::close) set_deadline();
+  });
+}
+
+void Socket::open() {
+  setup_.events->input(ConnectionOpened{setup_.id, setup_.peer});
+  if (state_ != State::kOpen) return;
+  read();
+  send();
+}
+
+void Socket::ready() {
+  if (state_ != State::kOpen) return;
+  if (packet_unhandled_) {
+    packet_unhandled_ = false;
+    read();
+  }
+  send();
+}
+
+void Socket::allow(std::size_t packet_bytes_max) {
+  gate_open_ = true;
+  socket_->next_layer().read_ahead();
+  setup_.pending_slot.reset();
+  socket_->read_message_max(packet_bytes_max);
+  if (packet_unhandled_) {
+    packet_unhandled_ = false;
+    read();
+  }
+}
+
+// ---- reading
+// --------------------------------------------------------------------------------------
+
+void Socket::read() {
+  if (reading_ || state_ != State::kOpen) return;
+  reading_ = true;
+  socket_->async_read(received_, [self = shared_from_this()](ErrorCode error, std::size_t) {
+    self->reading_ = false;
+    self->on_read(error);
+  });
+}
+
+void Socket::on_read(const ErrorCode& error) {
+  if (state_ != State::kOpen) return;
+  if (error) return fail(error);
+  const bool text = socket_->got_text();
+  if (!gate_open_ && !within_gate(received_.size())) return;
+  received_bytes_ += received_.size();
+  packet_unhandled_ = !gate_open_;
+  setup_.events->input(PacketReceived{setup_.id, text, received_.take()});
+  if (state_ == State::kOpen && !packet_unhandled_) read();
+}
+
+bool Socket::within_gate(std::size_t bytes) {
+  gate_bytes_ += bytes + kGatePacketOverhead;
+  if (gate_bytes_ <= kGateBytesMax) return true;
+  close(static_cast<std::uint16_t>(CloseCode::kTooLarge), "too much before the login");
+  return false;
+}
+
+// ---- writing
+// --------------------------------------------------------------------------------------
+
+void Socket::send() {
+  if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
+  if (!has_room()) return wait_for_room();
+  packet_ = setup_.events->next_packet(setup_.id);
+  if (!packet_ || state_ != State::kOpen) return;
+  writing_ = true;
+  gather(*packet_);
+  socket_->text(packet_->text);
+  socket_->async_write(std::span<const asio::const_buffer>{pieces_},
+                       [self = shared_from_this()](ErrorCode error, std::size_t) {
+                         self->writing_ = false;
+                         self->on_written(error);
+                       });
+}
+
+// The next packet is chosen as late as possible: only when the kernel has little left to send. It
+// is asked only when what we handed over since it was last asked could fill that little; waiting
+// for writability would cost two system calls per packet.
+bool Socket::has_room() {
+  const std::uint32_t limit = setup_.options.unsent_bytes_max;
+  if (limit == 0 || unsent_bound_ < limit) return true;
+  unsent_bound_ = unsent_bytes(socket_->next_layer().socket().native_handle());
+  return unsent_bound_ < limit;
+}
+
+void Socket::wait_for_room() {
+  waiting_for_room_ = true;
+  socket_->next_layer().socket().async_wait(TcpSocket::wait_write,
+                                            [self = shared_from_this()](ErrorCode error) {
+                                              self->waiting_for_room_ = false;
+                                              // Errors show in the read that is under way.
+                                              if (!error) self->send();
+                                            });
+}
+
+void Socket::gather(const Packet& packet) {
+  pieces_.clear();
+  const std::size_t bytes = packet.size();
+  unsent_bound_ += bytes;
+  sent_bytes_ += bytes;
+  if (packet.pieces.size() > kPiecesMax || (packet.pieces.size() > 1 && bytes <= kFlatBytesMax)) {
+    flat_.clear();
+    for (const Payload& piece : packet.pieces) {
+      flat_.insert(flat_.end(), piece.view().begin(), piece.view().end());
+    }
+    pieces_.emplace_back(flat_.data(), flat_.size());
+    return;
+  }
+  for (const Payload& piece : packet.pieces) {
+    pieces_.emplace_back(piece.view().data(), piece.size());
+  }
+  if (pieces_.empty()) pieces_.emplace_back();
+}
+
+void Socket::on_written(const ErrorCode& error) {
+  packet_.reset();
+  if (state_ != State::kOpen) return;
+  if (error == asio::error::operation_aborted && reading_) {
+    // Beast tells the cause to one operation only: the read, which is about to report it.
+    return set_deadline();
+  }
+  if (error) return fail(error);
+  send();
+}
+
+// ---- ending
+// ---------------------------------------------------------------------------------------
+
+void Socket::close(std::uint16_t code, const std::string& reason) {
+  if (state_ != State::kOpen) return;
+  state_ = State::kClosing;
+  set_deadline();
+  closing_reason_ = "closed by us: " + reason;
+  const std::string text = cut(reason, kCloseReasonBytesMax);
+  const websocket::close_reason why{static_cast<websocket::close_code>(code),
+                                    beast::string_view{text.data(), text.size()}};
+  // Beast sends it after the packet that is being written.
+  socket_->async_close(why, [self = shared_from_this()](ErrorCode error) {
+    const auto& peer = self->socket_->reason();
+    const bool answered = !error && peer.code != websocket::close_code::none;
+    self->end(answered ? std::optional<std::uint16_t>{peer.code} : std::nullopt,
+              self->closing_reason_, !error);
+  });
+}
+
+void Socket::fail(const ErrorCode& error) {
+  if (error == websocket::error::closed) {
+    const auto& peer = socket_->reason();
+    std::optional<std::uint16_t> code;
+    if (peer.code != websocket::close_code::none) code = peer.code;
+    const std::string reason{peer.reason.data(), peer.reason.size()};
+    return end(code, reason.empty() ? "closed by the other end" : reason, true);
+  }
+  if (error == websocket::error::message_too_big) {
+    return end(std::nullopt,
+               gate_open_ ? "the other end sent a packet beyond the limit"
+                          : "the other end sent a packet too large for a login",
+               true);
+  }
+  // Beast has sent the close frame of a protocol error itself.
+  const bool protocol = error.category() == make_error_code(websocket::error::closed).category();
+  end(std::nullopt, failure_text(error, socket_->next_layer().tls(), {}), protocol);
+}
+
+void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool orderly) {
+  if (state_ == State::kEnding) return;
+  state_ = State::kEnding;
+  setup_.pending_slot.reset();
+  setup_.connection_slot.reset();
+  set_deadline();
+  const auto self = shared_from_this();
+  Transport& transport = socket_->next_layer();
+  if (orderly) {
+    transport.finish([self] { self->forget(); });
+  } else {
+    transport.abort();  // an operation may still be under way on it
+    asio::post(socket_->get_executor(), [self] { self->forget(); });
+  }
+  setup_.events->input(ConnectionClosed{setup_.id, code, std::move(reason)});
+}
+
+void Socket::set_deadline() {
+  if (deadline_set_) return;
+  deadline_set_ = true;
+  deadline_.expires_after(kCloseTime);
+  deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
+    const auto self = weak.lock();
+    if (self && !error) self->on_deadline();
+  });
+}
+
+void Socket::on_deadline() {
+  socket_->next_layer().abort();
+  const bool ours = state_ == State::kClosing;
+  end(std::nullopt, ours ? closing_reason_ : "the other end did not complete its close", false);
+  forget();
+}
+
+void Socket::abandon() {
+  state_ = State::kEnding;
+  forgotten_ = true;
+  setup_.pending_slot.reset();
+  setup_.connection_slot.reset();
+  deadline_.cancel();
+  socket_->next_layer().abort();
+}
+
+void Socket::forget() {
+  if (forgotten_) return;
+  forgotten_ = true;
+  deadline_.cancel();
+  setup_.gone(setup_.id);
+}
+
+SocketFacts Socket::facts() const {
+  SocketFacts facts;
+  Transport& transport = socket_->next_layer();
+  const int native = transport.socket().native_handle();
+  ErrorCode error;
+  const auto local = transport.socket().local_endpoint(error);
+  if (!error) facts.local = endpoint_text(local);
+  facts.peer = setup_.peer;
+  facts.tls = tls_text(transport.tls());
+  facts.congestion_control = congestion_control_of(native);
+  facts.round_trip_us = round_trip_us_of(native);
+  facts.unsent_bytes = unsent_bytes(native);
+  facts.sent_bytes = sent_bytes_;
+  facts.received_bytes = received_bytes_;
+  return facts;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,90 @@
+// One open WebSocket: reads packets behind the gate, pulls and writes packets, closes.
+#pragma once
+
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "net/network.hpp"
+#include "net/receive_buffer.hpp"
+
+namespace connect_bridge {
+
+struct WebSocket;
+
+struct SocketSetup {
+  ConnectionId id;
+  std::shared_ptr<WebSocket> socket;  // after its handshake
+  std::string peer;
+  NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
+  std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
+  SocketOptions options;
+  std::shared_ptr<void> pending_slot;     // given back by allow()
+  std::shared_ptr<void> connection_slot;  // given back with ConnectionClosed
+};
+
+// kOpen -> kClosing (our close frame is on its way) -> kEnding (ConnectionClosed delivered, TCP is
+// brought down) -> gone; the peer's close or an error leads from kOpen to kEnding.
+class Socket : public std::enable_shared_from_this<Socket> {
+ public:
+  explicit Socket(SocketSetup setup);
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+
+  void open();  // delivers ConnectionOpened, then reads
+  void ready();
+  void allow(std::size_t packet_bytes_max);
+  void close(std::uint16_t code, const std::string& reason);
+  // Closes at once and delivers nothing more.
+  void abandon();
+
+  [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
+  [[nodiscard]] SocketFacts facts() const;
+
+ private:
+  enum class State : std::uint8_t { kOpen, kClosing, kEnding };
+
+  void read();
+  void on_read(const boost::system::error_code& error);
+  bool within_gate(std::size_t bytes);
+  void send();
+  bool has_room();
+  void wait_for_room();
+  void gather(const Packet& packet);
+  void on_written(const boost::system::error_code& error);
+  void fail(const boost::system::error_code& error);
+  void end(std::optional<std::uint16_t> code, std::string reason, bool orderly);
+  void set_deadline();
+  void on_deadline();
+  void forget();
+
+  SocketSetup setup_;
+  std::shared_ptr<WebSocket> socket_;
+  boost::asio::steady_timer deadline_;
+  State state_ = State::kOpen;
+
+  ReceiveBuffer received_;
+  bool reading_ = false;
+  bool gate_open_ = false;
+  bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
+  std::size_t gate_bytes_ = 0;     // read before the gate opened
+  std::uint64_t received_bytes_ = 0;
+
+  bool writing_ = false;
+  bool waiting_for_room_ = false;
+  std::uint64_t unsent_bound_ = 0;  // the kernel holds at most this many unsent bytes
+  std::optional<Packet> packet_;    // being written
+  std::vector<boost::asio::const_buffer> pieces_;
+  Bytes flat_;
+  std::uint64_t sent_bytes_ = 0;
+
+  std::string closing_reason_;
+  bool deadline_set_ = false;
+  bool forgotten_ = false;
+};
+
+}  // namespace connect_bridge

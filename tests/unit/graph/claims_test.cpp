@@ -1,0 +1,175 @@
+#include "core/graph/claims.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/base/random.hpp"
+
+namespace connect_bridge {
+namespace {
+
+Gid gid(std::uint8_t n) {
+  Gid result;
+  result.bytes.fill(n);
+  return result;
+}
+Token128 side(std::uint8_t n) {
+  Token128 result;
+  result.bytes.fill(n);
+  return result;
+}
+
+// A round trip through the bytes.
+std::optional<Claim> through(const Claim& claim) {
+  return parse_claim(serialize(claim, 1'700'000'000'123'456'789).view());
+}
+
+TEST(Claims, RoundTrip) {
+  for (const std::size_t count : {0, 1, 2, 1000}) {
+    Claim claim{side(0xab), {}};
+    for (std::size_t i = 0; i < count; ++i)
+      claim.origins.push_back(gid(static_cast<std::uint8_t>(i)));
+    const auto back = through(claim);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->side, claim.side);
+    EXPECT_EQ(back->origins, claim.origins);
+  }
+}
+
+TEST(Claims, IsALogMessageInCdr) {
+  const auto payload = serialize({side(0x01), {}}, 0x0102'0304LL * 1'000'000'000 + 5);
+  const auto bytes = payload.view();
+  const Bytes head{0, 1, 0, 0, 4, 3, 2, 1, 5, 0, 0, 0, 10, 0, 0, 0, 24, 0, 0, 0, 'c', 'o'};
+  EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 22), head);
+  EXPECT_EQ(bytes.size() % 4, 0U);
+  // Both strings end with a zero, which their lengths count.
+  EXPECT_EQ(bytes[20 + 23], 0);
+  EXPECT_EQ(bytes[20 + 24], 33);
+}
+
+TEST(Claims, CutShortItIsNoneOrASmallerOne) {
+  const auto payload = serialize({side(7), {gid(1), gid(2)}}, 0);
+  // The name and the text are behind what a Log has beside them; without them there is no claim.
+  const std::size_t text_end = 20 + 24 + 4 + 32 + 2 * 49 + 1;
+  for (std::size_t size = 0; size < payload.size(); ++size)
+    EXPECT_EQ(parse_claim(payload.view().first(size)).has_value(), size >= text_end) << size;
+}
+
+TEST(Claims, GarbageIsNone) {
+  Random random(1);
+  const auto payload = serialize({side(7), {gid(1), gid(2)}}, 0);
+  for (int i = 0; i < 20'000; ++i) {
+    Bytes bytes(payload.view().begin(), payload.view().end());
+    for (int changes = 0; changes < 3; ++changes)
+      bytes[random.below(bytes.size())] = static_cast<std::uint8_t>(random.next());
+    if (const auto claim = parse_claim(bytes)) {
+      EXPECT_LE(claim->origins.size(), 2U);
+    }
+    Bytes noise(random.below(100));
+    for (auto& byte : noise) byte = static_cast<std::uint8_t>(random.next());
+    if (noise.size() > 1) noise[0] = 0, noise[1] = 1;
+    EXPECT_FALSE(parse_claim(noise));
+  }
+}
+
+TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
+  const auto payload = serialize({side(7), {gid(1)}}, 0);
+  const auto changed = [&](std::size_t at, std::uint8_t value) {
+    Bytes bytes(payload.view().begin(), payload.view().end());
+    bytes[at] = value;
+    return parse_claim(bytes).has_value();
+  };
+  EXPECT_FALSE(changed(1, 0));          // big-endian
+  EXPECT_FALSE(changed(20 + 22, '2'));  // "connect_bridge claims 2"
+  EXPECT_FALSE(changed(16, 0));         // an empty string has length 1
+  EXPECT_FALSE(changed(19, 0xff));      // a length beyond everything
+  EXPECT_FALSE(changed(48, 'A'));       // upper case
+  EXPECT_FALSE(changed(48, ' '));
+  EXPECT_TRUE(changed(12, 20));  // the level means nothing
+}
+
+TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
+  Claims claims(side(5));
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {gid(1)}}));
+  EXPECT_TRUE(claims.update(gid(101), {side(6), {gid(2)}}));
+  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.taken(gid(2)));
+  EXPECT_TRUE(claims.is_here(side(4)));
+  EXPECT_TRUE(claims.is_here(side(6)));
+  EXPECT_FALSE(claims.is_here(side(7)));
+}
+
+TEST(Claims, ANewClaimReplacesTheOldOne) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {gid(1), gid(2)}});
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {gid(2), gid(3)}}));
+  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.taken(gid(2)));
+  EXPECT_TRUE(claims.taken(gid(3)));
+}
+
+TEST(Claims, OurOwnIsNoOther) {
+  Claims claims(side(5));
+  EXPECT_FALSE(claims.update(gid(100), {side(5), {gid(1)}}));
+  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.is_here(side(5)));
+}
+
+TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(3), {gid(1)}});
+  claims.update(gid(101), {side(4), {gid(1)}});
+  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}));
+  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.retain({gid(101)}, {}));
+  EXPECT_FALSE(claims.taken(gid(1)));
+}
+
+TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {gid(1)}});
+  EXPECT_FALSE(claims.retain({}, {}));
+  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.retain({}, {gid(100)}));
+  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}));
+  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.retain({gid(100)}, {}));
+  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.is_here(side(4)));
+}
+
+TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
+  Claims claims(side(5));
+  const auto bridge = [](int n) {
+    Gid result;
+    result.bytes[0] = static_cast<std::uint8_t>(n);
+    result.bytes[1] = static_cast<std::uint8_t>(n >> 8);
+    return result;
+  };
+  for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update(bridge(i), {side(4), {}}));
+  EXPECT_FALSE(claims.update(bridge(256), {side(4), {gid(1)}}));
+  EXPECT_TRUE(claims.update(bridge(255), {side(4), {gid(1)}}));
+  EXPECT_TRUE(claims.taken(gid(1)));
+}
+
+TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {gid(1)}});
+  claims.update(gid(101), {side(6), {gid(2)}});
+  EXPECT_TRUE(claims.claimed(gid(1)));
+  EXPECT_TRUE(claims.claimed(gid(2)));
+  EXPECT_FALSE(claims.taken(gid(2)));
+  EXPECT_FALSE(claims.claimed(gid(3)));
+}
+
+TEST(Claims, AServiceHasTheSameNumberInEveryProcess) {
+  EXPECT_EQ(service_gid("/s"), service_gid("/s"));
+  EXPECT_NE(service_gid("/s"), service_gid("/t"));
+  const Gid gid = service_gid("/map_server/load");
+  EXPECT_EQ(to_hex(gid.bytes.data(), gid.bytes.size()),
+            "80c0717fd9ab6dcb7f03a227e45a151c7ee3be0d673e15df");
+}
+
+}  // namespace
+}  // namespace connect_bridge

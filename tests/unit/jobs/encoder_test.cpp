@@ -1,0 +1,159 @@
+#include "core/jobs/encoder.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/compress/compress.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// From 1000 bytes on a worker compresses.
+Encoder::Options options(std::uint32_t depth = 0, std::uint64_t queue_bytes_max = 1 << 20) {
+  return {{Codec::kZstd, 3}, 1000, depth, queue_bytes_max};
+}
+
+// Samples are told by their stamp. "3:zstd" is delivered, "3!" dropped, "job 1" given to the
+// worker.
+struct Script {
+  explicit Script(Encoder::Options o = options()) : encoder(o) {}
+
+  void push(Stamp stamp, std::size_t size) {
+    encoder.push({{1}, stamp, Payload::adopt(Bytes(size, 7)), {{1}}}, outputs, deliver(), drop());
+  }
+  bool done(std::uint32_t job, bool shrunk = true) {
+    std::optional<Payload> result;
+    if (shrunk) result = Payload::adopt({1, 2, 3});
+    return encoder.on_job({{job}, result}, outputs, deliver());
+  }
+  void clear() { encoder.clear(drop()); }
+  std::string took_place() {
+    while (const auto action = outputs.next())
+      say("job " + std::to_string(std::get<CompressJob>(*action).job.value));
+    return std::exchange(line, {});
+  }
+
+  Encoder encoder;
+
+ private:
+  void say(const std::string& word) { line += (line.empty() ? "" : " ") + word; }
+  Encoder::Deliver deliver() {
+    return [this](const OutSample& sample, Codec codec, const Payload& body) {
+      const bool raw = codec == Codec::kNone;
+      EXPECT_EQ(raw, body.size() == sample.raw.size());
+      say(std::to_string(sample.stamp) + (raw ? ":none" : ":zstd"));
+    };
+  }
+  Encoder::Drop drop() {
+    return [this](const OutSample& sample) { say(std::to_string(sample.stamp) + "!"); };
+  }
+  Outputs outputs;
+  std::string line;
+};
+
+TEST(Encoder, SmallSamplesAreCompressedAtOnce) {
+  Script script;
+  script.push(1, 999);
+  EXPECT_EQ(script.took_place(), "1:zstd");
+  EXPECT_EQ(script.encoder.bytes(), 0U);
+}
+
+TEST(Encoder, WhatDoesNotShrinkGoesAsItIs) {
+  Script script;
+  script.push(1, 3);
+  script.push(2, 0);
+  EXPECT_EQ(script.took_place(), "1:none 2:none");
+}
+
+TEST(Encoder, TheBodyIsTheCompressedSample) {
+  Outputs outputs;
+  Encoder encoder(options());
+  Payload out;
+  encoder.push({{1}, 1, Payload::adopt(Bytes(500, 7)), {}}, outputs,
+               [&](const OutSample&, Codec, const Payload& body) { out = body; }, {});
+  EXPECT_EQ(decompress(out.view(), Codec::kZstd, 500).value(), Bytes(500, 7));
+}
+
+TEST(Encoder, LargeSamplesAreTheWorkers) {
+  Script script;
+  script.push(1, 1000);
+  EXPECT_EQ(script.took_place(), "job 1");
+  EXPECT_EQ(script.encoder.bytes(), 1000U);
+  EXPECT_TRUE(script.done(1));
+  EXPECT_EQ(script.took_place(), "1:zstd");
+  EXPECT_EQ(script.encoder.bytes(), 0U);
+}
+
+TEST(Encoder, AJobThatDidNotShrinkDeliversTheSample) {
+  Script script;
+  script.push(1, 1000);
+  EXPECT_TRUE(script.done(1, false));
+  EXPECT_EQ(script.took_place(), "1:none job 1");  // the job was given first, and is read last
+}
+
+TEST(Encoder, OrderIsKeptWhileTheWorkerIsBusy) {
+  Script script;
+  script.push(1, 2000);
+  script.push(2, 10);
+  script.push(3, 3000);
+  script.push(4, 10);
+  EXPECT_EQ(script.took_place(), "job 1");
+  EXPECT_EQ(script.encoder.bytes(), 5020U);
+  EXPECT_TRUE(script.done(1));
+  EXPECT_EQ(script.took_place(), "1:zstd 2:none job 2");
+  EXPECT_TRUE(script.done(2));
+  EXPECT_EQ(script.took_place(), "3:zstd 4:none");
+  EXPECT_EQ(script.encoder.bytes(), 0U);
+}
+
+TEST(Encoder, OtherJobsAreNotOurs) {
+  Script script;
+  EXPECT_FALSE(script.done(1));
+  script.push(1, 1000);
+  EXPECT_FALSE(script.done(7));
+  EXPECT_TRUE(script.done(1));
+  EXPECT_FALSE(script.done(1));
+}
+
+TEST(Encoder, BeyondTheDepthTheOldestWaitingOneGoes) {
+  Script script(options(2));
+  for (Stamp stamp = 1; stamp <= 5; ++stamp) script.push(stamp, 1000);
+  EXPECT_EQ(script.took_place(), "2! 3! job 1");
+  script.done(1);
+  script.done(2);
+  script.done(3);
+  EXPECT_EQ(script.took_place(), "1:zstd 4:zstd 5:zstd job 2 job 3");
+}
+
+TEST(Encoder, BeyondTheBytesTheOldestWaitingOneGoesButTheNewestStays) {
+  Script script(options(0, 2500));
+  script.push(1, 9000);  // with the worker: not counted
+  script.push(2, 1500);
+  script.push(3, 1000);
+  EXPECT_EQ(script.took_place(), "job 1");
+  script.push(4, 1);
+  EXPECT_EQ(script.took_place(), "2!");
+  script.push(5, 9000);
+  EXPECT_EQ(script.took_place(), "3! 4!");
+  EXPECT_EQ(script.encoder.bytes(), 18'000U);
+  script.done(1);
+  script.done(2);
+  EXPECT_EQ(script.took_place(), "1:zstd 5:zstd job 2");
+}
+
+TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
+  Script script;
+  script.push(1, 1000);
+  script.push(2, 10);
+  script.push(3, 1000);
+  script.clear();
+  EXPECT_EQ(script.took_place(), "1! 2! 3! job 1");
+  EXPECT_EQ(script.encoder.bytes(), 0U);
+  EXPECT_FALSE(script.done(1));
+  script.push(4, 1000);
+  EXPECT_FALSE(script.done(1));
+  EXPECT_TRUE(script.done(2));
+  EXPECT_EQ(script.took_place(), "4:zstd job 2");
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,123 @@
+#include "core/link/dialer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using flow_test::now_ms;
+using std::chrono::milliseconds;
+
+constexpr DialerOptions kOptions{milliseconds(200), milliseconds(1500)};
+
+// What a dialer waits after a failure now.
+Duration wait_of(Dialer& dialer, Random& random, bool refused = false) {
+  dialer.failed(now_ms(1000).steady, refused, random);
+  return *dialer.deadline() - now_ms(1000).steady;
+}
+
+TEST(Dialer, TheFirstDialIsDueAtOnceAndOnlyOnce) {
+  Dialer dialer(kOptions);
+  EXPECT_TRUE(dialer.take_due(TimePoint{}));
+  EXPECT_FALSE(dialer.take_due(now_ms(60'000).steady));  // busy
+  EXPECT_FALSE(dialer.deadline());
+}
+
+TEST(Dialer, TheNextOneIsDueAtItsTime) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  dialer.take_due(TimePoint{});
+  dialer.failed(now_ms(0).steady, false, random);
+  const TimePoint next = dialer.deadline().value();
+  EXPECT_FALSE(dialer.take_due(next - Duration(1)));
+  EXPECT_TRUE(dialer.take_due(next));
+}
+
+// docs/protocol.md section 7: between half and all of a time that doubles from 200 ms to 1.5 s.
+TEST(Dialer, WaitsWithinBoundsThatDouble) {
+  const int longest[] = {200, 400, 800, 1500, 1500, 1500};
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    Random random(seed);
+    Dialer dialer(kOptions);
+    for (const int ms : longest) {
+      const Duration wait = wait_of(dialer, random);
+      EXPECT_GE(wait, milliseconds(ms) / 2);
+      EXPECT_LE(wait, milliseconds(ms));
+    }
+  }
+}
+
+TEST(Dialer, JitterReachesFromEndToEnd) {
+  Random random(1);
+  Duration shortest = kForever;
+  Duration longest{0};
+  std::set<Duration> waits;
+  for (int i = 0; i < 1000; ++i) {
+    Dialer dialer(kOptions);
+    const Duration wait = wait_of(dialer, random);
+    shortest = std::min(shortest, wait);
+    longest = std::max(longest, wait);
+    waits.insert(wait);
+  }
+  EXPECT_LT(shortest, milliseconds(105));
+  EXPECT_GT(longest, milliseconds(195));
+  EXPECT_GT(waits.size(), 990U);
+}
+
+TEST(Dialer, ARefusedLoginWaitsFiveSeconds) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(wait_of(dialer, random, true), std::chrono::seconds(5));
+  EXPECT_LE(wait_of(dialer, random), milliseconds(1500));
+}
+
+TEST(Dialer, ALongRetryIsNotShortenedByARefusal) {
+  Random random(1);
+  Dialer dialer({std::chrono::seconds(20), std::chrono::seconds(60)});
+  EXPECT_GE(wait_of(dialer, random, true), std::chrono::seconds(10));
+}
+
+TEST(Dialer, NeverGivesUp) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < 100'000; ++i) {
+    const Duration wait = wait_of(dialer, random);
+    ASSERT_GE(wait, milliseconds(100));
+    ASSERT_LE(wait, milliseconds(1500));
+  }
+  EXPECT_EQ(dialer.failures(), 100'000);
+}
+
+TEST(Dialer, SuccessBeginsAnew) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < 10; ++i) wait_of(dialer, random);
+  dialer.opened();
+  EXPECT_LE(wait_of(dialer, random), milliseconds(200));
+}
+
+TEST(Dialer, AMinimumBeyondTheMaximumHolds) {
+  Random random(1);
+  Dialer dialer({std::chrono::seconds(10), std::chrono::seconds(1)});
+  for (int i = 0; i < 20; ++i) {
+    const Duration wait = wait_of(dialer, random);
+    EXPECT_GE(wait, std::chrono::seconds(5));
+    EXPECT_LE(wait, std::chrono::seconds(10));
+  }
+}
+
+TEST(Dialer, StopsForGood) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  dialer.failed(now_ms(0).steady, false, random);
+  dialer.stop();
+  EXPECT_FALSE(dialer.deadline());
+  EXPECT_FALSE(dialer.take_due(now_ms(60'000).steady));
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,76 @@
+// What may still lie in a server's queue: by what its answers prove, and by their absence.
+#include "core/services/server_queue.hpp"
+
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+using std::chrono::seconds;
+
+TimePoint at(int s) {
+  return TimePoint{seconds(s)};
+}
+
+// Requests 1 to `count`, one each second from 1 s on.
+ServerQueue given(std::uint32_t count) {
+  ServerQueue queue{seconds(100)};
+  for (std::uint32_t i = 1; i <= count; ++i) queue.hand_over({i}, at(static_cast<int>(i)));
+  return queue;
+}
+
+TEST(ServerQueue, AnAnswerProvesThatWhatWasHandedOverBeforeIsTaken) {
+  ServerQueue queue = given(5);
+  EXPECT_EQ(queue.size(), 5U);
+  queue.answered({3}, at(6));
+  EXPECT_EQ(queue.size(), 2U);
+  queue.answered({2}, at(6));
+  EXPECT_EQ(queue.size(), 2U);
+  queue.answered({5}, at(6));
+  EXPECT_EQ(queue.size(), 0U);
+  EXPECT_FALSE(queue.deadline());
+}
+
+TEST(ServerQueue, WhatCouldNotBeSentIsNotThere) {
+  ServerQueue queue = given(3);
+  queue.failed({2});
+  EXPECT_EQ(queue.size(), 2U);
+  queue.failed({9});
+  EXPECT_EQ(queue.size(), 2U);
+  queue.answered({2}, at(4));  // and proves nothing
+  EXPECT_EQ(queue.size(), 2U);
+}
+
+TEST(ServerQueue, WhatIsNotAnsweredIsPresumedTakenInTime) {
+  ServerQueue queue = given(3);
+  EXPECT_EQ(queue.deadline(), at(101));
+  queue.expire(at(100));
+  EXPECT_EQ(queue.size(), 3U);
+  queue.expire(at(102));
+  EXPECT_EQ(queue.size(), 1U);
+  EXPECT_EQ(queue.deadline(), at(103));
+}
+
+TEST(ServerQueue, TheTimeCountsFromTheLastAnswerThatProvedSomething) {
+  ServerQueue queue = given(3);
+  queue.answered({2}, at(50));
+  EXPECT_EQ(queue.deadline(), at(150));
+  queue.answered({1}, at(60));
+  EXPECT_EQ(queue.deadline(), at(150));
+  queue.hand_over({4}, at(140));
+  queue.expire(at(150));
+  EXPECT_EQ(queue.size(), 1U);
+  EXPECT_EQ(queue.deadline(), at(240));
+}
+
+TEST(ServerQueue, AnotherServersQueueIsEmpty) {
+  ServerQueue queue = given(3);
+  queue.answered({1}, at(50));
+  queue.clear();
+  EXPECT_EQ(queue.size(), 0U);
+  queue.hand_over({1}, at(3));
+  EXPECT_EQ(queue.deadline(), at(103));
+}
+
+}  // namespace
+}  // namespace connect_bridge

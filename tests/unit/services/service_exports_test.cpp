@@ -1,0 +1,350 @@
+// A side's own services: offered by right, called for peers, each call once and within its bounds.
+#include <gtest/gtest.h>
+
+#include "unit/services/calls_script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(ServiceExports, OnlyWhatARuleAllowsAndThePeerAcceptsIsOffered) {
+  auto some = rule({}, {});
+  some.export_services = {Pattern::parse("/a").value(), Pattern::parse("/b").value()};
+  Script s(server({some}));
+  s.graph({topic("/t").pub(9)}, {service("/a"), service("/b"), service("/c")});
+  s.login(1);
+  EXPECT_EQ(s.said(1), "accepts 0 rules\n");
+  s.say(1, Accepts{{{{}, {}, {"/**"}}}, {"/b"}});
+  EXPECT_EQ(s.said(1), "offer 1/a[] complete\n");
+}
+
+TEST(ServiceExports, TopicsAndServicesAreOfferedInOneRound) {
+  Script s(server({callable()}));
+  s.graph({topic("/t").pub(9)}, {service("/s")});
+  s.login(1);
+  s.say(1, Accepts{{{{"/**"}, {}, {"/**"}}}, {}});
+  EXPECT_EQ(s.said(1), "accepts 1 rules\noffer 1/t[1] 2/s[] complete\n");
+}
+
+TEST(ServiceExports, TheEpochStaysWithTheLinkAndEndsWithTheServer) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s", {1})});
+  const Token128 session = s.login(1);
+  const Accepts all{{{{}, {}, {"/**"}}}, {}};
+  s.say(1, all);
+  const auto epoch = [&](std::uint32_t connection) -> std::uint32_t {
+    std::uint32_t found = 0;
+    while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
+      const Bytes bytes = flow_test::joined(*packet);
+      if (!packet->text) continue;
+      const auto control =
+          decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+      if (const auto* offer = std::get_if<Offer>(&control.value()))
+        if (!offer->channels.empty()) found = offer->channels[0].epoch;
+    }
+    return found;
+  };
+  const std::uint32_t before = epoch(1);
+  EXPECT_NE(before, 0U);
+  s.say(1, Attach{{1}, {1}});
+  s.lose(1);
+  s.login(2, session);
+  s.say(2, all);
+  EXPECT_EQ(epoch(2), before);
+  s.graph({}, {service("/s", {2})});  // another server in its place
+  const std::uint32_t after = epoch(2);
+  EXPECT_NE(after, 0U);
+  EXPECT_NE(after, before);
+}
+
+TEST(ServiceExports, WithItsServerAServiceIsWithdrawnAndItsCallsEnd) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, "q");
+  s.did();
+  s.graph({}, {});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+  EXPECT_EQ(s.said(1), "withdraw 1\n");
+  s.message(1, 1, 2, "crossed");  // borne until the peer ends its channel
+  s.say(1, Forget{{1}, {{1}}});
+  s.say(1, Withdraw{{{1}}});
+  EXPECT_EQ(s.did(), "");
+  s.message(1, 1, 3, "after the end");
+  EXPECT_EQ(s.did(), "close 1 4010\n");
+}
+
+TEST(ServiceExports, WhenTheServerCannotBeReachedTheServiceIsOfferedAnew) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, "q");
+  s.did();
+  s.give(ServiceReady{{1}, false, ""});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
+}
+
+TEST(ServiceExports, LinksShareAClientButNotTheirCalls) {
+  Script s(server({callable()}));
+  attached(s);
+  s.join(2);
+  s.say(2, Attach{{1}, {1}});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(2), "attached 1 1 seen 0\n");
+  s.message(1, 1, 1, "one");
+  s.message(2, 1, 1, "two");
+  EXPECT_EQ(s.did(), "invoke 1.1 one\ninvoke 1.2 two\n");
+  answer(s, 2, "for two");
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_EQ(s.said(2), "1.1 for two\n");
+  s.say(2, Withdraw{{{1}}});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Withdraw{{{1}}});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+}
+
+TEST(ServiceExports, AnotherProcessAtTheOtherEndHasAskedNothing) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s")});
+  const Token128 session = s.join(1);
+  s.say(1, Attach{{1}, {1}});
+  s.give(ServiceReady{{1}, true, ""});
+  s.message(1, 1, 1, "q");
+  s.lose(1);
+  s.did();
+  s.give(ConnectionOpened{{2}, "10.0.0.2"});
+  s.binary(2, encode(Hello{1, 1, Script::peer_id(9), session, "/peer"}));
+  s.binary(2, encode(Login{"none", {}}));
+  s.give(Authenticated{{2}, Identity{}, ""});
+  const std::string did = s.did();
+  EXPECT_NE(did.find("drop_invocation 1.1\nuncall_service 1\n"), std::string::npos) << did;
+}
+
+TEST(ServiceExports, CallsOfAPeerThatComesBackWithoutThemEnd) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s")});
+  const Token128 session = s.join(1);
+  s.say(1, Attach{{1}, {1}});
+  s.give(ServiceReady{{1}, true, ""});
+  s.message(1, 1, 1, "q");
+  s.lose(1);
+  s.join(2, session);
+  s.did();
+  s.pass(29'000);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+}
+
+TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, "q");
+  s.did();
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1\n");
+}
+
+TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {
+  Script s(server({callable()}));
+  attached(s);
+  s.message(1, 1, 1, "q");
+  s.lose(1);
+  s.did();
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
+}
+
+TEST(ServiceExports, WhatWaitsIsNotBegunWhenItsRightEnds) {
+  auto options = server({callable()});
+  options.calls_max = 1;
+  Script s(options);
+  s.graph({}, {service("/a"), service("/b")});
+  s.join(1);
+  for (const std::uint32_t id : {1U, 2U}) {
+    s.say(1, Attach{{id}, {id}});
+    s.give(ServiceReady{{id}, true, ""});
+  }
+  for (const std::uint32_t id : {1U, 2U}) s.message(1, id, 1, "q");
+  EXPECT_EQ(s.did(), "call_service 1 /a\ncall_service 2 /b\ninvoke 1.1 q\n");
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\nuncall_service 2\n");
+}
+
+TEST(ServiceExports, ARuleThatAllowsMoreBeginsWhatWaits) {
+  auto capped = callable();
+  capped.treatment.calls_max = 1;
+  Script s(server({capped}));
+  attached(s);
+  for (std::uint32_t call = 1; call <= 2; ++call) s.message(1, 1, call, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
+  s.give(PolicyChanged{Policy({callable()})});
+  EXPECT_EQ(s.did(), "invoke 1.2 q\n");
+}
+
+TEST(ServiceExports, TheEndOfAPeersCallNumbersIsItsOwn) {
+  Script s(server({callable()}));
+  attached(s);
+  s.join(2);
+  s.say(2, Attach{{1}, {1}});
+  s.message(2, 1, 1, "other");
+  s.message(1, 1, 0xF0000000, "last");
+  EXPECT_EQ(s.did(), "invoke 1.1 other\ninvoke 1.2 last\ndrop_invocation 1.2\n");
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
+  s.said(2);
+  answer(s, 1, "a");
+  EXPECT_EQ(s.said(2), "1.1 a\n");
+}
+
+TEST(ServiceExports, NothingOfAnotherBridgeIsExported) {
+  Script s(server({callable()}));
+  s.join(1);
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")}, {});
+  s.claim(9, 200, {service_gid("/proxied")});
+  auto its_own = service("/its", {0});
+  its_own.servers[0].node_name = "bridge";
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")},
+          {its_own, service("/real", {0}), service("/proxied", {0})});
+  EXPECT_EQ(s.said(1), "offer 1/real[]\n");
+  s.claim(9, 200, {});
+  EXPECT_EQ(s.said(1), "offer 2/proxied[]\n");
+}
+
+TEST(ServiceExports, AServiceThatCannotBeCalledIsWithdrawnUntilItsServersChange) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s", {1})});
+  s.join(1);
+  s.say(1, Attach{{1}, {1}});
+  s.did();
+  s.give(ServiceClientFailed{{1}, "type_unknown", "no such type"});
+  EXPECT_EQ(s.said(1), "withdraw 1\n");
+  s.say(1, Withdraw{{{1}}});
+  s.graph({}, {service("/s", {1})});
+  EXPECT_EQ(s.said(1), "");
+  s.graph({}, {service("/s", {1, 2})});
+  EXPECT_EQ(s.said(1), "offer 2/s[]\n");
+  EXPECT_EQ(s.did(), "");
+}
+
+// A server that is killed and started anew is in the graph twice, until the first is forgotten: the
+// calls at the second live on, those that only the first could have taken end.
+TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
+  Script s(server({callable()}));
+  const auto graph = [&](const std::vector<std::uint8_t>& ids) {
+    auto state = service("/s", ids);
+    for (Server& one : state.servers) one.node_name = "robot";
+    s.graph({}, {state});
+  };
+  attached(s);
+  graph({1});
+  s.message(1, 1, 1, "lost");
+  s.pass(100);
+  graph({1, 2});
+  s.message(1, 1, 2, "q");
+  EXPECT_EQ(s.did(), "invoke 1.1 lost\ninvoke 1.2 q\n");
+  EXPECT_EQ(s.said(1), "");
+  graph({2});
+  EXPECT_EQ(s.did(), "drop_invocation 1.1\n");
+  EXPECT_EQ(s.said(1), "refuse 1 1 lost\n");
+  EXPECT_EQ(s.status().links.at(0).services.at(0).lost, 1U);
+  answer(s, 2, "a");
+  EXPECT_EQ(s.said(1), "1.2 a\n");
+  s.did();
+  EXPECT_EQ(s.logged.find("several servers"), std::string::npos);
+  graph({3});
+  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
+  s.graph({}, {service("/s", {3, 4})});
+  s.did();
+  EXPECT_NE(s.logged.find("several servers"), std::string::npos);
+}
+
+// Without a client the graph tells no ids, so a server may be replaced unseen; that is no news to
+// the next one who attaches.
+TEST(ServiceExports, AServerThatWasReplacedWithoutAClientStays) {
+  Script s(server({callable()}));
+  attached(s);
+  s.graph({}, {service("/s", {1})});
+  s.say(1, Withdraw{{{1}}});
+  s.graph({}, {service("/s", {0})});
+  s.did();
+  s.said(1);
+  s.say(1, Attach{{1}, {2}});
+  s.give(ServiceReady{{2}, true, "hash"});
+  EXPECT_EQ(s.said(1), "attached 1 2 seen 0\n");
+  s.graph({}, {service("/s", {2})});
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(ServiceExports, AnAttachThatCrossesTheWithdrawIsBorne) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s")});
+  s.join(1);
+  s.graph({}, {});
+  s.say(1, Attach{{1}, {5}});
+  s.message(1, 5, 1, "dropped");
+  s.say(1, Withdraw{{{5}}});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Attach{{1}, {5}});
+  s.say(1, Attach{{1}, {5}});  // a number that is in use
+  EXPECT_EQ(s.did(), "close 1 4009\n");
+}
+
+TEST(ServiceExports, APeerThatAttachesAndEndsWithoutPauseIsClosed) {
+  Script s(server({callable()}));
+  attached(s);
+  std::string did;
+  for (std::uint32_t i = 2; i < 20'000 && did.find("close") == std::string::npos; ++i) {
+    s.say(1, Withdraw{{{i - 1}}});
+    s.say(1, Attach{{1}, {i}});
+    did = s.did();
+  }
+  EXPECT_NE(did.find("close 1 4006"), std::string::npos);
+}
+
+TEST(ServiceExports, APeerThatDoesNotEndItsRequestsIsClosed) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s")});
+  s.join(1);
+  s.graph({}, {});
+  for (std::uint32_t i = 1; i <= 4096; ++i) s.say(1, Attach{{1}, {i}});
+  s.say(1, Withdraw{{{7}}});
+  s.say(1, Attach{{1}, {5000}});
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Attach{{1}, {5001}});
+  EXPECT_EQ(s.did(), "close 1 4006\n");
+}
+
+TEST(ServiceExports, APeerThatBreaksTheProtocolIsClosed) {
+  const auto closes = [](auto&& act) {
+    Script s(server({callable()}));
+    attached(s);
+    act(s);
+    return s.did();
+  };
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Attach{{1}, {2}}); }), "close 1 4009\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Attach{{9}, {2}}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Forget{{9}, {{1}}}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.message(1, 5, 1, "q"); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{1}, {1}, {0}}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Refuse{{1}, {{1}}, "limit", ""}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Forget{{1}, {{77}}}); }), "");
+  EXPECT_EQ(closes([](Script& s) {
+              s.graph({topic("/t").pub(5)}, {service("/s")});
+              s.say(1, Attach{{2}, {2}});  // a topic
+            }),
+            "close 1 4009\n");
+  EXPECT_EQ(closes([](Script& s) {
+              s.graph({}, {service("/s"), service("/s2")});
+              s.say(1, Attach{{2}, {1}});  // a number that is in use
+            }),
+            "close 1 4009\n");
+  EXPECT_EQ(closes([](Script& s) {
+              s.graph({}, {service("/s"), service("/s2")});
+              s.say(1, Attach{{2}, {2}});
+              s.did();
+              s.message(1, 2, 1, "before it is attached");
+            }),
+            "close 1 4009\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

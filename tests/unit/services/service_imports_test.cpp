@@ -1,0 +1,241 @@
+// A peer's services: mirrored while they can be called, each call answered to its caller or ended.
+#include <gtest/gtest.h>
+
+#include "unit/services/calls_script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
+  Script s(server({callable()}));
+  s.graph({});
+  s.join(1);
+  s.pass(kDiscovered);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  EXPECT_EQ(s.said(1), "attach 1 1\n");
+  EXPECT_EQ(s.did(), "claim [" + std::to_string(service_gid("/s").bytes[0]) + "]\n");
+  s.say(1, Attached{{1}, {1}, {0}, {}, "hash"});
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  s.say(1, Withdraw{{{1}}});
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+  EXPECT_EQ(s.said(1), "withdraw 1\n");  // of the requests
+}
+
+TEST(ServiceImports, NoMirrorBeforeTheGraphIsDiscovered) {
+  Script s(server({callable()}));
+  s.join(1);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  EXPECT_EQ(s.said(1), "");
+  s.graph({});
+  EXPECT_EQ(s.said(1), "attach 1 1\n");
+  s.say(1, Attached{{1}, {1}, {0}});
+  s.did();
+  s.pass(kDiscovered - 1);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+}
+
+TEST(ServiceImports, OnlyWhatARuleAllowsIsImported) {
+  Script s(server({rule({"/**"}, {"/**"})}));
+  s.graph({});
+  s.join(1);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  EXPECT_EQ(s.said(1), "decline 1 not_permitted\n");
+  s.message(1, 1, 1, "dropped");
+  s.say(1, Attached{{1}, {1}, {0}});  // of an attachment that crossed, as far as anybody knows
+  s.say(1, Withdraw{{{1}}});
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(ServiceImports, AnotherEpochIsAnotherServer) {
+  Script s(server({callable()}));
+  s.graph({});
+  const Token128 session = s.join(1);
+  s.pass(kDiscovered);
+  s.say(1, Offer{{service_channel(1, "/s", 7)}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  request(s, 11, "q");
+  s.did();
+  s.lose(1);
+  s.join(2, session);
+  s.say(2, Offer{{service_channel(1, "/s", 8)}, true});
+  s.said(2);
+  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
+  s.say(2, Attached{{1}, {2}, {0}});
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+  EXPECT_EQ(s.said(2), "");  // the call is gone
+}
+
+TEST(ServiceImports, ADeadLinkTakesTheMirrorWithIt) {
+  Script s(server({callable()}));
+  mirrored(s);
+  request(s, 11, "q");
+  s.lose(1);
+  s.pass(2900);
+  EXPECT_EQ(s.did(), "");
+  s.pass(101);
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+  EXPECT_EQ(s.status().memory_bytes, 0U);
+}
+
+TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
+  Script s(server({callable()}));
+  s.graph({});
+  const Token128 session = s.join(1);
+  s.pass(kDiscovered);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  s.did();
+  s.lose(1);
+  s.join(2, session);
+  s.say(2, Offer{{}, true});
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+}
+
+TEST(ServiceImports, ARealServerHereMakesTheMirrorGo) {
+  Script s(server({callable()}));
+  mirrored(s);
+  request(s, 11, "q");
+  s.said(1);
+  s.graph({}, {service("/s", {0})});
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+  EXPECT_EQ(s.said(1), "offer 2/s[]\nwithdraw 1\n");  // of the requests
+  EXPECT_NE(s.logged.find("is not mirrored"), std::string::npos);
+  s.graph({}, {});
+  EXPECT_EQ(s.said(1), "withdraw 2\nattach 1 3\n");
+  s.say(1, Attached{{1}, {1}, {1}});  // the answer to the first one
+  s.did();
+  s.say(1, Attached{{1}, {3}, {1}});
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+}
+
+TEST(ServiceImports, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
+  Script s(server({callable()}));
+  mirrored(s);
+  s.join(2);
+  s.say(2, Offer{{service_channel(1, "/s")}, true});
+  EXPECT_EQ(s.said(2), "");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_NE(s.logged.find("several links offer"), std::string::npos);
+  s.say(1, Withdraw{{{1}}});
+  s.did();
+  EXPECT_EQ(s.said(2), "attach 1 1\n");
+  s.say(2, Attached{{1}, {1}, {0}});
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+}
+
+TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrors) {
+  Script s(server({callable()}));
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  s.join(1);
+  s.pass(1000);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  s.did();
+  s.claim(9, 0, {service_gid("/s")});  // within the time that others have to object
+  EXPECT_EQ(s.did(), "claim []\n");
+  EXPECT_EQ(s.said(1), "attach 1 1\nwithdraw 1\n");
+  s.claim(9, 0, {});
+  s.say(1, Attached{{1}, {2}, {0}});
+  s.did();
+  s.pass(149);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  s.claim(9, 255, {service_gid("/s")});  // a larger id: it is the one to give way
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
+  Script s(server({callable()}));
+  mirrored(s);
+  s.give(ServiceMirrorFailed{{1}, "type_unknown", "package p is not installed"});
+  EXPECT_EQ(s.said(1), "decline 1 type_unknown\nwithdraw 1\n");
+  EXPECT_EQ(s.did(), "claim []\n");
+  s.graph({});
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(ServiceImports, WhatIsNoLongerAllowedEnds) {
+  Script s(server({callable()}));
+  mirrored(s);
+  request(s, 11, "q");
+  s.said(1);
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
+  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1\ndecline 1 not_permitted\n");
+}
+
+TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
+  auto options = server({callable()});
+  options.proxy_nodes = true;
+  options.names = NameMap("/robot1", {});
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  s.pass(kDiscovered);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  std::string node;
+  while (const auto action = s.side.next_action())
+    if (const auto* create = std::get_if<CreateServiceMirror>(&*action)) node = create->node;
+  EXPECT_EQ(node, "/robot1/robot/peer_node");
+}
+
+TEST(ServiceImports, ItsOwnParametersAreNotMirrored) {
+  auto options = server({callable()});
+  Rule rule;
+  rule.parameters = {Pattern::parse("/**").value()};
+  options.policy = Policy({rule});
+  options.node = "/connect";
+  Script s(options);
+  s.graph({});
+  s.join(1);
+  s.pass(kDiscovered);
+  Offer offer{
+      {service_channel(1, "/connect/get_parameters"), service_channel(2, "/other/get_parameters")},
+      true};
+  for (auto& channel : offer.channels) channel.type = "rcl_interfaces/srv/GetParameters";
+  s.say(1, offer);
+  EXPECT_EQ(s.said(1), "attach 2 1\n");
+}
+
+TEST(ServiceImports, WhatComesAndGoesWithoutEndIsClosed) {
+  Script s(server({callable()}));
+  mirrored(s);
+  std::uint32_t channel = 1;
+  for (; channel <= 12'000; ++channel) {
+    s.say(1, Withdraw{{{channel}}});
+    s.say(1, Offer{{service_channel(channel + 1, "/s")}, false});
+  }
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.say(1, Withdraw{{{channel}}});
+  EXPECT_EQ(s.did().substr(0, 12), "close 1 4006");
+}
+
+TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {
+  const auto closes = [](auto&& act) {
+    Script s(server({callable()}));
+    mirrored(s);
+    act(s);
+    return s.did();
+  };
+  const auto twice = Offer{{service_channel(1, "/t")}, false};
+  EXPECT_EQ(closes([&](Script& s) { s.say(1, twice); }), "close 1 4009\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{1}, {1}, {0}}); }), "close 1 4009\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Attached{{8}, {1}, {0}}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Refuse{{8}, {{1}}, "limit", ""}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Withdraw{{{8}}}); }), "close 1 4010\n");
+  EXPECT_EQ(closes([](Script& s) { s.say(1, Offer{{service_channel(2, "/s")}, false}); }), "");
+  Script s(server({callable()}));
+  s.graph({});
+  s.join(1);
+  s.say(1, Offer{{service_channel(1, "/s")}, true});
+  s.did();
+  s.say(1, Attached{{1}, {1}, {0xFFFFFFFF}});
+  EXPECT_EQ(s.did(), "close 1 4009\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
