@@ -10,6 +10,7 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
+#include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 #include "core/wire/codec.hpp"
 
