@@ -25,14 +25,14 @@ constexpr Duration kByteSlack = std::chrono::milliseconds(100);
 
 }  // namespace
 
-Pace::Pace(double per_second, Duration slack)
+Throttle::Throttle(double per_second, Duration slack)
     : per_second_(per_second > 0 ? per_second : 0), slack_(slack) {}
 
-bool Pace::ready(TimePoint now) const {
+bool Throttle::ready(TimePoint now) const {
   return per_second_ == 0 || paid_ == TimePoint::min() || now >= paid_ - slack_;
 }
 
-void Pace::take(double amount, TimePoint now) {
+void Throttle::take(double amount, TimePoint now) {
   if (per_second_ > 0) paid_ = std::max(paid_, now) + price_of(amount, per_second_);
 }
 

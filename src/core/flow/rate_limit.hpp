@@ -12,10 +12,10 @@ namespace connect_bridge {
 // Lets amounts pass at a rate, on average exactly. An amount of any size passes when those before
 // it are paid off; `slack` is how much too early it may come (jitter of a periodic source, a small
 // burst).
-class Pace {
+class Throttle {
  public:
-  Pace() = default;  // no limit
-  Pace(double per_second, Duration slack);
+  Throttle() = default;  // no limit
+  Throttle(double per_second, Duration slack);
 
   [[nodiscard]] bool ready(TimePoint now) const;
   void take(double amount, TimePoint now);
@@ -36,8 +36,8 @@ class RateLimit {
   [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
 
  private:
-  Pace messages_;
-  Pace bytes_;
+  Throttle messages_;
+  Throttle bytes_;
 };
 
 }  // namespace connect_bridge

@@ -29,6 +29,7 @@ Side::State::State(SideOptions given, std::uint64_t seed)
       random(seed),
       side(new_token(false)),
       policy(options.policy),
+      jobs({options.compress_job_bytes}, outputs),
       claims(side),
       dialer({options.retry_min, options.retry_max}),
       exports(options, policy, actions, links, outputs),
@@ -108,6 +109,7 @@ void Side::State::on(QosIncompatible& input, const Now&) {
 }
 
 void Side::State::on(JobDone& input, const Now& now) {
+  jobs.on_done(input, now);
   if (service_exports.on_job(input, now) || service_imports.on_job(input, now)) return;
   if (!imports.on_job(input, now)) exports.on_job(input, now);
 }
@@ -230,6 +232,8 @@ Result<Nothing> Side::State::on_link_event(Link& link, ConnectionEvent& event, c
                         [&](InMessage& message) { return on_message(link, message, now); },
                         [&](Delivered& whole) -> Result<Nothing> {
                           const CallId call{whole.origin.value};
+                          if (auto* channel = link.outgoing(whole.channel))
+                            channel->on_delivered(call, now);
                           service_imports.on_delivered(link, whole.channel, call);
                           service_exports.on_delivered(link.id, whole.channel, call);
                           return Nothing{};
@@ -252,9 +256,16 @@ Result<Nothing> Side::State::on_control(Link& link, Control& control, const Now&
   return std::visit(
       Overloaded{
           [&](Offer& m) { return on_offer(link, m, now); },
-          [&](OriginsChanged& m) { return imports.on_origins(link, m, now); },
+          [&](OriginsChanged& m) {
+            auto* channel = link.incoming(m.channel);
+            return channel ? channel->on_origins(m, now) : imports.on_origins(link, m, now);
+          },
           [&](Withdraw& m) { return on_withdraw(link, m, now); },
-          [&](Demand& m) { return exports.on_demand(link, m, now); },
+          [&](Demand& m) {
+            for (const ChannelId number : m.channels)
+              if (auto* channel = link.outgoing(number)) channel->on_demand(m.on, now);
+            return exports.on_demand(link, m, now);
+          },
           [&](Accepts& m) -> Result<Nothing> {
             if (patterns_of(m) > kAcceptPatternsMax)
               return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
@@ -267,13 +278,27 @@ Result<Nothing> Side::State::on_control(Link& link, Control& control, const Now&
             return Nothing{};
           },
           [&](Decline& m) -> Result<Nothing> {
+            if (auto* channel = link.outgoing(m.channel)) {
+              channel->on_decline(m, now);
+              return Nothing{};
+            }
             if (!service_exports.on_decline(link, m, now)) exports.on_decline(link, m, now);
             return Nothing{};
           },
           [&](Attach& m) { return on_attach(link, m, now); },
-          [&](Attached& m) { return service_imports.on_attached(link, m, now); },
-          [&](Refuse& m) { return service_imports.on_refuse(link, m, now); },
-          [&](Forget& m) { return service_exports.on_forget(link, m, now); },
+          [&](Attached& m) {
+            auto* channel = link.incoming(m.channel);
+            return channel ? channel->on_attached(m, now)
+                           : service_imports.on_attached(link, m, now);
+          },
+          [&](Refuse& m) {
+            auto* channel = link.incoming(m.channel);
+            return channel ? channel->on_refuse(m, now) : service_imports.on_refuse(link, m, now);
+          },
+          [&](Forget& m) {
+            auto* channel = link.outgoing(m.channel);
+            return channel ? channel->on_forget(m, now) : service_exports.on_forget(link, m, now);
+          },
       },
       control);
 }

@@ -1,17 +1,7 @@
 // Channels of all kinds share their numbers and their rounds of offers: who gets which message.
-#include <algorithm>
-
 #include "core/side/side_state.hpp"
 
 namespace connect_bridge {
-namespace {
-
-// What a peer offers and withdraws again costs this graph endpoints that come and go.
-constexpr Duration kWithdrawalPeriod = std::chrono::milliseconds(5);
-constexpr int kWithdrawalsAtOnce = 12'000;
-
-}  // namespace
-
 void Side::State::update_exports(const Now& now) {
   service_exports.on_graph(now);
   if (!actions.update(graph, claims)) return send_offers(now);
@@ -52,8 +42,7 @@ Result<Nothing> Side::State::on_offer(Link& link, const Offer& offer, const Now&
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};
     if (link.offered >= options.channels_max)
       return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    ++link.offered;
-    link.connection->expect_incoming(channel.channel);
+    link.expect_offered(channel.channel);
     if (channel.kind == InterfaceKind::kService) {
       service_imports.on_offer(link, channel, now);
     } else {
@@ -65,22 +54,27 @@ Result<Nothing> Side::State::on_offer(Link& link, const Offer& offer, const Now&
 }
 
 Result<Nothing> Side::State::on_withdraw(Link& link, const Withdraw& withdraw, const Now& now) {
-  for (const ChannelId channel : withdraw.channels) {
-    if (service_exports.on_withdraw(link, channel, now)) continue;  // of requests to us
-    if (!imports.on_withdraw(link, channel, now) &&
-        !service_imports.on_withdraw(link, channel, now))
-      return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
-    TimePoint& paid_until = link.withdrawals_paid_until;
-    paid_until = std::max(paid_until, now.steady) + kWithdrawalPeriod;
-    if (paid_until - now.steady > kWithdrawalsAtOnce * kWithdrawalPeriod)
+  for (const ChannelId number : withdraw.channels) {
+    if (IncomingChannel* channel = link.incoming(number)) {
+      const bool offered = link.is_offered(number);
+      link.forget(number);
+      channel->on_withdraw(now);
+      if (!offered) continue;
+    } else {
+      if (service_exports.on_withdraw(link, number, now)) continue;  // of requests to us
+      if (!imports.on_withdraw(link, number, now) &&
+          !service_imports.on_withdraw(link, number, now))
+        return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
+      link.forget(number);
+    }
+    if (!link.withdrawals.take(now.steady))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
-    --link.offered;
-    if (link.connection) link.connection->forget_incoming(channel);
   }
   return Nothing{};
 }
 
 Result<Nothing> Side::State::on_attach(Link& link, const Attach& attach, const Now& now) {
+  if (auto* channel = link.outgoing(attach.channel)) return channel->on_attach(attach, now);
   if (exports.is_offered(link.id, attach.channel) ||
       service_imports.sends_on(link.id, attach.channel))
     return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
@@ -88,6 +82,8 @@ Result<Nothing> Side::State::on_attach(Link& link, const Attach& attach, const N
 }
 
 Result<Nothing> Side::State::on_message(Link& link, InMessage& message, const Now& now) {
+  if (auto* channel = link.incoming(message.channel))
+    return channel->on_message(std::move(message), now);
   if (auto result = imports.on_message(link, message, now)) return *std::move(result);
   if (auto result = service_imports.on_message(link, message)) return *std::move(result);
   if (auto result = service_exports.on_message(link, message, now)) return *std::move(result);
@@ -104,7 +100,7 @@ void Side::State::on_link_lost(Link& link, const Now& now) {
   imports.on_link_lost(link.id, now);
   service_exports.on_link_lost(link.id);
   service_imports.on_link_lost(link.id);
-  link.offered = 0;
+  link.forget_channels();
 }
 
 void Side::State::on_link_dead(LinkId link, const Now& now) {

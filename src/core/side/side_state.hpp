@@ -7,6 +7,7 @@
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/jobs/jobs.hpp"
 #include "core/link/dialer.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
@@ -96,6 +97,7 @@ struct Side::State {
   Token128 side;
   Policy policy;
   Outputs outputs;
+  Jobs jobs;
   GraphView graph;
   Claims claims;
   LocalActions actions;

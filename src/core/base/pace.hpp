@@ -1,0 +1,31 @@
+// What a peer may cause so often: some at once, then one per period.
+#pragma once
+
+#include <algorithm>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+// A leaky bucket in time: each event is paid for with one period, and at most `at_once` periods may
+// be owed. Not for rates of data, which flow/rate_limit.hpp measures.
+class Pace {
+ public:
+  Pace(int at_once, Duration period) : at_once_(at_once), period_(period) {}
+
+  // One more happens. False: it comes too early, and does not count.
+  [[nodiscard]] bool take(TimePoint now) {
+    if (free_at() > now) return false;
+    paid_until_ = std::max(paid_until_, now) + period_;
+    return true;
+  }
+  // When the next one may happen.
+  [[nodiscard]] TimePoint free_at() const { return paid_until_ - (at_once_ - 1) * period_; }
+
+ private:
+  int at_once_;
+  Duration period_;
+  TimePoint paid_until_{};
+};
+
+}  // namespace connect_bridge

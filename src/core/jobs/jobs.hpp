@@ -1,0 +1,102 @@
+// Work for the workers: who asks for it is told its result, and nobody else is asked.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+struct JobOptions {
+  std::uint32_t bytes_min = 16384;  // from this size on a worker does it, below the caller at once
+};
+
+// Who waits for a job. Compress: no result when it does not shrink. Decompress: none when the bytes
+// are malformed.
+class JobOwner {
+ public:
+  virtual void on_job(std::optional<Payload> result, const Now& now) = 0;
+
+ protected:
+  ~JobOwner() = default;
+};
+
+// The jobs under way. Single-threaded; outlives the jobs it gives out.
+class Jobs {
+ public:
+  // One job under way. Destroyed before it is done: its result is wanted no more and is ignored.
+  class Job {
+   public:
+    Job() = default;
+    Job(Job&& other) noexcept : jobs_(std::exchange(other.jobs_, nullptr)), id_(other.id_) {}
+    Job& operator=(Job&& other) noexcept {
+      if (this == &other) return *this;
+      cancel();
+      jobs_ = std::exchange(other.jobs_, nullptr);
+      id_ = other.id_;
+      return *this;
+    }
+    ~Job() { cancel(); }
+
+    void cancel() {
+      if (jobs_) jobs_->owners_.erase(id_);
+      jobs_ = nullptr;
+    }
+    // Under way; its owner resets it when the result has come.
+    explicit operator bool() const { return jobs_ != nullptr; }
+
+   private:
+    friend class Jobs;
+    Job(Jobs* jobs, JobId id) : jobs_(jobs), id_(id) {}
+
+    Jobs* jobs_ = nullptr;
+    JobId id_;
+  };
+
+  Jobs(JobOptions options, Outputs& outputs) : options_(options), outputs_(outputs) {}
+  Jobs(const Jobs&) = delete;
+  Jobs& operator=(const Jobs&) = delete;
+
+  // Whether a message of this size (uncompressed) is work for a worker.
+  [[nodiscard]] bool is_large(std::uint64_t bytes) const { return bytes >= options_.bytes_min; }
+
+  [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw) {
+    const JobId id = begin(owner);
+    outputs_.push(CompressJob{id, how, std::move(raw)});
+    return Job(this, id);
+  }
+  [[nodiscard]] Job decompress(JobOwner& owner, Codec codec, std::uint32_t raw_bytes,
+                               Payload body) {
+    const JobId id = begin(owner);
+    outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body)});
+    return Job(this, id);
+  }
+  // A worker is done: tells the owner, if it still wants the result.
+  void on_done(JobDone& done, const Now& now) {
+    const auto it = owners_.find(done.job);
+    if (it == owners_.end()) return;
+    JobOwner* owner = it->second;
+    owners_.erase(it);
+    owner->on_job(std::move(done.result), now);
+  }
+
+ private:
+  JobId begin(JobOwner& owner) {
+    const JobId id = outputs_.new_job();
+    owners_[id] = &owner;
+    return id;
+  }
+
+  JobOptions options_;
+  Outputs& outputs_;
+  std::unordered_map<JobId, JobOwner*> owners_;
+};
+
+}  // namespace connect_bridge

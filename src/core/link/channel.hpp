@@ -1,0 +1,43 @@
+// What stands behind the number of a channel. A link knows whose channel a number is, so an arrival
+// is dispatched once. Each side chooses the numbers of the channels on which it sends
+// (docs/protocol.md, "Channels").
+#pragma once
+
+#include "core/base/result.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+
+// A channel on which the peer sends: a topic or service that it offers, or its requests to a
+// service of ours. An error ends the connection with its code. It is its link's until it is
+// withdrawn or the connection is lost, and takes itself out of the link when it ends before.
+class IncomingChannel {
+ public:
+  virtual ~IncomingChannel() = default;
+
+  virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
+  // The peer ends the channel. The link has forgotten the number already; `this` may end within.
+  virtual void on_withdraw(const Now& now) = 0;
+
+  virtual Result<Nothing> on_origins(const OriginsChanged& change, const Now& now);
+  virtual Result<Nothing> on_attached(const Attached& attached, const Now& now);
+  virtual Result<Nothing> on_refuse(const Refuse& refuse, const Now& now);
+};
+
+// A channel on which this side sends: a topic or a service that it offers, or its requests to a
+// service of the peer. What does not concern it is ignored, or is an error of the peer.
+class OutgoingChannel {
+ public:
+  virtual ~OutgoingChannel() = default;
+
+  virtual void on_demand(bool on, const Now& now);
+  virtual void on_decline(const Decline& decline, const Now& now);
+  virtual Result<Nothing> on_attach(const Attach& attach, const Now& now);
+  virtual Result<Nothing> on_forget(const Forget& forget, const Now& now);
+  // The peer has all of a tracked message.
+  virtual void on_delivered(CallId call, const Now& now);
+};
+
+}  // namespace connect_bridge
