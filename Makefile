@@ -61,8 +61,9 @@ demo: build ## a robot, an operator, and the bridge between them
 format: packages ## rewrite the sources in the project's format (FILES="..." for some)
 	@$(if $(FILES),printf '%s\n' $(FILES),git ls-files -co --exclude-standard -- '*.cpp' '*.hpp') | xargs -r clang-format -i
 
-check: packages ## format, arrows between layers, sizes
+check: packages ## format, arrows between layers, sizes; whether the mutants apply
 	@tools/tidy
+	@tests/mutants/run --check
 
 # Real nodes around the programs built with a sanitizer.
 smoke = -R '^e2e_topics$$'
