@@ -27,7 +27,7 @@ void Transport::finish(std::function<void()> done) {
 
 void Transport::drain(std::function<void()> done) {
   ErrorCode ignored;
-  socket_.shutdown(Socket::shutdown_send, ignored);
+  socket_.shutdown(TcpSocket::shutdown_send, ignored);
   // Closing with unread data in the kernel sends a reset, which can destroy what the peer has not
   // read yet: its close reason.
   if (!record_) record_.reset(new Record);
@@ -42,7 +42,7 @@ void Transport::drain(std::function<void()> done) {
 
 void Transport::abort() {
   ErrorCode ignored;
-  socket_.set_option(Socket::linger(true, 0), ignored);
+  socket_.set_option(TcpSocket::linger(true, 0), ignored);
   socket_.close(ignored);
 }
 
