@@ -1,54 +1,60 @@
 #include "core/jobs/encoder.hpp"
 
+#include <utility>
+
 #include "core/compress/compress.hpp"
 
 namespace connect_bridge {
 
-void Encoder::push(OutSample sample, Outputs& outputs, const Deliver& deliver, const Drop& drop) {
-  if (!busy_) return encode(std::move(sample), outputs, deliver);
+std::vector<OutSample> Encoder::push(OutSample sample) {
   waiting_bytes_ += sample.raw.size();
   waiting_.push_back(std::move(sample));
+  std::vector<OutSample> displaced;
   while (waiting_.size() > 1 && ((options_.depth > 0 && waiting_.size() > options_.depth) ||
-                                 waiting_bytes_ > options_.queue_bytes_max)) {
-    drop(waiting_.front());
-    waiting_bytes_ -= waiting_.front().raw.size();
-    waiting_.pop_front();
-  }
+                                 waiting_bytes_ > options_.queue_bytes_max))
+    displaced.push_back(take_waiting());
+  return displaced;
 }
 
-void Encoder::encode(OutSample sample, Outputs& outputs, const Deliver& deliver) {
-  if (sample.raw.size() >= options_.job_bytes) {
-    job_ = outputs.new_job();
-    outputs.push(CompressJob{job_, options_.how, sample.raw});
-    busy_ = std::move(sample);
-    return;
-  }
-  if (auto body = compress(sample.raw.view(), options_.how))
-    return deliver(sample, options_.how.codec, Payload::adopt(std::move(*body)));
-  deliver(sample, Codec::kNone, sample.raw);
+void Encoder::finish(std::optional<Payload> result) {
+  job_.cancel();
+  finished_ = whole(*std::exchange(at_work_, std::nullopt), std::move(result));
 }
 
-bool Encoder::on_job(const JobDone& done, Outputs& outputs, const Deliver& deliver) {
-  if (!busy_ || done.job != job_) return false;
-  const OutSample sample = std::move(*busy_);
-  busy_.reset();
-  deliver(sample, done.result ? options_.how.codec : Codec::kNone,
-          done.result ? *done.result : sample.raw);
-  while (!busy_ && !waiting_.empty()) {
-    OutSample next = std::move(waiting_.front());
-    waiting_.pop_front();
-    waiting_bytes_ -= next.raw.size();
-    encode(std::move(next), outputs, deliver);
+std::optional<Encoder::Encoded> Encoder::next() {
+  if (finished_) return std::exchange(finished_, std::nullopt);
+  if (job_ || waiting_.empty()) return std::nullopt;
+  OutSample sample = take_waiting();
+  if (jobs_.is_large(sample.raw.size())) {
+    job_ = jobs_.compress(owner_, options_.how, sample.raw);
+    at_work_ = std::move(sample);
+    return std::nullopt;
   }
-  return true;
+  std::optional<Payload> body;
+  if (auto bytes = compress(sample.raw.view(), options_.how))
+    body = Payload::adopt(std::move(*bytes));
+  return whole(std::move(sample), std::move(body));
 }
 
-void Encoder::clear(const Drop& drop) {
-  if (busy_) drop(*busy_);
-  for (const auto& sample : waiting_) drop(sample);
-  busy_.reset();
-  waiting_.clear();
-  waiting_bytes_ = 0;
+std::vector<OutSample> Encoder::clear() {
+  job_.cancel();
+  std::vector<OutSample> dropped;
+  if (auto sample = std::exchange(at_work_, std::nullopt)) dropped.push_back(std::move(*sample));
+  while (!waiting_.empty()) dropped.push_back(take_waiting());
+  return dropped;
+}
+
+Encoder::Encoded Encoder::whole(OutSample sample, std::optional<Payload> body) const {
+  if (body) return {std::move(sample), options_.how.codec, *std::move(body)};
+  Payload raw = sample.raw;
+  return {std::move(sample), Codec::kNone, std::move(raw)};
+}
+
+OutSample Encoder::take_waiting() {
+  OutSample sample = std::move(waiting_.front());
+  waiting_.pop_front();
+  waiting_bytes_ -= sample.raw.size();
+  return sample;
 }
 
 }  // namespace connect_bridge

@@ -1,17 +1,14 @@
-// Compresses the samples of one exported topic in order: once per sample, whatever the number of
-// links.
+// Compresses messages in order: once per message, whatever the number of links that want it.
 #pragma once
 
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
-#include "core/ports/inputs.hpp"
-#include "core/ports/outputs.hpp"
+#include "core/jobs/jobs.hpp"
 #include "core/wire/codec.hpp"
 
 namespace connect_bridge {
@@ -25,40 +22,50 @@ struct OutSample {
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is
-// kept. While the worker is busy samples wait; beyond depth or bytes the oldest waiting one is
-// dropped.
+// kept. While the worker is busy samples wait; beyond depth or bytes the oldest waiting one gives
+// way. Use: after push() and after finish() take what next() gives, until it gives nothing.
 class Encoder {
  public:
   struct Options {
     Compression how;
-    std::uint32_t job_bytes = 0;        // from this size on a worker does it
     std::uint32_t depth = 0;            // samples that may wait; 0: no limit but bytes
     std::uint64_t queue_bytes_max = 0;  // one sample always fits
   };
-  using Deliver = std::function<void(const OutSample&, Codec, const Payload& body)>;
-  using Drop = std::function<void(const OutSample&)>;
+  struct Encoded {
+    OutSample sample;
+    Codec codec = Codec::kNone;  // kNone: it does not shrink, the body is the sample
+    Payload body;
+  };
 
-  explicit Encoder(Options options) : options_(options) {}
+  // `owner` is told what the worker did and hands it to finish().
+  Encoder(Options options, Jobs& jobs, JobOwner& owner)
+      : options_(options), jobs_(jobs), owner_(owner) {}
 
-  void push(OutSample sample, Outputs& outputs, const Deliver& deliver, const Drop& drop);
-  // False: not a job of this encoder.
-  bool on_job(const JobDone& done, Outputs& outputs, const Deliver& deliver);
-  // Forgets everything, as dropped.
-  void clear(const Drop& drop);
-  // The job under way, if any.
-  [[nodiscard]] JobId job() const { return busy_ ? job_ : JobId{}; }
+  // The samples that had to give way: they are dropped.
+  [[nodiscard]] std::vector<OutSample> push(OutSample sample);
+  // The result of the job under way.
+  void finish(std::optional<Payload> result);
+  // The next sample, once it is ready.
+  [[nodiscard]] std::optional<Encoded> next();
+  // Forgets everything; all these samples are dropped.
+  std::vector<OutSample> clear();
+
   [[nodiscard]] std::uint64_t bytes() const {
-    return waiting_bytes_ + (busy_ ? busy_->raw.size() : 0);
+    return waiting_bytes_ + (at_work_ ? at_work_->raw.size() : 0);
   }
 
  private:
-  void encode(OutSample sample, Outputs& outputs, const Deliver& deliver);
+  Encoded whole(OutSample sample, std::optional<Payload> body) const;
+  OutSample take_waiting();
 
   Options options_;
+  Jobs& jobs_;
+  JobOwner& owner_;
   std::deque<OutSample> waiting_;
   std::uint64_t waiting_bytes_ = 0;
-  std::optional<OutSample> busy_;
-  JobId job_;
+  std::optional<OutSample> at_work_;  // with the worker, while job_ is under way
+  Jobs::Job job_;
+  std::optional<Encoded> finished_;
 };
 
 }  // namespace connect_bridge

@@ -21,12 +21,13 @@ constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 
 ServiceImports::ServiceImports(const SideOptions& options, const Policy& policy,
                                const GraphView& graph, const Claims& claims, LinkTable& links,
-                               Outputs& outputs)
+                               Jobs& jobs, Outputs& outputs)
     : options_(options),
       policy_(policy),
       graph_(graph),
       claims_(claims),
       links_(links),
+      jobs_of_encoders_(jobs),
       outputs_(outputs) {}
 
 ServiceImports::~ServiceImports() = default;
@@ -52,6 +53,7 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
   if (import.feeder == link.id && feed.epoch != offer.epoch) destroy_mirror(import);
   if (import.feeds.size() > 1)
     tell_once(LogLevel::kWarn, "several links offer " + key.first + ": one of them is called");
+  feed.imports = this;
   feed.import = &import;
   feed.link = link.id;
   feed.channel = offer.channel;
@@ -135,14 +137,18 @@ void ServiceImports::attach(Import& import, Feed& feed, const Now& now) {
   claim_changed_ = true;
 }
 
-void ServiceImports::start_encoder(Feed& feed) const {
+void ServiceImports::start_encoder(Feed& feed) {
   feed.encoder.reset();
   Encoder::Options options;
   options.how = feed.decision.treatment.compression;
   if (options.how.codec == Codec::kNone) return;
-  options.job_bytes = options_.compress_job_bytes;
   options.queue_bytes_max = UINT64_MAX;  // no_room() bounds what comes here
-  feed.encoder.emplace(options);
+  feed.encoder.emplace(options, jobs_of_encoders_, feed);
+}
+
+void ServiceImports::send_encoded(Feed& feed, const Now& now) {
+  while (const auto ready = feed.encoder->next())
+    encoded(feed, {ready->sample.origin.value}, ready->codec, ready->sample.raw, ready->body, now);
 }
 
 void ServiceImports::create_mirror(Import& import, const Feed& feed) {

@@ -30,7 +30,7 @@ struct SideOptions;
 class ServiceImports {
  public:
   ServiceImports(const SideOptions& options, const Policy& policy, const GraphView& graph,
-                 const Claims& claims, LinkTable& links, Outputs& outputs);
+                 const Claims& claims, LinkTable& links, Jobs& jobs, Outputs& outputs);
   ~ServiceImports();
 
   // The caller has found the number unused and expects data on it.
@@ -58,7 +58,7 @@ class ServiceImports {
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
   void on_mirror_failed(const ServiceMirrorFailed& failed);
-  bool on_job(const JobDone& done, const Now& now);  // false: not ours
+  bool on_job(const JobDone& done);  // false: not ours
   void on_time(const Now& now);
 
   // Whether requests are sent on this channel of ours.
@@ -90,7 +90,13 @@ class ServiceImports {
   struct Import;
   // A link that offers the service. Without a channel: the link is lost, or has not offered it
   // again yet.
-  struct Feed {
+  struct Feed final : JobOwner {
+    void on_job(std::optional<Payload> result, const Now& now) override {
+      encoder->finish(std::move(result));
+      imports->send_encoded(*this, now);
+    }
+
+    ServiceImports* imports = nullptr;
     Import* import = nullptr;
     LinkId link;
     ChannelId channel;
@@ -137,7 +143,8 @@ class ServiceImports {
   void close(Import& import);
   void destroy_mirror(Import& import);
   void remove_feed(Import& import, LinkId link);
-  void start_encoder(Feed& feed) const;
+  void start_encoder(Feed& feed);
+  void send_encoded(Feed& feed, const Now& now);
   void tell_once(LogLevel level, const std::string& text);
 
   // ---- service_imports_calls.cpp
@@ -162,12 +169,13 @@ class ServiceImports {
   const GraphView& graph_;
   const Claims& claims_;
   LinkTable& links_;
+  Jobs& jobs_of_encoders_;
   Outputs& outputs_;
   std::map<ServiceKey, Import> imports_;
   std::map<ChannelKey, Feed*> channels_;  // null: declined
   std::map<ChannelKey, Feed*> by_requests_;
   std::unordered_map<ServiceMirrorId, Import*> by_mirror_;
-  std::unordered_map<JobId, std::pair<Feed*, CallId>> jobs_;  // without a call: of its encoder
+  std::unordered_map<JobId, std::pair<Feed*, CallId>> jobs_;
   std::map<TimerKey, std::pair<Feed*, CallId>> timers_;
   std::uint64_t last_timer_ = 0;
   std::map<LinkId, PeerLoad> loads_;

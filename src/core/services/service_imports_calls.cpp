@@ -54,13 +54,9 @@ void ServiceImports::on_request(RequestTaken& request, const Now& now) {
     timers_[*call.timer] = {&feed, id};
   }
   if (!feed.encoder) return encoded(feed, id, Codec::kNone, request.payload, request.payload, now);
-  feed.encoder->push(
-      OutSample{{id.value}, now.system, std::move(request.payload), {}}, outputs_,
-      [&](const OutSample& s, Codec codec, const Payload& body) {
-        encoded(feed, {s.origin.value}, codec, s.raw, body, now);
-      },
-      [](const OutSample&) {});
-  if (const JobId job = feed.encoder->job()) jobs_[job] = {&feed, CallId{}};
+  // Nothing gives way: no_room() bounds what comes here.
+  (void)feed.encoder->push({{id.value}, now.system, std::move(request.payload), {}});
+  send_encoded(feed, now);
 }
 
 void ServiceImports::note_refusal(Feed& feed, const std::string& why, const Now& now) {
@@ -279,24 +275,15 @@ void ServiceImports::erase(Feed& feed, Calls::iterator at) {
 void ServiceImports::end_calls(Feed& feed) {
   feed.counts.lost += feed.calls.size();
   while (!feed.calls.empty()) erase(feed, feed.calls.begin());
-  if (!feed.encoder) return;
-  if (const JobId job = feed.encoder->job()) jobs_.erase(job);
-  feed.encoder->clear([](const OutSample&) {});
+  if (feed.encoder) feed.encoder->clear();
 }
 
-bool ServiceImports::on_job(const JobDone& done, const Now& now) {
+bool ServiceImports::on_job(const JobDone& done) {
   const auto it = jobs_.find(done.job);
   if (it == jobs_.end()) return false;
   const auto [found, id] = it->second;
   Feed& feed = *found;
   jobs_.erase(it);
-  if (!id) {
-    feed.encoder->on_job(done, outputs_, [&](const OutSample& s, Codec codec, const Payload& body) {
-      encoded(feed, {s.origin.value}, codec, s.raw, body, now);
-    });
-    if (const JobId next = feed.encoder->job()) jobs_[next] = {&feed, CallId{}};
-    return true;
-  }
   const auto call = feed.calls.find(id);
   call->second.job = {};
   if (done.result) {

@@ -32,10 +32,10 @@ Side::State::State(SideOptions given, std::uint64_t seed)
       jobs({options.compress_job_bytes}, outputs),
       claims(side),
       dialer({options.retry_min, options.retry_max}),
-      exports(options, policy, actions, links, outputs),
+      exports(options, policy, actions, links, jobs, outputs),
       imports(options, policy, graph, claims, links, outputs),
       service_exports(options, policy, graph, claims, actions, random, links, outputs),
-      service_imports(options, policy, graph, claims, links, outputs),
+      service_imports(options, policy, graph, claims, links, jobs, outputs),
       clock_publisher(options.clock_publish_period) {
   claims_mirror = outputs.new_mirror();
   claims_subscription = outputs.new_subscription();
@@ -110,8 +110,8 @@ void Side::State::on(QosIncompatible& input, const Now&) {
 
 void Side::State::on(JobDone& input, const Now& now) {
   jobs.on_done(input, now);
-  if (service_exports.on_job(input, now) || service_imports.on_job(input, now)) return;
-  if (!imports.on_job(input, now)) exports.on_job(input, now);
+  if (service_exports.on_job(input, now) || service_imports.on_job(input)) return;
+  imports.on_job(input, now);
 }
 
 void Side::State::on(PolicyChanged& input, const Now& now) {

@@ -10,26 +10,19 @@
 namespace connect_bridge {
 
 Exports::Exports(const SideOptions& options, const Policy& policy, const LocalActions& actions,
-                 LinkTable& links, Outputs& outputs)
-    : options_(options), policy_(policy), actions_(actions), links_(links), outputs_(outputs) {}
+                 LinkTable& links, Jobs& jobs, Outputs& outputs)
+    : options_(options),
+      policy_(policy),
+      actions_(actions),
+      links_(links),
+      jobs_(jobs),
+      outputs_(outputs) {}
 
 Exports::~Exports() = default;
 
 Exports::Topic* Exports::topic_of(LinkId link, ChannelId channel) {
   const auto it = by_channel_.find({link, channel});
   return it == by_channel_.end() ? nullptr : it->second;
-}
-
-bool Exports::on_job(const JobDone& done, const Now& now) {
-  for (auto& entry : topics_) {
-    Topic& topic = entry.second;
-    const auto finish = [&](const OutSample& s, Codec codec, const Payload& body) {
-      for (const LinkId link : s.targets) deliver(topic, link, s, codec, body, now);
-    };
-    for (auto& encoder : topic.encoders)
-      if (encoder.second.on_job(done, outputs_, finish)) return true;
-  }
-  return false;
 }
 
 void Exports::on_lost(const MessagesLost& lost) {
@@ -98,7 +91,7 @@ std::uint64_t Exports::memory_bytes() const {
   std::uint64_t bytes = parked_bytes_;
   for (const auto& [key, topic] : topics_) {
     bytes += topic.history.bytes();
-    for (const auto& [how, encoder] : topic.encoders) bytes += encoder.bytes();
+    for (const auto& [how, stream] : topic.encoders) bytes += stream.encoder.bytes();
   }
   return bytes;
 }

@@ -30,7 +30,7 @@ struct SideOptions;
 class Exports {
  public:
   Exports(const SideOptions& options, const Policy& policy, const LocalActions& actions,
-          LinkTable& links, Outputs& outputs);
+          LinkTable& links, Jobs& jobs, Outputs& outputs);
   ~Exports();
 
   void on_graph(const GraphView& graph, const Now& now);
@@ -53,7 +53,6 @@ class Exports {
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
   void on_subscription_failed(const SubscriptionFailed& failed);
-  bool on_job(const JobDone& done, const Now& now);  // false: not ours
   void on_time(const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -85,6 +84,20 @@ class Exports {
     MessageTaken taken;
     TimePoint until;
   };
+  struct Topic;
+  // What compresses a topic in one way.
+  struct Stream final : JobOwner {
+    Stream(Exports& of, Topic& its, Encoder::Options options)
+        : exports(of), topic(its), encoder(options, of.jobs_, *this) {}
+    void on_job(std::optional<Payload> result, const Now& now) override {
+      encoder.finish(std::move(result));
+      exports.send_encoded(topic, encoder, now);
+    }
+
+    Exports& exports;
+    Topic& topic;
+    Encoder encoder;
+  };
   struct Topic {
     TopicKey key;
     std::string type_hash;
@@ -98,7 +111,7 @@ class Exports {
     TimePoint paid_until{};                  // every subscription that was made counts for a period
     std::optional<TimePoint> subscribes_at;  // demanded, but too many were made before
     HistoryCache history;
-    std::map<Compression, Encoder> encoders;
+    std::map<Compression, Stream> encoders;
     std::deque<Parked> parked;  // samples of publishers the graph has not told of yet
     bool warned_mixed = false;
     bool warned_large = false;
@@ -129,6 +142,7 @@ class Exports {
   void forward(Topic& topic, Origin& origin, MessageTaken taken, const Now& now);
   bool admit(Export& exported, const Link& link, std::size_t bytes, const Now& now);
   void encode(Topic& topic, const Compression& how, OutSample sample, const Now& now);
+  void send_encoded(Topic& topic, Encoder& encoder, const Now& now);
   void deliver(Topic& topic, LinkId link, const OutSample& sample, Codec codec, const Payload& body,
                const Now& now);
   void send_history(Topic& topic, Export& exported, Link& link, const Now& now);
@@ -141,6 +155,7 @@ class Exports {
   const Policy& policy_;
   const LocalActions& actions_;
   LinkTable& links_;
+  Jobs& jobs_;
   Outputs& outputs_;
   Topics topics_;
   std::unordered_map<SubscriptionId, Topic*> by_subscription_;

@@ -147,8 +147,8 @@ void Exports::unsubscribe(Topic& topic) {
   topic.subscription = {};
   topic.history.clear();
   for (auto& [gid, origin] : topic.origins) origin.last_stamp = 0;
-  for (auto& [how, encoder] : topic.encoders)
-    encoder.clear([&](const OutSample& s) { drop(topic, s, DropReason::kNoDemand); });
+  for (auto& [how, stream] : topic.encoders)
+    for (const auto& sample : stream.encoder.clear()) drop(topic, sample, DropReason::kNoDemand);
   for (const auto& parked : topic.parked) parked_bytes_ -= parked.taken.payload.size();
   parked_samples_ -= topic.parked.size();
   topic.parked.clear();
@@ -261,25 +261,27 @@ bool Exports::admit(Export& exported, const Link& link, std::size_t bytes, const
 
 Encoder& Exports::encoder(Topic& topic, const Compression& how) {
   const auto it = topic.encoders.find(how);
-  if (it != topic.encoders.end()) return it->second;
+  if (it != topic.encoders.end()) return it->second.encoder;
   Encoder::Options options;
   options.how = how;
-  options.job_bytes = options_.compress_job_bytes;
   // Of a transient-local topic each origin's last samples must get through, and they come at once.
   const bool latched = topic.subscription_qos.durability == Durability::kTransientLocal;
   options.depth = latched ? 0 : topic.subscription_qos.depth;
   options.queue_bytes_max = 4 << 20;
-  return topic.encoders.try_emplace(how, options).first->second;
+  return topic.encoders.try_emplace(how, *this, topic, options).first->second.encoder;
 }
 
 void Exports::encode(Topic& topic, const Compression& how, OutSample sample, const Now& now) {
-  encoder(topic, how)
-      .push(
-          std::move(sample), outputs_,
-          [&](const OutSample& s, Codec codec, const Payload& body) {
-            for (const LinkId link : s.targets) deliver(topic, link, s, codec, body, now);
-          },
-          [&](const OutSample& s) { drop(topic, s, DropReason::kQueueBytes); });
+  Encoder& by = encoder(topic, how);
+  for (const auto& displaced : by.push(std::move(sample)))
+    drop(topic, displaced, DropReason::kQueueBytes);
+  send_encoded(topic, by, now);
+}
+
+void Exports::send_encoded(Topic& topic, Encoder& encoder, const Now& now) {
+  while (const auto ready = encoder.next())
+    for (const LinkId link : ready->sample.targets)
+      deliver(topic, link, ready->sample, ready->codec, ready->body, now);
 }
 
 void Exports::deliver(Topic& topic, LinkId id, const OutSample& sample, Codec codec,

@@ -102,8 +102,9 @@ bool Exports::drained(const Topic& topic) const {
         link.connection->outbox().counts(exported.channel).queued > 0)
       return false;
   }
-  return topic.parked.empty() && std::all_of(topic.encoders.begin(), topic.encoders.end(),
-                                             [](const auto& e) { return e.second.bytes() == 0; });
+  return topic.parked.empty() &&
+         std::all_of(topic.encoders.begin(), topic.encoders.end(),
+                     [](const auto& e) { return e.second.encoder.bytes() == 0; });
 }
 
 void Exports::remove_vanished(Topic& topic, const Now& now) {

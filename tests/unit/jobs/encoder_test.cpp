@@ -7,46 +7,53 @@
 namespace connect_bridge {
 namespace {
 
-// From 1000 bytes on a worker compresses.
 Encoder::Options options(std::uint32_t depth = 0, std::uint64_t queue_bytes_max = 1 << 20) {
-  return {{Codec::kZstd, 3}, 1000, depth, queue_bytes_max};
+  return {{Codec::kZstd, 3}, depth, queue_bytes_max};
 }
 
-// Samples are told by their stamp. "3:zstd" is delivered, "3!" dropped, "job 1" given to the
-// worker.
-struct Script {
-  explicit Script(Encoder::Options o = options()) : encoder(o) {}
+// From 1000 bytes on a worker compresses. Samples are told by their stamp. "3:zstd" is ready, "3!"
+// dropped, "job 1" given to the worker.
+struct Script final : JobOwner {
+  explicit Script(Encoder::Options o = options()) : encoder(o, jobs, *this) {}
 
   void push(Stamp stamp, std::size_t size) {
-    encoder.push({{1}, stamp, Payload::adopt(Bytes(size, 7)), {{1}}}, outputs, deliver(), drop());
+    drop(encoder.push({{1}, stamp, Payload::adopt(Bytes(size, 7)), {{1}}}));
+    take_ready();
   }
-  bool done(std::uint32_t job, bool shrunk = true) {
-    std::optional<Payload> result;
-    if (shrunk) result = Payload::adopt({1, 2, 3});
-    return encoder.on_job({{job}, result}, outputs, deliver());
+  void done(std::uint32_t job, bool shrunk = true) {
+    JobDone result{{job}, std::nullopt};
+    if (shrunk) result.result = Payload::adopt({1, 2, 3});
+    jobs.on_done(result, {});
   }
-  void clear() { encoder.clear(drop()); }
+  void on_job(std::optional<Payload> result, const Now&) override {
+    encoder.finish(std::move(result));
+    take_ready();
+  }
+  void clear() { drop(encoder.clear()); }
   std::string took_place() {
     while (const auto action = outputs.next())
       say("job " + std::to_string(std::get<CompressJob>(*action).job.value));
     return std::exchange(line, {});
   }
 
+  Outputs outputs;
+  Jobs jobs{{1000}, outputs};
   Encoder encoder;
+  Bytes last;  // body that was ready
 
  private:
   void say(const std::string& word) { line += (line.empty() ? "" : " ") + word; }
-  Encoder::Deliver deliver() {
-    return [this](const OutSample& sample, Codec codec, const Payload& body) {
-      const bool raw = codec == Codec::kNone;
-      EXPECT_EQ(raw, body.size() == sample.raw.size());
-      say(std::to_string(sample.stamp) + (raw ? ":none" : ":zstd"));
-    };
+  void take_ready() {
+    while (const auto ready = encoder.next()) {
+      const bool raw = ready->codec == Codec::kNone;
+      EXPECT_EQ(raw, ready->body.size() == ready->sample.raw.size());
+      say(std::to_string(ready->sample.stamp) + (raw ? ":none" : ":zstd"));
+      last.assign(ready->body.view().begin(), ready->body.view().end());
+    }
   }
-  Encoder::Drop drop() {
-    return [this](const OutSample& sample) { say(std::to_string(sample.stamp) + "!"); };
+  void drop(const std::vector<OutSample>& samples) {
+    for (const auto& sample : samples) say(std::to_string(sample.stamp) + "!");
   }
-  Outputs outputs;
   std::string line;
 };
 
@@ -65,12 +72,9 @@ TEST(Encoder, WhatDoesNotShrinkGoesAsItIs) {
 }
 
 TEST(Encoder, TheBodyIsTheCompressedSample) {
-  Outputs outputs;
-  Encoder encoder(options());
-  Payload out;
-  encoder.push({{1}, 1, Payload::adopt(Bytes(500, 7)), {}}, outputs,
-               [&](const OutSample&, Codec, const Payload& body) { out = body; }, {});
-  EXPECT_EQ(decompress(out.view(), Codec::kZstd, 500).value(), Bytes(500, 7));
+  Script script;
+  script.push(1, 500);
+  EXPECT_EQ(decompress(script.last, Codec::kZstd, 500).value(), Bytes(500, 7));
 }
 
 TEST(Encoder, LargeSamplesAreTheWorkers) {
@@ -78,7 +82,7 @@ TEST(Encoder, LargeSamplesAreTheWorkers) {
   script.push(1, 1000);
   EXPECT_EQ(script.took_place(), "job 1");
   EXPECT_EQ(script.encoder.bytes(), 1000U);
-  EXPECT_TRUE(script.done(1));
+  script.done(1);
   EXPECT_EQ(script.took_place(), "1:zstd");
   EXPECT_EQ(script.encoder.bytes(), 0U);
 }
@@ -86,7 +90,7 @@ TEST(Encoder, LargeSamplesAreTheWorkers) {
 TEST(Encoder, AJobThatDidNotShrinkDeliversTheSample) {
   Script script;
   script.push(1, 1000);
-  EXPECT_TRUE(script.done(1, false));
+  script.done(1, false);
   EXPECT_EQ(script.took_place(), "1:none job 1");  // the job was given first, and is read last
 }
 
@@ -98,20 +102,22 @@ TEST(Encoder, OrderIsKeptWhileTheWorkerIsBusy) {
   script.push(4, 10);
   EXPECT_EQ(script.took_place(), "job 1");
   EXPECT_EQ(script.encoder.bytes(), 5020U);
-  EXPECT_TRUE(script.done(1));
+  script.done(1);
   EXPECT_EQ(script.took_place(), "1:zstd 2:none job 2");
-  EXPECT_TRUE(script.done(2));
+  script.done(2);
   EXPECT_EQ(script.took_place(), "3:zstd 4:none");
   EXPECT_EQ(script.encoder.bytes(), 0U);
 }
 
 TEST(Encoder, OtherJobsAreNotOurs) {
   Script script;
-  EXPECT_FALSE(script.done(1));
+  script.done(1);
   script.push(1, 1000);
-  EXPECT_FALSE(script.done(7));
-  EXPECT_TRUE(script.done(1));
-  EXPECT_FALSE(script.done(1));
+  script.done(7);
+  EXPECT_EQ(script.took_place(), "job 1");
+  script.done(1);
+  script.done(1);
+  EXPECT_EQ(script.took_place(), "1:zstd");
 }
 
 TEST(Encoder, BeyondTheDepthTheOldestWaitingOneGoes) {
@@ -148,10 +154,10 @@ TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
   script.clear();
   EXPECT_EQ(script.took_place(), "1! 2! 3! job 1");
   EXPECT_EQ(script.encoder.bytes(), 0U);
-  EXPECT_FALSE(script.done(1));
+  script.done(1);
   script.push(4, 1000);
-  EXPECT_FALSE(script.done(1));
-  EXPECT_TRUE(script.done(2));
+  script.done(1);
+  script.done(2);
   EXPECT_EQ(script.took_place(), "4:zstd job 2");
 }
 
