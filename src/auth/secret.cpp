@@ -10,18 +10,12 @@
 #include <cstring>
 
 #include "core/base/check.hpp"
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kFileBytesMax = 1 << 20;
-
-int digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 }  // namespace
 
@@ -35,14 +29,12 @@ Digest sha256(ByteView bytes) {
 }
 
 std::optional<Digest> parse_digest(std::string_view hex) {
+  std::string lower(hex);
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {
+    return c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
   Digest digest{};
-  if (hex.size() != 2 * digest.size()) return std::nullopt;
-  for (std::size_t i = 0; i < digest.size(); ++i) {
-    const int high = digit(hex[2 * i]);
-    const int low = digit(hex[2 * i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    digest[i] = static_cast<std::uint8_t>(high * 16 + low);
-  }
+  if (!from_hex(lower, digest)) return std::nullopt;
   return digest;
 }
 

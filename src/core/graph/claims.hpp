@@ -2,33 +2,17 @@
 // graphs multiply nothing: of several claims the one of the smallest side id holds.
 #pragma once
 
-#include <map>
-#include <optional>
-#include <string>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
-#include <vector>
 
-#include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
-#include "core/base/time.hpp"
+#include "core/graph/claim_message.hpp"
 
 namespace connect_bridge {
 
-struct Claim {
-  Token128 side;
-  std::vector<Gid> origins;
-};
-
 // What stands for a mirrored service in a claim: the same 24 bytes in every process.
 Gid service_gid(std::string_view service);
-
-// The claim as a serialized rcl_interfaces/msg/Log (a type every ROS 2 has): CDR little-endian, the
-// text in `msg`.
-Payload serialize(const Claim& claim, Stamp stamp);
-// nullopt: not a claim of this version.
-std::optional<Claim> parse_claim(ByteView cdr);
 
 // The claims of the other bridges in this graph.
 class Claims {
@@ -55,7 +39,5 @@ class Claims {
   std::unordered_set<Gid> claimed_;
   std::unordered_set<Gid> taken_;  // a part of them
 };
-
-std::string to_hex(const std::uint8_t* bytes, std::size_t size);
 
 }  // namespace connect_bridge

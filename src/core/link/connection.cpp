@@ -36,28 +36,26 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
   records_.push_back(Payload::adopt(encode(Login{options_.login_method, options_.credential})));
 }
 
-void Connection::on_packet(bool text, const Payload& packet, const Now& now,
-                           ConnectionEvents& events) {
+void Connection::on_packet(bool text, const Payload& packet, const Now& now) {
   if (state_ == State::kClosed) return;
   last_heard_ = now.steady;
   if (state_ != State::kOpen) {
-    if (text) return fail(CloseCode::kIllegal, "text before login", events);
-    return on_record(packet.view(), now, events);
+    if (text) return fail(CloseCode::kIllegal, "text before login");
+    return on_record(packet.view(), now);
   }
-  if (text) return on_control(packet.view(), events);
-  on_frames(packet, now, events);
+  const auto result = text ? on_control(packet.view(), now) : on_frames(packet, now);
+  if (!result) fail(result.error().code, result.error().message);
 }
 
-void Connection::on_record(ByteView record, const Now& now, ConnectionEvents& events) {
+void Connection::on_record(ByteView record, const Now& now) {
   switch (state_) {
     case State::kAwaitHello: {
       auto hello = decode_hello(record);
-      if (!hello) return fail(hello.error().code, hello.error().message, events);
+      if (!hello) return fail(hello.error().code, hello.error().message);
       const Hello& h = hello.value();
       if (h.version_min > kProtocolVersion || h.version_max < kProtocolVersion)
-        return fail(CloseCode::kVersion, "this side speaks protocol version 1 only", events);
-      if (h.side == options_.side)
-        return fail(CloseCode::kSameSide, "the peer is this process", events);
+        return fail(CloseCode::kVersion, "this side speaks protocol version 1 only");
+      if (h.side == options_.side) return fail(CloseCode::kSameSide, "the peer is this process");
       peer_.side = h.side;
       peer_.session = h.session;
       peer_.node = h.node;
@@ -66,34 +64,31 @@ void Connection::on_record(ByteView record, const Now& now, ConnectionEvents& ev
     }
     case State::kAwaitLogin: {
       auto login = decode_login(record);
-      if (!login) return fail(login.error().code, login.error().message, events);
+      if (!login) return fail(login.error().code, login.error().message);
       state_ = State::kAuthenticating;
-      Login l = std::move(login).value();
-      events.push_back(LoginAsked{std::move(l.method), std::move(l.credential)});
+      login_ = std::move(login).value();
       return;
     }
-    case State::kAwaitWelcome: return on_welcome(record, now, events);
-    default: return fail(CloseCode::kIllegal, "data before the login was answered", events);
+    case State::kAwaitWelcome: return on_welcome(record, now);
+    default: return fail(CloseCode::kIllegal, "data before the login was answered");
   }
 }
 
-void Connection::on_welcome(ByteView record, const Now& now, ConnectionEvents& events) {
+void Connection::on_welcome(ByteView record, const Now& now) {
   auto welcome = decode_welcome(record);
-  if (!welcome) return fail(welcome.error().code, welcome.error().message, events);
+  if (!welcome) return fail(welcome.error().code, welcome.error().message);
   const Welcome& w = welcome.value();
   if (w.version != kProtocolVersion)
-    return fail(CloseCode::kVersion, "the server chose an unknown protocol version", events);
-  if (w.side == options_.side)
-    return fail(CloseCode::kSameSide, "the peer is this process", events);
+    return fail(CloseCode::kVersion, "the server chose an unknown protocol version");
+  if (w.side == options_.side) return fail(CloseCode::kSameSide, "the peer is this process");
   peer_.side = w.side;
   peer_.session = w.session;
   peer_.node = w.node;
   peer_.message_bytes_max = w.message_bytes_max > 0 ? w.message_bytes_max : kMessageBytesUntold;
-  opened(now, events);
+  opened(now);
 }
 
-void Connection::on_authenticated(const Identity& identity, Token128 session, const Now& now,
-                                  ConnectionEvents& events) {
+void Connection::on_authenticated(const Identity& identity, Token128 session, const Now& now) {
   if (state_ != State::kAuthenticating) return;
   peer_.identity = identity;
   peer_.session = session;
@@ -107,59 +102,60 @@ void Connection::on_authenticated(const Identity& identity, Token128 session, co
   welcome.node = options_.node;
   welcome.identity = identity.name;
   records_.push_back(Payload::adopt(encode(welcome)));
-  opened(now, events);
+  opened(now);
 }
 
-void Connection::opened(const Now& now, ConnectionEvents& events) {
+void Connection::opened(const Now& now) {
   state_ = State::kOpen;
   last_heard_ = now.steady;  // a login may think for longer than dead_after
   next_time_request_ = now.steady;
-  events.push_back(LoggedIn{});
 }
 
-void Connection::on_control(ByteView text, ConnectionEvents& events) {
+Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
   auto control = decode_control(as_text(text));
-  if (!control) return fail(control.error().code, control.error().message, events);
-  events.push_back(std::move(control).value());
+  if (!control) return control.error();
+  return user_->on_control(control.value(), now);
 }
 
-void Connection::on_frames(const Payload& packet, const Now& now, ConnectionEvents& events) {
+Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
   bool holds_data = false;
   for (;;) {
     auto next = reader.next();
-    if (!next) return fail(next.error().code, next.error().message, events);
+    if (!next) return next.error();
     if (!next.value()) break;
-    auto data = on_frame(*next.value(), packet, now, events);
-    if (!data) return fail(data.error().code, data.error().message, events);
+    auto data = on_frame(*next.value(), packet, now);
+    if (!data) return data.error();
+    if (state_ != State::kOpen) return Nothing{};  // a message before has ended it
     holds_data = holds_data || data.value();
   }
   acknowledger_.on_packet(packet.size(), holds_data, now.steady);
   if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
+  return Nothing{};
 }
 
-Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, const Now& now,
-                                  ConnectionEvents& events) {
+Result<bool> Connection::on_data(Result<std::optional<InMessage>> whole, const Now& now) {
+  if (!whole) return whole.error();
+  if (!whole.value()) return true;
+  auto result = user_->on_message(std::move(*std::move(whole).value()), now);
+  if (!result) return result.error();
+  return true;
+}
+
+Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, const Now& now) {
   const Error unknown{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
   if (const auto* message = std::get_if<MessageFrame>(&frame)) {
-    if (!is_expected(message->channel)) return unknown;
-    auto whole = reassembly_.on_message(*message, packet);
-    if (!whole) return whole.error();
-    if (whole.value()) events.push_back(std::move(*std::move(whole).value()));
-    return true;
+    if (!user_->expects(message->channel)) return unknown;
+    return on_data(reassembly_.on_message(*message, packet), now);
   }
   if (const auto* part = std::get_if<PartFrame>(&frame)) {
-    if (!is_expected(part->channel)) return unknown;
-    auto whole = reassembly_.on_part(*part);
-    if (!whole) return whole.error();
-    if (whole.value()) events.push_back(std::move(*std::move(whole).value()));
-    return true;
+    if (!user_->expects(part->channel)) return unknown;
+    return on_data(reassembly_.on_part(*part), now);
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
     if (!outbox_.acknowledge(ack->received_bytes, now))
       return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
-    for (const auto& whole : outbox_.take_delivered())
-      events.push_back(Delivered{whole.channel, whole.origin});
+    for (const auto& whole : outbox_.take_delivered()) user_->on_delivered(whole, now);
     return false;
   }
   if (const auto* request = std::get_if<TimeRequest>(&frame)) {
@@ -169,19 +165,18 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
   const auto& reply = std::get<TimeReply>(frame);
   if (std::erase(time_asked_, reply.t1) == 0) return false;  // not asked for, or long ago
   clock_.add(reply, now.system);
-  events.push_back(PeerRosTime{reply, now.system});
+  user_->on_peer_time(reply, now.system);
   return false;
 }
 
-void Connection::on_time(const Now& now, ConnectionEvents& events) {
+void Connection::on_time(const Now& now) {
   if (state_ == State::kClosed) return;
   if (state_ != State::kOpen) {
-    if (now.steady >= login_deadline_)
-      fail(CloseCode::kLoginTimeout, "no complete login in time", events);
+    if (now.steady >= login_deadline_) fail(CloseCode::kLoginTimeout, "no complete login in time");
     return;
   }
   if (now.steady >= last_heard_ + options_.dead_after)
-    return fail(CloseCode::kSilent, "nothing heard from the peer", events);
+    return fail(CloseCode::kSilent, "nothing heard from the peer");
   if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
   if (now.steady >= next_time_request_) {
     outbox_.push_small(TimeRequest{now.system});
@@ -194,14 +189,14 @@ void Connection::on_time(const Now& now, ConnectionEvents& events) {
   }
 }
 
-void Connection::send(const Control& message, ConnectionEvents& events) {
-  send(encode(message), events);
+void Connection::send(const Control& message) {
+  send(encode(message));
 }
 
-void Connection::send(std::string text, ConnectionEvents& events) {
+void Connection::send(std::string text) {
   if (state_ != State::kOpen) return;
   if (!outbox_.push_control(std::move(text)))
-    fail(CloseCode::kSlowPeer, "control messages back up", events);
+    fail(CloseCode::kSlowPeer, "control messages back up");
 }
 
 std::optional<Packet> Connection::next_packet(const Now& now) {
@@ -225,10 +220,10 @@ std::optional<TimePoint> Connection::deadline() const {
   return first;
 }
 
-void Connection::fail(CloseCode code, std::string reason, ConnectionEvents& events) {
+void Connection::fail(CloseCode code, std::string reason) {
   if (state_ == State::kClosed) return;
   state_ = State::kClosed;
-  events.push_back(ConnectionFailed{code, std::move(reason)});
+  failure_ = Error{code, std::move(reason)};
 }
 
 }  // namespace connect_bridge

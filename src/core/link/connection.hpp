@@ -1,13 +1,11 @@
 // One connection to a peer, from the first byte to the last: hello, login, open, closed. What the
-// messages mean for exports and imports is the side's business.
+// messages mean is the business of the link that it carries.
 #pragma once
 
 #include <deque>
 #include <optional>
 #include <string>
-#include <unordered_set>
-#include <variant>
-#include <vector>
+#include <utility>
 
 #include "core/flow/outbox.hpp"
 #include "core/flow/reassembly.hpp"
@@ -42,27 +40,22 @@ struct Peer {
   std::uint32_t message_bytes_max = 0;
 };
 
-// What a link tells the side.
-struct LoginAsked {  // server: answer with Link::on_authenticated
-  std::string method;
-  Bytes credential;
+// Whom an open connection tells what arrives, each thing once and at once. An error ends the
+// connection with its code.
+class ConnectionUser {
+ public:
+  // Whether the peer may send on this channel; asked before anything of a message is kept.
+  [[nodiscard]] virtual bool expects(ChannelId channel) const = 0;
+  virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
+  virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
+  // The peer has all of a tracked message.
+  virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
+  // The peer's ROS time, sampled; `t4` is our system clock at its arrival.
+  virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
+
+ protected:
+  ~ConnectionUser() = default;
 };
-struct LoggedIn {};        // welcome sent (server) or received (client)
-struct ConnectionFailed {  // the connection must be closed with this code
-  CloseCode code = CloseCode::kMalformed;
-  std::string reason;
-};
-struct PeerRosTime {  // the peer's ROS time, sampled; for clock publication
-  TimeReply reply;
-  Stamp t4 = 0;
-};
-struct Delivered {  // the peer has all of a tracked message
-  ChannelId channel;
-  OriginId origin;
-};
-using ConnectionEvent = std::variant<LoginAsked, LoggedIn, ConnectionFailed, PeerRosTime, Control,
-                                     InMessage, Delivered>;
-using ConnectionEvents = std::vector<ConnectionEvent>;
 
 // Which packet is legal in which state is the table of docs/protocol.md section "States":
 //
@@ -74,33 +67,33 @@ using ConnectionEvents = std::vector<ConnectionEvent>;
 //   kOpen            control   packet of frames
 //   kClosed          ignored   ignored
 //
-// After ConnectionFailed the link is kClosed. Not thread-safe. Every call may append to `events`.
+// What makes a connection impossible is its failure(): from then on it is kClosed and does nothing,
+// and its owner closes the WebSocket with that code. Not thread-safe.
 class Connection {
  public:
   enum class State { kAwaitHello, kAwaitLogin, kAuthenticating, kAwaitWelcome, kOpen, kClosed };
 
   Connection(ConnectionOptions options, ConnectionId id, std::string address, const Now& now);
 
-  void on_packet(bool text, const Payload& packet, const Now& now, ConnectionEvents& events);
-  // Server: the answer to LoginAsked. `session` names the link that is opened or continued.
-  void on_authenticated(const Identity& identity, Token128 session, const Now& now,
-                        ConnectionEvents& events);
-  void on_time(const Now& now, ConnectionEvents& events);
+  void on_packet(bool text, const Payload& packet, const Now& now);
+  // Server: what the peer logs in with, once; answer with on_authenticated() or fail().
+  std::optional<Login> take_login() { return std::exchange(login_, std::nullopt); }
+  // Server: the login is right. `session` names the link that is opened or continued.
+  void on_authenticated(const Identity& identity, Token128 session, const Now& now);
+  // From now on an open connection has a user; it is given one before the next input.
+  void carry(ConnectionUser& user) { user_ = &user; }
+  void on_time(const Now& now);
   void close() { state_ = State::kClosed; }
+  void fail(CloseCode code, std::string reason);
+  [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
 
-  void send(const Control& message, ConnectionEvents& events);
-  void send(std::string text, ConnectionEvents& events);  // an encoded control message
+  void send(const Control& message);
+  void send(std::string text);  // an encoded control message
   // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
-  // The channels the peer may send on: messages for others end the link before anything is kept.
-  [[nodiscard]] bool is_expected(ChannelId channel) const { return incoming_.contains(channel); }
-  [[nodiscard]] std::size_t incoming_channels() const { return incoming_.size(); }
-  void expect_incoming(ChannelId channel) { incoming_.insert(channel); }
-  void forget_incoming(ChannelId channel) {
-    incoming_.erase(channel);
-    reassembly_.forget(channel);
-  }
+  // The peer's channel has ended: its unfinished message is forgotten.
+  void forget_incoming(ChannelId channel) { reassembly_.forget(channel); }
   // How often the peer's clock is asked; the default is dead_after / 3.
   void set_time_period(Duration period) { time_period_ = period; }
 
@@ -120,19 +113,21 @@ class Connection {
   [[nodiscard]] std::uint64_t open_bytes() const { return reassembly_.open_bytes(); }
 
  private:
-  void on_record(ByteView record, const Now& now, ConnectionEvents& events);
-  void on_welcome(ByteView record, const Now& now, ConnectionEvents& events);
-  void on_control(ByteView text, ConnectionEvents& events);
-  void on_frames(const Payload& packet, const Now& now, ConnectionEvents& events);
+  void on_record(ByteView record, const Now& now);
+  void on_welcome(ByteView record, const Now& now);
+  Result<Nothing> on_control(ByteView text, const Now& now);
+  Result<Nothing> on_frames(const Payload& packet, const Now& now);
   // Whether the frame carried data (so that an acknowledgement is due).
-  Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now,
-                        ConnectionEvents& events);
-  void opened(const Now& now, ConnectionEvents& events);
-  void fail(CloseCode code, std::string reason, ConnectionEvents& events);
+  Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
+  Result<bool> on_data(Result<std::optional<InMessage>> whole, const Now& now);
+  void opened(const Now& now);
 
   ConnectionOptions options_;
   ConnectionId id_;
   State state_;
+  std::optional<Login> login_;  // server: asked for and not yet taken
+  std::optional<Error> failure_;
+  ConnectionUser* user_ = nullptr;  // null until it carries a link
   Peer peer_;
   TimePoint login_deadline_;
   TimePoint last_heard_;
@@ -144,7 +139,6 @@ class Connection {
   std::uint64_t sent_bytes_ = 0;
   Outbox outbox_;
   Reassembly reassembly_;
-  std::unordered_set<ChannelId> incoming_;
   Acknowledger acknowledger_;
   ClockEstimate clock_;
 };

@@ -1,4 +1,5 @@
-// A link as the side knows it: it outlives its connections.
+// A link to a peer: it outlives its connections. It knows whose channel a number is, and so
+// dispatches what arrives.
 #pragma once
 
 #include <map>
@@ -7,7 +8,6 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
-#include <utility>
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
@@ -17,10 +17,27 @@
 
 namespace connect_bridge {
 
-struct Link {
-  LinkId id;
-  std::unique_ptr<Connection> connection;  // null while the connection is lost
-  ConnectionEvents events;                 // what the link said and the side has not handled yet
+class Link;
+
+// What concerns a link as a whole, and no channel. An error ends the connection with its code.
+class LinkUser {
+ public:
+  virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
+  virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
+  virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
+
+ protected:
+  ~LinkUser() = default;
+};
+
+class Link final : public ConnectionUser {
+ public:
+  Link(LinkId link, LinkUser& user) : id(link), user_(user) {}
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+
+  const LinkId id;
+  std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
   std::optional<Accepts> accepts;  // what the peer would import; known after its first message
@@ -28,12 +45,7 @@ struct Link {
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
-  LogLimit declines;                      // of channels that were declined before
   std::uint64_t connects = 0;
-  std::uint32_t last_channel = 0;
-  std::uint32_t offered = 0;  // channels the peer offers on this connection
-  // What a peer offers and withdraws again costs this graph endpoints that come and go.
-  Pace withdrawals{12'000, std::chrono::milliseconds(5)};
   Token128 peer_side;   // of the last connection
   std::string address;  // of the last connection, for people
   std::string node;
@@ -41,14 +53,17 @@ struct Link {
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past;
 
   [[nodiscard]] bool open() const { return connection && connection->open(); }
+  // "node at address", for log lines.
+  [[nodiscard]] std::string label() const { return node + " at " + address; }
+  // Without a connection nothing is sent: who has state tells it again on the next one.
   void send(const Control& message) {
-    if (connection) connection->send(message, events);
+    if (connection) connection->send(message);
   }
   void send(std::string text) {
-    if (connection) connection->send(std::move(text), events);
+    if (connection) connection->send(std::move(text));
   }
   void fail(Error error) {
-    events.push_back(ConnectionFailed{error.code, std::move(error.message)});
+    if (connection) connection->fail(error.code, std::move(error.message));
   }
 
   // ---- while there is a connection
@@ -58,47 +73,32 @@ struct Link {
     return connection->peer().message_bytes_max;
   }
 
-  // ---- channels of this connection, by their numbers
+  // ---- channels on which the peer sends
   // The peer offers a channel under a new number. Until somebody takes it, what comes on it is
   // dropped: as on one that was declined.
   void expect_offered(ChannelId number) {
-    expect(number, nullptr);
-    incoming_[number].offered = true;
-    ++offered;
+    incoming_[number] = {nullptr, true};
+    ++offered_;
   }
   void take_offered(ChannelId number, IncomingChannel& channel) {
     incoming_[number].channel = &channel;
   }
-  // Requests of the peer come on this number; without a channel they are dropped, until the peer
-  // withdraws it.
-  void expect(ChannelId number, IncomingChannel* channel) {
-    incoming_[number].channel = channel;
-    if (connection) connection->expect_incoming(number);
-  }
-  // The channel has ended here, and what the peer still sends on it is dropped.
-  void let_go(ChannelId number) {
-    if (const auto it = incoming_.find(number); it != incoming_.end()) it->second.channel = nullptr;
-  }
+  // Requests of the peer come on this number.
+  void expect(ChannelId number, IncomingChannel* channel) { incoming_[number] = {channel, false}; }
+  // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
+  void let_go(ChannelId number);
   // The peer will not send on it any more.
-  void forget(ChannelId number) {
-    const auto it = incoming_.find(number);
-    if (it == incoming_.end()) return;
-    if (it->second.offered) --offered;
-    incoming_.erase(it);
-    if (connection) connection->forget_incoming(number);
-  }
-  [[nodiscard]] bool expects(ChannelId number) const { return incoming_.contains(number); }
-  [[nodiscard]] bool is_offered(ChannelId number) const {
-    const auto it = incoming_.find(number);
-    return it != incoming_.end() && it->second.offered;
-  }
+  void forget(ChannelId number);
   [[nodiscard]] IncomingChannel* incoming(ChannelId number) const {
     const auto it = incoming_.find(number);
     return it == incoming_.end() ? nullptr : it->second.channel;
   }
-  // A new number to send on. The outbox's queue is the caller's to add and to remove.
+  [[nodiscard]] std::uint32_t offered() const { return offered_; }
+
+  // ---- channels on which this side sends
+  // A new number. The outbox's queue is the caller's to add and to remove.
   ChannelId open_channel(OutgoingChannel& channel) {
-    const ChannelId number{++last_channel};
+    const ChannelId number{++last_channel_};
     outgoing_[number] = &channel;
     return number;
   }
@@ -107,30 +107,51 @@ struct Link {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;
   }
-  // The connection is lost, and its numbers with it.
-  void forget_channels() {
-    incoming_.clear();
-    outgoing_.clear();
-    offered = 0;
-  }
+  // Whether this side has ever sent on the number. What concerns one that has ended crossed its
+  // withdraw, and is no mistake of the peer.
+  [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
+
+  // The connection is lost, and its channels with it.
+  void forget_channels();
 
   // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
   // channel it is, later ones are now and then.
-  bool note_decline(std::string& declined, const Decline& decline, const Now& now) {
-    std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
-    if (declined == reason) return false;
-    return std::exchange(declined, std::move(reason)).empty() || declines.count(now);
+  bool note_decline(std::string& declined, const Decline& decline, const Now& now);
+
+  // ---- what arrives
+  [[nodiscard]] bool expects(ChannelId channel) const override {
+    return incoming_.contains(channel);
   }
-  // "node at address", for log lines.
-  [[nodiscard]] std::string label() const { return node + " at " + address; }
+  Result<Nothing> on_control(Control& control, const Now& now) override;
+  Result<Nothing> on_message(InMessage message, const Now& now) override;
+  void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
+  void on_peer_time(const TimeReply& reply, Stamp t4) override { user_.on_peer_time(reply, t4); }
 
  private:
+  Result<Nothing> on(Offer& offer, const Now& now) { return user_.on_offer(*this, offer, now); }
+  Result<Nothing> on(Accepts& accepts, const Now& now);
+  Result<Nothing> on(OriginsChanged& change, const Now& now);
+  Result<Nothing> on(Withdraw& withdraw, const Now& now);
+  Result<Nothing> on(Demand& demand, const Now& now);
+  Result<Nothing> on(Decline& decline, const Now& now);
+  Result<Nothing> on(Attach& attach, const Now& now);
+  Result<Nothing> on(Attached& attached, const Now& now);
+  Result<Nothing> on(Refuse& refuse, const Now& now);
+  Result<Nothing> on(Forget& forget, const Now& now);
+
   struct Incoming {
     IncomingChannel* channel = nullptr;  // null: what comes is dropped
     bool offered = false;                // by the peer; else the peer's requests
   };
+  LinkUser& user_;
   std::unordered_map<ChannelId, Incoming> incoming_;
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
+  std::uint32_t last_channel_ = 0;
+  std::uint32_t offered_ = 0;  // channels the peer offers on this connection
+  std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
+  LogLimit declines_;          // of channels that were declined before
+  // What a peer offers and withdraws again costs this graph endpoints that come and go.
+  Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
 };
 
 using LinkTable = std::map<LinkId, Link>;

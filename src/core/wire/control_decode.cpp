@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/control_reader.hpp"
 #include "core/wire/words.hpp"
@@ -39,25 +40,10 @@ Result<Nothing> check_shape(std::string_view text) {
   return Nothing{};
 }
 
-int digit_of(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return -1;
-}
-
 Gid read_gid(Reader& reader, const Json& json) {
   Gid gid;
   const std::string hex = reader.string(json, "gid", gid.bytes.size() * 2);
-  if (hex.size() != gid.bytes.size() * 2) {
-    reader.fail("gid", "is not 48 hexadecimal digits");
-    return gid;
-  }
-  for (std::size_t i = 0; i < gid.bytes.size(); ++i) {
-    const int high = digit_of(hex[2 * i]);
-    const int low = digit_of(hex[2 * i + 1]);
-    if (high < 0 || low < 0) reader.fail("gid", "is not 48 hexadecimal digits");
-    gid.bytes[i] = static_cast<std::uint8_t>((high << 4 | low) & 0xff);
-  }
+  if (!from_hex(hex, gid.bytes)) reader.fail("gid", "is not 48 hexadecimal digits");
   return gid;
 }
 

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
@@ -10,17 +11,6 @@ namespace connect_bridge {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string to_hex(const Gid& gid) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string hex;
-  hex.reserve(gid.bytes.size() * 2);
-  for (const auto byte : gid.bytes) {
-    hex += kDigits[byte >> 4];
-    hex += kDigits[byte & 15];
-  }
-  return hex;
-}
 
 void put_duration(const char* key, Duration duration, Json& json) {
   if (duration >= Duration::zero() && duration <= kDurationMax) json[key] = duration.count();
@@ -42,7 +32,7 @@ Json json_of(const Qos& qos) {
 Json json_of(const OriginOffer& origin) {
   Json json;
   json["origin"] = origin.origin.value;
-  json["gid"] = to_hex(origin.gid);
+  json["gid"] = to_hex(origin.gid.bytes);
   json["node"] = to_text(origin.node, kNameBytesMax);
   json["qos"] = json_of(origin.qos);
   return json;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/base/hex.hpp"
 #include "core/base/random.hpp"
 
 namespace connect_bridge {
@@ -167,8 +168,7 @@ TEST(Claims, AServiceHasTheSameNumberInEveryProcess) {
   EXPECT_EQ(service_gid("/s"), service_gid("/s"));
   EXPECT_NE(service_gid("/s"), service_gid("/t"));
   const Gid gid = service_gid("/map_server/load");
-  EXPECT_EQ(to_hex(gid.bytes.data(), gid.bytes.size()),
-            "80c0717fd9ab6dcb7f03a227e45a151c7ee3be0d673e15df");
+  EXPECT_EQ(to_hex(gid.bytes), "80c0717fd9ab6dcb7f03a227e45a151c7ee3be0d673e15df");
 }
 
 }  // namespace

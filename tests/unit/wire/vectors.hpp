@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/base/bytes.hpp"
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 
@@ -28,15 +29,6 @@ inline Bytes from_hex(std::string_view hex) {
     }
   }
   return bytes;
-}
-
-inline std::string to_hex(ByteView bytes) {
-  std::string hex;
-  for (const auto byte : bytes) {
-    hex += "0123456789abcdef"[byte >> 4];
-    hex += "0123456789abcdef"[byte & 15];
-  }
-  return hex;
 }
 
 }  // namespace connect_bridge

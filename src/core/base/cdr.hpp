@@ -1,0 +1,78 @@
+// The few CDR messages that the bridge itself writes and reads: little-endian plain CDR, the
+// representation that every ROS 2 middleware writes (OMG DDSI-RTPS 2.3, section 10).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge {
+
+// Alignment counts from behind the encapsulation of 4 bytes; since that is 4, too, the size of the
+// whole serves for fields of up to 4 bytes.
+class CdrWriter {
+ public:
+  CdrWriter& u8(std::uint8_t value) {
+    bytes_.push_back(value);
+    return *this;
+  }
+  CdrWriter& u32(std::uint32_t value) {
+    while (bytes_.size() % 4 != 0) bytes_.push_back(0);
+    for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    return *this;
+  }
+  // Its length with the terminating zero, then both.
+  CdrWriter& string(std::string_view text) {
+    u32(static_cast<std::uint32_t>(text.size() + 1));
+    bytes_.insert(bytes_.end(), text.begin(), text.end());
+    bytes_.push_back(0);
+    return *this;
+  }
+  [[nodiscard]] Payload take() { return Payload::adopt(std::move(bytes_)); }
+
+ private:
+  Bytes bytes_{0, 1, 0, 0};
+};
+
+// Every position is checked; after a failure all further reads fail.
+class CdrReader {
+ public:
+  explicit CdrReader(ByteView bytes) : bytes_(bytes) {
+    if (bytes_.size() < 4 || bytes_[0] != 0 || bytes_[1] != 1) at_ = bytes_.size() + 1;
+  }
+  std::optional<std::uint8_t> u8() {
+    if (!has(1)) return std::nullopt;
+    return bytes_[at_++];
+  }
+  std::optional<std::uint32_t> u32() {
+    if (at_ <= bytes_.size()) at_ = (at_ + 3) / 4 * 4;
+    if (!has(4)) return std::nullopt;
+    std::uint32_t value = 0;
+    for (int i = 0; i < 4; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
+    return value;
+  }
+  // Lies in the bytes that are read.
+  std::optional<std::string_view> string() {
+    const auto size = u32();
+    if (!size || *size == 0 || !has(*size)) {
+      at_ = bytes_.size() + 1;
+      return std::nullopt;
+    }
+    const std::string_view text(reinterpret_cast<const char*>(bytes_.data() + at_), *size - 1);
+    at_ += *size;
+    return text;
+  }
+
+ private:
+  [[nodiscard]] bool has(std::size_t size) const {
+    return at_ <= bytes_.size() && size <= bytes_.size() - at_;
+  }
+
+  ByteView bytes_;
+  std::size_t at_ = 4;
+};
+
+}  // namespace connect_bridge

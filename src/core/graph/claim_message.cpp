@@ -1,0 +1,53 @@
+#include "core/graph/claim_message.hpp"
+
+#include <string>
+#include <string_view>
+
+#include "core/base/cdr.hpp"
+#include "core/base/hex.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::string_view kMark = "connect_bridge claims 1";
+constexpr std::size_t kClaimOriginsMax = 65536;
+constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
+
+}  // namespace
+
+Payload serialize(const Claim& claim, Stamp stamp) {
+  std::string text = to_hex(claim.side.bytes);
+  for (const auto& origin : claim.origins) text += ' ' + to_hex(origin.bytes);
+  return CdrWriter()
+      .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
+      .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))
+      .u8(kDebug)
+      .string(kMark)  // name
+      .string(text)   // msg
+      .string("")     // file
+      .string("")     // function
+      .u32(0)         // line
+      .take();
+}
+
+std::optional<Claim> parse_claim(ByteView cdr) {
+  CdrReader reader(cdr);
+  reader.u32();
+  reader.u32();
+  reader.u8();
+  const auto mark = reader.string();
+  const auto text = reader.string();
+  if (!text || *mark != kMark) return std::nullopt;
+  Claim claim;
+  std::string_view rest = *text;
+  if (!from_hex(rest.substr(0, rest.find(' ')), claim.side.bytes)) return std::nullopt;
+  while (rest.find(' ') != std::string_view::npos && claim.origins.size() < kClaimOriginsMax) {
+    rest.remove_prefix(rest.find(' ') + 1);
+    Gid gid;
+    if (!from_hex(rest.substr(0, rest.find(' ')), gid.bytes)) return std::nullopt;
+    claim.origins.push_back(gid);
+  }
+  return claim;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,144 @@
+#include "core/link/link.hpp"
+
+#include <utility>
+#include <variant>
+
+namespace connect_bridge {
+namespace {
+
+// Every topic here is compared with them (docs/protocol.md, section "Limits").
+constexpr std::size_t kAcceptPatternsMax = 4096;
+// Channels of requests that a peer has not confirmed the end of; one that honours the protocol does
+// so within a round trip.
+constexpr std::uint32_t kEndedChannelsMax = 4096;
+
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  return count;
+}
+
+}  // namespace
+
+void Link::let_go(ChannelId number) {
+  const auto it = incoming_.find(number);
+  if (it == incoming_.end() || !it->second.channel) return;
+  it->second.channel = nullptr;
+  if (!it->second.offered) ++ended_;
+}
+
+void Link::forget(ChannelId number) {
+  const auto it = incoming_.find(number);
+  if (it == incoming_.end()) return;
+  if (it->second.offered) --offered_;
+  if (!it->second.offered && !it->second.channel) --ended_;
+  incoming_.erase(it);
+  if (connection) connection->forget_incoming(number);
+}
+
+void Link::forget_channels() {
+  incoming_.clear();
+  outgoing_.clear();
+  offered_ = ended_ = 0;
+}
+
+bool Link::note_decline(std::string& declined, const Decline& decline, const Now& now) {
+  std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
+  if (declined == reason) return false;
+  return std::exchange(declined, std::move(reason)).empty() || declines_.count(now);
+}
+
+Result<Nothing> Link::on_control(Control& control, const Now& now) {
+  return std::visit([&](auto& message) { return on(message, now); }, control);
+}
+
+Result<Nothing> Link::on_message(InMessage message, const Now& now) {
+  IncomingChannel* channel = incoming(message.channel);
+  return channel ? channel->on_message(std::move(message), now) : Nothing{};
+}
+
+void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
+  if (OutgoingChannel* channel = outgoing(whole.channel))
+    channel->on_delivered({whole.origin.value}, now);
+}
+
+Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
+  if (patterns_of(accepted) > kAcceptPatternsMax)
+    return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
+  if (accepted.message_bytes_max > 0)
+    connection->set_peer_message_bytes_max(accepted.message_bytes_max);
+  return user_.on_accepts(*this, std::move(accepted), now);
+}
+
+Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {
+  if (!expects(change.channel))
+    return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
+  IncomingChannel* channel = incoming(change.channel);
+  return channel ? channel->on_origins(change, now) : Nothing{};
+}
+
+Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
+  for (const ChannelId number : withdraw.channels) {
+    const auto it = incoming_.find(number);
+    if (it == incoming_.end())
+      return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
+    const Incoming ended = it->second;
+    forget(number);
+    if (ended.channel) ended.channel->on_withdraw(now);
+    if (ended.offered && !withdrawals_.take(now.steady))
+      return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
+  }
+  return Nothing{};
+}
+
+// What concerns a channel that this side has withdrawn crossed the withdraw on its way.
+Result<Nothing> Link::on(Demand& demand, const Now& now) {
+  for (const ChannelId number : demand.channels)
+    if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.on, now);
+  return Nothing{};
+}
+
+Result<Nothing> Link::on(Decline& decline, const Now& now) {
+  if (OutgoingChannel* channel = outgoing(decline.channel)) channel->on_decline(decline, now);
+  return Nothing{};
+}
+
+Result<Nothing> Link::on(Attach& attach, const Now& now) {
+  if (expects(attach.requests))
+    return Error{CloseCode::kIllegal, "a channel of requests has a number that is in use"};
+  OutgoingChannel* channel = outgoing(attach.channel);
+  if (!channel && !was_opened(attach.channel))
+    return Error{CloseCode::kUnknownChannel, "attached to a service that was never offered"};
+  if (ended_ > kEndedChannelsMax)
+    return Error{CloseCode::kTooLarge, "too many channels of requests are not ended"};
+  if (channel) return channel->on_attach(attach, now);
+  // It crossed our withdraw, and the peer will end it as soon as it sees that.
+  incoming_[attach.requests] = {nullptr, false};
+  ++ended_;
+  return Nothing{};
+}
+
+Result<Nothing> Link::on(Attached& attached, const Now& now) {
+  if (!expects(attached.channel))
+    return Error{CloseCode::kUnknownChannel, "attached to a service that does not exist"};
+  IncomingChannel* channel = incoming(attached.channel);
+  return channel ? channel->on_attached(attached, now) : Nothing{};
+}
+
+Result<Nothing> Link::on(Refuse& refuse, const Now& now) {
+  if (!expects(refuse.channel))
+    return Error{CloseCode::kUnknownChannel, "calls of a service that does not exist are refused"};
+  IncomingChannel* channel = incoming(refuse.channel);
+  return channel ? channel->on_refuse(refuse, now) : Nothing{};
+}
+
+Result<Nothing> Link::on(Forget& forget, const Now& now) {
+  if (OutgoingChannel* channel = outgoing(forget.channel)) return channel->on_forget(forget, now);
+  if (!was_opened(forget.channel))
+    return Error{CloseCode::kUnknownChannel, "calls of a service that was never offered"};
+  return Nothing{};
+}
+
+}  // namespace connect_bridge

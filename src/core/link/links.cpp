@@ -1,0 +1,309 @@
+#include "core/link/links.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kPendingMax = 256;  // connections before login
+// After a reconnect the peer has this long for its first round of offers.
+constexpr Duration kOffersTime = std::chrono::seconds(30);
+// A link that lives this long has come to something: the back-off begins anew after it.
+constexpr Duration kSteadyLink = std::chrono::seconds(5);
+
+}  // namespace
+
+Token128 make_token(Random& random, const std::function<std::uint64_t()>& secret_random) {
+  Token128 token;
+  for (std::size_t i = 0; i < token.bytes.size(); i += 8) {
+    const std::uint64_t word = secret_random ? secret_random() : random.next();
+    for (std::size_t j = 0; j < 8; ++j)
+      token.bytes[i + j] = static_cast<std::uint8_t>(word >> (8 * j));
+  }
+  return token;
+}
+
+Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs& outputs,
+             LinksUser& user)
+    : options_(options),
+      side_(side),
+      random_(random),
+      outputs_(outputs),
+      user_(user),
+      dialer_({options.retry_min, options.retry_max}) {}
+
+ConnectionOptions Links::connection_options() const {
+  ConnectionOptions o;
+  o.server = options_.role == Role::kServer;
+  o.side = side_;
+  o.node = options_.node;
+  o.login_method = options_.login_method;
+  o.credential = options_.credential;
+  o.login_timeout = options_.login_timeout;
+  o.dead_after = options_.dead_after;
+  o.outbox = options_.outbox;
+  o.reassembly = options_.reassembly;
+  if (!o.server && !links_.empty()) o.session = links_.begin()->second.session;
+  return o;
+}
+
+Link* Links::link_of(ConnectionId connection) {
+  for (auto& [id, link] : links_)
+    if (link.connection && link.connection->id() == connection) return &link;
+  return nullptr;
+}
+
+Link& Links::make_link() {
+  const LinkId id{++last_link_};
+  return links_.try_emplace(id, id, user_).first->second;
+}
+
+void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
+  outputs_.push(CloseConnection{connection, code, reason});
+}
+
+// ---- before the login
+
+void Links::on(ConnectionOpened& input, const Now& now) {
+  if (pending_.size() >= kPendingMax)
+    return close(input.connection, CloseCode::kTooManyConnections,
+                 "too many connections without login");
+  pending_[input.connection] =
+      std::make_unique<Connection>(connection_options(), input.connection, input.peer, now);
+}
+
+void Links::on(DialFailed& input, const Now& now) {
+  if (input.connection != dialing_) return;
+  if (last_failure_ != input.reason)
+    outputs_.log(LogLevel::kWarn, "cannot connect: " + input.reason + "; trying again");
+  last_failure_ = input.reason;
+  dial_later(false, now);
+}
+
+void Links::look_at(Pending::iterator waiting, const Now& now) {
+  Connection& connection = *waiting->second;
+  if (auto login = connection.take_login())
+    outputs_.push(Authenticate{waiting->first, connection.peer().address, std::move(login->method),
+                               std::move(login->credential)});
+  if (connection.failure())
+    return refuse(waiting, connection.failure()->code, std::string(connection.failure()->message),
+                  now);
+  if (!connection.open()) return;
+  auto welcomed = std::move(waiting->second);  // we are a client
+  pending_.erase(waiting);
+  carry(links_.empty() ? make_link() : links_.begin()->second, std::move(welcomed), now);
+}
+
+void Links::refuse(Pending::iterator waiting, CloseCode code, const std::string& reason,
+                   const Now& now) {
+  outputs_.log(LogLevel::kWarn, "closing " + waiting->second->peer().address + ": " + reason +
+                                    " (" + std::string(name_of(code)) + ")");
+  last_failure_ = reason;
+  close(waiting->first, code, reason);
+  pending_.erase(waiting);
+  if (options_.role == Role::kClient) dial_later(false, now);
+}
+
+void Links::on(Authenticated& input, const Now& now) {
+  const auto waiting = pending_.find(input.connection);
+  if (waiting == pending_.end() || waiting->second->state() != Connection::State::kAuthenticating)
+    return;
+  const bool expired =
+      input.identity && input.identity->expires != 0 && now.system >= input.identity->expires;
+  if (!input.identity || expired) {
+    outputs_.log(LogLevel::kWarn, "login refused: " + (expired ? "it has expired" : input.reason));
+    // The peer learns no more than that.
+    return refuse(waiting, CloseCode::kLoginRefused, "login refused", now);
+  }
+  Link* link = link_for_login(*waiting->second, *input.identity, now);
+  if (!link) return refuse(waiting, CloseCode::kTooManyConnections, "too many links", now);
+  auto connection = std::move(waiting->second);
+  pending_.erase(waiting);
+  link->identity = *input.identity;
+  connection->on_authenticated(*input.identity, link->session, now);
+  carry(*link, std::move(connection), now);
+}
+
+// The link whose session the client continues, if it is its own; else a new one, or null at the
+// limit.
+Link* Links::link_for_login(const Connection& connection, const Identity& identity,
+                            const Now& now) {
+  for (auto& [id, link] : links_)
+    if (connection.peer().session && link.session == connection.peer().session &&
+        link.identity.name == identity.name)
+      return &link;
+  if (links_.size() >= options_.links_max) {
+    // A link that waits for its client's return gives way to one that is here.
+    const auto lost = std::find_if(links_.begin(), links_.end(),
+                                   [](const auto& l) { return l.second.forgotten_at.has_value(); });
+    if (lost == links_.end()) return nullptr;
+    user_.on_link_dead(lost->second, now);
+    links_.erase(lost);
+  }
+  Link& link = make_link();
+  link.session = make_token(random_, options_.secret_random);
+  return &link;
+}
+
+// ---- while a connection carries a link
+
+void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now& now) {
+  if (link.connection) {
+    close(link.connection->id(), CloseCode::kReplaced,
+          "a newer connection of this session took over");
+    lose(link, false, now);
+  }
+  const Peer& peer = connection->peer();
+  const bool renewed = link.peer_side && link.peer_side != peer.side;
+  link.peer_side = peer.side;
+  link.session = peer.session;
+  link.address = peer.address;
+  link.node = peer.node;
+  link.connection = std::move(connection);
+  link.connection->carry(link);
+  link.forgotten_at.reset();
+  link.orphans_end_at = now.steady + kOffersTime;
+  link.opened_at = now.steady;
+  ++link.connects;
+  last_failure_.clear();
+  outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
+  outputs_.log(LogLevel::kInfo,
+               "link open with " + link.label() +
+                   (link.identity.name.empty() ? "" : " as " + link.identity.name));
+  user_.on_link_open(link, renewed, now);
+}
+
+void Links::on(PacketReceived& input, const Now& now) {
+  if (const auto waiting = pending_.find(input.connection); waiting != pending_.end()) {
+    waiting->second->on_packet(input.text, input.payload, now);
+    return look_at(waiting, now);
+  }
+  if (Link* link = link_of(input.connection))
+    link->connection->on_packet(input.text, input.payload, now);
+}
+
+void Links::on(ConnectionClosed& input, const Now& now) {
+  const std::string reason = input.reason.empty() ? "the connection was closed" : input.reason;
+  const bool refused = input.code == static_cast<std::uint16_t>(CloseCode::kLoginRefused);
+  if (pending_.erase(input.connection) > 0) {
+    if (options_.role == Role::kServer) return;
+    if (last_failure_ != reason)
+      outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason);
+    last_failure_ = reason;
+    return dial_later(refused, now);
+  }
+  Link* link = link_of(input.connection);
+  if (!link) return;
+  outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason);
+  last_failure_ = reason;
+  lose(*link, left_for_good(input.code), now);
+}
+
+// A client that says goodbye needs no place any more. A server that does so is mostly restarted:
+// its mirrors wait for it as after any loss.
+bool Links::left_for_good(std::optional<std::uint16_t> code) const {
+  return options_.role == Role::kServer && code &&
+         (*code == static_cast<std::uint16_t>(CloseCode::kNormal) ||
+          *code == static_cast<std::uint16_t>(CloseCode::kGoingAway));
+}
+
+void Links::end_failed(const Now& now) {
+  for (auto& [id, link] : links_) {
+    if (!link.connection || !link.connection->failure()) continue;
+    const Error error = *link.connection->failure();
+    outputs_.log(LogLevel::kWarn, "closing the link with " + link.label() + ": " + error.message +
+                                      " (" + std::string(name_of(error.code)) + ")");
+    last_failure_ = error.message;
+    close(link.connection->id(), error.code, error.message);
+    lose(link, error.code == CloseCode::kSilent, now);
+  }
+}
+
+void Links::lose(Link& link, bool dead, const Now& now) {
+  const TimePoint heard = link.connection->last_heard();
+  link.connection->close();
+  user_.on_link_lost(link, now);
+  link.forget_channels();
+  link.connection.reset();
+  link.accepts.reset();
+  link.offers_complete = false;
+  link.forgotten_at = dead ? now.steady : std::max(now.steady, heard + options_.dead_after);
+  link.orphans_end_at.reset();
+  if (dead) user_.on_link_dead(link, now);
+  if (options_.role == Role::kServer || stopped_) return;
+  // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
+  if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
+  dial_later(false, now);
+}
+
+// ---- time
+
+void Links::dial_later(bool login_refused, const Now& now) {
+  dialing_ = {};
+  dialer_.failed(now.steady, login_refused, random_);
+}
+
+void Links::dial_if_due(const Now& now) {
+  if (options_.role != Role::kClient || !dialer_.take_due(now.steady)) return;
+  dialing_ = {++last_connection_};
+  outputs_.push(Dial{dialing_});
+}
+
+void Links::on_time(const Now& now) {
+  for (auto it = pending_.begin(); it != pending_.end();) {
+    const auto waiting = it++;
+    waiting->second->on_time(now);
+    look_at(waiting, now);
+  }
+  for (auto it = links_.begin(); it != links_.end();) {
+    Link& link = it->second;
+    const Stamp expires = link.identity.expires;
+    if (link.connection) link.connection->on_time(now);
+    if (link.open() && expires != 0 && now.system >= expires)
+      link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
+    if (link.orphans_end_at && *link.orphans_end_at <= now.steady) {
+      link.orphans_end_at.reset();
+      user_.on_offers_over(link, now);
+    }
+    if (!link.forgotten_at || *link.forgotten_at > now.steady) {
+      ++it;
+      continue;
+    }
+    user_.on_link_dead(link, now);
+    link.forgotten_at.reset();
+    it = options_.role == Role::kServer ? links_.erase(it) : std::next(it);
+  }
+}
+
+void Links::stop(const Now& now) {
+  stopped_ = true;
+  dialer_.stop();
+  for (auto& [connection, waiting] : pending_)
+    close(connection, CloseCode::kGoingAway, "this side stops");
+  pending_.clear();
+  for (auto& [id, link] : links_) {
+    if (!link.connection) continue;
+    close(link.connection->id(), CloseCode::kGoingAway, "this side stops");
+    lose(link, true, now);
+  }
+}
+
+std::optional<Packet> Links::next_packet(ConnectionId connection, const Now& now) {
+  const auto waiting = pending_.find(connection);
+  if (waiting != pending_.end()) return waiting->second->next_packet(now);
+  Link* link = link_of(connection);
+  return link ? link->connection->next_packet(now) : std::nullopt;
+}
+
+std::optional<TimePoint> Links::deadline() const {
+  std::optional<TimePoint> first;
+  for (const auto& [id, waiting] : pending_) first = earliest(first, waiting->deadline());
+  for (const auto& [id, link] : links_) {
+    if (link.connection) first = earliest(first, link.connection->deadline());
+    first = earliest(first, earliest(link.forgotten_at, link.orphans_end_at));
+  }
+  return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,125 @@
+// All links of a side: which connection carries which, who is logged in, what a loss means, when a
+// client dials.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/random.hpp"
+#include "core/base/timers.hpp"
+#include "core/link/dialer.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+enum class Role : std::uint8_t { kServer, kClient };
+
+struct LinkOptions {
+  Role role = Role::kServer;
+  std::string node = "/connect";      // fully qualified name of our node
+  std::string login_method = "none";  // client: what it logs in with
+  Bytes credential;                   // client
+  Duration login_timeout = std::chrono::seconds(5);
+  Duration dead_after = std::chrono::seconds(3);
+  Duration retry_min = std::chrono::milliseconds(200);   // client: first back-off
+  Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
+  Duration dial_timeout = std::chrono::seconds(5);
+  std::uint32_t links_max = 64;  // server
+  // Source of session secrets; the seeded generator when empty (simulation). Give it a
+  // cryptographic one.
+  std::function<std::uint64_t()> secret_random;
+  OutboxOptions outbox;
+  ReassemblyOptions reassembly;
+};
+
+// What becomes of links, for those who have channels on them.
+class LinksUser : public LinkUser {
+ public:
+  // A connection carries the link from now on; `renewed`: by another process than the last one.
+  virtual void on_link_open(Link& link, bool renewed, const Now& now) = 0;
+  // The connection is about to go, and its channels with it. Mirrors and calls wait.
+  virtual void on_link_lost(Link& link, const Now& now) = 0;
+  // It was lost for dead_after, or left for good: nothing of it stays.
+  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // What the peer has not offered again by now it will not.
+  virtual void on_offers_over(Link& link, const Now& now) = 0;
+
+ protected:
+  ~LinksUser() = default;
+};
+
+// A session is a link: a client that presents its secret continues it on another connection. A
+// lost link waits `dead_after` for that; then it is dead. Single-threaded; owned by the side.
+class Links {
+ public:
+  // `side` is our own id.
+  Links(const LinkOptions& options, Token128 side, Random& random, Outputs& outputs,
+        LinksUser& user);
+
+  void on(ConnectionOpened& input, const Now& now);
+  void on(DialFailed& input, const Now& now);
+  void on(PacketReceived& input, const Now& now);
+  void on(ConnectionClosed& input, const Now& now);
+  void on(Authenticated& input, const Now& now);
+  void on_time(const Now& now);
+  // Closes the connections that have failed while an input was handled; to be called after each.
+  void end_failed(const Now& now);
+  // Client: dials when it is time to.
+  void dial_if_due(const Now& now);
+  // Closes everything orderly, for good.
+  void stop(const Now& now);
+
+  std::optional<Packet> next_packet(ConnectionId connection, const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  // Those of living links and of lost ones.
+  [[nodiscard]] LinkTable& all() { return links_; }
+  [[nodiscard]] const LinkTable& all() const { return links_; }
+  // Why the last connection ended, or could not be made.
+  [[nodiscard]] const std::string& last_failure() const { return last_failure_; }
+
+ private:
+  using Pending = std::map<ConnectionId, std::unique_ptr<Connection>>;
+
+  [[nodiscard]] ConnectionOptions connection_options() const;
+  [[nodiscard]] Link* link_of(ConnectionId connection);
+  [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
+                                     const Now& now);
+  [[nodiscard]] Link& make_link();
+  void close(ConnectionId connection, CloseCode code, const std::string& reason);
+  // What a connection before its login has come to by the last input.
+  void look_at(Pending::iterator waiting, const Now& now);
+  void refuse(Pending::iterator waiting, CloseCode code, const std::string& reason, const Now& now);
+  [[nodiscard]] bool left_for_good(std::optional<std::uint16_t> code) const;
+  void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
+  // The connection is gone, or about to be. `dead`: the link is dead at once, else after dead_after
+  // of silence.
+  void lose(Link& link, bool dead, const Now& now);
+  void dial_later(bool login_refused, const Now& now);
+
+  const LinkOptions& options_;
+  Token128 side_;
+  Random& random_;
+  Outputs& outputs_;
+  LinksUser& user_;
+  LinkTable links_;
+  Pending pending_;  // connections before login or welcome
+  Dialer dialer_;
+  ConnectionId dialing_;  // client: dial or connection under way
+  std::uint32_t last_link_ = 0;
+  std::uint32_t last_connection_ = 0;  // client
+  bool stopped_ = false;
+  std::string last_failure_;
+};
+
+// Sixteen bytes; of `secret_random`, if there is one, for what nobody may guess.
+[[nodiscard]] Token128 make_token(Random& random,
+                                  const std::function<std::uint64_t()>& secret_random = {});
+
+}  // namespace connect_bridge

@@ -1,0 +1,64 @@
+#include "core/jobs/jobs.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace connect_bridge {
+namespace {
+
+struct Owner : JobOwner {
+  void on_job(std::optional<Payload> result, const Now&) override {
+    results.push_back(result ? result->size() : 0);
+  }
+  std::vector<std::size_t> results;
+};
+
+class JobsTest : public ::testing::Test {
+ protected:
+  JobId asked() {
+    auto action = outputs.next();
+    if (!action) return {};
+    if (auto* compress = std::get_if<CompressJob>(&*action)) return compress->job;
+    return std::get<DecompressJob>(*action).job;
+  }
+  void finish(JobId id, std::optional<Payload> result) {
+    JobDone done{id, std::move(result)};
+    jobs.on_done(done, Now{});
+  }
+
+  Outputs outputs;
+  Jobs jobs{JobOptions{100}, outputs};
+  Owner one, other;
+};
+
+TEST_F(JobsTest, TheOwnerAndNobodyElseIsTold) {
+  auto first = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));
+  auto second = jobs.decompress(other, Codec::kLz4, 300, Payload::copy_of(Bytes(20)));
+  const JobId a = asked();
+  const JobId b = asked();
+  finish(b, Payload::copy_of(Bytes(300)));
+  finish(a, std::nullopt);
+  EXPECT_EQ(one.results, (std::vector<std::size_t>{0}));
+  EXPECT_EQ(other.results, (std::vector<std::size_t>{300}));
+  finish(a, std::nullopt);
+  EXPECT_EQ(one.results.size(), 1U);
+}
+
+TEST_F(JobsTest, AResultThatNobodyWantsIsIgnored) {
+  {
+    const auto gone = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));
+    EXPECT_TRUE(gone);
+  }
+  finish(asked(), std::nullopt);
+  EXPECT_TRUE(one.results.empty());
+}
+
+TEST_F(JobsTest, LargeIsWhatAWorkerDoes) {
+  EXPECT_FALSE(jobs.is_large(99));
+  EXPECT_TRUE(jobs.is_large(100));
+}
+
+}  // namespace
+}  // namespace connect_bridge
