@@ -15,7 +15,7 @@
 namespace connect_bridge {
 
 struct JobOptions {
-  std::uint32_t bytes_min = 16384;  // from this size on a worker does it, below the caller at once
+  std::uint32_t compress_job_bytes = 16384;  // from this size on a worker does it, else the loop
 };
 
 // Who waits for a job. Compress: no result when it does not shrink. Decompress: none when the bytes
@@ -65,7 +65,9 @@ class Jobs {
   Jobs& operator=(const Jobs&) = delete;
 
   // Whether a message of this size (uncompressed) is work for a worker.
-  [[nodiscard]] bool is_large(std::uint64_t bytes) const { return bytes >= options_.bytes_min; }
+  [[nodiscard]] bool is_large(std::uint64_t bytes) const {
+    return bytes >= options_.compress_job_bytes;
+  }
 
   [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw) {
     const JobId id = begin(owner);

@@ -11,6 +11,7 @@ constexpr std::size_t kAcceptPatternsMax = 4096;
 // Channels of requests that a peer has not confirmed the end of; one that honours the protocol does
 // so within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
+constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
 
 std::size_t patterns_of(const Accepts& accepts) {
   std::size_t count = accepts.deny.size();
@@ -50,18 +51,58 @@ bool Link::note_decline(std::string& declined, const Decline& decline, const Now
   return std::exchange(declined, std::move(reason)).empty() || declines_.count(now);
 }
 
+LinkStatus Link::status() const {
+  LinkStatus shown;
+  shown.peer = address;
+  shown.node = node;
+  shown.identity = identity.name;
+  shown.open = open();
+  shown.connects = connects;
+  if (!connection) return shown;
+  const Outbox& outbox = connection->outbox();
+  shown.sent_bytes = connection->sent_bytes();
+  shown.received_bytes = connection->received_bytes();
+  shown.queued_bytes = outbox.data_bytes() + outbox.kept_bytes();
+  shown.unacknowledged_bytes = outbox.unacknowledged_bytes();
+  const ClockEstimate& clock = connection->clock();
+  shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
+  return shown;
+}
+
+std::uint64_t Link::memory_bytes() const {
+  if (!connection) return 0;
+  const Outbox& outbox = connection->outbox();
+  return outbox.data_bytes() + outbox.kept_bytes() + connection->open_bytes();
+}
+
+void Link::keep_counts(std::vector<TopicStatus> topics) {
+  for (auto& topic : topics) {
+    topic.dropped.add(DropReason::kLinkLost, topic.queued);
+    if (topic.messages + topic.dropped.total() == 0) continue;
+    const std::tuple key{topic.exported, topic.topic, topic.type};
+    if (past_.size() < kPastTopicsMax || past_.contains(key)) past_[key].add_past(topic);
+  }
+}
+
+void Link::add_past(TopicStatus& topic) const {
+  const auto past = past_.find({topic.exported, topic.topic, topic.type});
+  if (past != past_.end()) topic.add_past(past->second);
+}
+
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
 
 Result<Nothing> Link::on_message(InMessage message, const Now& now) {
   IncomingChannel* channel = incoming(message.channel);
-  return channel ? channel->on_message(std::move(message), now) : Nothing{};
+  return channel ? channel->on_message(std::move(message), now)
+                 : user_.on_stray(*this, message, now);
 }
 
 void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
   if (OutgoingChannel* channel = outgoing(whole.channel))
-    channel->on_delivered({whole.origin.value}, now);
+    return channel->on_delivered({whole.origin.value}, now);
+  user_.on_stray(*this, whole, now);
 }
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
@@ -76,7 +117,7 @@ Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {
   if (!expects(change.channel))
     return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
   IncomingChannel* channel = incoming(change.channel);
-  return channel ? channel->on_origins(change, now) : Nothing{};
+  return channel ? channel->on_origins(change, now) : user_.on_stray(*this, change, now);
 }
 
 Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
@@ -86,7 +127,11 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
     const Incoming ended = it->second;
     forget(number);
-    if (ended.channel) ended.channel->on_withdraw(now);
+    if (ended.channel) {
+      ended.channel->on_withdraw(now);
+    } else if (auto result = user_.on_stray(*this, Withdraw{{number}}, now); !result) {
+      return result;
+    }
     if (ended.offered && !withdrawals_.take(now.steady))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }
@@ -97,11 +142,13 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (const ChannelId number : demand.channels)
     if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.on, now);
-  return Nothing{};
+  return user_.on_stray(*this, demand, now);
 }
 
 Result<Nothing> Link::on(Decline& decline, const Now& now) {
-  if (OutgoingChannel* channel = outgoing(decline.channel)) channel->on_decline(decline, now);
+  OutgoingChannel* channel = outgoing(decline.channel);
+  if (!channel) return user_.on_stray(*this, decline, now);
+  channel->on_decline(decline, now);
   return Nothing{};
 }
 
@@ -109,6 +156,7 @@ Result<Nothing> Link::on(Attach& attach, const Now& now) {
   if (expects(attach.requests))
     return Error{CloseCode::kIllegal, "a channel of requests has a number that is in use"};
   OutgoingChannel* channel = outgoing(attach.channel);
+  if (!channel) return user_.on_stray(*this, attach, now);
   if (!channel && !was_opened(attach.channel))
     return Error{CloseCode::kUnknownChannel, "attached to a service that was never offered"};
   if (ended_ > kEndedChannelsMax)
@@ -124,18 +172,19 @@ Result<Nothing> Link::on(Attached& attached, const Now& now) {
   if (!expects(attached.channel))
     return Error{CloseCode::kUnknownChannel, "attached to a service that does not exist"};
   IncomingChannel* channel = incoming(attached.channel);
-  return channel ? channel->on_attached(attached, now) : Nothing{};
+  return channel ? channel->on_attached(attached, now) : user_.on_stray(*this, attached, now);
 }
 
 Result<Nothing> Link::on(Refuse& refuse, const Now& now) {
   if (!expects(refuse.channel))
     return Error{CloseCode::kUnknownChannel, "calls of a service that does not exist are refused"};
   IncomingChannel* channel = incoming(refuse.channel);
-  return channel ? channel->on_refuse(refuse, now) : Nothing{};
+  return channel ? channel->on_refuse(refuse, now) : user_.on_stray(*this, refuse, now);
 }
 
 Result<Nothing> Link::on(Forget& forget, const Now& now) {
   if (OutgoingChannel* channel = outgoing(forget.channel)) return channel->on_forget(forget, now);
+  return user_.on_stray(*this, forget, now);
   if (!was_opened(forget.channel))
     return Error{CloseCode::kUnknownChannel, "calls of a service that was never offered"};
   return Nothing{};

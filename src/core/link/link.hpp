@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <vector>
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
@@ -25,6 +26,10 @@ class LinkUser {
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
+  // STRAY: of a channel whose owner does not stand in the link's tables yet.
+  virtual Result<Nothing> on_stray(Link& link, InMessage& message, const Now& now) = 0;
+  virtual Result<Nothing> on_stray(Link& link, Control message, const Now& now) = 0;
+  virtual void on_stray(Link& link, const Outbox::Delivered& whole, const Now& now) = 0;
 
  protected:
   ~LinkUser() = default;
@@ -46,11 +51,10 @@ class Link final : public ConnectionUser {
   TimePoint opened_at{};
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
   std::uint64_t connects = 0;
+  std::uint32_t last_channel = 0;
   Token128 peer_side;   // of the last connection
   std::string address;  // of the last connection, for people
   std::string node;
-  // What was counted on its earlier connections, by exported, topic and type.
-  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past;
 
   [[nodiscard]] bool open() const { return connection && connection->open(); }
   // "node at address", for log lines.
@@ -98,7 +102,7 @@ class Link final : public ConnectionUser {
   // ---- channels on which this side sends
   // A new number. The outbox's queue is the caller's to add and to remove.
   ChannelId open_channel(OutgoingChannel& channel) {
-    const ChannelId number{++last_channel_};
+    const ChannelId number{++last_channel};
     outgoing_[number] = &channel;
     return number;
   }
@@ -109,7 +113,7 @@ class Link final : public ConnectionUser {
   }
   // Whether this side has ever sent on the number. What concerns one that has ended crossed its
   // withdraw, and is no mistake of the peer.
-  [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
+  [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel; }
 
   // The connection is lost, and its channels with it.
   void forget_channels();
@@ -117,6 +121,14 @@ class Link final : public ConnectionUser {
   // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
   // channel it is, later ones are now and then.
   bool note_decline(std::string& declined, const Decline& decline, const Now& now);
+
+  // ---- for people
+  // The link's own part of its status.
+  [[nodiscard]] LinkStatus status() const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages
+  // What was counted on a connection that is lost belongs to the topic for as long as the link is.
+  void keep_counts(std::vector<TopicStatus> topics);
+  void add_past(TopicStatus& topic) const;
 
   // ---- what arrives
   [[nodiscard]] bool expects(ChannelId channel) const override {
@@ -146,10 +158,11 @@ class Link final : public ConnectionUser {
   LinkUser& user_;
   std::unordered_map<ChannelId, Incoming> incoming_;
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
-  std::uint32_t last_channel_ = 0;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   LogLimit declines_;          // of channels that were declined before
+  // What was counted on earlier connections, by exported, topic and type.
+  std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again costs this graph endpoints that come and go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
 };

@@ -155,7 +155,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     lose(link, false, now);
   }
   const Peer& peer = connection->peer();
-  const bool renewed = link.peer_side && link.peer_side != peer.side;
+  if (link.peer_side && link.peer_side != peer.side) user_.on_peer_replaced(link, now);
   link.peer_side = peer.side;
   link.session = peer.session;
   link.address = peer.address;
@@ -171,7 +171,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   outputs_.log(LogLevel::kInfo,
                "link open with " + link.label() +
                    (link.identity.name.empty() ? "" : " as " + link.identity.name));
-  user_.on_link_open(link, renewed, now);
+  user_.on_link_open(link, now);
 }
 
 void Links::on(PacketReceived& input, const Now& now) {
@@ -208,7 +208,8 @@ bool Links::left_for_good(std::optional<std::uint16_t> code) const {
           *code == static_cast<std::uint16_t>(CloseCode::kGoingAway));
 }
 
-void Links::end_failed(const Now& now) {
+bool Links::end_failed(const Now& now) {
+  bool any = false;
   for (auto& [id, link] : links_) {
     if (!link.connection || !link.connection->failure()) continue;
     const Error error = *link.connection->failure();
@@ -217,7 +218,9 @@ void Links::end_failed(const Now& now) {
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
     lose(link, error.code == CloseCode::kSilent, now);
+    any = true;
   }
+  return any;
 }
 
 void Links::lose(Link& link, bool dead, const Now& now) {

@@ -41,8 +41,10 @@ struct LinkOptions {
 // What becomes of links, for those who have channels on them.
 class LinksUser : public LinkUser {
  public:
-  // A connection carries the link from now on; `renewed`: by another process than the last one.
-  virtual void on_link_open(Link& link, bool renewed, const Now& now) = 0;
+  // A connection carries the link from now on.
+  virtual void on_link_open(Link& link, const Now& now) = 0;
+  // The link goes on with another process at the other end, that remembers no call.
+  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
   // The connection is about to go, and its channels with it. Mirrors and calls wait.
   virtual void on_link_lost(Link& link, const Now& now) = 0;
   // It was lost for dead_after, or left for good: nothing of it stays.
@@ -69,7 +71,8 @@ class Links {
   void on(Authenticated& input, const Now& now);
   void on_time(const Now& now);
   // Closes the connections that have failed while an input was handled; to be called after each.
-  void end_failed(const Now& now);
+  // Whether there were any.
+  bool end_failed(const Now& now);
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
   // Closes everything orderly, for good.

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "core/link/options.hpp"
 #include "core/policy/interface.hpp"
-#include "core/ports/options.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -231,7 +231,7 @@ void ServiceExports::on_link_dead(LinkId id, const Now& now) {
 }
 
 Result<Nothing> ServiceExports::on_attach(Link& link, const Attach& attach, const Now& now) {
-  if (link.connection->is_expected(attach.requests))
+  if (link.expects(attach.requests))
     return Error{CloseCode::kIllegal, "a channel of requests has a number that is in use"};
   const auto it = by_channel_.find({link.id, attach.channel});
   if (it == by_channel_.end()) {
@@ -240,7 +240,7 @@ Result<Nothing> ServiceExports::on_attach(Link& link, const Attach& attach, cons
     // It crossed our withdraw, and the peer will end it as soon as it sees that.
     if (++loads_[link.id].ended_channels > kEndedChannelsMax)
       return Error{CloseCode::kTooLarge, "too many channels of requests are not ended"};
-    link.connection->expect_incoming(attach.requests);
+    link.expect(attach.requests, nullptr);
     by_requests_[{link.id, attach.requests}] = nullptr;
     return Nothing{};
   }
@@ -251,7 +251,7 @@ Result<Nothing> ServiceExports::on_attach(Link& link, const Attach& attach, cons
   if (load.ended_channels > kEndedChannelsMax ||
       load.attaches_paid_until - now.steady > kAttachesAtOnce * kAttachPeriod)
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
-  link.connection->expect_incoming(attach.requests);
+  link.expect(attach.requests, nullptr);
   if (served.forgotten_at) timers_.erase(*std::exchange(served.forgotten_at, {}));
   served.requests = attach.requests;
   served.held = true;
@@ -266,7 +266,7 @@ bool ServiceExports::on_withdraw(Link& link, ChannelId requests, const Now& now)
   if (it == by_requests_.end()) return false;
   Served* served = it->second;
   by_requests_.erase(it);
-  link.connection->forget_incoming(requests);
+  link.forget(requests);
   if (!served) {
     --loads_[link.id].ended_channels;
     return true;

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/compress/compress.hpp"
-#include "core/ports/options.hpp"
+#include "core/link/options.hpp"
 #include "core/services/service_exports.hpp"
 
 namespace connect_bridge {

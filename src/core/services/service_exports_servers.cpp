@@ -1,8 +1,8 @@
 // Which real servers a service has, and the client that calls them.
 #include <algorithm>
 
+#include "core/link/options.hpp"
 #include "core/policy/interface.hpp"
-#include "core/ports/options.hpp"
 #include "core/services/service_exports.hpp"
 
 namespace connect_bridge {

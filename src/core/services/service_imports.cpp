@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
+#include "core/link/options.hpp"
 #include "core/policy/interface.hpp"
-#include "core/ports/options.hpp"
 #include "core/services/service_exports.hpp"
 
 namespace connect_bridge {

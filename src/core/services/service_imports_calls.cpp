@@ -3,8 +3,8 @@
 #include <unordered_set>
 
 #include "core/compress/compress.hpp"
+#include "core/link/options.hpp"
 #include "core/policy/interface.hpp"
-#include "core/ports/options.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
 

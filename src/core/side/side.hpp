@@ -1,39 +1,127 @@
-// One process of the bridge: its rules, exports, imports and links. The whole behaviour of ROS2
-// Connect between a socket and a ROS graph; docs/architecture.md section "The loop".
+// One process of the bridge: its rules, its graph, and the links to its peers. The whole behaviour
+// of ROS2 Connect between a socket and a ROS graph; docs/architecture.md section "The loop".
 #pragma once
 
-#include <memory>
+#include <cstdint>
 #include <optional>
+#include <set>
+#include <string>
 
+#include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
-#include "core/ports/options.hpp"
+#include "core/graph/actions.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/claims_topic.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/links.hpp"
+#include "core/link/options.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
+#include "core/services/service_exports.hpp"
+#include "core/services/service_imports.hpp"
+#include "core/topics/clock_publisher.hpp"
+#include "core/topics/exports.hpp"
+#include "core/topics/imports.hpp"
 
 namespace connect_bridge {
 
 // Deterministic: the same seed and inputs give the same actions. Use: handle() one input, then
 // drain next_action() and, for each connection that is ready to send, next_packet(); then wait for
 // the next input or next_deadline(). Single-threaded. Never throws, never blocks.
-class Side {
+//
+// Each input goes to the part that it concerns; what concerns several parts at once (an offer, new
+// rules, a lost link) is put in its order here.
+class Side final : private LinksUser {
  public:
   Side(SideOptions options, std::uint64_t seed);
-  ~Side();
   Side(const Side&) = delete;
   Side& operator=(const Side&) = delete;
 
   void handle(Input input, const Now& now);
-  std::optional<Action> next_action();
+  std::optional<Action> next_action() { return outputs_.next(); }
   // The next WebSocket message for this connection; call when the previous one has been handed to
   // the socket.
-  std::optional<Packet> next_packet(ConnectionId connection, const Now& now);
+  std::optional<Packet> next_packet(ConnectionId connection, const Now& now) {
+    return links_.next_packet(connection, now);
+  }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  // ---- inputs
+  void on(GraphChanged& input, const Now& now);
+  void on(MessageTaken& input, const Now& now);
+  void on(MessagesLost& input, const Now&) { exports_.on_lost(input); }
+  void on(SubscriptionFailed& input, const Now& now);
+  void on(MirrorFailed& input, const Now& now);
+  void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
+  void on(QosIncompatible& input, const Now& now);
+  void on(RequestTaken& input, const Now& now);
+  void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
+  void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
+  void on(ResponseTaken& input, const Now& now) { service_exports_.on_response(input, now); }
+  void on(InvocationFailed& input, const Now& now) {
+    service_exports_.on_invocation_failed(input, now);
+  }
+  void on(ServiceMirrorFailed& input, const Now&) { service_imports_.on_mirror_failed(input); }
+  void on(ServiceClientFailed& input, const Now& now) {
+    service_exports_.on_client_failed(input, now);
+  }
+  void on(ConnectionOpened& input, const Now& now) { links_.on(input, now); }
+  void on(DialFailed& input, const Now& now) { links_.on(input, now); }
+  void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
+  void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
+  void on(Authenticated& input, const Now& now) { links_.on(input, now); }
+  void on(JobDone& input, const Now& now);
+  void on(PolicyChanged& input, const Now& now);
+  void on(StopRequested& input, const Now& now);
+  void on(TimePassed& input, const Now& now);
+
+  // ---- what links tell
+  Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) override;
+  Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) override;
+  void on_peer_time(const TimeReply& reply, Stamp t4) override;
+  void on_link_open(Link& link, const Now& now) override;
+  void on_peer_replaced(Link& link, const Now& now) override { end_calls(link, now); }
+  void on_link_lost(Link& link, const Now& now) override;
+  void on_link_dead(Link& link, const Now& now) override;
+  void on_offers_over(Link& link, const Now& now) override;
+  Result<Nothing> on_stray(Link& link, InMessage& message, const Now& now) override;
+  Result<Nothing> on_stray(Link& link, Control message, const Now& now) override;
+  void on_stray(Link& link, const Outbox::Delivered& whole, const Now& now) override;
+
+  void start(const Now& now);
+  void settle(const Now& now);
+  void publish_claim(const Now& now);
+  void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
+  void recheck(Link& link, const Now& now);
+  void send_accepts(Link& link) const;
+  void send_offers(Link& link, const Now& now);
+  void send_offers(const Now& now);            // to all links that are open
+  void end_calls(Link& link, const Now& now);  // and the mirrors of services
+  [[nodiscard]] LinkStatus status_of(const Link& link) const;
+
+  SideOptions options_;
+  Random random_;
+  Token128 side_;
+  Policy policy_;
+  Outputs outputs_;
+  Jobs jobs_;
+  GraphView graph_;
+  Claims claims_;
+  LocalActions actions_;
+  Links links_;
+  Exports exports_;
+  Imports imports_;
+  ServiceExports service_exports_;
+  ServiceImports service_imports_;
+  ClockPublisher clock_publisher_;
+  ClaimsTopic claims_topic_;
+  bool started_ = false;
+  bool stopping_ = false;
+  std::set<std::string> warned_;
 };
 
 }  // namespace connect_bridge

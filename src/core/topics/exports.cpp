@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/ports/options.hpp"
+#include "core/link/options.hpp"
 
 namespace connect_bridge {
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/ports/options.hpp"
+#include "core/link/options.hpp"
 #include "core/topics/exports.hpp"
 
 namespace connect_bridge {

@@ -1,7 +1,7 @@
 // Which topics are offered to which link, and what changes when the graph, a rule or a link does.
 #include <algorithm>
 
-#include "core/ports/options.hpp"
+#include "core/link/options.hpp"
 #include "core/topics/exports.hpp"
 
 namespace connect_bridge {

@@ -1,8 +1,8 @@
 // The life of mirrors: one per origin, as long as somebody offers it and nobody else has it.
 #include <algorithm>
 
+#include "core/link/options.hpp"
 #include "core/policy/interface.hpp"
-#include "core/ports/options.hpp"
 #include "core/topics/imports.hpp"
 
 namespace connect_bridge {

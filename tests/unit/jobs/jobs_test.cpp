@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-struct Owner : JobOwner {
+struct Owner final : JobOwner {
   void on_job(std::optional<Payload> result, const Now&) override {
     results.push_back(result ? result->size() : 0);
   }

@@ -1,6 +1,8 @@
 // Words for tests of one link: records and frames in, events as one line of text out.
 #pragma once
 
+#include <memory>
+#include <set>
 #include <string>
 #include <utility>
 #include <variant>
@@ -80,28 +82,34 @@ inline Bytes operator+(Bytes a, const Bytes& b) {
   return a;
 }
 
-// "ask token", "open", "failed 4002", "clock", "control", "message 1#5:100".
-inline std::string word_of(const ConnectionEvent& event) {
-  return std::visit(Overloaded{[](const LoginAsked& e) { return "ask " + e.method; },
-                               [](const LoggedIn&) -> std::string { return "open"; },
-                               [](const ConnectionFailed& e) {
-                                 return "failed " + std::to_string(static_cast<int>(e.code));
-                               },
-                               [](const PeerRosTime&) -> std::string { return "clock"; },
-                               [](const Control&) -> std::string { return "control"; },
-                               [](const Delivered& e) {
-                                 return "delivered " + std::to_string(e.channel.value) + "." +
-                                        std::to_string(e.origin.value);
-                               },
-                               [](const InMessage& e) {
-                                 return "message " + std::to_string(e.channel.value) + "#" +
-                                        std::to_string(e.sequence) + ":" +
-                                        std::to_string(e.body.size());
-                               }},
-                    event);
-}
+// Notes as words what an open connection tells: "clock", "control", "message 1#5:100".
+class Recorder final : public ConnectionUser {
+ public:
+  [[nodiscard]] bool expects(ChannelId channel) const override {
+    return expected.contains(channel);
+  }
+  Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
+  Result<Nothing> on_message(InMessage message, const Now&) override {
+    return note("message " + std::to_string(message.channel.value) + "#" +
+                std::to_string(message.sequence) + ":" + std::to_string(message.body.size()));
+  }
+  void on_delivered(const Outbox::Delivered& whole, const Now&) override {
+    note("delivered " + std::to_string(whole.channel.value) + "." +
+         std::to_string(whole.origin.value));
+  }
+  void on_peer_time(const TimeReply&, Stamp) override { note("clock"); }
 
-// A link whose inputs return the events that followed, "-" for none. Time in milliseconds.
+  Nothing note(const std::string& word) {
+    words += (words.empty() ? "" : ", ") + word;
+    return {};
+  }
+
+  std::string words;
+  std::set<ChannelId> expected;
+};
+
+// A connection whose inputs return what followed, "ask token", "open", "failed 4002" or what a
+// Recorder notes; "-" for nothing. Time in milliseconds.
 class Script {
  public:
   explicit Script(bool server) : Script(options(server)) {}
@@ -113,14 +121,14 @@ class Script {
     return packet_in(true, Bytes(text.begin(), text.end()));
   }
   std::string authenticated(const std::string& identity = "anna") {
-    link.on_authenticated(Identity{identity, {}, 0}, token(kSession), now_ms(at), events_);
+    link.on_authenticated(Identity{identity, {}, 0}, token(kSession), now_ms(at));
     return take();
   }
   // Lets the time pass up to `ms`, with a call at every deadline.
   std::string pass(std::int64_t ms) {
     for (auto next = link.deadline(); next && *next <= now_ms(ms).steady; next = link.deadline()) {
       at = std::max(at, (*next - TimePoint{}) / std::chrono::milliseconds(1));
-      link.on_time(now_ms(at), events_);
+      link.on_time(now_ms(at));
     }
     at = ms;
     return take();
@@ -132,8 +140,15 @@ class Script {
     return lines;
   }
   std::string send(std::string text) {
-    link.send(std::move(text), events_);
+    link.send(std::move(text));
     return take();
+  }
+
+  // The peer may send on this channel; and may no longer.
+  void expect(std::uint32_t channel) { user_->expected.insert({channel}); }
+  void forget(std::uint32_t channel) {
+    user_->expected.erase({channel});
+    link.forget_incoming({channel});
   }
 
   Connection link;
@@ -141,17 +156,24 @@ class Script {
 
  private:
   std::string packet_in(bool text, const Bytes& packet) {
-    link.on_packet(text, Payload::copy_of(packet), now_ms(at), events_);
+    link.on_packet(text, Payload::copy_of(packet), now_ms(at));
     return take();
   }
   std::string take() {
-    std::string line;
-    for (const auto& event : std::exchange(events_, {}))
-      line += (line.empty() ? "" : ", ") + word_of(event);
-    return line.empty() ? "-" : line;
+    if (const auto asked = link.take_login()) user_->note("ask " + asked->method);
+    if (link.failure() && !std::exchange(failed_, true))
+      user_->note("failed " + std::to_string(static_cast<int>(link.failure()->code)));
+    if (link.open() && !std::exchange(opened_, true)) {
+      link.carry(*user_);
+      user_->note("open");
+    }
+    const std::string words = std::exchange(user_->words, "");
+    return words.empty() ? "-" : words;
   }
 
-  ConnectionEvents events_;
+  std::unique_ptr<Recorder> user_ = std::make_unique<Recorder>();
+  bool opened_ = false;
+  bool failed_ = false;
 };
 
 // Scripts that have come to a state.

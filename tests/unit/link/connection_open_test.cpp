@@ -1,4 +1,4 @@
-// A link in state open: frames, liveness, acknowledgements, clocks.
+// A connection in state open: frames, liveness, acknowledgements, clocks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 namespace connect_bridge::link_test {
 namespace {
 
-TEST(LinkOpen, MessagesOfExpectedChannelsArrive) {
+TEST(ConnectionOpen, MessagesOfExpectedChannelsArrive) {
   auto script = open_client();
-  script.link.expect_incoming({1});
+  script.expect(1);
   EXPECT_EQ(script.binary(message(1, 1, 5) + message(1, 4, 0)), "message 1#1:5, message 1#4:0");
   EXPECT_EQ(script.binary(message(1, 5, 10, 4)), "-");
   EXPECT_EQ(script.link.open_bytes(), 10U);
@@ -17,30 +17,30 @@ TEST(LinkOpen, MessagesOfExpectedChannelsArrive) {
   EXPECT_EQ(script.link.open_bytes(), 0U);
 }
 
-TEST(LinkOpen, DataForUnknownChannelsEndsTheLink) {
+TEST(ConnectionOpen, DataForUnknownChannelsEndsTheLink) {
   EXPECT_EQ(open_client().binary(message(1, 1, 5)), "failed 4010");
   EXPECT_EQ(open_client().binary(part(1, 5)), "failed 4010");
   EXPECT_EQ(open_client().binary(abort_of(1)), "failed 4010");
 }
 
-TEST(LinkOpen, DataForAForgottenChannelEndsTheLink) {
+TEST(ConnectionOpen, DataForAForgottenChannelEndsTheLink) {
   auto script = open_client();
-  script.link.expect_incoming({1});
+  script.expect(1);
   EXPECT_EQ(script.binary(message(1, 1, 10, 4)), "-");
-  script.link.forget_incoming({1});
+  script.forget(1);
   EXPECT_EQ(script.link.open_bytes(), 0U);
   EXPECT_EQ(script.binary(part(1, 6)), "failed 4010");
 }
 
-TEST(LinkOpen, WhatStandsBeforeAWrongFrameIsActedUpon) {
+TEST(ConnectionOpen, WhatStandsBeforeAWrongFrameIsActedUpon) {
   auto script = open_client();
-  script.link.expect_incoming({1});
+  script.expect(1);
   EXPECT_EQ(script.binary(message(1, 1, 5) + message(2, 1, 5) + message(1, 2, 5)),
             "message 1#1:5, failed 4010");
 }
 
 // docs/protocol.md section 6, "refused with".
-TEST(LinkOpen, WrongDataHasItsCode) {
+TEST(ConnectionOpen, WrongDataHasItsCode) {
   const struct {
     const char* what;
     Bytes packet;
@@ -64,23 +64,23 @@ TEST(LinkOpen, WrongDataHasItsCode) {
     script.binary(hello());
     script.binary(login());
     script.authenticated();
-    script.link.expect_incoming({1});
-    script.link.expect_incoming({2});
+    script.expect(1);
+    script.expect(2);
     EXPECT_THAT(script.binary(row.packet), testing::EndsWith(std::string("failed ") + row.code));
   }
 }
 
-TEST(LinkOpen, AnAckOfMoreThanWasSentEndsTheLink) {
+TEST(ConnectionOpen, AnAckOfMoreThanWasSentEndsTheLink) {
   EXPECT_EQ(open_client().binary(bytes_of(AckFrame{0})), "-");
   EXPECT_EQ(open_client().binary(bytes_of(AckFrame{1})), "failed 4009");
 }
 
-TEST(LinkOpen, OnlyBinaryPacketsOfStateOpenCount) {
+TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
   auto script = open_client();
   EXPECT_EQ(script.link.received_bytes(), 0U);  // not the welcome
   EXPECT_EQ(script.text(R"({"type":"demand","channels":[1],"on":true})"), "control");
   EXPECT_EQ(script.link.received_bytes(), 0U);
-  script.link.expect_incoming({1});
+  script.expect(1);
   script.binary(message(1, 1, 64));
   EXPECT_EQ(script.link.received_bytes(), 100U);
   EXPECT_EQ(script.pass(99), "-");
@@ -90,14 +90,14 @@ TEST(LinkOpen, OnlyBinaryPacketsOfStateOpenCount) {
   EXPECT_EQ(script.link.sent_bytes(), 48U);
 }
 
-TEST(LinkOpen, ManyBytesAreAcknowledgedAtOnce) {
+TEST(ConnectionOpen, ManyBytesAreAcknowledgedAtOnce) {
   auto script = open_client();
-  script.link.expect_incoming({1});
+  script.expect(1);
   script.binary(message(1, 1, 65'500));
   EXPECT_EQ(script.sent(), "ack 65536\n");
 }
 
-TEST(LinkOpen, TimeRequestsAreAnsweredAtOnce) {
+TEST(ConnectionOpen, TimeRequestsAreAnsweredAtOnce) {
   auto script = open_server();
   script.at = 50;
   EXPECT_EQ(script.binary(bytes_of(TimeRequest{4711})), "-");
@@ -112,7 +112,7 @@ TEST(LinkOpen, TimeRequestsAreAnsweredAtOnce) {
   EXPECT_EQ(reply.ros, 0);
 }
 
-TEST(LinkOpen, RepliesToOwnRequestsTellTheClock) {
+TEST(ConnectionOpen, RepliesToOwnRequestsTellTheClock) {
   auto script = open_server();
   EXPECT_EQ(script.pass(0), "-");
   EXPECT_EQ(script.sent(), "ask\n");
@@ -126,7 +126,7 @@ TEST(LinkOpen, RepliesToOwnRequestsTellTheClock) {
   EXPECT_EQ(script.binary(bytes_of(TimeReply{now_ms(0).system, there, there, 0})), "-");
 }
 
-TEST(LinkOpen, TimeRepliesNotAskedForAreIgnored) {
+TEST(ConnectionOpen, TimeRepliesNotAskedForAreIgnored) {
   auto script = open_server();
   EXPECT_EQ(script.pass(0), "-");
   script.at = 10;
@@ -135,7 +135,7 @@ TEST(LinkOpen, TimeRepliesNotAskedForAreIgnored) {
   EXPECT_FALSE(script.link.clock().known());
 }
 
-TEST(LinkOpen, TheFirstTimeRequestsAreQuickThenEveryThirdOfDeadAfter) {
+TEST(ConnectionOpen, TheFirstTimeRequestsAreQuickThenEveryThirdOfDeadAfter) {
   auto script = open_server();
   std::vector<std::int64_t> asked;
   for (std::int64_t t = 0; t <= 4000; t += 10) {
@@ -146,7 +146,7 @@ TEST(LinkOpen, TheFirstTimeRequestsAreQuickThenEveryThirdOfDeadAfter) {
   EXPECT_EQ(asked, (std::vector<std::int64_t>{0, 100, 200, 300, 400, 500, 1500, 2500, 3500}));
 }
 
-TEST(LinkOpen, ASilentPeerIsDead) {
+TEST(ConnectionOpen, ASilentPeerIsDead) {
   auto script = open_server();
   EXPECT_EQ(script.pass(2000), "-");
   EXPECT_EQ(script.binary({}), "-");  // any WebSocket message proves life
@@ -154,7 +154,7 @@ TEST(LinkOpen, ASilentPeerIsDead) {
   EXPECT_EQ(script.pass(5000), "failed 4008");
 }
 
-TEST(LinkOpen, ControlTextsThatBackUpEndTheLink) {
+TEST(ConnectionOpen, ControlTextsThatBackUpEndTheLink) {
   auto tight = options(false);
   tight.outbox.control_bytes_max = 10;
   Script script(tight);
@@ -164,7 +164,7 @@ TEST(LinkOpen, ControlTextsThatBackUpEndTheLink) {
   EXPECT_EQ(script.send("6"), "failed 4007");
 }
 
-TEST(LinkOpen, NothingIsSentBeforeTheLoginIsThrough) {
+TEST(ConnectionOpen, NothingIsSentBeforeTheLoginIsThrough) {
   Script script(false);
   EXPECT_EQ(script.send("{}"), "-");
   script.link.next_packet(now_ms(0));
@@ -172,7 +172,7 @@ TEST(LinkOpen, NothingIsSentBeforeTheLoginIsThrough) {
   EXPECT_EQ(script.sent(), "");
 }
 
-TEST(LinkOpen, AcknowledgedTrackedMessagesAreReported) {
+TEST(ConnectionOpen, AcknowledgedTrackedMessagesAreReported) {
   auto script = open_server();
   script.link.outbox().add_channel({3}, {});
   auto tracked = flow_test::message(10);
