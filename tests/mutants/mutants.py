@@ -33,7 +33,7 @@ MUTANTS = [
            "if (it->second.channel) withdraw(topic, link); topic.links.erase(it);",
            "if (decision) continue; return;"),
     Mutant("expiry ignored", "expires != 0 && now.system >= expires", "false",
-           within="on_link_time"),
+           within="on_time"),
     # ---- flow
     Mutant("acknowledgements dropped", "ack_ = frame; return;", "return;"),
     Mutant("data budget without end",
