@@ -1,6 +1,6 @@
 // What stands behind the number of a channel. A link knows whose channel a number is, so an arrival
 // is dispatched once. Each side chooses the numbers of the channels on which it sends
-// (docs/protocol.md, "Channels").
+// (docs/protocol.md, "offer" and "attach").
 #pragma once
 
 #include "core/base/result.hpp"
