@@ -74,14 +74,19 @@ connect_server:
   messages on `/parameter_events`, in both directions, whatever `types` says; no other pattern opens
   them. A `deny` takes away a node by its name or single services: with `/**/set_parameters*` what
   is opened can be read and not set.
-- **Calls.** `calls_max` and `call_timeout` treat services, and the services of actions and
-  parameters. The side with the real server applies its `calls_max`: that many calls of a service
+- **Calls.** `calls_max`, `server_queue` and `call_timeout` treat services, and the services of
+  actions and parameters. The side with the real server applies them. `calls_max` calls of a service
   are under way for one peer, later ones wait for their turn, and beyond 1000 waiting they are
-  refused. Whatever it says, a server is given at most 10 requests that it may not have taken yet:
-  its queue keeps no more by ROS's default. A server that works on more than 10 calls at once gets
-  more only every 5 s, unless it answers meanwhile. A caller that is refused or whose call timed
-  out gets no answer, as ROS has it; both logs say so. A goal's result may take hours: asking for
-  it counts against neither.
+  refused. A caller that is refused or whose call timed out gets no answer, as ROS has it; both logs
+  say so. A goal's result may take hours: asking for it counts against neither `calls_max` nor
+  `call_timeout`.
+- **The queue of a server.** DDS throws away the oldest request of a full queue without a word, and
+  no graph tells how long a server's queue is. By ROS's default it keeps 10 requests, so at most
+  `server_queue` (10) requests of all peers together are handed over that the server may not have
+  taken yet. An answer proves that it has taken all the requests before that one; without an answer
+  it is presumed to have taken them after 5 s (requests for results: 1 s). A server that works on
+  more than 10 calls at once therefore gets more only every 5 s, unless it answers meanwhile: for
+  such a server give the length of its real queue, or 0 to hand over every request at once.
 - **At run time** rules can change one parameter at a time: define `rule.new.*` first, then name
   it in `rules`. Until it is named, it has no effect. Rights are evaluated again for everything
   that is open. `clock` and `clock_rate` need a restart.

@@ -142,6 +142,11 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   if (treatment.calls_max != Treatment{}.calls_max) {
     parts.push_back(fmt::format("at most {} calls of a service at a time", treatment.calls_max));
   }
+  if (treatment.server_queue == 0) {
+    parts.emplace_back("requests handed to servers at once");
+  } else if (treatment.server_queue != Treatment{}.server_queue) {
+    parts.push_back(fmt::format("at most {} requests in a server's queue", treatment.server_queue));
+  }
   if (treatment.call_timeout != kForever) {
     parts.push_back("calls given up after " + duration_text(treatment.call_timeout));
   }

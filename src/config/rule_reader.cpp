@@ -103,6 +103,7 @@ class RuleReader {
     treatment.queue_bytes_max = static_cast<std::uint64_t>(values_.whole(key("queue_bytes_max")));
     treatment.qos = qos();
     treatment.calls_max = static_cast<std::uint32_t>(values_.whole(key("calls_max")));
+    treatment.server_queue = static_cast<std::uint32_t>(values_.whole(key("server_queue")));
     treatment.call_timeout = duration("call_timeout").value_or(kForever);
     return treatment;
   }

@@ -132,6 +132,15 @@ void add_rule_calls(Rows& rows) {
        .unit = "calls",
        .help = "Calls of one service under way at its server for one peer; later ones wait for "
                "their turn."});
+  add({.key = "server_queue",
+       .type = ValueType::kInteger,
+       .fallback = static_cast<std::int64_t>(normal.server_queue),
+       .min = 0,
+       .max = 1000,
+       .changeable = true,
+       .unit = "requests",
+       .help = "Requests that a server's queue keeps. No more are handed over that it may not have "
+               "taken yet; 0: every request is handed over at once."});
   add({.key = "call_timeout",
        .type = ValueType::kDouble,
        .min = 0.01,

@@ -120,8 +120,7 @@ MUTANTS = [
            "return served.in_flight < served.decision.treatment.calls_max;",
            "return served.in_flight < UINT32_MAX;"),
     Mutant("the server's queue is not watched",
-           "service.queue.size() + service.decoding < ServerQueue::kDepth",
-           "service.queue.size() + service.decoding < UINT32_MAX"),
+           "return depth == 0 || untaken_.size() + coming < depth;", "return true;"),
     Mutant("requests without a caller not counted",
            "outputs_.push(DropInvocation{...});",
            "outputs_.push(DropInvocation{served.service->client, call.invocation});"

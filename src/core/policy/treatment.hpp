@@ -46,6 +46,7 @@ struct Treatment {
   std::uint64_t queue_bytes_max = 1 << 20;  // a channel's queue; one message always fits
   QosOverride qos;
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
+  std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not watched
   Duration call_timeout = kForever;  // then a call is given up, except for an action's result
   bool operator==(const Treatment&) const = default;
 };

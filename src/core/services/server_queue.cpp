@@ -5,7 +5,13 @@
 namespace connect_bridge {
 
 void ServerQueue::hand_over(InvocationId request, TimePoint now) {
+  if (untaken_.size() == kEntriesMax) untaken_.pop_front();
   untaken_.push_back({request, now});
+}
+
+bool ServerQueue::has_room(std::size_t depth, std::size_t coming, TimePoint now) {
+  expire(now);
+  return depth == 0 || untaken_.size() + coming < depth;
 }
 
 // The answer to a request that is known to be taken proves nothing of those behind it: a server

@@ -11,16 +11,17 @@
 namespace connect_bridge {
 
 // Which of the requests that were handed over may still lie in a server's queue, untaken. No graph
-// tells the depth of that queue; ROS 2's default for services keeps 10, and DDS drops the oldest
-// request of a full one without a word. A server takes requests in their order, so an answer proves
-// that all that was handed over before has been taken, too. One that answers nothing at all for
-// `silence_max` is presumed to have taken what lies there for so long: it may be at work on as many
-// calls at once. If it is merely busy, requests beyond the tenth are lost then.
+// tells the depth of that queue, so it is a rule's `server_queue`: ROS 2's default for services is
+// 10, and DDS drops the oldest request of a full queue without a word. A server takes requests in
+// their order, so an answer proves that all that was handed over before has been taken, too. One
+// that answers nothing for `silence_max` is presumed to have taken what lies there for so long: it
+// may be working on that many calls at once. If it is only busy, requests are lost then.
 // What nobody waits for any longer lies in the queue all the same: the entries are the queue's, not
 // the calls'. Single-threaded; one per service client.
 class ServerQueue {
  public:
-  static constexpr std::size_t kDepth = 10;
+  // Bounds the memory where nothing else does; beyond, the oldest count as taken.
+  static constexpr std::size_t kEntriesMax = 1000;
 
   explicit ServerQueue(Duration silence_max) : silence_max_(silence_max) {}
 
@@ -31,6 +32,8 @@ class ServerQueue {
   void expire(TimePoint now);
   void clear();
 
+  // Whether one more fits a queue of `depth`, beside those that are `coming`; depth 0: any number.
+  [[nodiscard]] bool has_room(std::size_t depth, std::size_t coming, TimePoint now);
   [[nodiscard]] std::size_t size() const { return untaken_.size(); }
   // When expire() will find something.
   [[nodiscard]] std::optional<TimePoint> deadline() const;

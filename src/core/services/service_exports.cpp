@@ -224,9 +224,7 @@ void ServiceExports::on_link_dead(LinkId id, const Now& now) {
     service.links.erase(it);
     release_client(service);
   }
-  for (auto it = by_requests_.lower_bound({id, ChannelId{}});
-       it != by_requests_.end() && it->first.first == id;)
-    it = by_requests_.erase(it);
+  std::erase_if(by_requests_, [&](const auto& entry) { return entry.first.first == id; });
   loads_.erase(id);
 }
 

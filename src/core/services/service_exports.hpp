@@ -203,7 +203,7 @@ class ServiceExports {
   // ---- service_exports_places.cpp
   // Whether the service has one, whatever the link and the server's queue have.
   [[nodiscard]] bool has_place(const Served& served) const;
-  [[nodiscard]] static bool has_room(Service& service, const Now& now);
+  [[nodiscard]] static bool has_room(const Served& served, const Now& now);
   // Gives what is free of the server's queue and of the link's places to calls that wait.
   void resume(Served& served, const Now& now);
   void let_in(Service& service, const Now& now);

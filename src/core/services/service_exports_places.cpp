@@ -15,9 +15,10 @@ bool ServiceExports::has_place(const Served& served) const {
   return served.in_flight < served.decision.treatment.calls_max;
 }
 
-bool ServiceExports::has_room(Service& service, const Now& now) {
-  service.queue.expire(now.steady);
-  return service.client && service.queue.size() + service.decoding < ServerQueue::kDepth;
+bool ServiceExports::has_room(const Served& served, const Now& now) {
+  Service& s = *served.service;
+  return s.client &&
+         s.queue.has_room(served.decision.treatment.server_queue, s.decoding, now.steady);
 }
 
 void ServiceExports::go_on(const Now& now) {
@@ -35,7 +36,7 @@ void ServiceExports::resume(Served& served, const Now& now) {
 
 // A link has one call in the line, so links take turns.
 void ServiceExports::let_in(Service& service, const Now& now) {
-  while (!service.line.empty() && has_room(service, now)) {
+  while (!service.line.empty() && has_room(*service.line.front(), now)) {
     Served& next = *service.line.front();
     service.line.pop_front();
     start(next, std::exchange(next.in_line, {}), now);
@@ -72,7 +73,8 @@ void ServiceExports::take_place(Served& served, const Now& now) {
   ++served.in_flight;
   if (!served.service->results) ++load.in_flight;
   Service& service = *served.service;
-  if (service.line.empty() && has_room(service, now)) return start(served, id, now);
+  const bool first = service.line.empty() || served.decision.treatment.server_queue == 0;
+  if (first && has_room(served, now)) return start(served, id, now);
   served.calls.at(id).state = CallState::kInLine;
   served.in_line = id;
   service.line.push_back(&served);

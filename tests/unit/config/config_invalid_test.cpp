@@ -76,6 +76,8 @@ const Case kCases[] = {
      "rule.a.max_age: -1 is wrong, expected a number from 0.001"},
     {"calls_max", kServer, "{rules: [a], rule: {a: {export_services: [/a], calls_max: 0}}}",
      "rule.a.calls_max: 0 is wrong, expected a whole number from 1 to 1000"},
+    {"server_queue", kServer, "{rules: [a], rule: {a: {export_services: [/a], server_queue: -1}}}",
+     "rule.a.server_queue: -1 is wrong, expected a whole number from 0 to 1000"},
     {"calls_max_of_a_link", kServer, "calls_max: 1001",
      "calls_max: 1001 is wrong, expected a whole"},
     {"call_timeout", kServer, "{rules: [a], rule: {a: {export_services: [/a], call_timeout: 0}}}",

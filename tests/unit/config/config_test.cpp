@@ -100,6 +100,7 @@ rule:
     max_bytes_per_second: 1000
     queue_bytes_max: 4096
     calls_max: 5
+    server_queue: 3
     call_timeout: 2.5
     qos:
       {reliability: best_effort, durability: transient_local, depth: 3, deadline: 1, lifespan: 2.5}
@@ -123,6 +124,7 @@ rule:
   expected.qos = {Reliability::kBestEffort, Durability::kTransientLocal, 3, std::chrono::seconds(1),
                   std::chrono::milliseconds(2500)};
   expected.calls_max = 5;
+  expected.server_queue = 3;
   expected.call_timeout = std::chrono::milliseconds(2500);
   EXPECT_TRUE(rule.treatment == expected);
 }
@@ -152,6 +154,7 @@ rule:
   EXPECT_EQ(texts(rule.import_actions), "/d ");
   EXPECT_EQ(texts(rule.parameters), "/e /f/** ");
   EXPECT_EQ(rule.treatment.calls_max, 64U);
+  EXPECT_EQ(rule.treatment.server_queue, 10U);
   EXPECT_EQ(rule.treatment.call_timeout, kForever);
   EXPECT_THAT(config.warnings, IsEmpty());
 }
@@ -335,7 +338,7 @@ graph: nodes
 rules: [calls, tune]
 rule:
   calls: {export_services: [/a], import_services: [/b], export_actions: [/c], import_actions: [/d],
-          types: [p/srv/A, p/action/C], calls_max: 8, call_timeout: 0.5}
+          types: [p/srv/A, p/action/C], calls_max: 8, server_queue: 0, call_timeout: 0.5}
   tune: {parameters: [/e, "/f/**"], types: [p/srv/A], groups: [crew], deny: ["/**/set_parameters*"]}
 )"),
                                   Role::kServer);
@@ -348,7 +351,8 @@ rule:
           "  calls: the peer may call /a (p/srv/A or p/action/C only); the peer may offer the "
           "services /b (p/srv/A or p/action/C only); the peer may use the actions /c (p/srv/A or "
           "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); at "
-          "most 8 calls of a service at a time; calls given up after 500 ms\n"
+          "most 8 calls of a service at a time; requests handed to servers at once; calls given up "
+          "after 500 ms\n"
           "  tune: the peer may read and set (and offer its own) parameters of the nodes /e and "
           "/f/**, if logged in as a member of crew; never /**/set_parameters*, if logged in as a "
           "member of crew, whatever rules allow\n"));

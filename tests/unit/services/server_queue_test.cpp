@@ -31,6 +31,19 @@ TEST(ServerQueue, AnAnswerProvesThatWhatWasHandedOverBeforeIsTaken) {
   EXPECT_FALSE(queue.deadline());
 }
 
+TEST(ServerQueue, HasRoomUpToItsDepth) {
+  ServerQueue queue = given(5);
+  EXPECT_TRUE(queue.has_room(6, 0, {}));
+  EXPECT_FALSE(queue.has_room(6, 1, {}));
+  EXPECT_FALSE(queue.has_room(5, 0, {}));
+  EXPECT_TRUE(queue.has_room(0, 100, {}));
+}
+
+TEST(ServerQueue, WhatIsHandedOverWithoutADepthIsBounded) {
+  ServerQueue queue = given(ServerQueue::kEntriesMax + 1);
+  EXPECT_EQ(queue.size(), ServerQueue::kEntriesMax);
+}
+
 TEST(ServerQueue, WhatCouldNotBeSentIsNotThere) {
   ServerQueue queue = given(3);
   queue.failed({2});

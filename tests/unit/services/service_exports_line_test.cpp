@@ -47,6 +47,65 @@ TEST(ServiceExportsLine, AServerIsGivenWhatItsQueueKeeps) {
   EXPECT_EQ(handed_over(s), "1/15 1/16 1/17 1/18 1/19 1/20 1/21 1/22 1/23 1/24");
 }
 
+TEST(ServiceExportsLine, ARuleSaysHowMuchAServersQueueKeeps) {
+  Rule deep = callable();
+  deep.treatment.server_queue = 3;
+  Script s(server({deep}));
+  attached(s);
+  call(s, 1, 1, 6);
+  EXPECT_EQ(handed_over(s), "1/1 1/2 1/3");
+  answer(s, 2, "a");
+  EXPECT_EQ(handed_over(s), "1/4 1/5");
+}
+
+TEST(ServiceExportsLine, AQueueThatIsNotWatchedTakesAllAtOnce) {
+  Rule open = callable();
+  open.treatment.server_queue = 0;
+  Script s(server({open}));
+  attached(s);
+  call(s, 1, 1, 30);
+  EXPECT_EQ(first(s).waiting, 0U);
+  call(s, 1, 31, 70);
+  EXPECT_EQ(first(s).waiting, 70U - open.treatment.calls_max);
+  handed_over(s);
+  answer(s, 30, "a");  // proves nothing: one call ends, one begins
+  EXPECT_EQ(handed_over(s), "1/65");
+}
+
+TEST(ServiceExportsLine, ALinkWithoutADepthIsNotHeldUpByTheOthers) {
+  Rule open = callable(), narrow = callable();
+  open.identities = {"crew"};
+  open.treatment.server_queue = 0;
+  narrow.treatment.server_queue = 2;
+  Script s(server({open, narrow}));
+  attached(s);
+  s.login(2, {}, {"crew", {}, 0});
+  s.say(2, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  s.say(2, Attach{{1}, {1}});
+  call(s, 1, 1, 4);
+  EXPECT_EQ(handed_over(s), "1/1 1/2");
+  call(s, 2, 1, 3);
+  EXPECT_EQ(handed_over(s), "2/1 2/2 2/3");
+  answer(s, 3, "a");  // three are taken, two are still in the queue
+  EXPECT_EQ(handed_over(s), "");
+  answer(s, 4, "a");
+  EXPECT_EQ(handed_over(s), "1/3");
+}
+
+TEST(ServiceExportsLine, RulesThatChangeOpenTheQueue) {
+  Rule open = callable();
+  Script s(server({open}));
+  attached(s);
+  call(s, 1, 1, 14);
+  handed_over(s);
+  open.treatment.server_queue = 12;
+  s.give(PolicyChanged{Policy({open})});
+  EXPECT_EQ(handed_over(s), "1/11 1/12");
+  open.treatment.server_queue = 0;
+  s.give(PolicyChanged{Policy({open})});
+  EXPECT_EQ(handed_over(s), "1/13 1/14");
+}
+
 TEST(ServiceExportsLine, WhatNobodyWaitsForAnyLongerLiesInTheQueueAllTheSame) {
   Script s(server({callable()}));
   attached(s);
