@@ -274,7 +274,6 @@ SideOptions side_options(const Config& config) {
   options.policy = config.policy;
   options.names = config.names;
   options.login_method = config.auth.method;
-  options.login_required = config.auth.method != "none";
   options.credential.assign(config.auth.token.begin(), config.auth.token.end());
   options.clock_publish_period = config.clock_publish_period;
   return options;

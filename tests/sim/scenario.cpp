@@ -110,9 +110,7 @@ void use_names(Rng& rng, HostPlan& host) {
 
 void give_login(Rng& rng, Scenario& scenario, PairPlan& pair, int number) {
   SideOptions& client = scenario.hosts[static_cast<std::size_t>(pair.client)].options;
-  SideOptions& server = scenario.hosts[static_cast<std::size_t>(pair.server)].options;
   if (scenario.shape != Shape::kHostile && number == 0 && rng.chance(150)) {
-    server.login_required = false;
     client.login_method = "none";
     return;
   }

@@ -14,7 +14,6 @@ namespace connect_bridge {
 struct SideOptions : LinkOptions, JobOptions {
   Policy policy;
   NameMap names;
-  bool login_required = true;                  // server: a login of method "none" is refused
   std::uint32_t default_depth = 100;           // queue and mirror depth where the graph gives none
   std::uint32_t latched_depth = 10;            // the same for transient local
   std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links

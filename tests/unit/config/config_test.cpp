@@ -42,7 +42,6 @@ TEST(Config, ServerDefaults) {
   EXPECT_EQ(made.links_max, core.links_max);
   EXPECT_EQ(made.calls_max, core.calls_max);
   EXPECT_EQ(made.proxy_nodes, core.proxy_nodes);
-  EXPECT_TRUE(made.login_required);
 }
 
 TEST(Config, ClientNeedsOnlyUrlAndToken) {
