@@ -1,10 +1,8 @@
-// The address of a server, as an operator writes it: ws[s]://host[:port][/path].
+// The address of a server, in its parts; src/config reads it.
 #pragma once
 
 #include <cstdint>
 #include <string>
-#include <string_view>
-#include <variant>
 
 namespace connect_bridge {
 
@@ -18,10 +16,6 @@ struct Url {
   [[nodiscard]] std::string authority() const;
   // For logs and messages: without the query, which may hold a secret.
   [[nodiscard]] std::string text() const;
-  bool operator==(const Url&) const = default;
 };
-
-// The URL, or a sentence that says what is wrong with it.
-[[nodiscard]] std::variant<Url, std::string> parse_url(std::string_view text);
 
 }  // namespace connect_bridge

@@ -126,8 +126,7 @@ struct Pair {
 
   [[nodiscard]] DialOptions dial_options(const std::string& scheme = "ws") const {
     DialOptions options;
-    const std::string port = std::to_string(server.network.listen_port());
-    options.url = std::get<Url>(parse_url(scheme + "://127.0.0.1:" + port + "/"));
+    options.url = {scheme == "wss", "127.0.0.1", server.network.listen_port(), "/"};
     return options;
   }
 
