@@ -100,8 +100,10 @@ using ParameterChanges = std::map<std::string, std::optional<ParameterValue>, st
 // In words, several lines: how this side listens or dials, who may log in, what each rule allows.
 [[nodiscard]] std::string explain(const Config& config);
 
-// The whole of docs/config.md.
-[[nodiscard]] std::string config_document();
+// The table of all parameters as Markdown, a section for each group of them.
+[[nodiscard]] std::string config_tables();
+// docs/config.md: the text with the tables in place of its line "@TABLES@"; nullopt: it has none.
+[[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
 
 // What the parameter services say about one parameter.
 struct KeyDescriptor {
