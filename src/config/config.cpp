@@ -7,6 +7,7 @@
 #include "config/checked_values.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
+#include "core/wire/control.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -201,6 +202,29 @@ class ConfigMaker {
     }
   }
 
+  // What is imported is announced to each peer, and a peer refuses what is too much to compare.
+  // Counted as if all rules were for one peer: who is in which group is known only at the login.
+  void check_announced(std::vector<Rule> rules) {
+    for (Rule& rule : rules) {
+      rule.identities.clear();
+      rule.groups.clear();
+    }
+    Accepts all = Policy(std::move(rules)).accepts({});
+    all.message_bytes_max = UINT32_MAX;
+    const auto at_most = [&](std::size_t count, std::size_t max, std::string_view of_what) {
+      if (count > max)
+        add("rules", "", fmt::format("at most {} {}; there are {}", max, of_what, count));
+      return count <= max;
+    };
+    if (at_most(patterns_of(all), kPatternsMax,
+                "import patterns, parameters, deny patterns and types in all rules together") &&
+        at_most(all.rules.size(), kAcceptRulesMax, "rules that import something")) {
+      at_most(
+          encode(all).size(), kControlBytesMax,
+          "bytes of import patterns, parameters, deny patterns and types in all rules together");
+    }
+  }
+
   void read_policy(Moment moment) {
     RuleSet set = read_rules(values_, config_.role, moment, parsed_.problems, config_.warnings);
     for (const Rule& rule : set.rules) check_types(rule);
@@ -213,6 +237,7 @@ class ConfigMaker {
             "a login (auth.method: token), else the rule applies to nobody");
       }
     }
+    check_announced(set.rules);
     config_.policy = Policy(std::move(set.rules));
     config_.default_rules = set.defaults;
     config_.clock_publish_period = set.clock_publish_period;

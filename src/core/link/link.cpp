@@ -6,20 +6,10 @@
 namespace connect_bridge {
 namespace {
 
-// Every topic here is compared with them (docs/protocol.md, section "Limits").
-constexpr std::size_t kAcceptPatternsMax = 4096;
 // Channels of requests that a peer has not confirmed the end of; one that honours the protocol does
 // so within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
-
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
-}
 
 }  // namespace
 
@@ -106,8 +96,6 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 }
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
-  if (patterns_of(accepted) > kAcceptPatternsMax)
-    return Error{CloseCode::kTooLarge, "more patterns accepted than this side compares"};
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
   return user_.on_accepts(*this, std::move(accepted), now);

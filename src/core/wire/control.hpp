@@ -133,6 +133,8 @@ struct Forget {
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
                              Attached, Refuse, Forget>;
 
+[[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
+
 // The caller keeps to the limits above; encode_offers() does so for many channels.
 std::string encode(const Control& message);
 

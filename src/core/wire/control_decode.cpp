@@ -165,16 +165,6 @@ Demand read_demand(Reader& reader, const Json& json) {
   return demand;
 }
 
-// Every name of a graph is compared with all of them.
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules) {
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  }
-  return count;
-}
-
 Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
@@ -257,6 +247,14 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
 }
 
 }  // namespace
+
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  return count;
+}
 
 Result<Control> decode_control(std::string_view text) {
   if (text.size() > kControlBytesMax) {

@@ -176,6 +176,43 @@ TEST_P(ConfigInvalid, IsToldOnce) {
 INSTANTIATE_TEST_SUITE_P(Mistakes, ConfigInvalid, testing::ValuesIn(kCases),
                          [](const auto& one) { return std::string(one.param.name); });
 
+// `rules` rules of `patterns` names each to import; the names are padded to `bytes`.
+ParameterMap importing(std::size_t rules, std::size_t patterns, std::size_t bytes = 0) {
+  ParameterMap map;
+  std::vector<std::string> names, topics;
+  for (std::size_t i = 0; i < rules; ++i) names.push_back("r" + std::to_string(i));
+  for (std::size_t i = 0; i < patterns; ++i) {
+    topics.push_back("/t" + std::to_string(i) + "_");
+    topics.back().resize(std::max(bytes, topics.back().size()), 'x');
+  }
+  for (const std::string& name : names) map["rule." + name + ".import_topics"] = topics;
+  map["rules"] = names;
+  return map;
+}
+
+TEST(ConfigInvalidMore, NoPeerRefusesWhatIsAnnounced) {
+  const auto said = [](const ParameterMap& map) {
+    return problems_text(parse_config(map, Role::kServer, kWithToken));
+  };
+  EXPECT_EQ(said(importing(2, 2048)), "");
+  EXPECT_EQ(said(importing(1024, 4)), "");
+  EXPECT_THAT(
+      said(importing(3, 1366)),
+      HasSubstr("rules: expected at most 4096 import patterns, parameters, deny patterns and "
+                "types in all rules together; there are 4098"));
+  ParameterMap more = importing(1, 4094);
+  more["rule.r0.types"] = std::vector<std::string>{"p/msg/A"};
+  more["rule.r0.deny"] = std::vector<std::string>{"/a", "/b"};
+  more["rule.r0.export_topics"] = std::vector<std::string>{"/exports/are/not/announced"};
+  EXPECT_THAT(said(more), HasSubstr("there are 4097"));
+  EXPECT_THAT(said(importing(1025, 1)), HasSubstr("at most 1024 rules that import something"));
+  EXPECT_THAT(said(importing(1, 4096, 255)), HasSubstr("at most 1048576 bytes"));
+  // A rule may be for one peer only; who is in its groups is known when somebody logs in.
+  ParameterMap narrow = importing(2, 2049);
+  narrow["rule.r0.groups"] = std::vector<std::string>{"a"};
+  EXPECT_THAT(said(narrow), HasSubstr("there are 4098"));
+}
+
 TEST(ConfigInvalidMore, MissingUrlAndToken) {
   const Parsed parsed = parse_config({}, Role::kClient, {});
   ASSERT_EQ(parsed.problems.size(), 2U);
