@@ -3,6 +3,7 @@
 
 #include "config/config.hpp"
 #include "config/syntax.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -107,10 +108,10 @@ std::string compression_text(const Compression& compression) {
 
 void add_qos(const QosOverride& qos, Names& parts) {
   if (qos.reliability) {
-    parts.push_back(*qos.reliability == Reliability::kReliable ? "reliable" : "best effort");
+    parts.emplace_back(word_of(kReliabilityWords, *qos.reliability));
   }
   if (qos.durability) {
-    parts.push_back(*qos.durability == Durability::kVolatile ? "volatile" : "transient local");
+    parts.emplace_back(word_of(kDurabilityWords, *qos.durability));
   }
   if (qos.depth) parts.push_back(fmt::format("depth {}", *qos.depth));
   if (qos.deadline) parts.push_back("deadline " + duration_text(*qos.deadline));
@@ -118,10 +119,8 @@ void add_qos(const QosOverride& qos, Names& parts) {
 }
 
 void add_treatment(const Treatment& treatment, Names& parts) {
-  constexpr const char* kPriorityNames[kPriorities] = {"urgent", "high priority", "normal priority",
-                                                       "bulk"};
   if (treatment.priority) {
-    parts.emplace_back(kPriorityNames[static_cast<std::size_t>(*treatment.priority)]);
+    parts.push_back(fmt::format("priority {}", word_of(kPriorityWords, *treatment.priority)));
   }
   if (treatment.max_age != kForever) {
     parts.push_back("dropped when older than " + duration_text(treatment.max_age));

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "config/syntax.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -89,11 +90,7 @@ class RuleReader {
  private:
   [[nodiscard]] Treatment treatment() const {
     Treatment treatment;
-    const std::string priority = values_.text(key("priority"));
-    if (priority == "urgent") treatment.priority = Priority::kUrgent;
-    if (priority == "high") treatment.priority = Priority::kHigh;
-    if (priority == "normal") treatment.priority = Priority::kNormal;
-    if (priority == "bulk") treatment.priority = Priority::kBulk;
+    treatment.priority = value_of(kPriorityWords, values_.text(key("priority")));
     treatment.compression =
         syntax::parse_compression(values_.text(key("compression"))).value_or(Compression{});
     treatment.max_rate = values_.number(key("max_rate"));
@@ -110,12 +107,8 @@ class RuleReader {
 
   [[nodiscard]] QosOverride qos() const {
     QosOverride qos;
-    const std::string reliability = values_.text(key("qos.reliability"));
-    if (reliability == "reliable") qos.reliability = Reliability::kReliable;
-    if (reliability == "best_effort") qos.reliability = Reliability::kBestEffort;
-    const std::string durability = values_.text(key("qos.durability"));
-    if (durability == "volatile") qos.durability = Durability::kVolatile;
-    if (durability == "transient_local") qos.durability = Durability::kTransientLocal;
+    qos.reliability = value_of(kReliabilityWords, values_.text(key("qos.reliability")));
+    qos.durability = value_of(kDurabilityWords, values_.text(key("qos.durability")));
     if (values_.valid(key("qos.depth"))) {
       qos.depth = static_cast<std::uint32_t>(values_.whole(key("qos.depth")));
     }

@@ -2,6 +2,7 @@
 
 #include "config/syntax.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -11,6 +12,13 @@ using Strings = std::vector<std::string>;
 using Rows = std::vector<KeySpec>;
 
 constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
+
+template <class Words>
+Strings texts(const Words& words) {
+  Strings list;
+  for (const auto& entry : words) list.emplace_back(entry.word);
+  return list;
+}
 
 // What a rule lets through.
 void add_rule_rights(Rows& rows) {
@@ -60,7 +68,7 @@ void add_rule_treatment(Rows& rows) {
     rows.push_back(std::move(spec));
   };
   add({.key = "priority",
-       .words = {"urgent", "high", "normal", "bulk"},
+       .words = texts(kPriorityWords),
        .changeable = true,
        .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by name and type "
                "(/clock urgent; services, /tf and joint states high; images, clouds and maps "
@@ -157,8 +165,8 @@ void add_rule_qos(Rows& rows) {
     spec.changeable = true;
     rows.push_back(std::move(spec));
   };
-  add({.key = "reliability", .words = {"reliable", "best_effort"}, .help = "Reliability."});
-  add({.key = "durability", .words = {"volatile", "transient_local"}, .help = "Durability."});
+  add({.key = "reliability", .words = texts(kReliabilityWords), .help = "Reliability."});
+  add({.key = "durability", .words = texts(kDurabilityWords), .help = "Durability."});
   add({.key = "depth",
        .type = ValueType::kInteger,
        .min = 1,

@@ -34,9 +34,6 @@ inline Qos with_override(Qos qos, const QosOverride& o) {
   return qos;
 }
 
-// What a side does with /clock beyond forwarding it as a topic (rule key `clock`).
-enum class ClockMode : std::uint8_t { kRelay, kPublish };
-
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;

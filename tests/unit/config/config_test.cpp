@@ -326,9 +326,9 @@ rule:
       "login: token, taken from the parameter auth.token\n"
       "rules, the first that allows an interface decides:\n"
       "  drive: the peer may publish to /cmd_vel (geometry_msgs/msg/Twist only), if logged in "
-      "as ops; urgent; dropped when older than 300 ms\n"
+      "as ops; priority urgent; dropped when older than 300 ms\n"
       "  camera: the peer may receive /camera/** and /map; never /camera/x, whatever rules "
-      "allow; bulk; at most 15 messages per second; compressed with lz4\n");
+      "allow; priority bulk; at most 15 messages per second; compressed with lz4\n");
 }
 
 TEST(ConfigExplain, ServicesActionsAndParameters) {
