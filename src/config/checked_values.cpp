@@ -52,15 +52,15 @@ bool in_range(const KeySpec& spec, double value) {
 // The value in the type of the row, or nullopt.
 std::optional<ParameterValue> converted(const KeySpec& spec, const ParameterValue& value) {
   switch (spec.type) {
-    case ValueType::kBool:
+    case ParameterType::kBool:
       if (std::holds_alternative<bool>(value)) return value;
       break;
-    case ValueType::kInteger:
+    case ParameterType::kInteger:
       if (const auto* whole = std::get_if<std::int64_t>(&value)) {
         if (in_range(spec, static_cast<double>(*whole))) return value;
       }
       break;
-    case ValueType::kDouble: {
+    case ParameterType::kDouble: {
       const auto* whole = std::get_if<std::int64_t>(&value);
       const auto* number = std::get_if<double>(&value);
       if (whole == nullptr && number == nullptr) break;
@@ -68,20 +68,21 @@ std::optional<ParameterValue> converted(const KeySpec& spec, const ParameterValu
       if (in_range(spec, found)) return found;
       break;
     }
-    case ValueType::kString:
+    case ParameterType::kString:
       if (std::holds_alternative<std::string>(value)) return value;
       break;
-    case ValueType::kStrings:
+    case ParameterType::kStrings:
       if (std::holds_alternative<std::vector<std::string>>(value)) return value;
       if (is_empty_list(value)) return std::vector<std::string>{};
       break;
+    default: break;  // no row has another type
   }
   return std::nullopt;
 }
 
 // What to write instead of a value of the wrong type.
 std::string fix_of(const KeySpec& spec, const ParameterValue& value) {
-  if (spec.type != ValueType::kStrings) return expected_of(spec);
+  if (spec.type != ParameterType::kStrings) return expected_of(spec);
   if (const auto* text = std::get_if<std::string>(&value)) {
     return fmt::format("a list of strings: [\"{}\"]", *text);
   }

@@ -263,7 +263,7 @@ Parsed parse_config(const ParameterMap& parameters, Role role, const Surrounding
   return ConfigMaker(parameters, role, surroundings).make(Moment::kStart);
 }
 
-Parsed apply_change(const Config& current, const ParameterChanges& changes,
+Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                     const Surroundings& surroundings) {
   ParameterMap next = current.given;
   std::vector<Problem> problems;

@@ -85,12 +85,11 @@ struct Parsed {
                                   const Surroundings& surroundings);
 
 // A change at run time (the token in the environment counts as at start: a program may have
-// scrubbed it). nullopt removes a parameter. All or nothing; only changeable keys. Apply the result
+// scrubbed it). All or nothing; only changeable keys. Apply the result
 // by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Softer than at
 // start in one point, so that rules can be changed one parameter at a time: a rule that is defined
 // and not listed in `rules` is a warning.
-using ParameterChanges = std::map<std::string, std::optional<ParameterValue>, std::less<>>;
-[[nodiscard]] Parsed apply_change(const Config& current, const ParameterChanges& changes,
+[[nodiscard]] Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                                   const Surroundings& surroundings);
 
 // The caller adds what lies outside: `node`, and `credential` when the token is in a file or in the
@@ -105,21 +104,11 @@ using ParameterChanges = std::map<std::string, std::optional<ParameterValue>, st
 // docs/config.md: the text with the tables in place of its line "@TABLES@"; nullopt: it has none.
 [[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
 
-// What the parameter services say about one parameter.
-struct KeyDescriptor {
-  std::string name;
-  ValueType type = ValueType::kString;
-  std::string description;
-  std::string constraints;         // in words: "one of urgent, high, normal, bulk"
-  std::optional<double> min, max;  // for the integer or floating point range
-  bool read_only = true;
-  std::optional<ParameterValue> value;  // given or default; nullopt: not set
-};
-
 // One per parameter of this role, the given keys of rules included; secrets are left out.
-[[nodiscard]] std::vector<KeyDescriptor> describe_parameters(const Config& config);
+[[nodiscard]] std::vector<ParameterDescriptor> describe_parameters(const Config& config);
 // For a key that may be set later ("rule.new.priority"); nullopt: unknown, secret or of the other
 // role.
-[[nodiscard]] std::optional<KeyDescriptor> describe_parameter(std::string_view key, Role role);
+[[nodiscard]] std::optional<ParameterDescriptor> describe_parameter(std::string_view key,
+                                                                    Role role);
 
 }  // namespace connect_bridge

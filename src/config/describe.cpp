@@ -4,8 +4,8 @@
 namespace connect_bridge {
 namespace {
 
-KeyDescriptor descriptor(const KeySpec& spec, std::string_view key) {
-  KeyDescriptor made;
+ParameterDescriptor descriptor(const KeySpec& spec, std::string_view key) {
+  ParameterDescriptor made;
   made.name = key;
   made.type = spec.type;
   made.description = spec.help;
@@ -20,15 +20,15 @@ KeyDescriptor descriptor(const KeySpec& spec, std::string_view key) {
 
 }  // namespace
 
-std::optional<KeyDescriptor> describe_parameter(std::string_view key, Role role) {
+std::optional<ParameterDescriptor> describe_parameter(std::string_view key, Role role) {
   const KeySpec* spec = find_key(key);
   if (spec == nullptr || spec->secret || !is_used_by(*spec, role)) return std::nullopt;
   return descriptor(*spec, key);
 }
 
-std::vector<KeyDescriptor> describe_parameters(const Config& config) {
+std::vector<ParameterDescriptor> describe_parameters(const Config& config) {
   ParameterMap keys = config.given;
-  std::vector<KeyDescriptor> descriptors;
+  std::vector<ParameterDescriptor> descriptors;
   for (const KeySpec& spec : key_table()) {
     if (rule_of(spec.key).empty()) keys.emplace(spec.key, false);
   }

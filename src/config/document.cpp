@@ -37,7 +37,7 @@ std::string allowed_text(const KeySpec& spec) {
 std::string row(const KeySpec& spec) {
   std::string help = spec.help;
   if (spec.secret) help += " Secret.";
-  return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", code(spec.key), name_of(spec.type),
+  return fmt::format("| {} | {} | {} | {} | {} | {} | {} |\n", code(spec.key), type_text(spec.type),
                      spec.fallback ? code(to_text(*spec.fallback)) : "", allowed_text(spec),
                      used_by_text(spec.used_by), spec.changeable ? "yes" : "", help);
 }

@@ -98,15 +98,15 @@ std::string nearest_key(std::string_view key, Role role) {
   return best;
 }
 
-std::string_view name_of(ValueType type) {
+std::string_view type_text(ParameterType type) {
   switch (type) {
-    case ValueType::kBool: return "bool";
-    case ValueType::kInteger: return "integer";
-    case ValueType::kDouble: return "number";
-    case ValueType::kString: return "string";
-    case ValueType::kStrings: return "list of strings";
+    case ParameterType::kBool: return "bool";
+    case ParameterType::kInteger: return "integer";
+    case ParameterType::kDouble: return "number";
+    case ParameterType::kString: return "string";
+    case ParameterType::kStrings: return "list of strings";
+    default: return "";  // no row has another type
   }
-  return "";
 }
 
 std::string expected_of(const KeySpec& spec) {
@@ -115,17 +115,17 @@ std::string expected_of(const KeySpec& spec) {
     range = fmt::format(" from {} to {}", number_text(*spec.min), number_text(*spec.max));
   }
   switch (spec.type) {
-    case ValueType::kBool: return "true or false";
-    case ValueType::kInteger: return "a whole number" + range;
-    case ValueType::kDouble: return "a number" + range;
-    case ValueType::kString:
+    case ParameterType::kBool: return "true or false";
+    case ParameterType::kInteger: return "a whole number" + range;
+    case ParameterType::kDouble: return "a number" + range;
+    case ParameterType::kString:
       if (!spec.words.empty()) return fmt::format("one of {}", fmt::join(spec.words, ", "));
       // What an empty text is told is the best description of what the text should be.
       if (spec.syntax != nullptr) return spec.syntax("").value_or("a string");
       return "a string";
-    case ValueType::kStrings: return "a list of strings";
+    case ParameterType::kStrings: return "a list of strings";
+    default: return "";
   }
-  return "";
 }
 
 }  // namespace connect_bridge

@@ -31,7 +31,7 @@ void add_reach(Rows& rows) {
        .help = "IP address to listen on. Beyond loopback a login and TLS are required."});
   rows.push_back({.section = section,
                   .key = "listen.port",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(9090),
                   .min = 0,
                   .max = 65535,
@@ -50,7 +50,7 @@ void add_reach(Rows& rows) {
                   .help = "The server to dial, wss:// or ws://. Required."});
   rows.push_back({.section = section,
                   .key = "allow_plaintext",
-                  .type = ValueType::kBool,
+                  .type = ParameterType::kBool,
                   .fallback = false,
                   .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
                           "everything, the token included."});
@@ -113,7 +113,7 @@ void add_names(Rows& rows) {
                       "can be exported, without it. Rules speak of names without it."});
   rows.push_back({.section = section,
                   .key = "remap",
-                  .type = ValueType::kStrings,
+                  .type = ParameterType::kStrings,
                   .fallback = Strings{},
                   .syntax = check_remap,
                   .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
@@ -139,7 +139,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
   const std::string section = "Limits of a link";
   rows.push_back({.section = section,
                   .key = "max_message_size",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.reassembly.message_bytes_max),
                   .min = 1024,
                   .max = kGiB,
@@ -147,7 +147,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .help = "Largest message accepted from a peer."});
   rows.push_back({.section = section,
                   .key = "queue_bytes_max",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.outbox.data_bytes_max),
                   .min = 65536,
                   .max = 4 * kGiB,
@@ -157,7 +157,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
   rows.push_back(
       {.section = section,
        .key = "fragment_bytes",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.fragment_bytes),
        .min = 1024,
        .max = 1048576,
@@ -167,7 +167,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                "4096 to 16384 on thin links."});
   rows.push_back({.section = section,
                   .key = "history_bytes_max",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.history_bytes_max),
                   .min = 0,
                   .max = 4 * kGiB,
@@ -175,7 +175,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .help = "Transient-local samples kept for links that come later."});
   rows.push_back({.section = section,
                   .key = "default_depth",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.default_depth),
                   .min = 1,
                   .max = 100000,
@@ -183,7 +183,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .help = "Queue depth where the graph tells none."});
   rows.push_back({.section = section,
                   .key = "latched_depth",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.latched_depth),
                   .min = 1,
                   .max = 100000,
@@ -196,14 +196,14 @@ void add_numbers(Rows& rows, const SideOptions& core) {
   const std::string section = "Limits of a link";
   rows.push_back({.section = section,
                   .key = "channels_max",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.channels_max),
                   .min = 1,
                   .max = 100000,
                   .help = "Interfaces that one peer may offer."});
   rows.push_back({.section = section,
                   .key = "calls_max",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.calls_max),
                   .min = 1,
                   .max = 1000,
@@ -212,7 +212,7 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                           "together; later ones wait for their turn."});
   rows.push_back({.section = section,
                   .key = "connections_max",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(core.links_max),
                   .min = 1,
                   .max = 10000,
@@ -224,7 +224,7 @@ void add_times(Rows& rows, const SideOptions& core) {
   const std::string section = "Connection";
   rows.push_back({.section = section,
                   .key = "dead_after",
-                  .type = ValueType::kDouble,
+                  .type = ParameterType::kDouble,
                   .fallback = seconds(core.dead_after),
                   .min = 0.2,
                   .max = 300,
@@ -232,7 +232,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .help = "A peer that is silent for so long counts as gone."});
   rows.push_back({.section = section,
                   .key = "retry_min",
-                  .type = ValueType::kDouble,
+                  .type = ParameterType::kDouble,
                   .fallback = seconds(core.retry_min),
                   .min = 0.05,
                   .max = 600,
@@ -241,7 +241,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .help = "First wait before dialing again; it doubles with each failure."});
   rows.push_back({.section = section,
                   .key = "retry_max",
-                  .type = ValueType::kDouble,
+                  .type = ParameterType::kDouble,
                   .fallback = seconds(core.retry_max),
                   .min = 0.05,
                   .max = 600,
@@ -250,7 +250,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .help = "Longest wait before dialing again."});
   rows.push_back({.section = section,
                   .key = "dial_timeout",
-                  .type = ValueType::kDouble,
+                  .type = ParameterType::kDouble,
                   .fallback = seconds(core.dial_timeout),
                   .min = 1,
                   .max = 300,
@@ -259,7 +259,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .help = "Time for name, TCP, TLS and WebSocket together."});
   rows.push_back({.section = section,
                   .key = "login_timeout",
-                  .type = ValueType::kDouble,
+                  .type = ParameterType::kDouble,
                   .fallback = seconds(core.login_timeout),
                   .min = 1,
                   .max = 60,
@@ -268,7 +268,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .help = "Time that a connection has to log in."});
   rows.push_back({.section = section,
                   .key = "not_sent_bytes",
-                  .type = ValueType::kInteger,
+                  .type = ParameterType::kInteger,
                   .fallback = whole(16384),
                   .min = 0,
                   .max = 16777216,
@@ -300,7 +300,7 @@ const std::vector<KeySpec>& key_table() {
     add_numbers(rows, core);
     rows.push_back({.section = "Rules",
                     .key = "rules",
-                    .type = ValueType::kStrings,
+                    .type = ParameterType::kStrings,
                     .fallback = Strings{},
                     .syntax = check_rule_name,
                     .changeable = true,

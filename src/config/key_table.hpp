@@ -13,7 +13,6 @@
 
 namespace connect_bridge {
 
-enum class ValueType : std::uint8_t { kBool, kInteger, kDouble, kString, kStrings };
 enum class UsedBy : std::uint8_t { kServer, kClient, kBoth };
 
 // Looks at a string (or at each string of a list); nullopt: fine, else what was expected.
@@ -22,7 +21,7 @@ using Syntax = std::optional<std::string> (*)(std::string_view text);
 struct KeySpec {
   std::string section{};  // heading in docs/config.md
   std::string key{};      // "listen.port"; keys of a rule are templates: "rule.<name>.priority"
-  ValueType type = ValueType::kString;
+  ParameterType type = ParameterType::kString;
   std::optional<ParameterValue> fallback{};  // the default; none: stays unset
   std::optional<double> min{}, max{};        // numbers: both ends belong to the range
   std::vector<std::string> words{};          // strings: the allowed ones; empty: see `syntax`
@@ -51,7 +50,7 @@ struct KeySpec {
 // The known key that is written most like this one, or empty. A rule's name is kept.
 [[nodiscard]] std::string nearest_key(std::string_view key, Role role);
 
-[[nodiscard]] std::string_view name_of(ValueType type);  // "list of strings"
+[[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
 
 // "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".
 [[nodiscard]] std::string expected_of(const KeySpec& spec);

@@ -43,6 +43,8 @@ std::string to_text(const ParameterValue& value) {
         if constexpr (std::is_same_v<Held, bool> || std::is_same_v<Held, std::int64_t> ||
                       std::is_same_v<Held, double> || std::is_same_v<Held, std::string>) {
           return scalar_text(held);
+        } else if constexpr (std::is_same_v<Held, Bytes>) {
+          return fmt::format("{} bytes", held.size());
         } else if constexpr (std::is_same_v<Held, std::vector<bool>>) {
           // vector<bool> has no real elements to refer to.
           std::string text;

@@ -25,7 +25,7 @@ void add_rule_rights(Rows& rows) {
   const auto patterns = [&](const char* key, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",
                     .key = key,
-                    .type = ValueType::kStrings,
+                    .type = ParameterType::kStrings,
                     .fallback = Strings{},
                     .syntax = check_pattern,
                     .changeable = true,
@@ -44,7 +44,7 @@ void add_rule_rights(Rows& rows) {
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",
                     .key = key,
-                    .type = ValueType::kStrings,
+                    .type = ParameterType::kStrings,
                     .fallback = Strings{},
                     .syntax = syntax,
                     .used_by = used_by,
@@ -79,28 +79,28 @@ void add_rule_treatment(Rows& rows) {
        .changeable = true,
        .help = "`none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; `zstd` is level 3)."});
   add({.key = "max_rate",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .min = 0.001,
        .max = 1e6,
        .changeable = true,
        .unit = "Hz",
        .help = "Messages per second of one topic; unset: all."});
   add({.key = "max_bytes_per_second",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .min = 1,
        .max = 1e12,
        .changeable = true,
        .unit = "bytes/s",
        .help = "Bandwidth of one topic; unset: no limit."});
   add({.key = "max_age",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .min = 0.001,
        .max = 86400,
        .changeable = true,
        .unit = "s",
        .help = "Older messages are dropped rather than delivered late; unset: never."});
   add({.key = "queue_bytes_max",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.queue_bytes_max),
        .min = 1024,
        .max = kGiB,
@@ -114,7 +114,7 @@ void add_rule_treatment(Rows& rows) {
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
                "itself, evenly at clock_rate, however the link behaves."});
   add({.key = "clock_rate",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .fallback = 50.0,
        .min = 1,
        .max = 1000,
@@ -132,7 +132,7 @@ void add_rule_calls(Rows& rows) {
     rows.push_back(std::move(spec));
   };
   add({.key = "calls_max",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.calls_max),
        .min = 1,
        .max = 1000,
@@ -141,7 +141,7 @@ void add_rule_calls(Rows& rows) {
        .help = "Calls of one service under way at its server for one peer; later ones wait for "
                "their turn."});
   add({.key = "server_queue",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.server_queue),
        .min = 0,
        .max = 1000,
@@ -150,7 +150,7 @@ void add_rule_calls(Rows& rows) {
        .help = "Requests that a server's queue keeps. No more are handed over that it may not have "
                "taken yet; 0: every request is handed over at once."});
   add({.key = "call_timeout",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .min = 0.01,
        .max = 86400,
        .changeable = true,
@@ -168,19 +168,19 @@ void add_rule_qos(Rows& rows) {
   add({.key = "reliability", .words = texts(kReliabilityWords), .help = "Reliability."});
   add({.key = "durability", .words = texts(kDurabilityWords), .help = "Durability."});
   add({.key = "depth",
-       .type = ValueType::kInteger,
+       .type = ParameterType::kInteger,
        .min = 1,
        .max = 100000,
        .unit = "messages",
        .help = "Keep-last depth, of the queue too."});
   add({.key = "deadline",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .min = 0.001,
        .max = 86400,
        .unit = "s",
        .help = "Longest time between two messages."});
   add({.key = "lifespan",
-       .type = ValueType::kDouble,
+       .type = ParameterType::kDouble,
        .min = 0.001,
        .max = 86400,
        .unit = "s",

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "core/base/overloaded.hpp"
-#include "run/parameters.hpp"
 #include "run/status_json.hpp"
 
 namespace connect_bridge {
@@ -187,33 +186,27 @@ void Bridge::on_parameter_wake() {
 
 ros::ParameterServerOptions Bridge::parameter_options() {
   ros::ParameterServerOptions options;
-  options.entries = to_entries(describe_parameters(config_));
-  options.set = [this](const std::vector<ros::Parameter>& p) { return set_parameters(p); };
-  options.describe = [this](const std::string& name) -> std::optional<ros::ParameterEntry> {
-    const auto descriptor = describe_parameter(name, config_.role);
-    if (!descriptor) return std::nullopt;
-    return to_entry(*descriptor);
+  options.entries = describe_parameters(config_);
+  options.set = [this](const std::vector<Parameter>& p) { return set_parameters(p); };
+  options.describe = [this](const std::string& name) {
+    return describe_parameter(name, config_.role);
   };
   options.use_sim_time = [this](bool on) { gateway_.set_use_sim_time(on); };
   options.wake = [this] { boost::asio::post(io_, [this] { on_parameter_wake(); }); };
   return options;
 }
 
-ros::SetResult Bridge::set_parameters(const std::vector<ros::Parameter>& parameters) {
-  std::vector<Problem> problems;
-  const ParameterChanges changes = to_config(parameters, problems);
-  if (problems.empty()) {
-    Parsed parsed = apply_change(config_, changes, {});
-    if (parsed.config) {
-      for (const auto& warning : parsed.config->warnings) node_.log(LogLevel::kWarn, warning);
-      config_ = std::move(*parsed.config);
-      feed(PolicyChanged{config_.policy});
-      return {};
-    }
-    problems = std::move(parsed.problems);
+ros::SetResult Bridge::set_parameters(const std::vector<Parameter>& parameters) {
+  Parsed parsed = apply_change(config_, parameters, {});
+  if (parsed.config) {
+    for (const auto& warning : parsed.config->warnings) node_.log(LogLevel::kWarn, warning);
+    config_ = std::move(*parsed.config);
+    feed(PolicyChanged{config_.policy});
+    return {};
   }
   std::string reason;
-  for (const auto& problem : problems) reason += (reason.empty() ? "" : "; ") + to_text(problem);
+  for (const auto& problem : parsed.problems)
+    reason += (reason.empty() ? "" : "; ") + to_text(problem);
   return {false, reason};
 }
 

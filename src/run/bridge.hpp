@@ -60,7 +60,7 @@ class Bridge {
   void wait_for_signal();
   void stop();
   void end_if_closed();
-  ros::SetResult set_parameters(const std::vector<ros::Parameter>& parameters);
+  ros::SetResult set_parameters(const std::vector<Parameter>& parameters);
   [[nodiscard]] ros::ParameterServerOptions parameter_options();
 
   boost::asio::io_context io_{1};

@@ -7,7 +7,6 @@
 #include "config/config.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
-#include "run/parameters.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -18,7 +17,7 @@ constexpr char kClientNode[] = "/connect_client";
 
 struct Given {
   bool found = false;
-  ros::ParameterMap parameters;
+  ParameterMap parameters;
 };
 
 Given parameters_for(const ros::ParameterFile& file, const std::string& node) {
@@ -63,11 +62,9 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const std::string node = *role == Role::kServer ? kServerNode : kClientNode;
   Given given = parameters_for(read, node);
   if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
-  std::vector<Problem> wrong;
-  Parsed parsed = parse_config(to_config(given.parameters, wrong), *role, surroundings());
-  wrong.insert(wrong.end(), parsed.problems.begin(), parsed.problems.end());
+  const Parsed parsed = parse_config(given.parameters, *role, surroundings());
   std::vector<std::string> problems;
-  for (const auto& problem : wrong) problems.push_back(to_text(problem));
+  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   if (!parsed.config || !problems.empty()) return report(file, problems);
   const Assembly assembly = assemble(*parsed.config, node);
   if (!assembly.problems.empty()) return report(file, assembly.problems);

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "run/assembly.hpp"
-#include "run/parameters.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -42,11 +41,8 @@ std::optional<Config> read_config(const ros::Node& node, Role role,
     // What stands behind := may be a token.
     problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
                        "\": expected --ros-args ...");
-  std::vector<Problem> wrong;
-  const ParameterMap given = to_config(node.parameter_overrides(), wrong);
-  Parsed parsed = parse_config(given, role, surroundings());
-  wrong.insert(wrong.end(), parsed.problems.begin(), parsed.problems.end());
-  for (const auto& problem : wrong) problems.push_back(to_text(problem));
+  Parsed parsed = parse_config(node.parameter_overrides(), role, surroundings());
+  for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }
 

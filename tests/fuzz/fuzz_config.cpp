@@ -73,7 +73,7 @@ void check_texts(const Parsed& parsed, const ParameterMap& given) {
   if (!parsed.config) return;
   check(explain(*parsed.config));
   for (const std::string& warning : parsed.config->warnings) check(warning);
-  for (const KeyDescriptor& one : describe_parameters(*parsed.config)) {
+  for (const ParameterDescriptor& one : describe_parameters(*parsed.config)) {
     CONNECT_CHECK(one.name != "auth.token");
     if (one.value) check(to_text(*one.value));
   }
@@ -106,7 +106,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     around.installed = [](const std::string& type) { return type.size() % 2 == 0; };
   }
   ParameterMap given;
-  ParameterChanges changes;
+  std::vector<Parameter> changes;
   bool changing = false;
   std::string_view text{reinterpret_cast<const char*>(data + 1), size - 1};
   while (!text.empty()) {
@@ -114,7 +114,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     changing = changing || line == "---";
     const std::string key{trimmed(take_until(line, ':'))};
     if (changing) {
-      changes[key] = line.empty() ? std::nullopt : std::optional{value_of(trimmed(line))};
+      changes.push_back({key, std::nullopt});
+      if (!line.empty()) changes.back().value = value_of(trimmed(line));
     } else {
       given[key] = value_of(trimmed(line));
     }

@@ -1,18 +1,14 @@
 #include "ros/parameters/parameter.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string_view>
 #include <utility>
 
 namespace connect_bridge::ros {
 namespace {
-
-constexpr ParameterType kTypes[] = {
-    ParameterType::kBool,    ParameterType::kInteger, ParameterType::kDouble,
-    ParameterType::kString,  ParameterType::kBools,   ParameterType::kIntegers,
-    ParameterType::kDoubles, ParameterType::kStrings, ParameterType::kBytes};
 
 bool is_empty_list(const ParameterValue& value) {
   return std::visit(
@@ -50,34 +46,12 @@ void adapt(ParameterType type, ParameterValue& value) {
   }
 }
 
-bool almost_equal(double a, double b) {
-  return std::abs(a - b) <= std::numeric_limits<double>::epsilon() * std::abs(a + b) * 100.0;
-}
-
-bool in_range(const Range<std::int64_t>& range, std::int64_t value) {
-  if (value == range.from || value == range.to) return true;
-  if (value < range.from || value > range.to) return false;
-  return range.step == 0 || (value - range.from) % range.step == 0;
-}
-
-bool in_range(const Range<double>& range, double value) {
-  if (almost_equal(value, range.from) || almost_equal(value, range.to)) return true;
-  if (!(value > range.from && value < range.to)) return false;
-  if (range.step == 0) return true;
-  return almost_equal(value,
-                      range.from + std::round((value - range.from) / range.step) * range.step);
-}
-
-template <class Number>
-std::string range_text(const Range<Number>& range) {
-  return std::to_string(range.from) + " to " + std::to_string(range.to);
+// Written so that NaN is outside of every range.
+bool in_range(const ParameterDescriptor& entry, double value) {
+  return (!entry.min || value >= *entry.min) && (!entry.max || value <= *entry.max);
 }
 
 }  // namespace
-
-ParameterType type_of(const ParameterValue& value) {
-  return kTypes[value.index()];
-}
 
 const char* name_of(ParameterType type) {
   constexpr const char* kNames[] = {"not set",      "bool",        "integer",    "double",
@@ -86,7 +60,7 @@ const char* name_of(ParameterType type) {
   return kNames[static_cast<std::size_t>(type)];
 }
 
-SetResult check_value(const ParameterEntry& entry, ParameterValue& value) {
+SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value) {
   adapt(entry.type, value);
   if (type_of(value) != entry.type) {
     return {false, "Wrong parameter type, parameter {" + entry.name + "} is of type {" +
@@ -94,14 +68,11 @@ SetResult check_value(const ParameterEntry& entry, ParameterValue& value) {
                        "} is not allowed."};
   }
   const auto* integer = std::get_if<std::int64_t>(&value);
-  if (integer && entry.integer_range && !in_range(*entry.integer_range, *integer)) {
-    return {false, "parameter '" + entry.name + "' must be in the range " +
-                       range_text(*entry.integer_range)};
-  }
   const auto* number = std::get_if<double>(&value);
-  if (number && entry.double_range && !in_range(*entry.double_range, *number)) {
-    return {false, "parameter '" + entry.name + "' must be in the range " +
-                       range_text(*entry.double_range)};
+  if ((integer && !in_range(entry, static_cast<double>(*integer))) ||
+      (number && !in_range(entry, *number))) {
+    return {false, fmt::format("parameter '{}' must be in the range {:.15g} to {:.15g}", entry.name,
+                               entry.min.value_or(-HUGE_VAL), entry.max.value_or(HUGE_VAL))};
   }
   return {};
 }

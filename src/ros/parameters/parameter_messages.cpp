@@ -87,21 +87,19 @@ bool fill(rcl_interfaces__msg__ParameterValue& to, const std::optional<Parameter
   return std::visit(Filler{to}, *value);
 }
 
-bool fill(rcl_interfaces__msg__ParameterDescriptor& to, const ParameterEntry& entry) {
+bool fill(rcl_interfaces__msg__ParameterDescriptor& to, const ParameterDescriptor& entry) {
   to.type = static_cast<std::uint8_t>(entry.type);
   to.read_only = entry.read_only;
-  if (entry.integer_range) {
+  if (entry.min && entry.max && entry.type == ParameterType::kInteger) {
     if (!rcl_interfaces__msg__IntegerRange__Sequence__init(&to.integer_range, 1)) return false;
-    to.integer_range.data[0].from_value = entry.integer_range->from;
-    to.integer_range.data[0].to_value = entry.integer_range->to;
-    to.integer_range.data[0].step = static_cast<std::uint64_t>(entry.integer_range->step);
+    to.integer_range.data[0].from_value = static_cast<std::int64_t>(*entry.min);
+    to.integer_range.data[0].to_value = static_cast<std::int64_t>(*entry.max);
   }
-  if (entry.double_range) {
+  if (entry.min && entry.max && entry.type == ParameterType::kDouble) {
     auto& ranges = to.floating_point_range;
     if (!rcl_interfaces__msg__FloatingPointRange__Sequence__init(&ranges, 1)) return false;
-    ranges.data[0].from_value = entry.double_range->from;
-    ranges.data[0].to_value = entry.double_range->to;
-    ranges.data[0].step = entry.double_range->step;
+    ranges.data[0].from_value = *entry.min;
+    ranges.data[0].to_value = *entry.max;
   }
   return assign(to.name, entry.name) && assign(to.description, entry.description) &&
          assign(to.additional_constraints, entry.constraints);

@@ -22,7 +22,7 @@ std::vector<std::string> texts_of(const rosidl_runtime_c__String__Sequence& text
 
 // Without a value: PARAMETER_NOT_SET.
 bool fill(rcl_interfaces__msg__ParameterValue& to, const std::optional<ParameterValue>& value);
-bool fill(rcl_interfaces__msg__ParameterDescriptor& to, const ParameterEntry& entry);
+bool fill(rcl_interfaces__msg__ParameterDescriptor& to, const ParameterDescriptor& entry);
 bool fill(rcl_interfaces__msg__Parameter__Sequence& to, const std::vector<Parameter>& parameters);
 Parameter parameter_of(const rcl_interfaces__msg__Parameter& message);
 

@@ -61,8 +61,8 @@ bool fill(rcl_interfaces__msg__SetParametersResult& to, const SetResult& result)
   return assign(to.reason, result.reason);
 }
 
-ParameterEntry sim_time_entry(bool on) {
-  ParameterEntry entry;
+ParameterDescriptor sim_time_entry(bool on) {
+  ParameterDescriptor entry;
   entry.name = kUseSimTime;
   entry.type = ParameterType::kBool;
   entry.value = on;
@@ -70,7 +70,7 @@ ParameterEntry sim_time_entry(bool on) {
   return entry;
 }
 
-bool is_on(const ParameterEntry* entry) {
+bool is_on(const ParameterDescriptor* entry) {
   return entry && entry->value && *entry->value == ParameterValue{true};
 }
 
@@ -78,6 +78,7 @@ bool is_on(const ParameterEntry* entry) {
 
 struct ParameterServer::State {
   State(Node& the_node, ParameterServerOptions the_options);
+  std::vector<ParameterDescriptor> entries();
 
   template <class Type>
   void serve(const char* name,
@@ -99,9 +100,7 @@ struct ParameterServer::State {
   bool set_all(const SetParametersAtomically::Request&, SetParametersAtomically::Response&);
 
   SetResult apply(std::vector<Parameter> parameters);
-  void replace(std::vector<ParameterEntry> entries);
   SetResult ask(const std::vector<Parameter>& parameters);
-  std::vector<ParameterEntry> with_sim_time(std::vector<ParameterEntry> entries, bool on) const;
   void publish(const ParameterDifferences& differences);
   void follow_sim_time();
 
@@ -115,18 +114,25 @@ struct ParameterServer::State {
 };
 
 ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options)
-    : node(the_node), options(std::move(the_options)), ready(options.wake), table({}) {
-  const auto given = node.parameter_overrides().find(kUseSimTime);
-  const bool on =
-      given != node.parameter_overrides().end() && given->second == ParameterValue{true};
+    : node(the_node), options(std::move(the_options)), ready(options.wake), table(entries()) {
   serve<DescribeParameters>("describe_parameters", &State::describe);
   serve<GetParameterTypes>("get_parameter_types", &State::get_types);
   serve<GetParameters>("get_parameters", &State::get);
   serve<ListParameters>("list_parameters", &State::list);
   serve<SetParameters>("set_parameters", &State::set);
   serve<SetParametersAtomically>("set_parameters_atomically", &State::set_all);
-  publish(table.replace(with_sim_time(std::move(options.entries), on)));
+  ParameterDifferences declared;
+  for (const auto& entry : table.entries()) declared.added.push_back({entry.name, entry.value});
+  publish(declared);
   follow_sim_time();
+}
+
+std::vector<ParameterDescriptor> ParameterServer::State::entries() {
+  const auto& given = node.parameter_overrides();
+  const auto sim_time = given.find(kUseSimTime);
+  options.entries.push_back(
+      sim_time_entry(sim_time != given.end() && sim_time->second == ParameterValue{true}));
+  return std::move(options.entries);
 }
 
 void ParameterServer::State::publish(const ParameterDifferences& differences) {
@@ -152,8 +158,8 @@ bool ParameterServer::State::describe(const DescribeParameters::Request& request
   auto& list = response.descriptors;
   if (!rcl_interfaces__msg__ParameterDescriptor__Sequence__init(&list, names.size())) return false;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterEntry* entry = table.find(names[i]);
-    ParameterEntry unknown;
+    const ParameterDescriptor* entry = table.find(names[i]);
+    ParameterDescriptor unknown;
     unknown.name = names[i];
     unknown.type = ParameterType::kNotSet;
     if (!ros::fill(list.data[i], entry ? *entry : unknown)) return false;
@@ -167,7 +173,7 @@ bool ParameterServer::State::get(const GetParameters::Request& request,
   auto& list = response.values;
   if (!rcl_interfaces__msg__ParameterValue__Sequence__init(&list, names.size())) return false;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterEntry* entry = table.find(names[i]);
+    const ParameterDescriptor* entry = table.find(names[i]);
     if (entry && !ros::fill(list.data[i], entry->value)) return false;
   }
   return true;
@@ -178,7 +184,7 @@ bool ParameterServer::State::get_types(const GetParameterTypes::Request& request
   const auto names = texts_of(request.names);
   if (!rosidl_runtime_c__uint8__Sequence__init(&response.types, names.size())) return false;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const ParameterEntry* entry = table.find(names[i]);
+    const ParameterDescriptor* entry = table.find(names[i]);
     const bool is_set = entry && entry->value;
     response.types.data[i] =
         static_cast<std::uint8_t>(is_set ? type_of(*entry->value) : ParameterType::kNotSet);
@@ -190,7 +196,7 @@ bool ParameterServer::State::list(const ListParameters::Request& request,
                                   ListParameters::Response& response) {
   const auto prefixes = texts_of(request.prefixes);
   std::vector<std::string> names, parents;
-  for (const ParameterEntry& entry : table.entries()) {
+  for (const ParameterDescriptor& entry : table.entries()) {
     // As in rclcpp, a parameter without a value is listed.
     if (!is_listed(entry.name, prefixes, request.depth)) continue;
     names.push_back(entry.name);
@@ -241,20 +247,6 @@ SetResult ParameterServer::State::ask(const std::vector<Parameter>& parameters) 
   return options.set(others);
 }
 
-std::vector<ParameterEntry> ParameterServer::State::with_sim_time(
-    std::vector<ParameterEntry> entries, bool on) const {
-  const bool there = std::any_of(entries.begin(), entries.end(), [](const ParameterEntry& entry) {
-    return entry.name == kUseSimTime;
-  });
-  if (!there) entries.push_back(sim_time_entry(on));
-  return entries;
-}
-
-void ParameterServer::State::replace(std::vector<ParameterEntry> entries) {
-  publish(table.replace(with_sim_time(std::move(entries), sim_time)));
-  follow_sim_time();
-}
-
 void ParameterServer::State::follow_sim_time() {
   const bool on = is_on(table.find(kUseSimTime));
   if (on == sim_time) return;
@@ -282,14 +274,6 @@ bool ParameterServer::drain() {
     state.turns.push_back(&slot);
   }
   return !state.turns.empty();
-}
-
-void ParameterServer::replace(std::vector<ParameterEntry> entries) {
-  state_->replace(std::move(entries));
-}
-
-const std::vector<ParameterEntry>& ParameterServer::entries() const {
-  return state_->table.entries();
 }
 
 }  // namespace connect_bridge::ros

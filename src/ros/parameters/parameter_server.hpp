@@ -13,15 +13,15 @@
 namespace connect_bridge::ros {
 
 struct ParameterServerOptions {
-  std::vector<ParameterEntry> entries;
+  std::vector<ParameterDescriptor> entries;
   // Asked when somebody sets parameters, after names, types and ranges were found good: all of them
   // or none. The entries change when it agrees.
   std::function<SetResult(const std::vector<Parameter>&)> set;
   // The entry, without a value, of a name that is not in the table but may be set; empty or
   // nullopt: refused. Such an entry can be removed again (`ros2 param delete`).
-  std::function<std::optional<ParameterEntry>(const std::string& name)> describe;
+  std::function<std::optional<ParameterDescriptor>(const std::string& name)> describe;
   // Told the value of use_sim_time, at the start if it is true and whenever it changes. The
-  // parameter is always there and need not be among the entries.
+  // parameter is always there and not among the entries.
   std::function<void(bool on)> use_sim_time;
   // Called from any thread, at most once until the next drain().
   std::function<void()> wake;
@@ -37,12 +37,6 @@ class ParameterServer {
 
   // Answers waiting requests, a bounded number of them. Returns whether more wait.
   bool drain();
-
-  // The table changed by other means than the services; tells /parameter_events the differences.
-  // May be called inside `set`; its changes are then laid over this table.
-  void replace(std::vector<ParameterEntry> entries);
-
-  [[nodiscard]] const std::vector<ParameterEntry>& entries() const;
 
  private:
   struct State;

@@ -6,36 +6,38 @@
 namespace connect_bridge::ros {
 namespace {
 
-bool by_name(const ParameterEntry& a, const ParameterEntry& b) {
+bool by_name(const ParameterDescriptor& a, const ParameterDescriptor& b) {
   return a.name < b.name;
 }
 
-ParameterEntry* find_in(std::vector<ParameterEntry>& entries, const std::string& name) {
-  const auto found = std::find_if(entries.begin(), entries.end(),
-                                  [&](const ParameterEntry& entry) { return entry.name == name; });
+ParameterDescriptor* find_in(std::vector<ParameterDescriptor>& entries, const std::string& name) {
+  const auto found =
+      std::find_if(entries.begin(), entries.end(),
+                   [&](const ParameterDescriptor& entry) { return entry.name == name; });
   return found == entries.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-ParameterTable::ParameterTable(std::vector<ParameterEntry> entries) : entries_(std::move(entries)) {
+ParameterTable::ParameterTable(std::vector<ParameterDescriptor> entries)
+    : entries_(std::move(entries)) {
   std::sort(entries_.begin(), entries_.end(), by_name);
 }
 
-ParameterEntry* ParameterTable::find_mutable(const std::string& name) {
-  const auto found =
-      std::lower_bound(entries_.begin(), entries_.end(), name,
-                       [](const ParameterEntry& e, const std::string& n) { return e.name < n; });
+ParameterDescriptor* ParameterTable::find_mutable(const std::string& name) {
+  const auto found = std::lower_bound(
+      entries_.begin(), entries_.end(), name,
+      [](const ParameterDescriptor& e, const std::string& n) { return e.name < n; });
   return found == entries_.end() || found->name != name ? nullptr : &*found;
 }
 
-const ParameterEntry* ParameterTable::find(const std::string& name) const {
+const ParameterDescriptor* ParameterTable::find(const std::string& name) const {
   return const_cast<ParameterTable*>(this)->find_mutable(name);
 }
 
 SetResult ParameterTable::apply(std::vector<Parameter> parameters, const Set& set,
                                 const Describe& describe, ParameterDifferences& differences) {
-  std::vector<ParameterEntry> described;
+  std::vector<ParameterDescriptor> described;
   for (Parameter& parameter : parameters) {
     const SetResult result = check(parameter, describe, described);
     if (!result.successful) return result;
@@ -49,9 +51,9 @@ SetResult ParameterTable::apply(std::vector<Parameter> parameters, const Set& se
 }
 
 SetResult ParameterTable::check(Parameter& parameter, const Describe& describe,
-                                std::vector<ParameterEntry>& described) const {
+                                std::vector<ParameterDescriptor>& described) const {
   const std::string& name = parameter.name;
-  const ParameterEntry* entry = find(name);
+  const ParameterDescriptor* entry = find(name);
   if (entry == nullptr) entry = find_in(described, name);
   if (entry == nullptr && describe && parameter.value) {
     if (auto made = describe(name)) {
@@ -73,9 +75,9 @@ SetResult ParameterTable::check(Parameter& parameter, const Describe& describe,
   return check_value(*entry, *parameter.value);
 }
 
-void ParameterTable::change(const Parameter& parameter, std::vector<ParameterEntry>& described,
+void ParameterTable::change(const Parameter& parameter, std::vector<ParameterDescriptor>& described,
                             ParameterDifferences& differences) {
-  ParameterEntry* entry = find_mutable(parameter.name);
+  ParameterDescriptor* entry = find_mutable(parameter.name);
   if (!parameter.value) {
     if (entry == nullptr) return;
     differences.removed.push_back({entry->name, entry->value});
@@ -83,7 +85,7 @@ void ParameterTable::change(const Parameter& parameter, std::vector<ParameterEnt
     return;
   }
   if (entry == nullptr) {
-    ParameterEntry* made = find_in(described, parameter.name);
+    ParameterDescriptor* made = find_in(described, parameter.name);
     if (made == nullptr) return;
     made->value = parameter.value;
     entries_.insert(std::upper_bound(entries_.begin(), entries_.end(), *made, by_name), *made);
@@ -92,24 +94,6 @@ void ParameterTable::change(const Parameter& parameter, std::vector<ParameterEnt
   }
   entry->value = parameter.value;
   differences.changed.push_back(parameter);
-}
-
-ParameterDifferences ParameterTable::replace(std::vector<ParameterEntry> entries) {
-  ParameterTable before(std::exchange(entries_, std::move(entries)));
-  std::sort(entries_.begin(), entries_.end(), by_name);
-  ParameterDifferences differences;
-  for (const ParameterEntry& entry : entries_) {
-    const ParameterEntry* old = before.find(entry.name);
-    if (old != nullptr && old->value == entry.value) continue;
-    auto& list = old == nullptr ? differences.added : differences.changed;
-    list.push_back({entry.name, entry.value});
-  }
-  for (const ParameterEntry& old : before.entries()) {
-    if (find(old.name) == nullptr) {
-      differences.removed.push_back({old.name, old.value});
-    }
-  }
-  return differences;
 }
 
 }  // namespace connect_bridge::ros

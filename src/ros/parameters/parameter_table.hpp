@@ -19,26 +19,25 @@ struct ParameterDifferences {
 class ParameterTable {
  public:
   using Set = std::function<SetResult(const std::vector<Parameter>&)>;
-  using Describe = std::function<std::optional<ParameterEntry>(const std::string& name)>;
+  using Describe = std::function<std::optional<ParameterDescriptor>(const std::string& name)>;
 
-  explicit ParameterTable(std::vector<ParameterEntry> entries);
+  explicit ParameterTable(std::vector<ParameterDescriptor> entries);
 
   // All or none: checks names, types and ranges, asks `set`, then changes the entries.
   SetResult apply(std::vector<Parameter> parameters, const Set& set, const Describe& describe,
                   ParameterDifferences& differences);
-  ParameterDifferences replace(std::vector<ParameterEntry> entries);
 
-  [[nodiscard]] const ParameterEntry* find(const std::string& name) const;
-  [[nodiscard]] const std::vector<ParameterEntry>& entries() const { return entries_; }
+  [[nodiscard]] const ParameterDescriptor* find(const std::string& name) const;
+  [[nodiscard]] const std::vector<ParameterDescriptor>& entries() const { return entries_; }
 
  private:
-  ParameterEntry* find_mutable(const std::string& name);
+  ParameterDescriptor* find_mutable(const std::string& name);
   SetResult check(Parameter& parameter, const Describe& describe,
-                  std::vector<ParameterEntry>& described) const;
-  void change(const Parameter& parameter, std::vector<ParameterEntry>& described,
+                  std::vector<ParameterDescriptor>& described) const;
+  void change(const Parameter& parameter, std::vector<ParameterDescriptor>& described,
               ParameterDifferences& differences);
 
-  std::vector<ParameterEntry> entries_;  // sorted by name
+  std::vector<ParameterDescriptor> entries_;  // sorted by name
 };
 
 }  // namespace connect_bridge::ros

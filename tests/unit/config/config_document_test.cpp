@@ -21,8 +21,8 @@ rules: [drive]
 rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
 )"),
                                   Role::kServer);
-  std::map<std::string, KeyDescriptor> found;
-  for (const KeyDescriptor& one : describe_parameters(config)) found[one.name] = one;
+  std::map<std::string, ParameterDescriptor> found;
+  for (const ParameterDescriptor& one : describe_parameters(config)) found[one.name] = one;
   EXPECT_FALSE(found.contains("auth.token"));
   EXPECT_FALSE(found.contains("url"));
   EXPECT_EQ(found.at("listen.port").value, ParameterValue{std::int64_t{9090}});
