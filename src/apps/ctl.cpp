@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "config/config.hpp"
+#include "config/document.hpp"
 #include "run/check.hpp"
 
 namespace {

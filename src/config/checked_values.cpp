@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "config/key_search.hpp"
 #include "config/syntax.hpp"
 #include "core/base/check.hpp"
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "config/checked_values.hpp"
+#include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/control.hpp"

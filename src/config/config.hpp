@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "config/key_table.hpp"
 #include "config/parameter.hpp"
 #include "core/policy/policy.hpp"
 #include "core/side/side.hpp"
@@ -95,20 +94,5 @@ struct Parsed {
 // The caller adds what lies outside: `node`, and `credential` when the token is in a file or in the
 // environment (here it is filled from auth.token only).
 [[nodiscard]] SideOptions side_options(const Config& config);
-
-// In words, several lines: how this side listens or dials, who may log in, what each rule allows.
-[[nodiscard]] std::string explain(const Config& config);
-
-// The table of all parameters as Markdown, a section for each group of them.
-[[nodiscard]] std::string config_tables();
-// docs/config.md: the text with the tables in place of its line "@TABLES@"; nullopt: it has none.
-[[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
-
-// One per parameter of this role, the given keys of rules included; secrets are left out.
-[[nodiscard]] std::vector<ParameterDescriptor> describe_parameters(const Config& config);
-// For a key that may be set later ("rule.new.priority"); nullopt: unknown, secret or of the other
-// role.
-[[nodiscard]] std::optional<ParameterDescriptor> describe_parameter(std::string_view key,
-                                                                    Role role);
 
 }  // namespace connect_bridge

@@ -1,5 +1,6 @@
-// The table as descriptors of ROS parameters.
-#include "config/config.hpp"
+#include "config/describe.hpp"
+
+#include "config/key_search.hpp"
 
 namespace connect_bridge {
 namespace {

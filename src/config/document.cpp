@@ -1,7 +1,9 @@
-// The tables of docs/config.md, made from the table of keys.
+#include "config/document.hpp"
+
 #include <fmt/format.h>
 
-#include "config/config.hpp"
+#include "config/key_search.hpp"
+#include "core/base/check.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -42,6 +44,55 @@ std::string row(const KeySpec& spec) {
                      used_by_text(spec.used_by), spec.changeable ? "yes" : "", help);
 }
 
+// The most important parameters of a program, with what the table says about them.
+std::string important(std::initializer_list<const char*> keys) {
+  std::string text;
+  for (const char* key : keys) {
+    const KeySpec* spec = find_key(key);
+    CONNECT_CHECK(spec != nullptr);
+    text += fmt::format(
+        "  {}{}\n      {}\n", key,
+        spec->fallback ? fmt::format(" (default {})", to_text(*spec->fallback)) : "", spec->help);
+  }
+  return text;
+}
+
+constexpr char kServerHelp[] =
+    R"(Usage: ros2 run connect_bridge server --ros-args --params-file FILE [-p KEY:=VALUE ...]
+
+The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
+one WebSocket each. Rules say what may cross; without rules nothing does.
+
+All settings are parameters of the ROS node, named connect_server. The most important ones:
+{}
+A file that lets everybody who has the token see all topics:
+  connect_server:
+    ros__parameters:
+      rules: [see]
+      rule:
+        see: {{export_topics: ["/**"]}}
+)";
+
+constexpr char kClientHelp[] =
+    R"(Usage: ros2 run connect_bridge client --ros-args --params-file FILE [-p KEY:=VALUE ...]
+
+The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS 2 graph with that
+of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
+
+All settings are parameters of the ROS node, named connect_client. The most important ones:
+{}
+A file that takes and gives all that the server's rules allow:
+  connect_client:
+    ros__parameters:
+      url: wss://robot.example:9090/connect
+)";
+
+constexpr char kMoreHelp[] = R"(
+`ctl check FILE` says in words what a parameter file means, `ctl config-doc` prints all parameters.
+Other ROS arguments work as in every node: -r __node:=NAME, -r __ns:=/NAMESPACE, --log-level LEVEL.
+Manual: docs/config.md, docs/security.md and README.md of the project.
+)";
+
 }  // namespace
 
 std::string config_tables() {
@@ -63,6 +114,17 @@ std::optional<std::string> config_document(std::string_view manual) {
   if (at == std::string_view::npos) return std::nullopt;
   std::string text{manual};
   return text.replace(at, kMark.size(), config_tables());
+}
+
+std::string help_text(Role role) {
+  if (role == Role::kServer) {
+    return fmt::format(kServerHelp, important({"listen.address", "listen.port", "auth.token_file",
+                                               "tls.certificate", "rules", "status_file"})) +
+           kMoreHelp;
+  }
+  return fmt::format(kClientHelp,
+                     important({"url", "auth.token_file", "tls.ca", "prefix", "rules"})) +
+         kMoreHelp;
 }
 
 }  // namespace connect_bridge

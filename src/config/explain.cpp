@@ -1,7 +1,7 @@
-// A configuration in words, for `ctl check`.
+#include "config/explain.hpp"
+
 #include <fmt/format.h>
 
-#include "config/config.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/words.hpp"
 

@@ -1,10 +1,9 @@
-// Finding rows of the table: exact, nearest, and what they expect.
+#include "config/key_search.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <numeric>
-
-#include "config/key_table.hpp"
 
 namespace connect_bridge {
 namespace {

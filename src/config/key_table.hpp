@@ -35,24 +35,4 @@ struct KeySpec {
 
 [[nodiscard]] const std::vector<KeySpec>& key_table();
 
-// The row of this key ("rule.drive.priority" finds "rule.<name>.priority"), or nullptr.
-[[nodiscard]] const KeySpec* find_key(std::string_view key);
-
-[[nodiscard]] bool is_used_by(const KeySpec& spec, Role role);
-
-// Keys of the ROS layer that are not ours and must not be refused: use_sim_time, qos_overrides.*
-// ...
-[[nodiscard]] bool is_ros_key(std::string_view key);
-
-// "rule.drive.priority" -> "drive"; empty for other keys.
-[[nodiscard]] std::string_view rule_of(std::string_view key);
-
-// The known key that is written most like this one, or empty. A rule's name is kept.
-[[nodiscard]] std::string nearest_key(std::string_view key, Role role);
-
-[[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
-
-// "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".
-[[nodiscard]] std::string expected_of(const KeySpec& spec);
-
 }  // namespace connect_bridge

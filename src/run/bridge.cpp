@@ -8,6 +8,7 @@
 #include <ctime>
 #include <random>
 
+#include "config/describe.hpp"
 #include "core/base/overloaded.hpp"
 #include "run/status_json.hpp"
 

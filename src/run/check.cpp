@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "config/config.hpp"
+#include "config/explain.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 
@@ -65,13 +65,21 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const Parsed parsed = parse_config(given.parameters, *role, surroundings());
   std::vector<std::string> problems;
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
-  if (!parsed.config || !problems.empty()) return report(file, problems);
-  const Assembly assembly = assemble(*parsed.config, node);
-  if (!assembly.problems.empty()) return report(file, assembly.problems);
-  std::fputs(explain(*parsed.config).c_str(), stdout);
-  for (const auto& warning : parsed.config->warnings) std::printf("Warning: %s\n", warning.c_str());
-  for (const auto& warning : assembly.warnings) std::printf("Warning: %s\n", warning.c_str());
-  return 0;
+  Assembly assembly;
+  if (parsed.config) {
+    assembly = assemble(*parsed.config, node);
+    problems = assembly.problems;
+  }
+  const int code = problems.empty() ? 0 : report(file, problems);
+  // The token and the files that are missing on this machine change nothing of what the rest means.
+  Surroundings elsewhere;
+  elsewhere.token_in_environment = true;
+  const Parsed rest = parsed.config ? parsed : parse_config(given.parameters, *role, elsewhere);
+  if (!rest.config) return code;
+  if (code != 0) std::puts("The rest of the file means:");
+  std::fputs(explain(*rest.config).c_str(), stdout);
+  for (const auto& warning : assembly.warnings) std::printf("warning: %s\n", warning.c_str());
+  return code;
 }
 
 }  // namespace connect_bridge

@@ -5,8 +5,8 @@
 
 namespace connect_bridge {
 
-// Prints what each rule allows to whom, or all problems. `role`: "server", "client", or empty:
-// found from the file. Exit code: 0 in order, 2 not.
+// Prints all problems, and what each rule allows to whom if that can be told. `role`: "server",
+// "client", or empty: found from the file. Exit code: 0 in order, 2 not.
 int check_file(const std::string& file, const std::string& role);
 
 }  // namespace connect_bridge

@@ -2,10 +2,14 @@
 
 #include <malloc.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <optional>
+#include <string_view>
 
+#include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "run/assembly.hpp"
 
 namespace connect_bridge {
@@ -28,6 +32,10 @@ void tune_heap() {
   mallopt(M_ARENA_MAX, kArenasMax);
 }
 
+const char* default_name(Role role) {
+  return role == Role::kServer ? "connect_server" : "connect_client";
+}
+
 int refuse(const std::vector<std::string>& problems) {
   std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
                problems.size() == 1 ? "" : "s");
@@ -35,15 +43,42 @@ int refuse(const std::vector<std::string>& problems) {
   return kExitConfiguration;
 }
 
+// A node that was given another name finds nothing in a file that is written for the usual one.
+void check_section(const ros::Node& node, Role role, std::vector<std::string>& problems) {
+  const auto& given = node.parameter_overrides();
+  if (std::any_of(given.begin(), given.end(), [](const auto& p) { return !is_ros_key(p.first); }))
+    return;
+  for (const auto& other : node.others_with_parameters())
+    if (other.ends_with(default_name(role)))
+      problems.push_back("the parameter file has nothing for " + node.full_name() + ", only for " +
+                         other + ": write " + node.full_name() + " or /** there");
+}
+
 std::optional<Config> read_config(const ros::Node& node, Role role,
                                   std::vector<std::string>& problems) {
+  const char* const program = role == Role::kServer ? "server" : "client";
   for (const auto& argument : node.arguments())
     // What stands behind := may be a token.
     problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
-                       "\": expected --ros-args ...");
+                       "\": parameters are given behind --ros-args, see " + program + " --help");
+  check_section(node, role, problems);
   Parsed parsed = parse_config(node.parameter_overrides(), role, surroundings());
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
+}
+
+// Among the arguments that are not for ROS.
+bool asks_for_help(int argc, char** argv) {
+  bool for_ros = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument(argv[i]);
+    if (argument == "--ros-args" || argument == "--") {
+      for_ros = argument == "--ros-args";
+    } else if (!for_ros && (argument == "--help" || argument == "-h")) {
+      return true;
+    }
+  }
+  return false;
 }
 
 int start(ros::Node& node, Role role, int argc, char** argv) {
@@ -65,11 +100,15 @@ int start(ros::Node& node, Role role, int argc, char** argv) {
 }  // namespace
 
 int run_program(Role role, int argc, char** argv) {
+  if (asks_for_help(argc, argv)) {
+    std::fputs(help_text(role).c_str(), stdout);
+    return 0;
+  }
   std::signal(SIGPIPE, SIG_IGN);
   tune_heap();
   try {
     ros::NodeOptions options;
-    options.name = role == Role::kServer ? "connect_server" : "connect_client";
+    options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
     ros::Node node(options);

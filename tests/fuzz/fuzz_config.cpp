@@ -7,7 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "config/config.hpp"
+#include "config/describe.hpp"
+#include "config/explain.hpp"
 #include "core/base/check.hpp"
 
 using namespace connect_bridge;

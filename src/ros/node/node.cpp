@@ -56,14 +56,17 @@ void end_logging() {
   if (--logging().users == 0) ignore_error(rcl_logging_fini());
 }
 
-ParameterMap read_overrides(const rcl_arguments_t& arguments, const std::string& full_name) {
+void read_overrides(const rcl_arguments_t& arguments, const std::string& full_name,
+                    ParameterMap& overrides, std::vector<std::string>& others) {
   rcl_params_t* params = nullptr;
   require_ok(rcl_arguments_get_param_overrides(&arguments, &params), "cannot read the parameters");
-  ParameterMap overrides;
-  for (const auto& section : take_sections(params))
-    if (node_name_matches(section.node, full_name))
+  for (auto& section : take_sections(params)) {
+    if (node_name_matches(section.node, full_name)) {
       for (const auto& [key, value] : section.parameters) overrides.insert_or_assign(key, value);
-  return overrides;
+    } else {
+      others.push_back(std::move(section.node));
+    }
+  }
 }
 
 // The arguments of main() at these places.
@@ -90,6 +93,7 @@ struct Node::State {
   bool logging = false;
   std::string name, name_space, full_name;
   ParameterMap overrides;
+  std::vector<std::string> others;
   std::vector<std::string> arguments;
 
   void open(const NodeOptions& options);
@@ -143,7 +147,7 @@ void Node::State::open(const NodeOptions& options) {
   name_space = rcl_node_get_namespace(&node);
   full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(full_name);
-  overrides = read_overrides(context.global_arguments, full_name);
+  read_overrides(context.global_arguments, full_name, overrides, others);
 }
 
 // It is opened here because its id is the first one by which we know our own endpoints.
@@ -188,6 +192,9 @@ const std::string& Node::full_name() const {
 }
 const ParameterMap& Node::parameter_overrides() const {
   return state_->overrides;
+}
+const std::vector<std::string>& Node::others_with_parameters() const {
+  return state_->others;
 }
 const std::vector<std::string>& Node::arguments() const {
   return state_->arguments;

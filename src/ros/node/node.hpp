@@ -48,6 +48,8 @@ class Node {
   [[nodiscard]] const std::string& full_name() const;   // "/connect_server"
   // What parameter files and -p say for this node, already merged.
   [[nodiscard]] const ParameterMap& parameter_overrides() const;
+  // The other nodes that have parameters in the files: "connect_server", "/**/camera".
+  [[nodiscard]] const std::vector<std::string>& others_with_parameters() const;
   // The arguments of main() that are not for ROS, without the program's name.
   [[nodiscard]] const std::vector<std::string>& arguments() const;
   [[nodiscard]] std::string middleware() const;  // "rmw_fastrtps_cpp"

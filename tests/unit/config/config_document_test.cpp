@@ -4,7 +4,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "config/config.hpp"
+#include "config/describe.hpp"
+#include "config/document.hpp"
+#include "config/key_search.hpp"
 #include "yaml_parameters.hpp"
 
 namespace connect_bridge {
@@ -58,6 +60,13 @@ TEST(ConfigDocument, HasEveryKeyAndIsTheCommittedOne) {
       << "make it again: ctl config-doc docs/config.in.md";
   EXPECT_THAT(document, HasSubstr(config_tables()));
   EXPECT_FALSE(config_document("a text without the mark"));
+}
+
+TEST(ConfigDocument, HelpNamesWhatIsImportant) {
+  const std::string server = help_text(Role::kServer);
+  EXPECT_THAT(server, HasSubstr("--ros-args --params-file"));
+  EXPECT_THAT(server, HasSubstr("  listen.port (default 9090)\n      TCP port to listen on"));
+  EXPECT_THAT(help_text(Role::kClient), HasSubstr("  url\n      The server to dial"));
 }
 
 // Every ```yaml block is valid as it stands or, when it begins with `rules`, inside a node.

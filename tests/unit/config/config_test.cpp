@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "config/explain.hpp"
 #include "yaml_parameters.hpp"
 
 namespace connect_bridge {

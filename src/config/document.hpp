@@ -1,0 +1,20 @@
+// What the programs say about their parameters: the manual's tables and `--help`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/ports/options.hpp"
+
+namespace connect_bridge {
+
+// The table of all parameters as Markdown, a section for each group of them.
+[[nodiscard]] std::string config_tables();
+// docs/config.md: the text with the tables in place of its line "@TABLES@"; nullopt: it has none.
+[[nodiscard]] std::optional<std::string> config_document(std::string_view manual);
+
+// `server --help` and `client --help`.
+[[nodiscard]] std::string help_text(Role role);
+
+}  // namespace connect_bridge
