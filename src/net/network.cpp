@@ -126,8 +126,8 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
   if (state_->stopped) dialing->cancel("this side stops");
 }
 
-void Network::ready(ConnectionId connection) {
-  if (const auto found = state_->find(connection)) found->ready();
+void Network::ready() {
+  for (const auto& entry : state_->connections) entry.second->ready();
 }
 
 void Network::allow(ConnectionId connection, std::size_t packet_bytes_max) {
@@ -149,6 +149,11 @@ void Network::stop() {
   for (const auto& entry : state_->connections) {
     entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "this side stops");
   }
+}
+
+bool Network::all_closed() const {
+  return std::all_of(state_->connections.begin(), state_->connections.end(),
+                     [](const auto& entry) { return entry.second->has_ended(); });
 }
 
 std::optional<SocketFacts> Network::facts(ConnectionId connection) const {

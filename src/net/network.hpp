@@ -73,9 +73,9 @@ class Network {
   // Ends in ConnectionOpened or DialFailed.
   void dial(ConnectionId connection, const DialOptions& options);
 
-  // There may be something to send, and what was received has been handled. Call after each input,
-  // for every connection that it concerns (or all). Cheap when nothing is to be done.
-  void ready(ConnectionId connection);
+  // There may be something to send, and what was received has been handled. Call after each input.
+  // Cheap where nothing is to be done.
+  void ready();
 
   // The peer has logged in (server) or welcomed us (client): it may send packets up to this size.
   void allow(ConnectionId connection, std::size_t packet_bytes_max);
@@ -87,6 +87,8 @@ class Network {
   // Stops to listen and closes everything with kGoingAway. Within a second the io_context has
   // nothing of ours left to do.
   void stop();
+  // Whether ConnectionClosed was delivered for every connection.
+  [[nodiscard]] bool all_closed() const;
 
   [[nodiscard]] std::optional<SocketFacts> facts(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;

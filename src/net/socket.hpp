@@ -43,6 +43,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void abandon();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
+  // ConnectionClosed was delivered.
+  [[nodiscard]] bool has_ended() const { return state_ == State::kEnding; }
   [[nodiscard]] SocketFacts facts() const;
 
  private:

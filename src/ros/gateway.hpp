@@ -5,12 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
 
 #include "core/base/time.hpp"
-#include "core/ports/ports.hpp"
-#include "ros/node/node.hpp"
+#include "ros/entities/entities.hpp"
+#include "ros/graph/graph_watcher.hpp"
+#include "ros/services/services.hpp"
+#include "ros/topics/mirror.hpp"
+#include "ros/topics/subscription.hpp"
+#include "ros/topics/time_source.hpp"
 
 namespace connect_bridge::ros {
 
@@ -23,28 +25,6 @@ struct GatewayOptions {
   Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
 };
 
-// Counters since the start.
-struct GatewayCounters {
-  std::uint64_t taken = 0;
-  std::uint64_t published = 0;
-  std::uint64_t publish_failures = 0;
-  std::uint64_t invalid = 0;      // samples too short to be one
-  std::uint64_t too_large = 0;    // beyond message_bytes_max
-  std::uint64_t own_samples = 0;  // of our own mirrors, ignored
-  std::uint64_t recreated = 0;    // subscriptions made anew after invalid samples without end
-  std::uint64_t graph_readings = 0;
-  std::uint64_t requests = 0;       // taken at service mirrors
-  std::uint64_t responses = 0;      // taken at service clients
-  std::uint64_t refused_calls = 0;  // requests and responses that could not be carried
-  std::uint32_t subscriptions = 0;
-  std::uint32_t mirrors = 0;
-  std::uint32_t service_mirrors = 0;
-  std::uint32_t service_clients = 0;
-  std::uint32_t pending_calls = 0;  // requests and invocations that are kept for an answer
-  std::uint32_t proxy_nodes = 0;
-  Duration graph_reading{};  // how long the last one took
-};
-
 // Thread: all calls from the loop's thread. Use: when `wake` was called, drain(); as long as it
 // returns true, drain() again after the sockets had their turn. Destroy it before the Node; no
 // input and no wake comes after that.
@@ -53,34 +33,41 @@ class Gateway {
   // `wake` is called from any thread, at most once until the next drain(); it must be cheap and
   // must not throw. Starts the thread that reads the graph; the first GraphChanged comes by itself.
   Gateway(Node& node, const GatewayOptions& options, std::function<void()> wake);
-  ~Gateway();
-  Gateway(const Gateway&) = delete;
-  Gateway& operator=(const Gateway&) = delete;
 
   // Hands what has happened to `sink`, in turns over the entities that have something. The sink
   // may call apply(). Returns whether more is ready.
   bool drain(const std::function<void(Input&&)>& sink);
 
-  // Carries out an action that is for ROS (CreateSubscription .. RefreshGraph) and returns true;
-  // others are left alone. What fails comes as an input (SubscriptionFailed, InvocationFailed ..).
-  // Unknown ids are ignored.
-  bool apply(const Action& action);
-
-  void apply(const CreateSubscription& action);
-  void apply(const DestroySubscription& action);
-  void apply(const CreateMirror& action);
-  void apply(const DestroyMirror& action);
+  // Carries out an action of the core. What fails comes as an input (SubscriptionFailed,
+  // InvocationFailed ..). Unknown ids are ignored.
+  void apply(const CreateSubscription& action) { subscriptions_.create(action); }
+  void apply(const DestroySubscription& action) { subscriptions_.destroy(action.id); }
+  void apply(const CreateMirror& action) { mirrors_.create(action); }
+  void apply(const DestroyMirror& action) { mirrors_.destroy(action.id); }
   void apply(const Publish& action);
-  void apply(const RefreshGraph& action);
+  void apply(const CreateServiceMirror& action) { services_.mirrors.create(action); }
+  void apply(const DestroyServiceMirror& action) { services_.mirrors.destroy(action.id); }
+  void apply(const SendResponse& action);
+  void apply(const DropRequest& action);
+  void apply(const CreateServiceClient& action) { services_.create_client(action); }
+  void apply(const DestroyServiceClient& action) { services_.destroy_client(action.id); }
+  void apply(const SendRequest& action);
+  void apply(const DropInvocation& action);
+  void apply(const RefreshGraph&) { graph_.refresh(); }
 
   // Whether Node::ros_now() follows /clock.
-  void set_use_sim_time(bool on);
+  void set_use_sim_time(bool on) { time_.set(on); }
 
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  const GatewayOptions options_;
+  Shared shared_;
+  Entities<Subscription> subscriptions_{shared_};
+  Entities<Mirror> mirrors_{shared_};
+  Services services_{shared_, graph_};
+  TimeSource time_{shared_};
+  GraphWatcher graph_;  // last, so its thread ends first
 };
 
 }  // namespace connect_bridge::ros

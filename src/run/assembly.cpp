@@ -100,7 +100,7 @@ Surroundings surroundings() {
   s.token_in_environment = token && *token;
   s.readable = [](const std::string& file) { return access(file.c_str(), R_OK) == 0; };
   s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
-    return !std::holds_alternative<ros::TypeRefusal>(types->message(type, ""));
+    return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
   };
   return s;
 }

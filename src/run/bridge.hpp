@@ -1,13 +1,8 @@
-// The event loop of a side: the only place where the core, ROS, the network, login and workers
-// meet.
+// A side: where the core, ROS, the network, login and workers meet.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <deque>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "auth/authenticator.hpp"
@@ -15,8 +10,12 @@
 #include "core/side/side.hpp"
 #include "net/network.hpp"
 #include "ros/gateway.hpp"
-#include "ros/node/node.hpp"
-#include "ros/parameters/parameter_server.hpp"
+#include "run/heap.hpp"
+#include "run/live_parameters.hpp"
+#include "run/loop.hpp"
+#include "run/seconds.hpp"
+#include "run/status_file.hpp"
+#include "run/stop.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {
@@ -31,13 +30,11 @@ struct BridgeParts {
   SocketOptions sockets;
 };
 
-// One input, then all its actions, then a packet for every connection that can take one, then wait
-// (docs/architecture.md, "The loop"). Everything but the callbacks of the middleware and the
-// workers, which only post, runs on the thread that calls run().
+// Everything but the callbacks of the middleware and the workers, which only post, runs on the
+// thread that calls run().
 class Bridge {
  public:
   Bridge(ros::Node& node, BridgeParts parts);
-  ~Bridge();
 
   // Opens the listener. Returns what is wrong (the port is in use, ...), empty if nothing.
   [[nodiscard]] std::string open();
@@ -45,47 +42,26 @@ class Bridge {
   void run();
 
  private:
-  Now now() const;
-  void feed(Input&& input);
-  void settle();
   void carry_out(Action&& action);
   void authenticate(const Authenticate& request);
-  void pump();
-  void set_timer();
+  void send();
   void on_wake();
-  void on_parameter_wake();
-  void write_status();
-  void give_memory_back();
-  void every_second();
-  void wait_for_signal();
+  void every_second(double lag_ms);
   void stop();
-  void end_if_closed();
-  ros::SetResult set_parameters(const std::vector<Parameter>& parameters);
-  [[nodiscard]] ros::ParameterServerOptions parameter_options();
 
   boost::asio::io_context io_{1};
-  boost::asio::signal_set signals_;
-  boost::asio::steady_timer timer_;      // the core's next deadline
-  boost::asio::steady_timer second_;     // status, loop lag
-  boost::asio::steady_timer last_call_;  // the end of an orderly stop
   ros::Node& node_;
   BridgeParts parts_;
-  Config config_;
   Side side_;
+  Loop loop_;
   ros::Gateway gateway_;
-  ros::ParameterServer parameters_;
+  LiveParameters parameters_;
   Network network_;
-  std::unique_ptr<Workers> workers_;
-  std::deque<Input> inputs_;
-  std::set<ConnectionId> connections_;
-  bool settling_ = false;
-  bool stopping_ = false;
-  std::optional<TimePoint> timer_at_;
-  TimePoint second_due_{};
-  double loop_lag_ms_ = 0;
-  std::uint64_t moved_ = 0;  // messages, at the last second
-  unsigned quiet_seconds_ = 0;
-  std::string status_problem_;
+  StatusFile status_file_;
+  HeapTrim heap_;
+  Seconds seconds_;
+  Stop stop_;
+  Workers workers_;  // last, so its thread ends first
 };
 
 }  // namespace connect_bridge

@@ -1,7 +1,5 @@
 #include "run/program.hpp"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -11,26 +9,13 @@
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "run/assembly.hpp"
+#include "run/heap.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr int kExitRos = 1;
 constexpr int kExitConfiguration = 2;
-
-// Buffers of large messages come and go many times a second. By default each is mapped and
-// unmapped, and the kernel zeroes each of its pages anew; so they stay in the heap, which shrinks
-// when much is free at its end, and when nothing moves (Bridge::every_second).
-constexpr int kMappedFrom = 8 << 20;
-constexpr int kFreeAtEndMax = 16 << 20;
-constexpr int kArenasMax = 2;
-
-void tune_heap() {
-  mallopt(M_MMAP_THRESHOLD, kMappedFrom);
-  mallopt(M_TRIM_THRESHOLD, kFreeAtEndMax);
-  // The middleware's threads have little to do at a time; a heap for each of them only grows.
-  mallopt(M_ARENA_MAX, kArenasMax);
-}
 
 const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";

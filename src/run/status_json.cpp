@@ -1,9 +1,5 @@
 #include "run/status_json.hpp"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace connect_bridge {
@@ -89,18 +85,6 @@ std::string to_json(const Status& status, const RunStatus& run) {
   json["links"] = Json::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));
   return json.dump(1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string write_atomically(const std::string& file, const std::string& text) {
-  const std::string part = file + ".part";
-  {
-    std::ofstream out(part, std::ios::trunc);
-    out << text << '\n';
-    if (!out) return "cannot write " + part + ": " + std::strerror(errno);
-  }
-  if (std::rename(part.c_str(), file.c_str()) != 0)
-    return "cannot replace " + file + ": " + std::strerror(errno);
-  return {};
 }
 
 }  // namespace connect_bridge

@@ -18,7 +18,4 @@ struct RunStatus {
 
 std::string to_json(const Status& status, const RunStatus& run);
 
-// Replaces the file in one step; returns what went wrong, or nothing.
-std::string write_atomically(const std::string& file, const std::string& text);
-
 }  // namespace connect_bridge

@@ -57,18 +57,24 @@ TEST_F(GatewayTest, PublishesOnMirrors) {
   std::optional<Bytes> received;
   // The graph knows a subscription shortly before it is matched.
   ASSERT_TRUE(side.until([&] {
-    side.gateway.apply(Action{Publish{kMirror, Payload::copy_of(sent)}});
+    side.gateway.apply(Publish{kMirror, Payload::copy_of(sent)});
     return (received = subscription.take()).has_value();
   }));
   EXPECT_EQ(sent, *received);
 }
 
-TEST_F(GatewayTest, OtherActionsAreLeftAlone) {
+TEST_F(GatewayTest, UnknownIdsAreIgnored) {
   TestSide side("connect_client");
-  EXPECT_FALSE(side.gateway.apply(Action{Log{}}));
-  EXPECT_FALSE(side.gateway.apply(Action{Dial{}}));
-  EXPECT_TRUE(side.gateway.apply(Action{RefreshGraph{}}));
-  EXPECT_TRUE(side.gateway.apply(Action{DestroyMirror{MirrorId{55}}}));
+  side.gateway.apply(DestroySubscription{kSubscription});
+  side.gateway.apply(DestroyMirror{kMirror});
+  side.gateway.apply(Publish{kMirror, Payload::adopt(string_message("nowhere"))});
+  side.gateway.apply(DestroyServiceMirror{ServiceMirrorId{1}});
+  side.gateway.apply(SendResponse{ServiceMirrorId{1}, RequestId{1}, {}});
+  side.gateway.apply(DropRequest{ServiceMirrorId{1}, RequestId{1}});
+  side.gateway.apply(DestroyServiceClient{ServiceClientId{1}});
+  side.gateway.apply(SendRequest{ServiceClientId{1}, InvocationId{1}, {}});
+  side.gateway.apply(DropInvocation{ServiceClientId{1}, InvocationId{1}});
+  EXPECT_EQ(0u, side.gateway.counters().published);
 }
 
 TEST_F(GatewayTest, RefusesTypesThatAreNotInstalled) {

@@ -1,4 +1,4 @@
-#include "ros/graph/graph_watcher.hpp"
+#include "ros/graph/graph_reading.hpp"
 
 #include <algorithm>
 

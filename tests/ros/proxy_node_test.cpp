@@ -15,8 +15,7 @@ namespace {
 class ProxyNodeTest : public RosTest {
  protected:
   void mirror(TestSide& side, std::uint32_t id, const std::string& name, const std::string& node) {
-    side.gateway.apply(
-        Action{CreateMirror{MirrorId{id}, topic(name), kString, "", qos_of_depth(1), node}});
+    side.gateway.apply(CreateMirror{MirrorId{id}, topic(name), kString, "", qos_of_depth(1), node});
   }
   static bool sees_node(Node& from, const std::string& name) {
     auto names = rcutils_get_zero_initialized_string_array();
@@ -39,8 +38,8 @@ TEST_F(ProxyNodeTest, LivesAsLongAsSomethingOfIt) {
   TestSide side("connect_client"), observer("observer");
   mirror(side, 1, "a", "/fleet/talker");
   mirror(side, 2, "b", "/fleet/talker");
-  side.gateway.apply(Action{
-      CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/fleet/talker"}});
+  side.gateway.apply(
+      CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/fleet/talker"});
   EXPECT_EQ(1u, side.gateway.counters().proxy_nodes);
   const auto state = observer.topic_state(topic("a"), [](const TopicState& topic_state) {
     return topic_state.publishers.size() == 1 && topic_state.publishers[0].node_name == "talker";
@@ -50,12 +49,12 @@ TEST_F(ProxyNodeTest, LivesAsLongAsSomethingOfIt) {
   EXPECT_TRUE(side.until([&] { return sees_node(*user, "/fleet/talker"); }));
   RawClient client(user, topic("service"));
   ASSERT_TRUE(side.until([&] { return client.ready(); }));
-  side.gateway.apply(Action{DestroyMirror{MirrorId{1}}});
-  side.gateway.apply(Action{DestroyMirror{MirrorId{2}}});
+  side.gateway.apply(DestroyMirror{MirrorId{1}});
+  side.gateway.apply(DestroyMirror{MirrorId{2}});
   EXPECT_EQ(1u, side.gateway.counters().proxy_nodes);
   client.send(set_bool(true));
   EXPECT_TRUE(side.next<RequestTaken>());
-  side.gateway.apply(Action{DestroyServiceMirror{ServiceMirrorId{1}}});
+  side.gateway.apply(DestroyServiceMirror{ServiceMirrorId{1}});
   EXPECT_EQ(0u, side.gateway.counters().proxy_nodes);
   EXPECT_TRUE(side.until([&] { return !sees_node(*user, "/fleet/talker"); }));
   // The log of a proxy would be a second voice of ours.
@@ -94,8 +93,8 @@ TEST_F(ProxyNodeTest, NeverHasTheNameOfANodeThatIsHere) {
 // made the same: neither keeps us from making ours.
 TEST_F(ProxyNodeTest, ProxiesOfOtherBridgesAreNobody) {
   TestSide left("connect_client"), other("connect_other"), side("connect_client");
-  other.gateway.apply(Action{CreateMirror{MirrorId{1}, std::string{kClaimsTopic},
-                                          "rcl_interfaces/msg/Log", "", qos_of_depth(1)}});
+  other.gateway.apply(CreateMirror{MirrorId{1}, std::string{kClaimsTopic}, "rcl_interfaces/msg/Log",
+                                   "", qos_of_depth(1)});
   mirror(left, 1, "a", "/talker");
   mirror(other, 2, "b", "/singer");
   TestNode user("user");

@@ -56,20 +56,20 @@ TEST_F(ServiceChurnTest, ManyMirrorsWhileRequestsArrive) {
   const auto end = std::chrono::steady_clock::now() + kAllCycles;
   for (std::uint32_t cycle = 1; cycle <= kMirrorCycles; ++cycle) {
     const ServiceMirrorId mirror{cycle};
-    side.gateway.apply(Action{CreateServiceMirror{mirror, topic("service"), kSetBool, ""}});
+    side.gateway.apply(CreateServiceMirror{mirror, topic("service"), kSetBool, ""});
     const std::uint64_t before = answers;
     const bool answered = side.until([&] {
       for (const Input& input : side.inputs) {
         const auto* request = std::get_if<RequestTaken>(&input);
         if (request == nullptr || request->mirror != mirror) continue;
-        side.gateway.apply(Action{SendResponse{
-            mirror, request->request, Payload::copy_of(set_bool_answer(true, "it is on"))}});
+        side.gateway.apply(SendResponse{mirror, request->request,
+                                        Payload::copy_of(set_bool_answer(true, "it is on"))});
       }
       side.inputs.clear();
       return answers > before;
     });
     ASSERT_TRUE(answered) << "cycle " << cycle;
-    side.gateway.apply(Action{DestroyServiceMirror{mirror}});
+    side.gateway.apply(DestroyServiceMirror{mirror});
     ASSERT_LT(std::chrono::steady_clock::now(), end) << "cycle " << cycle;
   }
   EXPECT_EQ(0u, side.gateway.counters().pending_calls);
@@ -87,17 +87,16 @@ TEST_F(ServiceChurnTest, ManyClientsWhileResponsesArrive) {
   const auto end = std::chrono::steady_clock::now() + kAllCycles;
   for (std::uint32_t cycle = 1; cycle <= kClientCycles; ++cycle) {
     const ServiceClientId client{cycle};
-    side.gateway.apply(Action{CreateServiceClient{client, topic("service"), kSetBool}});
+    side.gateway.apply(CreateServiceClient{client, topic("service"), kSetBool});
     const auto ready = side.next<ServiceReady>();
     ASSERT_TRUE(ready && ready->ready && ready->client == client) << "cycle " << cycle;
     for (std::uint32_t call = 1; call <= 8; ++call) {
-      side.gateway.apply(
-          Action{SendRequest{client, InvocationId{call}, Payload::copy_of(set_bool(true))}});
+      side.gateway.apply(SendRequest{client, InvocationId{call}, Payload::copy_of(set_bool(true))});
     }
     // The others arrive while it ends.
     const auto response = side.next<ResponseTaken>();
     ASSERT_TRUE(response && response->client == client) << "cycle " << cycle;
-    side.gateway.apply(Action{DestroyServiceClient{client}});
+    side.gateway.apply(DestroyServiceClient{client});
     side.inputs.clear();
     ASSERT_LT(std::chrono::steady_clock::now(), end) << "cycle " << cycle;
   }

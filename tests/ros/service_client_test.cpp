@@ -13,11 +13,10 @@ Bytes bytes_of(const Payload& payload) {
 class ServiceClientTest : public RosTest {
  protected:
   void client(TestSide& side, const std::string& type = kSetBool) {
-    side.gateway.apply(Action{CreateServiceClient{kClient, topic("service"), type}});
+    side.gateway.apply(CreateServiceClient{kClient, topic("service"), type});
   }
   void send(TestSide& side, std::uint32_t invocation, const Bytes& bytes) {
-    side.gateway.apply(
-        Action{SendRequest{kClient, InvocationId{invocation}, Payload::copy_of(bytes)}});
+    side.gateway.apply(SendRequest{kClient, InvocationId{invocation}, Payload::copy_of(bytes)});
   }
   std::optional<RawServer::Request> request(TestSide& side, RawServer& server) {
     std::optional<RawServer::Request> found;
@@ -163,7 +162,7 @@ TEST_F(ServiceClientTest, OfADroppedInvocationOnlyThatItIsAnsweredIsTold) {
     send(side, i, set_bool(true));
     const auto taken = request(side, server);
     ASSERT_TRUE(taken);
-    if (i == 1) side.gateway.apply(Action{DropInvocation{kClient, InvocationId{1}}});
+    if (i == 1) side.gateway.apply(DropInvocation{kClient, InvocationId{1}});
     server.respond(*taken, set_bool_answer(true, std::to_string(i)));
   }
   const auto dropped = side.next<ResponseTaken>();
@@ -175,7 +174,7 @@ TEST_F(ServiceClientTest, OfADroppedInvocationOnlyThatItIsAnsweredIsTold) {
   EXPECT_EQ(InvocationId{2}, response->invocation);
   EXPECT_FALSE(response->payload.empty());
   send(side, 3, set_bool(true));
-  side.gateway.apply(Action{DestroyServiceClient{kClient}});
+  side.gateway.apply(DestroyServiceClient{kClient});
   EXPECT_EQ(0u, side.gateway.counters().pending_calls);
 }
 
@@ -213,7 +212,7 @@ TEST_F(ServiceClientTest, RefusesTypes) {
     ASSERT_TRUE(failed) << type;
     EXPECT_EQ("type_unknown", failed->code);
   }
-  side.gateway.apply(Action{CreateServiceClient{kClient, "no name", kSetBool}});
+  side.gateway.apply(CreateServiceClient{kClient, "no name", kSetBool});
   const auto failed = side.next<ServiceClientFailed>();
   ASSERT_TRUE(failed);
   EXPECT_EQ("failed", failed->code);

@@ -7,7 +7,8 @@
 
 #include "core/graph/graph_view.hpp"
 #include "ros/gateway.hpp"
-#include "ros/graph/graph_watcher.hpp"
+#include "ros/graph/graph_reading.hpp"
+#include "ros/graph/service_reading.hpp"
 #include "ros/node/proxy_nodes.hpp"
 #include "ros/service_fixture.hpp"
 #include "ros/services/service_mirror.hpp"
@@ -51,7 +52,7 @@ TEST_F(ServiceGraphTest, SeesAServerReplaced) {
   TestNode robot("robot");
   TestSide side("connect_server");
   auto server = std::make_unique<RawServer>(robot, topic("service"));
-  side.gateway.apply(Action{CreateServiceClient{ServiceClientId{1}, topic("service"), kSetBool}});
+  side.gateway.apply(CreateServiceClient{ServiceClientId{1}, topic("service"), kSetBool});
   const auto id = [&] {
     const auto states = find(side, topic("service"));
     return states.empty() ? Gid{} : states[0].servers[0].gid;
@@ -66,12 +67,12 @@ TEST_F(ServiceGraphTest, SeesAServerReplaced) {
 // Another bridge's proxies are the other bridge to us, whatever their names.
 TEST_F(ServiceGraphTest, ProxiesOfOtherBridgesAreNotRobots) {
   TestSide side("connect_server"), other("connect_client");
-  other.gateway.apply(Action{CreateMirror{MirrorId{1}, std::string{kClaimsTopic},
-                                          "rcl_interfaces/msg/Log", "", qos_of_depth(1)}});
+  other.gateway.apply(CreateMirror{MirrorId{1}, std::string{kClaimsTopic}, "rcl_interfaces/msg/Log",
+                                   "", qos_of_depth(1)});
   other.gateway.apply(
-      Action{CreateMirror{MirrorId{2}, topic("a"), kString, "", qos_of_depth(1), "/talker"}});
+      CreateMirror{MirrorId{2}, topic("a"), kString, "", qos_of_depth(1), "/talker"});
   other.gateway.apply(
-      Action{CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/talker"}});
+      CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/talker"});
   ASSERT_TRUE(side.topic_state(topic("a"), [](const TopicState& state) {
     return state.publishers.size() == 1 && state.publishers[0].node_name == "connect_client";
   }));
@@ -85,11 +86,11 @@ TEST_F(ServiceGraphTest, ProxiesOfOtherBridgesAreNotRobots) {
 TEST_F(ServiceGraphTest, WhatANamesakeHasIsNotThere) {
   TestNode robot("robot");
   TestSide side("connect_server"), left("connect_server");
-  left.gateway.apply(Action{CreateMirror{MirrorId{1}, topic("own"), kString, "", qos_of_depth(1)}});
+  left.gateway.apply(CreateMirror{MirrorId{1}, topic("own"), kString, "", qos_of_depth(1)});
   left.gateway.apply(
-      Action{CreateMirror{MirrorId{2}, topic("a"), kString, "", qos_of_depth(1), "/talker"}});
+      CreateMirror{MirrorId{2}, topic("a"), kString, "", qos_of_depth(1), "/talker"});
   left.gateway.apply(
-      Action{CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/talker"}});
+      CreateServiceMirror{ServiceMirrorId{1}, topic("service"), kSetBool, "", "/talker"});
   RawServer marker(robot, topic("marker"));
   RawClient client(robot, topic("service"));
   ASSERT_TRUE(left.until([&] { return client.ready(); }));
@@ -105,9 +106,9 @@ TEST_F(ServiceGraphTest, LeavesOutClientsAndOurs) {
   TestNode robot("robot");
   TestSide side("connect_server");
   RawClient client(robot, topic("asked"));
-  side.gateway.apply(Action{CreateServiceMirror{ServiceMirrorId{1}, topic("asked"), kSetBool, ""}});
-  side.gateway.apply(Action{
-      CreateServiceMirror{ServiceMirrorId{2}, topic("proxied"), kSetBool, "", "/other/robot"}});
+  side.gateway.apply(CreateServiceMirror{ServiceMirrorId{1}, topic("asked"), kSetBool, ""});
+  side.gateway.apply(
+      CreateServiceMirror{ServiceMirrorId{2}, topic("proxied"), kSetBool, "", "/other/robot"});
   ASSERT_TRUE(side.until([&] { return client.ready(); }));
   RawServer server(robot, topic("marker"));
   ASSERT_TRUE(side.until([&] { return !find(side, topic("marker")).empty(); }));
@@ -120,7 +121,7 @@ TEST_F(ServiceGraphTest, LeavesOutClientsAndOurs) {
 TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
   TestSide side("connect_server");
   side.gateway.apply(
-      Action{CreateServiceMirror{ServiceMirrorId{1}, topic("remote"), kSetBool, "", "/planner"}});
+      CreateServiceMirror{ServiceMirrorId{1}, topic("remote"), kSetBool, "", "/planner"});
   ASSERT_EQ(1u, side.gateway.counters().proxy_nodes);
   TestNode planner("planner");
   RawServer one(planner, topic("one")), two(planner, topic("two"));
@@ -139,8 +140,8 @@ TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
   ASSERT_TRUE(side.until([&] { return whole(side.graph); }));
   side.inputs.clear();
   const int graphs = side.graphs;
-  side.gateway.apply(Action{DestroyServiceMirror{ServiceMirrorId{1}}});
-  side.gateway.apply(Action{RefreshGraph{}});
+  side.gateway.apply(DestroyServiceMirror{ServiceMirrorId{1}});
+  side.gateway.apply(RefreshGraph{});
   ASSERT_TRUE(side.until([&] { return side.graphs > graphs; }));
   for (const Input& input : side.inputs) {
     if (const auto* graph = std::get_if<GraphChanged>(&input)) {
@@ -176,20 +177,14 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
       ++readings;
     }
   });
-  ProxyNodes proxies(*side.node, [](const std::string&) { return false; });
-  TypeSupports types;
-  ServiceType* type = std::get<0>(types.service(kSetBool, ""));
-  ReadyList ready([] {});
+  Shared shared(
+      *side.node, 1000, [] {}, [](const std::string&) { return false; }, [](Duration) {});
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   int made = 0;
   while ((made < 300 || readings < 300) && std::chrono::steady_clock::now() < deadline) {
-    auto* slot = ready.acquire(nullptr, 0);
-    {
-      ServiceMirror mirror({ServiceMirrorId{1}, mirrored, type, proxies.get("/planner")}, slot);
-      EXPECT_EQ(1u, proxies.size());
-      EXPECT_EQ(std::nullopt, mirror.open());
-    }
-    ready.release(slot);
+    ServiceMirror mirror(shared, {ServiceMirrorId{1}, mirrored, kSetBool, "", "/planner"});
+    EXPECT_FALSE(mirror.open());
+    EXPECT_EQ(1u, shared.proxies.size());
     ++made;
   }
   stop = true;
@@ -203,7 +198,7 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
 // What is left of a killed process, and the one that took its place.
 TEST_F(ServiceGraphTest, TwoNodesOfOneName) {
   TestSide side("connect_server");
-  side.gateway.apply(Action{CreateServiceClient{ServiceClientId{1}, topic("both"), kSetBool}});
+  side.gateway.apply(CreateServiceClient{ServiceClientId{1}, topic("both"), kSetBool});
   auto first = std::make_unique<TestNode>("robot"), second = std::make_unique<TestNode>("robot");
   auto a = std::make_unique<RawServer>(*first, topic("both"));
   const auto ids = [&](const std::string& name) {

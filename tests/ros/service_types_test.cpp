@@ -80,28 +80,28 @@ TEST_F(ServiceTypesTest, CrossUnchanged) {
     const ServiceMirrorId at{number};
     RawServer server(robot, there, call.type);
     RawClient client(caller, here, call.type);
-    side.gateway.apply(Action{CreateServiceClient{to, there, call.type}});
+    side.gateway.apply(CreateServiceClient{to, there, call.type});
     const auto news = side.next<ServiceReady>();
     ASSERT_TRUE(news && news->ready);
-    side.gateway.apply(Action{CreateServiceMirror{at, here, call.type, news->type_hash}});
+    side.gateway.apply(CreateServiceMirror{at, here, call.type, news->type_hash});
     ASSERT_TRUE(side.until([&] { return client.ready(); }));
 
     client.send(call.request);
     const auto request = side.next<RequestTaken>();
     ASSERT_TRUE(request);
-    side.gateway.apply(Action{SendRequest{to, InvocationId{1}, request->payload}});
+    side.gateway.apply(SendRequest{to, InvocationId{1}, request->payload});
     std::optional<RawServer::Request> asked;
     ASSERT_TRUE(side.until([&] { return (asked = server.take()).has_value(); }));
     EXPECT_TRUE(call.request == asked->second);
     server.respond(*asked, call.response);
     const auto response = side.next<ResponseTaken>();
     ASSERT_TRUE(response);
-    side.gateway.apply(Action{SendResponse{at, request->request, response->payload}});
+    side.gateway.apply(SendResponse{at, request->request, response->payload});
     std::optional<RawClient::Response> answered;
     ASSERT_TRUE(side.until([&] { return (answered = client.take()).has_value(); }));
     EXPECT_TRUE(call.response == answered->second);
-    side.gateway.apply(Action{DestroyServiceMirror{at}});
-    side.gateway.apply(Action{DestroyServiceClient{to}});
+    side.gateway.apply(DestroyServiceMirror{at});
+    side.gateway.apply(DestroyServiceClient{to});
   }
 }
 

@@ -1,8 +1,18 @@
 #include "ros/entities/ready_list.hpp"
 
-namespace connect_bridge::ros {
+#include "ros/entities/entity.hpp"
 
-ReadyList::Slot* ReadyList::acquire(void* owner, std::uint32_t kind) {
+namespace connect_bridge::ros {
+namespace {
+
+// rcl carries the user data of callbacks as const.
+ReadyList::Slot* slot_of(const void* user_data) {
+  return static_cast<ReadyList::Slot*>(const_cast<void*>(user_data));
+}
+
+}  // namespace
+
+ReadyList::Slot* ReadyList::acquire(Entity* entity) {
   if (free_.empty()) {
     Slot& slot = slots_.emplace_back();
     slot.list = this;
@@ -12,29 +22,44 @@ ReadyList::Slot* ReadyList::acquire(void* owner, std::uint32_t kind) {
   }
   Slot* slot = free_.back();
   free_.pop_back();
-  slot->kind = kind;
-  slot->bits_of_turn = 0;
-  slot->owner = owner;
+  slot->counted.store(0);
+  slot->expected = 0;
+  slot->to_do = 0;
+  slot->entity = entity;
   return slot;
 }
 
 void ReadyList::release(Slot* slot) {
-  slot->owner = nullptr;
-  slot->bits_of_turn = 0;
+  slot->entity = nullptr;
+  slot->to_do = 0;
   free_.push_back(slot);
 }
 
-void ReadyList::collect(std::deque<Slot*>& turns) {
+void ReadyList::collect() {
   woken_.store(false);
   const std::lock_guard lock(mutex_);
   for (Slot* slot : marked_) {
     // From here on a new mark puts the slot into marked_ again, where it now finds room.
-    slot->bits_of_turn |= slot->bits.exchange(0);
-    if (slot->owner == nullptr || slot->in_turn) continue;
+    slot->to_do |= slot->bits.exchange(0);
+    if (slot->entity == nullptr || slot->in_turn) continue;
     slot->in_turn = true;
-    turns.push_back(slot);
+    turns_.push_back(slot);
   }
   marked_.clear();
+}
+
+std::optional<Input> ReadyList::step(Batch& batch) {
+  Slot& slot = *turns_.front();
+  turns_.pop_front();
+  slot.in_turn = false;
+  // An entity may be destroyed, and its slot given to another one, before its turn comes.
+  if (slot.entity == nullptr || slot.to_do == 0) return std::nullopt;
+  auto input = slot.entity->step(batch);
+  if (slot.to_do != 0) {
+    slot.in_turn = true;
+    turns_.push_back(&slot);
+  }
+  return input;
 }
 
 void ReadyList::mark(Slot* slot, std::uint32_t bit) noexcept {
@@ -50,27 +75,18 @@ void ReadyList::wake() noexcept {
   if (!woken_.exchange(true)) wake_();
 }
 
-namespace {
-
-void mark_const(const void* slot, std::uint32_t bit) noexcept {
-  // rcl carries the user data of callbacks as const.
-  ReadyList::mark(static_cast<ReadyList::Slot*>(const_cast<void*>(slot)), bit);
-}
-
-}  // namespace
-
 void ReadyList::on_message(const void* slot, std::size_t) noexcept {
-  mark_const(slot, kReadyMessage);
+  mark(slot_of(slot), kReadyMessage);
 }
 void ReadyList::on_counted(const void* slot, std::size_t count) noexcept {
-  static_cast<Slot*>(const_cast<void*>(slot))->waiting.fetch_add(count);
-  mark_const(slot, kReadyMessage);
+  slot_of(slot)->counted.fetch_add(count);
+  mark(slot_of(slot), kReadyMessage);
 }
 void ReadyList::on_lost(const void* slot, std::size_t) noexcept {
-  mark_const(slot, kReadyLost);
+  mark(slot_of(slot), kReadyLost);
 }
 void ReadyList::on_incompatible(const void* slot, std::size_t) noexcept {
-  mark_const(slot, kReadyIncompatible);
+  mark(slot_of(slot), kReadyIncompatible);
 }
 
 }  // namespace connect_bridge::ros

@@ -1,5 +1,5 @@
-// Which entities have something to do: marked by middleware callbacks on any thread, read by the
-// loop.
+// Which entities have something to do: marked by middleware callbacks on any thread, given their
+// turns by the loop.
 #pragma once
 
 #include <atomic>
@@ -8,17 +8,29 @@
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <vector>
+
+#include "core/ports/ports.hpp"
 
 namespace connect_bridge::ros {
 
-// What a callback can report, as bits.
+class Entity;
+
+// What there is to do, as bits.
 enum ReadyBit : std::uint32_t {
-  kReadyMessage = 1,       // samples or requests wait
+  kReadyMessage = 1,       // samples, requests, responses or a graph can be taken
   kReadyLost = 2,          // event: message lost
   kReadyIncompatible = 4,  // event: incompatible QoS
-  kReadyChanged = 8,       // the graph has changed
-  kReadyLook = 16,         // the time has come to look at it again
+  kReadyFailed = 8,        // samples could not be published
+  kReadyChanged = 16,      // the graph has changed
+  kReadyLook = 32,         // the time has come to look at it again
+};
+
+// What the entities have taken since the loop began to drain them.
+struct Batch {
+  int takes = 0;
+  std::size_t bytes = 0;
 };
 
 // Callbacks hold the address of a Slot. Slots are recycled and never freed before the list, so a
@@ -27,25 +39,29 @@ class ReadyList {
  public:
   struct Slot {
     ReadyList* list = nullptr;
-    std::atomic<std::uint32_t> bits{0};
-    std::atomic<std::size_t> waiting{0};  // what on_counted() was told; for the owner to take
+    std::atomic<std::uint32_t> bits{0};   // marked and not collected yet
+    std::atomic<std::size_t> counted{0};  // arrivals that on_counted() was told of
     // Of the loop's thread:
-    void* owner = nullptr;           // nullptr: free
-    std::uint32_t kind = 0;          // the owner's meaning
-    bool in_turn = false;            // stands in the owner's queue of turns
-    std::uint32_t bits_of_turn = 0;  // what is left to do
+    Entity* entity = nullptr;  // nullptr: free
+    bool in_turn = false;      // stands in turns_
+    std::uint32_t to_do = 0;   // bits that were collected and are not done
+    std::size_t expected = 0;  // arrivals that callbacks told of and nobody has taken
   };
 
+  // `wake` is called from any thread, at most once until the next collect().
   explicit ReadyList(std::function<void()> wake) : wake_(std::move(wake)) {}
   ReadyList(const ReadyList&) = delete;
   ReadyList& operator=(const ReadyList&) = delete;
 
-  // Loop's thread.
-  Slot* acquire(void* owner, std::uint32_t kind);
+  // Loop's thread. Entities acquire and release their own.
+  Slot* acquire(Entity* entity);
   void release(Slot* slot);
-  // The loop begins to look: the next mark wakes it again. Appends the marked slots that have an
-  // owner to the queue of turns, each once.
-  void collect(std::deque<Slot*>& turns);
+  // The loop begins to look, so the next mark wakes it again. Marked entities get a turn.
+  void collect();
+  // Gives the next entity its turn: one step, whose result is returned.
+  std::optional<Input> step(Batch& batch);
+  // Whether nobody waits for a turn.
+  [[nodiscard]] bool idle() const { return turns_.empty(); }
 
   // Any thread; never throws, never allocates.
   static void mark(Slot* slot, std::uint32_t bit) noexcept;
@@ -64,6 +80,7 @@ class ReadyList {
   std::vector<Slot*> marked_;  // each slot at most once; its capacity is the number of slots
   std::deque<Slot> slots_;
   std::vector<Slot*> free_;
+  std::deque<Slot*> turns_;
 };
 
 }  // namespace connect_bridge::ros

@@ -1,10 +1,12 @@
+#include "ros/graph/graph_reading.hpp"
+
 #include <rcl/graph.h>
 
 #include <algorithm>
 #include <string_view>
 
 #include "core/graph/graph_view.hpp"
-#include "ros/graph/graph_watcher.hpp"
+#include "ros/graph/service_reading.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
@@ -91,7 +93,7 @@ class TopicReading {
 // the node that makes the claims.
 void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridges) {
   if (bridges.empty()) return;
-  const auto settle = [&](std::vector<Endpoint>& endpoints) {
+  const auto attribute_all = [&](std::vector<Endpoint>& endpoints) {
     std::erase_if(endpoints, [&](Endpoint& endpoint) {
       const Gid participant = distro::participant_of(endpoint.gid);
       if (bridges.namesakes.contains(participant)) return true;
@@ -104,8 +106,8 @@ void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridge
   };
   std::erase_if(topics, [&](TopicState& topic) {
     if (topic.name == kClaimsTopic) return false;
-    settle(topic.publishers);
-    settle(topic.subscribers);
+    attribute_all(topic.publishers);
+    attribute_all(topic.subscribers);
     return topic.publishers.empty() && topic.subscribers.empty();
   });
 }

@@ -6,6 +6,7 @@
 
 #include "core/graph/graph_view.hpp"
 #include "ros/graph/graph_compare.hpp"
+#include "ros/graph/graph_reading.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -33,8 +34,9 @@ std::set<std::string> nodes_of(const GraphChanged& graph) {
 
 }  // namespace
 
-GraphWatcher::GraphWatcher(const Node& node, Duration pause, std::function<void(GraphNews)> news)
-    : node_(node), pause_(pause), news_(std::move(news)) {
+GraphWatcher::GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
+                           std::function<void(bool changed)> look)
+    : Entity(ready), node_(node), pause_(pause), look_(std::move(look)) {
   auto* context = node.context();
   require_ok(rcl_guard_condition_init(&poke_, context, rcl_guard_condition_get_default_options()),
              "cannot watch the graph");
@@ -65,9 +67,13 @@ void GraphWatcher::refresh() {
   ignore_error(rcl_trigger_guard_condition(&poke_));
 }
 
-std::optional<GraphChanged> GraphWatcher::take() {
+std::optional<Input> GraphWatcher::step(Batch&) {
+  const bool changed = has_to(kReadyChanged);
+  done(~0U);
+  look_(changed);
   const std::lock_guard lock(mutex_);
-  return std::exchange(newest_, std::nullopt);
+  if (!newest_) return std::nullopt;
+  return std::move(*std::exchange(newest_, std::nullopt));
 }
 
 bool GraphWatcher::has_node(const std::string& name) {
@@ -99,7 +105,7 @@ void GraphWatcher::run() {
   bool due = true;
   while (true) {
     if (due) {
-      news_(GraphNews::kTouched);
+      ReadyList::mark(slot(), kReadyChanged);
       const auto begin = Clock::now();
       read();
       const Duration took = Clock::now() - begin;
@@ -114,7 +120,7 @@ void GraphWatcher::run() {
     const bool again = incomplete_ && retries_ < kRetriesMax;
     const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
     do {
-      due = wait(std::min(again_at, look())) || Clock::now() >= again_at;
+      due = wait(std::min(again_at, next_look())) || Clock::now() >= again_at;
     } while (!due && !stopping());
   }
 }
@@ -124,13 +130,13 @@ bool GraphWatcher::stopping() {
   return stop_;
 }
 
-GraphWatcher::Clock::time_point GraphWatcher::look() {
+GraphWatcher::Clock::time_point GraphWatcher::next_look() {
   {
     const std::lock_guard lock(mutex_);
     if (look_at_ > Clock::now()) return look_at_;
     look_at_ = Clock::time_point::max();
   }
-  news_(GraphNews::kLook);
+  ReadyList::mark(slot(), kReadyLook);
   const std::lock_guard lock(mutex_);
   return look_at_;
 }
@@ -161,7 +167,7 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
 void GraphWatcher::pause(Duration duration) {
   const auto end = Clock::now() + duration;
   while (Clock::now() < end) {
-    const auto until = std::min(end, look());
+    const auto until = std::min(end, next_look());
     std::unique_lock lock(mutex_);
     poked_.wait_until(lock, until, [&] { return stop_ || look_at_ < until; });
     if (stop_) return;
@@ -192,7 +198,7 @@ void GraphWatcher::read() {
     nodes_ = std::move(nodes);
     newest_ = std::move(*graph);
   }
-  news_(GraphNews::kRead);
+  ReadyList::mark(slot(), kReadyMessage);
 }
 
 }  // namespace connect_bridge::ros

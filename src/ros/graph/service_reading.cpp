@@ -1,11 +1,10 @@
+#include "ros/graph/service_reading.hpp"
+
 #include <rcl/graph.h>
 
 #include <algorithm>
-#include <map>
-#include <set>
 #include <utility>
 
-#include "ros/graph/graph_watcher.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/rcl_result.hpp"
@@ -13,14 +12,9 @@
 namespace connect_bridge::ros {
 namespace {
 
-struct NodeName {
-  std::string name_space, name;
-  auto operator<=>(const NodeName&) const = default;
-
-  [[nodiscard]] std::string full() const {
-    return name_space == "/" ? "/" + name : name_space + "/" + name;
-  }
-};
+std::string full_name(const NodeName& node) {
+  return node.name_space == "/" ? "/" + node.name : node.name_space + "/" + node.name;
+}
 
 struct Nodes {
   std::set<NodeName> plain;
@@ -46,7 +40,7 @@ std::optional<Nodes> read_nodes(const Node& node) {
 
   std::optional<Nodes> nodes{std::in_place};
   for (const auto& [found, count] : counts) {
-    const std::string full = found.full();
+    const std::string full = full_name(found);
     if (full == node.full_name()) continue;
     const auto before = ours_before.find(full), after = ours_after.find(full);
     const bool foreign = before == ours_before.end() && after == ours_after.end();

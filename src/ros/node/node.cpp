@@ -14,6 +14,7 @@
 #include <rmw/qos_profiles.h>
 #include <rmw/rmw.h>
 
+#include <chrono>
 #include <mutex>
 
 #include "ros/node/own_endpoints.hpp"
@@ -158,7 +159,7 @@ void Node::State::open_parameter_events() {
                                 ROSIDL_GET_MSG_TYPE_SUPPORT(rcl_interfaces, msg, ParameterEvent),
                                 "/parameter_events", &options),
              "cannot publish on /parameter_events");
-  distro::add_own(own, &parameter_events);
+  own.add(parameter_events);
 }
 
 Node::State::~State() {
@@ -199,9 +200,6 @@ const std::vector<std::string>& Node::others_with_parameters() const {
 const std::vector<std::string>& Node::arguments() const {
   return state_->arguments;
 }
-std::string Node::middleware() const {
-  return rmw_get_implementation_identifier();
-}
 
 Stamp Node::ros_now() const {
   rcl_time_point_value_t now = 0;
@@ -220,6 +218,14 @@ void Node::log(LogLevel level, const std::string& text) const {
   // The output to /rosout reads the location without asking whether there is one.
   static constexpr rcutils_log_location_t kNowhere{"", "", 0};
   rcutils_log(&kNowhere, severity, logger, "%s", text.c_str());
+}
+
+void Node::log(LogLimit& limit, LogLevel level, const std::string& text) const {
+  Now now;
+  now.steady = TimePoint(std::chrono::steady_clock::now().time_since_epoch());
+  const auto count = limit.count(now);
+  if (count)
+    log(level, *count == 1 ? text : text + " (" + std::to_string(*count) + " times lately)");
 }
 
 rcl_node_s* Node::handle() const {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/log_limit.hpp"
 #include "core/base/time.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/parameters/parameter.hpp"
@@ -52,12 +53,13 @@ class Node {
   [[nodiscard]] const std::vector<std::string>& others_with_parameters() const;
   // The arguments of main() that are not for ROS, without the program's name.
   [[nodiscard]] const std::vector<std::string>& arguments() const;
-  [[nodiscard]] std::string middleware() const;  // "rmw_fastrtps_cpp"
 
   // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
   [[nodiscard]] Stamp ros_now() const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.
   void log(LogLevel level, const std::string& text) const;
+  // What a peer or a caller can cause as often as it likes: a line now and then, with a count.
+  void log(LogLimit& limit, LogLevel level, const std::string& text) const;
 
   // For src/ros only.
   [[nodiscard]] rcl_node_s* handle() const;

@@ -12,6 +12,8 @@
 
 #include "core/base/ids.hpp"
 
+struct rcl_publisher_s;
+
 namespace connect_bridge::ros {
 
 // Any thread.
@@ -20,18 +22,22 @@ class OwnEndpoints {
   // prefix_size: see distro::participant_prefix_size().
   explicit OwnEndpoints(std::size_t prefix_size) : prefix_size_(prefix_size) {}
 
-  void add(const Gid& gid);
+  // Our publisher, if the middleware tells its id.
+  void add(const rcl_publisher_s& publisher);
   [[nodiscard]] bool contains(const Gid& gid) const;
   // A node of this name is about to come into the graph or to leave it; is there; has left.
   void announce_node(const std::string& full_name);
   void settle_node(const std::string& full_name);
   void remove_node(const std::string& full_name);
-  // Our nodes. A number that is not kUnsettled and the same at two times tells that the node was in
-  // the graph all the time between.
+  // Our nodes, each with a number: kUnsettled while it comes or goes, else one that is new whenever
+  // the node is made. If a node has the same number before and after a reading of the graph, it was
+  // there during all of the reading.
   static constexpr std::uint64_t kUnsettled = 0;
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 
  private:
+  void add(const Gid& gid);
+
   // Samples of a mirror arrive after it is gone, so ids stay known for a while.
   static constexpr std::size_t kIdsMax = 4096;
 

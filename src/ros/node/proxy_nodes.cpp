@@ -4,8 +4,6 @@
 #include <rcl/node.h>
 #include <rcl/node_options.h>
 
-#include <bit>
-
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -27,12 +25,11 @@ ProxyNodes::Handle ProxyNodes::get(const std::string& name) {
 ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
   const auto slash = name.rfind('/');
   if (slash == std::string::npos) {
-    refused("\"" + name + "\" is not a node's name: its endpoints are ours");
+    refused("\"" + name + "\" is not the name of a node");
     return nullptr;
   }
   if (is_taken_(name)) {
-    refused("a remote node has the name of a node of this graph, " + name +
-            ": its endpoints are ours");
+    refused("a remote node has the same name as a node of this graph, " + name);
     return nullptr;
   }
   const std::string name_space = slash == 0 ? "/" : name.substr(0, slash);
@@ -40,7 +37,7 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
   rcl_node_options_t options = rcl_node_get_default_options();
   options.use_global_arguments = false;
   options.enable_rosout = false;
-  // Without the process's arguments rcl asks for some of the node's own, be they none.
+  // A node that does not use the process's arguments must have its own, if only empty ones.
   rcl_ret_t result =
       rcl_parse_arguments(0, nullptr, rcl_get_default_allocator(), &options.arguments);
   auto made = std::make_unique<rcl_node_t>(rcl_get_zero_initialized_node());
@@ -50,8 +47,7 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
     result = rcl_node_init(made.get(), base.c_str(), name_space.c_str(), node_.context(), &options);
   }
   if (result != RCL_RET_OK) {
-    refused(
-        error_text("cannot make the node " + name + ", its endpoints are ours instead", result));
+    refused(error_text("cannot make the node " + name, result));
     ignore_error(rcl_node_options_fini(&options));
     node_.own().remove_node(name);
     return nullptr;
@@ -67,10 +63,9 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
           }};
 }
 
-// The peer can cause them as often as it likes: the 1st, 2nd, 4th, 8th ... is logged.
 void ProxyNodes::refused(const std::string& why) {
-  if (!std::has_single_bit(++refusals_)) return;
-  node_.log(LogLevel::kWarn, why + " (so far: " + std::to_string(refusals_) + ")");
+  node_.log(refusals_, LogLevel::kWarn,
+            why + "; its topics and services appear under " + node_.full_name());
 }
 
 }  // namespace connect_bridge::ros

@@ -1,7 +1,6 @@
 // Nodes that stand for nodes of the other side, each as long as something belongs to it.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,8 +10,8 @@
 
 namespace connect_bridge::ros {
 
-// A proxy is a name in the graph: it publishes no log, has no parameters and heeds no argument of
-// this process. Thread: the loop's. Destroy it after all handles and before the Node.
+// A proxy is a name in the graph: it publishes no log, has no parameters and ignores the arguments
+// of this process. Thread: the loop's. Destroy it after all handles and before the Node.
 class ProxyNodes {
  public:
   // Keeps the node alive; its last owner removes it from the graph.
@@ -24,9 +23,9 @@ class ProxyNodes {
   ProxyNodes(const ProxyNodes&) = delete;
   ProxyNodes& operator=(const ProxyNodes&) = delete;
 
-  // The proxy of this name ("/fleet/talker"), made if it is not there. An empty name, and with a
-  // warning one that ROS refuses or that a node of this graph has: our own node. The peer chooses
-  // names, so they must not pass for somebody here.
+  // The proxy of this name ("/fleet/talker"), made if it is not there. Our own node instead if the
+  // name is empty and, with a warning, if ROS refuses it or a node of this graph has it: the peer
+  // chooses names and must not pass for somebody here.
   Handle get(const std::string& name);
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -34,11 +33,12 @@ class ProxyNodes {
  private:
   Handle make(const std::string& name);
   Handle own() const;
+  // Logs why our own node takes the place of a proxy.
   void refused(const std::string& why);
 
   Node& node_;
   const std::function<bool(const std::string& name)> is_taken_;
-  std::uint64_t refusals_ = 0;
+  LogLimit refusals_;
   std::map<std::string, std::weak_ptr<rcl_node_s>, std::less<>> nodes_;
 };
 

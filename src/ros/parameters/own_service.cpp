@@ -4,30 +4,29 @@
 
 namespace connect_bridge::ros {
 
-ServiceEndpoint::ServiceEndpoint(Node& node, const rosidl_service_type_support_t* type,
-                                 const std::string& name, const rmw_qos_profile_t& qos,
-                                 ReadyList::Slot* slot)
-    : node_(node), name_(name) {
+OwnService::OwnService(ReadyList& ready, Node& node, const rosidl_service_type_support_t* type,
+                       const std::string& name, const rmw_qos_profile_t& qos)
+    : Entity(ready), node_(node), name_(name) {
   rcl_service_options_t options = rcl_service_get_default_options();
   options.qos = qos;
   require_ok(rcl_service_init(&service_, node.handle(), type, name.c_str(), &options),
              "cannot serve " + name);
   const rcl_ret_t result =
-      rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_message, slot);
+      rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_message, slot());
   if (result != RCL_RET_OK) {
     const auto text = error_text("cannot serve " + name, result);
     ignore_error(rcl_service_fini(&service_, node.handle()));
     throw RosError(text);
   }
-  ReadyList::mark(slot, kReadyMessage);
+  ReadyList::mark(slot(), kReadyMessage);
 }
 
-ServiceEndpoint::~ServiceEndpoint() {
+OwnService::~OwnService() {
   // The callback stays, as in ServiceMirror.
   ignore_error(rcl_service_fini(&service_, node_.handle()));
 }
 
-bool ServiceEndpoint::take(void* request, rmw_service_info_t& info) {
+bool OwnService::take(void* request, rmw_service_info_t& info) {
   const rcl_ret_t result = rcl_take_request_with_info(&service_, &info, request);
   if (result != RCL_RET_OK && result != RCL_RET_SERVICE_TAKE_FAILED) {
     node_.log(LogLevel::kWarn, error_text("cannot take a request of " + name_, result));
@@ -36,9 +35,9 @@ bool ServiceEndpoint::take(void* request, rmw_service_info_t& info) {
   return ignore_error(result);
 }
 
-void ServiceEndpoint::answer(rmw_service_info_t& info, void* response) {
+void OwnService::answer(rmw_service_info_t& info, void* response) {
   const rcl_ret_t result = rcl_send_response(&service_, &info.request_id, response);
-  // A client that left before its answer came is not worth more.
+  // The client may have left before its answer came.
   if (result != RCL_RET_OK) {
     node_.log(LogLevel::kDebug, error_text("cannot answer a request of " + name_, result));
   }

@@ -1,4 +1,4 @@
-// One service that is answered at once, with the C messages of a package we link.
+// One service that this process answers itself, with the C messages of a package we link.
 #pragma once
 
 #include <rcl/service.h>
@@ -7,26 +7,23 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
-#include "ros/entities/ready_list.hpp"
+#include "ros/entities/entity.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
 
 // The part that does not depend on the type. Thread: the loop's.
-class ServiceEndpoint {
+class OwnService : public Entity {
  public:
-  // Throws RosError. `slot` is marked when requests wait; it stays the caller's.
-  ServiceEndpoint(Node& node, const rosidl_service_type_support_t* type, const std::string& name,
-                  const rmw_qos_profile_t& qos, ReadyList::Slot* slot);
-  virtual ~ServiceEndpoint();
-  ServiceEndpoint(const ServiceEndpoint&) = delete;
-  ServiceEndpoint& operator=(const ServiceEndpoint&) = delete;
-
-  // Answers one request; false if none waits.
-  virtual bool serve() = 0;
+  // Throws RosError.
+  OwnService(ReadyList& ready, Node& node, const rosidl_service_type_support_t* type,
+             const std::string& name, const rmw_qos_profile_t& qos);
+  ~OwnService() override;
 
  protected:
+  // False: there is no request.
   bool take(void* request, rmw_service_info_t& info);
   void answer(rmw_service_info_t& info, void* response);
 
@@ -38,26 +35,29 @@ class ServiceEndpoint {
 
 // `Type` has Request, Response, their create and destroy functions, and type_support().
 template <class Type>
-class ServiceServer final : public ServiceEndpoint {
+class TypedService final : public OwnService {
  public:
   using Handler =
       std::function<bool(const typename Type::Request&, typename Type::Response& response)>;
 
-  ServiceServer(Node& node, const std::string& name, const rmw_qos_profile_t& qos,
-                ReadyList::Slot* slot, Handler handler)
-      : ServiceEndpoint(node, Type::type_support(), name, qos, slot),
-        handler_(std::move(handler)) {}
+  TypedService(ReadyList& ready, Node& node, const std::string& name, const rmw_qos_profile_t& qos,
+               Handler handler)
+      : OwnService(ready, node, Type::type_support(), name, qos), handler_(std::move(handler)) {}
 
-  bool serve() override {
+  // Answers one request.
+  std::optional<Input> step(Batch& batch) override {
     const std::unique_ptr<typename Type::Request, decltype(Type::destroy_request)> request(
         Type::create_request(), Type::destroy_request);
     const std::unique_ptr<typename Type::Response, decltype(Type::destroy_response)> response(
         Type::create_response(), Type::destroy_response);
-    if (!request || !response) return false;
     rmw_service_info_t info{};
-    if (!take(request.get(), info)) return false;
+    if (!request || !response || !take(request.get(), info)) {
+      done(kReadyMessage);
+      return std::nullopt;
+    }
+    ++batch.takes;
     if (handler_(*request, *response)) answer(info, response.get());
-    return true;
+    return std::nullopt;
   }
 
  private:

@@ -13,7 +13,6 @@
 #include <rosidl_runtime_c/primitives_sequence_functions.h>
 
 #include <algorithm>
-#include <deque>
 
 #include "ros/entities/ready_list.hpp"
 #include "ros/parameters/own_service.hpp"
@@ -83,13 +82,11 @@ struct ParameterServer::State {
   template <class Type>
   void serve(const char* name,
              bool (State::*handler)(const typename Type::Request&, typename Type::Response&)) {
-    auto* slot = ready.acquire(nullptr, 0);
-    services.push_back(std::make_unique<ServiceServer<Type>>(
-        node, node.full_name() + "/" + name, rmw_qos_profile_parameters, slot,
+    services.push_back(std::make_unique<TypedService<Type>>(
+        ready, node, node.full_name() + "/" + name, rmw_qos_profile_parameters,
         [this, handler](const auto& request, auto& response) {
           return (this->*handler)(request, response);
         }));
-    slot->owner = services.back().get();
   }
 
   bool describe(const DescribeParameters::Request&, DescribeParameters::Response&);
@@ -109,8 +106,7 @@ struct ParameterServer::State {
   ReadyList ready;
   ParameterTable table;
   bool sim_time = false;
-  std::vector<std::unique_ptr<ServiceEndpoint>> services;
-  std::deque<ReadyList::Slot*> turns;
+  std::vector<std::unique_ptr<OwnService>> services;
 };
 
 ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options)
@@ -261,19 +257,10 @@ ParameterServer::~ParameterServer() = default;
 
 bool ParameterServer::drain() {
   State& state = *state_;
-  state.ready.collect(state.turns);
-  for (int served = 0; !state.turns.empty() && served < kRequestsPerDrain;) {
-    ReadyList::Slot& slot = *state.turns.front();
-    state.turns.pop_front();
-    slot.in_turn = false;
-    slot.bits_of_turn = 0;
-    if (!static_cast<ServiceEndpoint*>(slot.owner)->serve()) continue;
-    ++served;
-    slot.bits_of_turn = kReadyMessage;
-    slot.in_turn = true;
-    state.turns.push_back(&slot);
-  }
-  return !state.turns.empty();
+  state.ready.collect();
+  Batch batch;
+  while (!state.ready.idle() && batch.takes < kRequestsPerDrain) state.ready.step(batch);
+  return !state.ready.idle();
 }
 
 }  // namespace connect_bridge::ros

@@ -7,8 +7,6 @@
 #include <rcl/logging.h>
 #include <rcl/logging_rosout.h>
 #include <rcl/node.h>
-#include <rcl/publisher.h>
-#include <rmw/error_handling.h>
 #include <rmw/rmw.h>
 #include <rmw/topic_endpoint_info.h>
 #include <rosidl_runtime_c/message_type_support_struct.h>
@@ -21,7 +19,6 @@
 #include <unordered_set>
 
 #include "core/base/ids.hpp"
-#include "ros/node/own_endpoints.hpp"
 
 #if __has_include(<rosidl_runtime_c/type_hash.h>)
 #define CONNECT_TYPE_HASHES 1  // Iron and later
@@ -126,17 +123,6 @@ inline Gid participant_of(const Gid& gid) {
   Gid participant;
   std::copy_n(gid.bytes.begin(), participant_prefix_size(), participant.bytes.begin());
   return participant;
-}
-
-// The graph's id of our publisher, where the middleware tells it.
-inline void add_own(OwnEndpoints& own, const rcl_publisher_t* publisher) {
-  const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(publisher);
-  rmw_gid_t gid{};
-  if (handle != nullptr && rmw_get_gid_for_publisher(handle, &gid) == RMW_RET_OK) {
-    own.add(gid_of(gid.data));
-  } else {
-    rmw_reset_error();
-  }
 }
 
 // Who sent a request, as rmw tells it.

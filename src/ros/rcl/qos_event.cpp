@@ -1,5 +1,8 @@
 #include "ros/rcl/qos_event.hpp"
 
+#include <rmw/events_statuses/events_statuses.h>
+
+#include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -30,6 +33,12 @@ void QosEvent::close() {
 
 bool QosEvent::take(void* status) {
   return open_ && ignore_error(rcl_take_event(&event_, status));
+}
+
+std::optional<std::string> QosEvent::take_policy() {
+  rmw_qos_incompatible_event_status_t status{};  // for publishers and subscriptions alike
+  if (!take(&status)) return std::nullopt;
+  return policy_name(status.last_policy_kind);
 }
 
 }  // namespace connect_bridge::ros

@@ -3,6 +3,9 @@
 
 #include <rcl/event.h>
 
+#include <optional>
+#include <string>
+
 #include "ros/entities/ready_list.hpp"
 
 namespace connect_bridge::ros {
@@ -23,6 +26,8 @@ class QosEvent {
   void close();
   // `status` is the rmw structure of this type of event.
   bool take(void* status);
+  // Of an event of incompatible QoS: the policy that does not fit.
+  std::optional<std::string> take_policy();
 
  private:
   void listen(rcl_ret_t opened, rcl_event_callback_t callback, ReadyList::Slot* slot);

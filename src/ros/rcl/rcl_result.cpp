@@ -17,6 +17,10 @@ std::string error_text(const std::string& what, rcl_ret_t code) {
   return text;
 }
 
+Refusal failure(const std::string& what, rcl_ret_t code) {
+  return {"failed", error_text(what, code)};
+}
+
 bool ignore_error(rcl_ret_t code) {
   if (rcl_error_is_set()) rcl_reset_error();
   return code == RCL_RET_OK;

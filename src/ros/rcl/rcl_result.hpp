@@ -10,6 +10,14 @@ namespace connect_bridge::ros {
 // "what: rcl's own words". Clears the error text of this thread.
 [[nodiscard]] std::string error_text(const std::string& what, rcl_ret_t code);
 
+// Why an entity cannot be made; `code` as in wire Decline ("type_unknown", "failed").
+struct Refusal {
+  std::string code;
+  std::string reason;  // a sentence a person can act on
+};
+// An error_text() as refusal. Clears the error text of this thread.
+[[nodiscard]] Refusal failure(const std::string& what, rcl_ret_t code);
+
 // Nothing is to be said about this failure; clears the error text of this thread. True: it was
 // fine.
 bool ignore_error(rcl_ret_t code);

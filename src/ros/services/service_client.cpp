@@ -4,51 +4,55 @@
 
 #include <algorithm>
 
-#include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {
 
-// Their answers tell how far the server has come; those that are missed, later answers make up for.
+// The answer to a dropped invocation still tells the core that its server is done with it. Where
+// there are more of them, later answers tell the same.
 constexpr std::size_t kDroppedKept = 64;
 
 }  // namespace
 
-ServiceClient::ServiceClient(Node& node, Setup setup, ReadyList::Slot* slot)
-    : node_(node), setup_(std::move(setup)), slot_(slot) {}
+ServiceClient::ServiceClient(Shared& shared, Create create)
+    : Entity(shared.ready), shared_(shared), create_(std::move(create)) {}
 
 ServiceClient::~ServiceClient() {
   if (!open_) return;
   ignore_error(rcl_client_set_on_new_response_callback(&client_, nullptr, nullptr));
-  ignore_error(rcl_client_fini(&client_, node_.handle()));
+  ignore_error(rcl_client_fini(&client_, shared_.node.handle()));
 }
 
-std::optional<std::string> ServiceClient::open() {
+std::optional<Refusal> ServiceClient::open() {
+  const auto type = shared_.types.service(create_.type, {});
+  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
+  type_ = std::get<0>(type);
   rcl_client_options_t options = rcl_client_get_default_options();
   options.qos = service_qos();
-  rcl_ret_t result = rcl_client_init(&client_, node_.handle(), setup_.type->handle,
-                                     setup_.service.c_str(), &options);
-  if (result != RCL_RET_OK) return error_text("cannot call " + setup_.service, result);
+  rcl_ret_t result = rcl_client_init(&client_, shared_.node.handle(), type_->handle,
+                                     create_.service.c_str(), &options);
+  if (result != RCL_RET_OK) return failure("cannot call " + create_.service, result);
   open_ = true;
-  slot_->waiting.store(0);
-  result = rcl_client_set_on_new_response_callback(&client_, &ReadyList::on_counted, slot_);
-  if (result != RCL_RET_OK) return error_text("cannot call " + setup_.service, result);
+  result = rcl_client_set_on_new_response_callback(&client_, &ReadyList::on_counted, slot());
+  if (result != RCL_RET_OK) return failure("cannot call " + create_.service, result);
   return std::nullopt;
 }
 
-std::optional<std::string> ServiceClient::send(InvocationId invocation, ByteView bytes,
-                                               std::size_t memory_max) {
-  MessageForm& form = *setup_.type->request;
-  if (const auto problem = form.read_from(bytes, memory_max)) return problem;
+void ServiceClient::send(InvocationId invocation, ByteView bytes) {
+  MessageForm& form = *type_->request;
+  if (auto problem = form.read_from(bytes, shared_.memory_max())) {
+    return shared_.report(failed(invocation, std::move(*problem)));
+  }
   std::int64_t sequence = 0;
   const rcl_ret_t result = rcl_send_request(&client_, form.message(), &sequence);
   form.reset();
-  if (result != RCL_RET_OK) return error_text("cannot call " + setup_.service, result);
+  if (result != RCL_RET_OK) {
+    return shared_.report(failed(invocation, error_text("cannot call " + create_.service, result)));
+  }
   by_sequence_[sequence] = invocation;
   invocations_[invocation] = sequence;
-  return std::nullopt;
 }
 
 void ServiceClient::drop(InvocationId invocation) {
@@ -60,55 +64,69 @@ void ServiceClient::drop(InvocationId invocation) {
   invocations_.erase(found);
 }
 
-ServiceClient::Taken ServiceClient::take(TakeBuffer& buffer, ResponseTaken& response,
-                                         std::string& problem) {
-  MessageForm& form = *setup_.type->response;
-  expected_ += slot_->waiting.exchange(0);
+std::optional<Input> ServiceClient::step(Batch& batch) {
+  ++batch.takes;
+  MessageForm& form = *type_->response;
+  const bool more = expects_more();
   rmw_service_info_t info{};
   const rcl_ret_t result = rcl_take_response_with_info(&client_, &info, form.message());
-  const bool more = expected_ > 1;
-  if (expected_ > 0) --expected_;
   if (result != RCL_RET_OK) {
-    if (result == RCL_RET_CLIENT_TAKE_FAILED) {
-      // The middleware also takes the answers to other clients, and says the same as of none.
-      ignore_error(result);
-    } else {
-      problem = error_text("cannot take an answer of " + setup_.service, result);
+    // The middleware also takes the answers to other clients, and then says the same as for none.
+    if (!more) done(kReadyMessage);
+    if (result != RCL_RET_CLIENT_TAKE_FAILED) {
+      shared_.refuse_call(error_text("cannot take an answer of " + create_.service, result));
     }
-    return more ? Taken::kInvalid : Taken::kNothing;
+    ignore_error(result);
+    return std::nullopt;
   }
-  response.client = setup_.id;
-  const auto found = by_sequence_.find(info.request_id.sequence_number);
+  const std::int64_t sequence = info.request_id.sequence_number;
+  const auto found = by_sequence_.find(sequence);
   if (found == by_sequence_.end()) {  // dropped, or another server's answer came first
     form.reset();
-    return take_dropped(info.request_id.sequence_number, response);
+    return take_dropped(sequence);
   }
-  response.invocation = found->second;
-  invocations_.erase(found->second);
+  const InvocationId invocation = found->second;
   by_sequence_.erase(found);
-  const auto unwritten = form.write_to(*buffer.prepare());
+  invocations_.erase(invocation);
+  const auto unwritten = form.write_to(*shared_.buffer.prepare());
   form.reset();
-  if (unwritten) {
-    problem = "the answer is lost: " + *unwritten;
-    return Taken::kFailed;
+  if (unwritten) return failed(invocation, "the answer is lost: " + *unwritten);
+  ResponseTaken response{create_.id, invocation, shared_.buffer.give_away()};
+  const std::size_t bytes = response.payload.size();
+  batch.bytes += bytes;
+  if (bytes > shared_.message_bytes_max) {
+    return failed(invocation, "the answer has " + std::to_string(bytes) + " bytes, more than " +
+                                  std::to_string(shared_.message_bytes_max));
   }
-  response.payload = buffer.give_away();
-  return Taken::kResponse;
+  return Input{std::move(response)};
 }
 
-ServiceClient::Taken ServiceClient::take_dropped(std::int64_t sequence, ResponseTaken& response) {
+std::optional<Input> ServiceClient::take_dropped(std::int64_t sequence) {
   const auto found = std::find_if(dropped_.begin(), dropped_.end(),
                                   [&](const auto& entry) { return entry.first == sequence; });
-  if (found == dropped_.end()) return Taken::kInvalid;
-  response.invocation = found->second;
+  if (found == dropped_.end()) return std::nullopt;
+  const InvocationId invocation = found->second;
   dropped_.erase(found);
-  return Taken::kUnwanted;
+  return ResponseTaken{create_.id, invocation, {}};
 }
 
-bool ServiceClient::is_ready() const {
-  bool ready = false;
-  const rcl_ret_t result = rcl_service_server_is_available(node_.handle(), &client_, &ready);
-  return ignore_error(result) && ready;
+Input ServiceClient::failed(InvocationId invocation, std::string reason) {
+  ++shared_.counters.refused_calls;
+  return InvocationFailed{create_.id, invocation, std::move(reason)};
+}
+
+std::optional<ServiceReady> ServiceClient::look_for_server(Time now) {
+  bool there = false;
+  const rcl_ret_t result = rcl_service_server_is_available(shared_.node.handle(), &client_, &there);
+  if (ignore_error(result) && there) {
+    missing_since_.reset();
+  } else if (!missing_since_) {
+    missing_since_ = now;
+  }
+  const bool ready = !missing_since_ || (told_ready_ && now - *missing_since_ < kLossPatience);
+  if (ready == told_ready_) return std::nullopt;
+  told_ready_ = ready;
+  return ServiceReady{create_.id, ready, type_->hash};
 }
 
 }  // namespace connect_bridge::ros

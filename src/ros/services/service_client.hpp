@@ -4,71 +4,60 @@
 #include <rcl/client.h>
 
 #include <chrono>
+#include <cstddef>
 #include <deque>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
 
-#include "core/ports/ports.hpp"
-#include "ros/entities/ready_list.hpp"
-#include "ros/node/node.hpp"
-#include "ros/topics/subscription.hpp"
-#include "ros/types/message_form.hpp"
+#include "ros/entities/entity.hpp"
+#include "ros/entities/shared.hpp"
 
 namespace connect_bridge::ros {
 
 // Thread: the loop's.
-class ServiceClient {
+class ServiceClient final : public Entity {
  public:
-  struct Setup {
-    ServiceClientId id;
-    std::string service;
-    ServiceType* type = nullptr;
-  };
-  // kFailed: the answer to an invocation that cannot be given away as bytes, and so ends it.
-  // kUnwanted: the answer to a dropped invocation, without its bytes. kInvalid: there was something
-  // that nobody waits for. More may be behind these.
-  enum class Taken { kNothing, kResponse, kFailed, kUnwanted, kInvalid };
+  using Create = CreateServiceClient;
+  using Failed = ServiceClientFailed;
+  using Time = std::chrono::steady_clock::time_point;
 
-  // `slot` is marked when responses wait; it stays the caller's.
-  ServiceClient(Node& node, Setup setup, ReadyList::Slot* slot);
-  ~ServiceClient();
-  ServiceClient(const ServiceClient&) = delete;
-  ServiceClient& operator=(const ServiceClient&) = delete;
+  // What was ready and is not must stay so for this time: while one of two servers comes or goes,
+  // the middleware says for a moment that there is none.
+  static constexpr Duration kLossPatience = std::chrono::milliseconds(75);
 
-  // An error text, or nothing.
-  std::optional<std::string> open();
+  ServiceClient(Shared& shared, Create create);
+  ~ServiceClient() override;
 
-  // An error text, or nothing. The bytes may take up to `memory_max` as a message. Before
-  // is_ready() a request would be lost.
-  std::optional<std::string> send(InvocationId invocation, ByteView bytes, std::size_t memory_max);
+  // Why there is no client, or nothing.
+  std::optional<Refusal> open();
+  std::optional<Input> step(Batch& batch) override;
+  // Reports an InvocationFailed if the bytes are no request. Without a server a request is lost.
+  void send(InvocationId invocation, ByteView bytes);
   void drop(InvocationId invocation);
-  // `problem` is set with kFailed, and with others where it is worth telling.
-  Taken take(TakeBuffer& buffer, ResponseTaken& response, std::string& problem);
 
-  // Whether requests reach a server now.
-  [[nodiscard]] bool is_ready() const;
+  // Whether requests reach a server now; returns what the core must know.
+  std::optional<ServiceReady> look_for_server(Time now);
+  // No server was there at the last look.
+  [[nodiscard]] bool is_alone() const { return missing_since_.has_value(); }
+  // The core was told that there is one.
+  [[nodiscard]] bool told_ready() const { return told_ready_; }
 
-  [[nodiscard]] ServiceClientId id() const { return setup_.id; }
-  [[nodiscard]] const std::string& service() const { return setup_.service; }
-  [[nodiscard]] const std::string& type_hash() const { return setup_.type->hash; }
-  [[nodiscard]] ReadyList::Slot* slot() const { return slot_; }
+  [[nodiscard]] const std::string& service() const { return create_.service; }
   [[nodiscard]] std::size_t invocations() const { return invocations_.size(); }
 
-  // Kept by the caller: what the core was told last, and since when it is not true.
-  bool told_ready = false;
-  std::optional<std::chrono::steady_clock::time_point> missing_since;
-
  private:
-  Taken take_dropped(std::int64_t sequence, ResponseTaken& response);
+  std::optional<Input> take_dropped(std::int64_t sequence);
+  Input failed(InvocationId invocation, std::string reason);
 
-  Node& node_;
-  const Setup setup_;
-  ReadyList::Slot* const slot_;
+  Shared& shared_;
+  const Create create_;
+  ServiceType* type_ = nullptr;
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
-  std::size_t expected_ = 0;  // responses that callbacks have told of and take() has not seen
+  bool told_ready_ = false;
+  std::optional<Time> missing_since_;
   std::unordered_map<std::int64_t, InvocationId> by_sequence_;
   std::unordered_map<InvocationId, std::int64_t> invocations_;
   std::deque<std::pair<std::int64_t, InvocationId>> dropped_;  // the newest, by sequence

@@ -3,44 +3,37 @@
 
 #include <rcl/publisher.h>
 
+#include <cstdint>
 #include <optional>
-#include <string>
 
-#include "core/ports/ports.hpp"
-#include "ros/entities/ready_list.hpp"
-#include "ros/node/node.hpp"
-#include "ros/node/proxy_nodes.hpp"
+#include "ros/entities/entity.hpp"
+#include "ros/entities/shared.hpp"
 #include "ros/rcl/qos_event.hpp"
 
 namespace connect_bridge::ros {
 
 // Thread: the loop's.
-class Mirror {
+class Mirror final : public Entity {
  public:
-  // `owner` is the node that has the publisher. `slot` is marked when there is something to do; it
-  // stays the caller's.
-  Mirror(Node& node, ProxyNodes::Handle owner, std::string topic, ReadyList::Slot* slot);
-  ~Mirror();
-  Mirror(const Mirror&) = delete;
-  Mirror& operator=(const Mirror&) = delete;
+  using Create = CreateMirror;
+  using Failed = MirrorFailed;
 
-  // An error text, or nothing.
-  std::optional<std::string> open(const rosidl_message_type_support_t* type,
-                                  const rmw_qos_profile_t& qos);
-  // An error text, or nothing. The bytes are not copied here.
-  std::optional<std::string> publish(ByteView bytes);
-  std::optional<std::string> take_incompatible_policy();
+  Mirror(Shared& shared, Create create);
+  ~Mirror() override;
 
-  [[nodiscard]] const std::string& topic() const { return topic_; }
-  [[nodiscard]] ReadyList::Slot* slot() const { return slot_; }
+  // Why there is no publisher, or nothing.
+  std::optional<Refusal> open();
+  // The bytes are not copied here. What the middleware refuses is reported with the next step.
+  void publish(ByteView bytes);
+  std::optional<Input> step(Batch& batch) override;
 
  private:
-  Node& node_;
-  const ProxyNodes::Handle owner_;
-  const std::string topic_;
-  ReadyList::Slot* const slot_;
+  Shared& shared_;
+  const Create create_;
+  ProxyNodes::Handle node_;  // has the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
+  std::uint64_t unpublished_ = 0;  // samples, not reported yet
   QosEvent incompatible_;
 };
 

@@ -1,10 +1,10 @@
 #include "ros/topics/subscription.hpp"
 
 #include <rmw/events_statuses/events_statuses.h>
-#include <rmw/rmw.h>
 
-#include <bit>
+#include <utility>
 
+#include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
@@ -12,73 +12,55 @@
 namespace connect_bridge::ros {
 namespace {
 
-// Most samples fit; a larger one costs one realloc of a block that holds nothing yet.
-constexpr std::size_t kFirstCapacity = 256;
 // CDR begins with 4 bytes that tell the encapsulation.
 constexpr std::size_t kSampleMin = 4;
 // How often a middleware without a safe callback is asked whether samples were lost.
 constexpr auto kLostPeriod = std::chrono::milliseconds(500);
+// rmw_fastrtps was seen to return empty samples without end after a large one was lost in part.
+// That many in a row are more than a queue of real ones would be.
+constexpr int kInvalidInRowMax = 32;
 
 }  // namespace
 
-struct TakeBuffer::Owned {
-  rcl_serialized_message_t message = rmw_get_zero_initialized_serialized_message();
-  Owned() {
-    auto allocator = rcl_get_default_allocator();
-    ignore_error(rmw_serialized_message_init(&message, kFirstCapacity, &allocator));
-  }
-  ~Owned() {
-    if (message.buffer != nullptr) ignore_error(rmw_serialized_message_fini(&message));
-  }
-  Owned(const Owned&) = delete;
-  Owned& operator=(const Owned&) = delete;
-};
-
-rcl_serialized_message_t* TakeBuffer::prepare() {
-  if (!owned_) owned_ = std::make_shared<Owned>();
-  owned_->message.buffer_length = 0;
-  return &owned_->message;
-}
-
-Payload TakeBuffer::give_away() {
-  const ByteView view{owned_->message.buffer, owned_->message.buffer_length};
-  return Payload::wrap(std::move(owned_), view);
-}
-
-Subscription::Subscription(Node& node, SubscriptionId id, Setup setup, ReadyList::Slot* slot)
-    : node_(node), id_(id), setup_(std::move(setup)), slot_(slot) {}
+Subscription::Subscription(Shared& shared, Create create, bool ignore_local)
+    : Entity(shared.ready),
+      shared_(shared),
+      create_(std::move(create)),
+      ignore_local_(ignore_local),
+      tells_origin_(distro::samples_tell_origin()),
+      asks_for_lost_(!distro::lost_callback_is_safe()) {}
 
 Subscription::~Subscription() {
   close();
 }
 
-std::optional<std::string> Subscription::open() {
+std::optional<Refusal> Subscription::open() {
+  const auto type = shared_.types.message(create_.type, create_.type_hash);
+  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
-  options.qos = setup_.qos;
-  options.rmw_subscription_options.ignore_local_publications = setup_.ignore_local;
-  rcl_ret_t result = rcl_subscription_init(&subscription_, node_.handle(), setup_.type,
-                                           setup_.topic.c_str(), &options);
-  std::optional<std::string> problem;
-  if (result != RCL_RET_OK) problem = error_text("cannot subscribe to " + setup_.topic, result);
+  options.qos = to_rmw(create_.qos);
+  options.rmw_subscription_options.ignore_local_publications = ignore_local_;
+  rcl_ret_t result = rcl_subscription_init(&subscription_, shared_.node.handle(), std::get<0>(type),
+                                           create_.topic.c_str(), &options);
+  std::optional<Refusal> refusal;
+  if (result != RCL_RET_OK) refusal = failure("cannot subscribe to " + create_.topic, result);
   ignore_error(rcl_subscription_options_fini(&options));
-  if (problem) return problem;
+  if (refusal) return refusal;
   open_ = true;
-  tells_origin_ = distro::samples_tell_origin();
-  asks_for_lost_ = !distro::lost_callback_is_safe();
   lost_total_ = 0;
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
-             asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot_);
+             asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());
   incompatible_.open(&subscription_, RCL_SUBSCRIPTION_REQUESTED_INCOMPATIBLE_QOS,
-                     &ReadyList::on_incompatible, slot_);
+                     &ReadyList::on_incompatible, slot());
   result =
-      rcl_subscription_set_on_new_message_callback(&subscription_, &ReadyList::on_message, slot_);
+      rcl_subscription_set_on_new_message_callback(&subscription_, &ReadyList::on_message, slot());
   if (result != RCL_RET_OK) {
-    problem = error_text("cannot listen to " + setup_.topic, result);
+    refusal = failure("cannot listen to " + create_.topic, result);
     close();
-    return problem;
+    return refusal;
   }
   // What came before the callback was set: not every middleware reports it.
-  ReadyList::mark(slot_, kReadyMessage);
+  ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;
 }
 
@@ -88,14 +70,56 @@ void Subscription::close() {
   ignore_error(rcl_subscription_set_on_new_message_callback(&subscription_, nullptr, nullptr));
   lost_.close();
   incompatible_.close();
-  ignore_error(rcl_subscription_fini(&subscription_, node_.handle()));
+  ignore_error(rcl_subscription_fini(&subscription_, shared_.node.handle()));
   subscription_ = rcl_get_zero_initialized_subscription();
 }
 
-Subscription::Taken Subscription::take(TakeBuffer& buffer, MessageTaken& message) {
+std::optional<Input> Subscription::step(Batch& batch) {
+  if (has_to(kReadyIncompatible)) {
+    done(kReadyIncompatible);
+    const auto policy = incompatible_.take_policy();
+    if (!policy) return std::nullopt;
+    return QosIncompatible{create_.topic, *policy, false};
+  }
+  if (has_to(kReadyLost)) {
+    done(kReadyLost);
+    const auto lost = take_lost();
+    if (lost == 0) return std::nullopt;
+    return MessagesLost{create_.id, lost, false};
+  }
+  MessageTaken message;
+  const Taken taken = take(message);
+  if (taken == Taken::kNothing) {
+    done(kReadyMessage);
+    return std::nullopt;
+  }
+  ++batch.takes;
+  if (taken == Taken::kInvalid) return on_invalid();
+  invalid_in_row_ = 0;
+  batch.bytes += message.payload.size();
+  if (shared_.node.own().contains(message.origin)) return std::nullopt;
+  if (message.payload.size() > shared_.message_bytes_max) return MessagesLost{create_.id, 1, true};
+  ++shared_.counters.taken;
+  return Input{std::move(message)};
+}
+
+std::optional<Input> Subscription::on_invalid() {
+  if (++invalid_in_row_ < kInvalidInRowMax) return std::nullopt;
+  invalid_in_row_ = 0;
+  shared_.node.log(LogLevel::kWarn, "the middleware returns empty samples of " + create_.topic +
+                                        " without end: subscribing anew");
+  done(~0U);
+  close();
+  if (auto refusal = open()) {
+    return SubscriptionFailed{create_.id, std::move(refusal->code), std::move(refusal->reason)};
+  }
+  return MessagesLost{create_.id, 1, false};
+}
+
+Subscription::Taken Subscription::take(MessageTaken& message) {
   if (!open_) return Taken::kNothing;
   rmw_message_info_t info;
-  rcl_serialized_message_t* into = buffer.prepare();
+  rcl_serialized_message_t* into = shared_.buffer.prepare();
   const rcl_ret_t result = rcl_take_serialized_message(&subscription_, into, &info, nullptr);
   if (result != RCL_RET_OK) {
     ask_for_lost();
@@ -103,18 +127,16 @@ Subscription::Taken Subscription::take(TakeBuffer& buffer, MessageTaken& message
       ignore_error(result);
       return Taken::kNothing;
     }
-    const auto text = error_text("cannot take from " + setup_.topic, result);
-    if (std::has_single_bit(++errors_)) {
-      node_.log(LogLevel::kError, text + " (" + std::to_string(errors_) + " times)");
-    }
+    shared_.node.log(errors_, LogLevel::kError,
+                     error_text("cannot take from " + create_.topic, result));
     return Taken::kInvalid;  // good samples may wait behind it
   }
   if (into->buffer_length < kSampleMin) return Taken::kInvalid;
   if (++samples_ % 64 == 0) ask_for_lost();
-  message.subscription = id_;
-  message.origin = tells_origin_ ? distro::gid_of(info.publisher_gid.data) : Gid{};
+  message.subscription = create_.id;
+  if (tells_origin_) message.origin = distro::gid_of(info.publisher_gid.data);
   message.stamp = info.source_timestamp;
-  message.payload = buffer.give_away();
+  message.payload = shared_.buffer.give_away();
   return Taken::kSample;
 }
 
@@ -123,7 +145,7 @@ void Subscription::ask_for_lost() {
   const auto now = std::chrono::steady_clock::now();
   if (now - lost_asked_ < kLostPeriod) return;
   lost_asked_ = now;
-  slot_->bits_of_turn |= kReadyLost;
+  do_also(kReadyLost);
 }
 
 std::uint64_t Subscription::take_lost() {
@@ -134,12 +156,6 @@ std::uint64_t Subscription::take_lost() {
   const std::uint64_t lost = total > lost_total_ ? total - lost_total_ : 0;
   lost_total_ = total;
   return lost;
-}
-
-std::optional<std::string> Subscription::take_incompatible_policy() {
-  rmw_requested_qos_incompatible_event_status_t status{};
-  if (!incompatible_.take(&status)) return std::nullopt;
-  return policy_name(status.last_policy_kind);
 }
 
 }  // namespace connect_bridge::ros

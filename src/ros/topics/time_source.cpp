@@ -2,8 +2,6 @@
 
 #include <rcl/time.h>
 
-#include "core/base/qos.hpp"
-#include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -21,46 +19,62 @@ std::optional<Stamp> parse_clock(ByteView bytes) {
   return std::int64_t{static_cast<std::int32_t>(word(4))} * 1000000000 + word(8);
 }
 
+namespace {
+
+CreateSubscription clock_topic() {
+  CreateSubscription create;
+  create.topic = "/clock";
+  create.type = "rosgraph_msgs/msg/Clock";
+  create.qos.reliability = Reliability::kBestEffort;
+  create.qos.depth = 1;
+  return create;
+}
+
+// The node's clock shows the newest sample.
+class ClockSubscription final : public Subscription {
+ public:
+  explicit ClockSubscription(Shared& shared)
+      // Our own mirror of the peer's /clock counts, too.
+      : Subscription(shared, clock_topic(), false), node_(shared.node) {}
+
+  std::optional<Input> step(Batch&) override {
+    MessageTaken message;
+    std::optional<Stamp> newest;
+    // Depth 1, so this ends; the bound is for a middleware that returns invalid samples without
+    // end.
+    for (int i = 0; i < 16; ++i) {
+      const auto taken = take(message);
+      if (taken == Taken::kNothing) break;
+      if (taken != Taken::kSample) continue;
+      if (const auto stamp = parse_clock(message.payload.view())) newest = stamp;
+    }
+    if (newest) ignore_error(rcl_set_ros_time_override(node_.clock(), *newest));
+    done(~0U);
+    return std::nullopt;
+  }
+
+ private:
+  Node& node_;
+};
+
+}  // namespace
+
 void TimeSource::set(bool on) {
   if (on == (clock_ != nullptr)) return;
   if (!on) {
     clock_.reset();
-    ignore_error(rcl_disable_ros_time_override(node_.clock()));
+    ignore_error(rcl_disable_ros_time_override(shared_.node.clock()));
     return;
   }
-  const auto type = types_.message("rosgraph_msgs/msg/Clock", "");
-  if (const auto* refusal = std::get_if<TypeRefusal>(&type)) {
-    node_.log(LogLevel::kError, "use_sim_time has no effect: " + refusal->reason);
-    return;
-  }
-  Qos qos;
-  qos.reliability = Reliability::kBestEffort;
-  qos.depth = 1;
-  // Our own mirror of the peer's /clock counts, too.
-  Subscription::Setup setup{"/clock", std::get<0>(type), to_rmw(qos), false};
-  clock_ = std::make_unique<Subscription>(node_, SubscriptionId{}, std::move(setup), slot_);
-  if (const auto problem = clock_->open()) {
-    node_.log(LogLevel::kError, "use_sim_time has no effect: " + *problem);
+  clock_ = std::make_unique<ClockSubscription>(shared_);
+  if (const auto refusal = clock_->open()) {
+    shared_.node.log(LogLevel::kError, "use_sim_time has no effect: " + refusal->reason);
     clock_.reset();
     return;
   }
   // Until the first sample ROS time is 0, as in every ROS node.
-  ignore_error(rcl_set_ros_time_override(node_.clock(), 0));
-  ignore_error(rcl_enable_ros_time_override(node_.clock()));
-}
-
-void TimeSource::drain() {
-  if (!clock_) return;
-  MessageTaken message;
-  std::optional<Stamp> newest;
-  // Depth 1, so this ends; the bound is for a middleware that returns invalid samples without end.
-  for (int i = 0; i < 16; ++i) {
-    const auto taken = clock_->take(buffer_, message);
-    if (taken == Subscription::Taken::kNothing) break;
-    if (taken != Subscription::Taken::kSample) continue;
-    if (const auto stamp = parse_clock(message.payload.view())) newest = stamp;
-  }
-  if (newest) ignore_error(rcl_set_ros_time_override(node_.clock(), *newest));
+  ignore_error(rcl_set_ros_time_override(shared_.node.clock(), 0));
+  ignore_error(rcl_enable_ros_time_override(shared_.node.clock()));
 }
 
 }  // namespace connect_bridge::ros

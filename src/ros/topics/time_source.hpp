@@ -4,10 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "ros/entities/ready_list.hpp"
-#include "ros/node/node.hpp"
 #include "ros/topics/subscription.hpp"
-#include "ros/types/type_supports.hpp"
 
 namespace connect_bridge::ros {
 
@@ -17,19 +14,12 @@ std::optional<Stamp> parse_clock(ByteView bytes);
 // Thread: the loop's.
 class TimeSource {
  public:
-  // `slot` is marked when /clock has news; it stays the caller's.
-  TimeSource(Node& node, TypeSupports& types, ReadyList::Slot* slot)
-      : node_(node), types_(types), slot_(slot) {}
+  explicit TimeSource(Shared& shared) : shared_(shared) {}
 
   void set(bool on);
-  // Takes what has come, the newest counts.
-  void drain();
 
  private:
-  Node& node_;
-  TypeSupports& types_;
-  ReadyList::Slot* const slot_;
-  TakeBuffer buffer_;
+  Shared& shared_;
   std::unique_ptr<Subscription> clock_;
 };
 

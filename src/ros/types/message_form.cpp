@@ -6,6 +6,7 @@
 #include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/rcl/take_buffer.hpp"
 #include "ros/types/cdr_check.hpp"
 
 namespace connect_bridge::ros {
@@ -56,11 +57,7 @@ class InstalledForm final : public MessageForm {
       return std::string{"not a "} + members_.message_name_ + ": " + *problem;
     }
     size_ = bytes.size();
-    rmw_serialized_message_t message = rmw_get_zero_initialized_serialized_message();
-    // rmw only reads it, but the structure has no const.
-    message.buffer = const_cast<std::uint8_t*>(bytes.data());
-    message.buffer_length = bytes.size();
-    message.buffer_capacity = bytes.size();
+    const rmw_serialized_message_t message = as_serialized(bytes);
     rmw_ret_t result = RMW_RET_ERROR;
     try {
       result = rmw_deserialize(&message, type_, memory_);

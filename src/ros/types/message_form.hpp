@@ -1,9 +1,8 @@
-// The types of services at run time: memory for requests and responses, and their way to bytes.
+// One message of a type that is known at run time: its memory, and its way to bytes and back.
 #pragma once
 
 #include <rmw/serialized_message.h>
 #include <rosidl_runtime_c/message_type_support_struct.h>
-#include <rosidl_runtime_c/service_type_support_struct.h>
 
 #include <cstddef>
 #include <memory>
@@ -33,14 +32,6 @@ class MessageForm {
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
   // The content is not needed any longer: what was large is freed.
   virtual void reset() = 0;
-};
-
-// Lives as long as the TypeSupports that made it.
-struct ServiceType {
-  std::string name;                                       // "std_srvs/srv/SetBool"
-  const rosidl_service_type_support_t* handle = nullptr;  // for rcl
-  std::string hash;                                       // "RIHS01_...", or empty
-  std::unique_ptr<MessageForm> request, response;
 };
 
 // The form of a message whose package is installed. nullptr: its introspection is not there.

@@ -65,13 +65,13 @@ void* open_library(const std::string& package) {
 }
 
 // Nothing, or why `type` here is not the one with the hash `wanted`.
-std::optional<TypeRefusal> mismatch(const std::string& type, const std::string& ours,
-                                    const std::string& wanted) {
+std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
+                                const std::string& wanted) {
   if (ours.empty() || wanted.empty() || ours == wanted) return std::nullopt;
-  return TypeRefusal{"type_mismatch", "the definition of " + type + " here (" + ours +
-                                          ") is not the peer's (" + wanted +
-                                          "): install the same version of its package on "
-                                          "both sides"};
+  return Refusal{"type_mismatch", "the definition of " + type + " here (" + ours +
+                                      ") is not the peer's (" + wanted +
+                                      "): install the same version of its package on "
+                                      "both sides"};
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ TypeSupports::MessageType TypeSupports::message(const std::string& type, const s
   if (found == messages_.end()) {
     MessageType loaded = load_message(type);
     // A missing package is looked for again: it may be installed while we run.
-    if (std::holds_alternative<TypeRefusal>(loaded)) return loaded;
+    if (std::holds_alternative<Refusal>(loaded)) return loaded;
     found = messages_.emplace(type, std::move(loaded)).first;
   }
   const auto* handle = std::get<0>(found->second);
@@ -94,7 +94,7 @@ TypeSupports::Service TypeSupports::service(const std::string& type, const std::
   auto found = services_.find(type);
   if (found == services_.end()) {
     auto loaded = load_service(type);
-    if (auto* refusal = std::get_if<TypeRefusal>(&loaded)) return *refusal;
+    if (auto* refusal = std::get_if<Refusal>(&loaded)) return *refusal;
     found = services_.emplace(type, std::move(std::get<0>(loaded))).first;
   }
   if (auto refusal = mismatch(type, found->second->hash, hash)) return *refusal;
@@ -103,17 +103,17 @@ TypeSupports::Service TypeSupports::service(const std::string& type, const std::
 
 TypeSupports::MessageType TypeSupports::load_message(const std::string& type) {
   auto loaded = load(type, "message");
-  if (auto* refusal = std::get_if<TypeRefusal>(&loaded)) return std::move(*refusal);
+  if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
   return static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
 }
 
-std::variant<std::unique_ptr<ServiceType>, TypeRefusal> TypeSupports::load_service(
+std::variant<std::unique_ptr<ServiceType>, Refusal> TypeSupports::load_service(
     const std::string& type) {
   auto loaded = load(type, "service");
   auto request = load(type + "_Request", "message");
   auto response = load(type + "_Response", "message");
   for (auto* part : {&loaded, &request, &response}) {
-    if (auto* refusal = std::get_if<TypeRefusal>(part)) return std::move(*refusal);
+    if (auto* refusal = std::get_if<Refusal>(part)) return std::move(*refusal);
   }
   const auto form = [](const void* handle) {
     return installed_form(static_cast<const rosidl_message_type_support_t*>(handle));
@@ -125,18 +125,18 @@ std::variant<std::unique_ptr<ServiceType>, TypeRefusal> TypeSupports::load_servi
   made->request = form(std::get<0>(request));
   made->response = form(std::get<0>(response));
   if (!made->request || !made->response) {
-    return TypeRefusal{"type_unknown", "the installed package of " + type +
-                                           " has no rosidl_typesupport_introspection_c: build it "
-                                           "with this type support"};
+    return Refusal{"type_unknown", "the installed package of " + type +
+                                       " has no rosidl_typesupport_introspection_c: build it "
+                                       "with this type support"};
   }
   return made;
 }
 
-std::variant<const void*, TypeRefusal> TypeSupports::load(const std::string& type,
-                                                          const std::string& kind) {
+std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
+                                                      const std::string& kind) {
   const auto name = parse(type);
   if (!name) {
-    return TypeRefusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
+    return Refusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
   }
   auto library = libraries_.find(name->package);
   if (library == libraries_.end()) {
@@ -144,10 +144,10 @@ std::variant<const void*, TypeRefusal> TypeSupports::load(const std::string& typ
     if (opened == nullptr) {
       std::string ros_package = name->package;
       std::replace(ros_package.begin(), ros_package.end(), '_', '-');
-      return TypeRefusal{"type_unknown", "the type " + type +
-                                             " is not known here: install the package " +
-                                             name->package + " (ros-<distro>-" + ros_package +
-                                             ") or source the workspace that has it"};
+      return Refusal{"type_unknown", "the type " + type +
+                                         " is not known here: install the package " +
+                                         name->package + " (ros-<distro>-" + ros_package +
+                                         ") or source the workspace that has it"};
     }
     library = libraries_.emplace(name->package, opened).first;
   }
@@ -157,9 +157,8 @@ std::variant<const void*, TypeRefusal> TypeSupports::load(const std::string& typ
   const auto function = reinterpret_cast<Function>(dlsym(library->second, symbol.c_str()));
   const void* handle = function ? function() : nullptr;
   if (handle == nullptr) {
-    return TypeRefusal{"type_unknown", "the installed package " + name->package + " has no " +
-                                           kind + " " + type +
-                                           ": install the version that the peer has"};
+    return Refusal{"type_unknown", "the installed package " + name->package + " has no " + kind +
+                                       " " + type + ": install the version that the peer has"};
   }
   return handle;
 }

@@ -1,28 +1,35 @@
 // Type support at run time: by the type's name, from the shared libraries of installed packages.
 #pragma once
 
+#include <rosidl_runtime_c/message_type_support_struct.h>
+#include <rosidl_runtime_c/service_type_support_struct.h>
+
 #include <map>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <variant>
 
+#include "ros/rcl/rcl_result.hpp"
 #include "ros/types/message_form.hpp"
 
 namespace connect_bridge::ros {
 
-// Why there is no type support; `code` as in wire Decline ("type_unknown", "type_mismatch").
-struct TypeRefusal {
-  std::string code;
-  std::string reason;  // a sentence a person can act on
+// Lives as long as the TypeSupports that made it.
+struct ServiceType {
+  std::string name;                                       // "std_srvs/srv/SetBool"
+  const rosidl_service_type_support_t* handle = nullptr;  // for rcl
+  std::string hash;                                       // "RIHS01_...", or empty
+  std::unique_ptr<MessageForm> request, response;
 };
 
-// Thread: the loop's. What it hands out lives as long as the process: libraries are never unloaded,
-// because the middleware keeps references to type support.
+// A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. What it hands out
+// lives as long as the process: libraries are never unloaded, because the middleware keeps
+// references to type support.
 class TypeSupports {
  public:
-  using MessageType = std::variant<const rosidl_message_type_support_t*, TypeRefusal>;
-  using Service = std::variant<ServiceType*, TypeRefusal>;
+  using MessageType = std::variant<const rosidl_message_type_support_t*, Refusal>;
+  using Service = std::variant<ServiceType*, Refusal>;
 
   // The type support of "std_msgs/msg/String". A `hash` that is not empty ("RIHS01_...") must be
   // the hash of the installed definition, where the distribution has hashes.
@@ -32,9 +39,9 @@ class TypeSupports {
 
  private:
   MessageType load_message(const std::string& type);
-  std::variant<std::unique_ptr<ServiceType>, TypeRefusal> load_service(const std::string& type);
+  std::variant<std::unique_ptr<ServiceType>, Refusal> load_service(const std::string& type);
   // The result of a function of the package of `type`; `kind` is "message" or "service".
-  std::variant<const void*, TypeRefusal> load(const std::string& type, const std::string& kind);
+  std::variant<const void*, Refusal> load(const std::string& type, const std::string& kind);
 
   std::map<std::string, MessageType, std::less<>> messages_;
   std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;

@@ -65,7 +65,7 @@ struct Side {
   }
   void send(ConnectionId id, Packet packet) {
     out[id].push_back(std::move(packet));
-    network.ready(id);
+    network.ready();
   }
 
   std::optional<Packet> next(ConnectionId id) {
@@ -88,7 +88,7 @@ struct Side {
       received_bytes += packet->payload.size();
       if (echo) send(packet->connection, Packet{packet->text, {packet->payload}});
       received[packet->connection].push_back(std::move(*packet));
-      if (handles_at_once) network.ready(packet->connection);
+      if (handles_at_once) network.ready();
     } else if (auto* closing = std::get_if<ConnectionClosed>(&input)) {
       closed[closing->connection] = {closing->code, closing->reason};
       ++closed_count;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "run/status_file.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {

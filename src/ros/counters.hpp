@@ -1,0 +1,26 @@
+// What a gateway counts.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge::ros {
+
+struct GatewayCounters {
+  // Since the start:
+  std::uint64_t taken = 0;  // samples from the graph that the core was given
+  std::uint64_t published = 0;
+  std::uint64_t refused_calls = 0;  // requests and responses that could not be carried
+  std::uint64_t graph_readings = 0;
+  // Now:
+  std::uint32_t subscriptions = 0;
+  std::uint32_t mirrors = 0;
+  std::uint32_t service_mirrors = 0;
+  std::uint32_t service_clients = 0;
+  std::uint32_t proxy_nodes = 0;
+  std::uint32_t pending_calls = 0;  // requests and invocations that are kept for an answer
+  Duration graph_reading{};         // how long the last one took
+};
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,51 @@
+// The entities of one kind, by the ids that the core has given them.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <unordered_map>
+
+#include "core/base/check.hpp"
+#include "ros/entities/shared.hpp"
+
+namespace connect_bridge::ros {
+
+// T is made of Shared and a T::Create, the action of the core; T::open() returns why it cannot
+// exist, which is reported as a T::Failed. Thread: the loop's.
+template <class T>
+class Entities {
+ public:
+  using Id = decltype(T::Create::id);
+
+  explicit Entities(Shared& shared) : shared_(shared) {}
+
+  // Returns whether it exists now.
+  bool create(const typename T::Create& action) {
+    auto made = std::make_unique<T>(shared_, action);
+    if (auto refusal = made->open()) {
+      shared_.report(
+          typename T::Failed{action.id, std::move(refusal->code), std::move(refusal->reason)});
+      return false;
+    }
+    const bool is_new = entities_.emplace(action.id, std::move(made)).second;
+    CONNECT_CHECK(is_new);
+    return true;
+  }
+  // Returns whether there was one.
+  bool destroy(Id id) { return entities_.erase(id) > 0; }
+  // nullptr: there is none.
+  [[nodiscard]] T* find(Id id) const {
+    const auto found = entities_.find(id);
+    return found == entities_.end() ? nullptr : found->second.get();
+  }
+
+  [[nodiscard]] std::size_t size() const { return entities_.size(); }
+  [[nodiscard]] auto begin() const { return entities_.begin(); }
+  [[nodiscard]] auto end() const { return entities_.end(); }
+
+ private:
+  Shared& shared_;
+  std::unordered_map<Id, std::unique_ptr<T>> entities_;
+};
+
+}  // namespace connect_bridge::ros

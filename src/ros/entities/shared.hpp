@@ -1,0 +1,59 @@
+// What the entities of a gateway share.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "core/base/log_limit.hpp"
+#include "core/ports/ports.hpp"
+#include "ros/counters.hpp"
+#include "ros/entities/ready_list.hpp"
+#include "ros/node/node.hpp"
+#include "ros/node/proxy_nodes.hpp"
+#include "ros/rcl/take_buffer.hpp"
+#include "ros/types/type_supports.hpp"
+
+namespace connect_bridge::ros {
+
+// Thread: the loop's.
+struct Shared {
+  Shared(Node& the_node, std::uint32_t bytes_max, std::function<void()> wake,
+         std::function<bool(const std::string& name)> is_node_taken,
+         std::function<void(Duration)> look_at_graph)
+      : node(the_node),
+        message_bytes_max(bytes_max),
+        look_again(std::move(look_at_graph)),
+        ready(std::move(wake)),
+        proxies(the_node, std::move(is_node_taken)) {}
+
+  // For later: an input that is no answer to a step.
+  void report(Input input) {
+    reports.push_back(std::move(input));
+    ready.wake();
+  }
+  // A request or response that cannot be carried.
+  void refuse_call(const std::string& why) {
+    ++counters.refused_calls;
+    node.log(refusals, LogLevel::kWarn, why);
+  }
+  // A message of many short strings takes several times the memory of its bytes.
+  [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
+
+  Node& node;
+  const std::uint32_t message_bytes_max;
+  const std::function<void(Duration)> look_again;  // for servers and callers, after this time
+  TypeSupports types;
+  ReadyList ready;
+  ProxyNodes proxies;
+  TakeBuffer buffer;
+  GatewayCounters counters;
+  std::deque<Input> reports;
+  LogLimit refusals;     // of requests and responses
+  LogLimit unpublished;  // samples
+};
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,37 @@
+// The services of the ROS graph, and whose they are.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/ports/ports.hpp"
+#include "ros/node/node.hpp"
+
+namespace connect_bridge::ros {
+
+struct NodeName {
+  std::string name_space, name;
+  auto operator<=>(const NodeName&) const = default;
+};
+
+// Participants of the graph in which bridges live, by the beginning of their endpoints' ids.
+// Whatever nodes they have, their endpoints are the bridge's. Empty where ids do not tell
+// (distro.hpp).
+struct BridgeParticipants {
+  std::map<Gid, NodeName> others;  // bridges, which publish claims
+  // Of our node: another process of our name, or what is left of a killed one.
+  std::set<Gid> namesakes;
+
+  [[nodiscard]] bool empty() const { return others.empty() && namesakes.empty(); }
+};
+
+// All services with the servers of others; nullopt: the middleware failed. The servers of `watched`
+// services have their ids.
+std::optional<std::vector<ServiceState>> read_services(const Node& node,
+                                                       const std::set<std::string>& watched,
+                                                       const BridgeParticipants& bridges);
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,50 @@
+#include "run/loop.hpp"
+
+#include <ctime>
+
+namespace connect_bridge {
+namespace {
+
+Stamp read_clock(clockid_t id) {
+  timespec t{};
+  clock_gettime(id, &t);
+  return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
+}
+
+}  // namespace
+
+Now Loop::now() const {
+  return {TimePoint(Duration(read_clock(CLOCK_MONOTONIC))), read_clock(CLOCK_REALTIME),
+          node_.ros_now()};
+}
+
+void Loop::feed(Input&& input) {
+  if (stepping_) return waiting_.push_back(std::move(input));
+  step([&](const auto& handle_it) {
+    handle_it(std::move(input));
+    return true;
+  });
+}
+
+void Loop::handle(Input&& input) {
+  side_.handle(std::move(input), now());
+  while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
+}
+
+// A timer that is set too early stays: deadlines move with every packet, and setting it costs more
+// than the few times that it fires for nothing.
+void Loop::set_timer() {
+  const auto deadline = side_.next_deadline();
+  if (!deadline || (timer_at_ && *timer_at_ <= *deadline)) return;
+  timer_at_ = deadline;
+  timer_.expires_at(std::chrono::steady_clock::time_point(deadline->time_since_epoch()));
+  timer_.async_wait([this](const boost::system::error_code& error) {
+    if (error) return;
+    timer_at_.reset();
+    const auto due = side_.next_deadline();
+    if (due && *due <= now().steady) return feed(TimePassed{});
+    set_timer();
+  });
+}
+
+}  // namespace connect_bridge

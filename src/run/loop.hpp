@@ -1,0 +1,63 @@
+// The loop of a side: docs/architecture.md, section 4.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <deque>
+#include <functional>
+#include <optional>
+
+#include "core/side/side.hpp"
+#include "ros/node/node.hpp"
+
+namespace connect_bridge {
+
+// Everything that reaches the core goes through step(). Thread: that of the io_context.
+class Loop {
+ public:
+  struct Ports {
+    std::function<void(Action&&)> carry_out;
+    std::function<void()> send;  // a packet to every connection that can take one
+  };
+
+  Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
+      : node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
+
+  // The time of an input that arrives now.
+  [[nodiscard]] Now now() const;
+
+  // One step with one input. An input that comes from inside an action (a login answered at once)
+  // waits until this step has handled what came before it.
+  void feed(Input&& input);
+
+  // One step with all the inputs that `source` gives to the function that it gets: so what was
+  // ready together is packed together. Returns what `source` returns.
+  template <class Source>
+  auto step(Source&& source) {
+    stepping_ = true;
+    const auto result = source([this](Input&& input) { handle(std::move(input)); });
+    while (!waiting_.empty()) {
+      Input input = std::move(waiting_.front());
+      waiting_.pop_front();
+      handle(std::move(input));
+    }
+    stepping_ = false;
+    ports_.send();
+    set_timer();
+    return result;
+  }
+
+ private:
+  void handle(Input&& input);
+  void set_timer();
+
+  const ros::Node& node_;
+  Side& side_;
+  const Ports ports_;
+  boost::asio::steady_timer timer_;  // the core's next deadline
+  std::optional<TimePoint> timer_at_;
+  std::deque<Input> waiting_;
+  bool stepping_ = false;
+};
+
+}  // namespace connect_bridge
