@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/ports/options.hpp"
+#include "core/link/options.hpp"
 
 namespace connect_bridge {
 

@@ -125,9 +125,9 @@ ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options
 
 std::vector<ParameterDescriptor> ParameterServer::State::entries() {
   const auto& given = node.parameter_overrides();
-  const auto sim_time = given.find(kUseSimTime);
+  const auto wanted = given.find(kUseSimTime);
   options.entries.push_back(
-      sim_time_entry(sim_time != given.end() && sim_time->second == ParameterValue{true}));
+      sim_time_entry(wanted != given.end() && wanted->second == ParameterValue{true}));
   return std::move(options.entries);
 }
 
