@@ -90,7 +90,7 @@ const Case kCases[] = {
     {"parameters_not_listed", kServer, "{rules: [a], rule: {a: {parameters: /n}}}",
      "expected a list of strings: [\"/n\"]"},
     {"qos", kServer, "{rules: [a], rule: {a: {import_topics: [/a], qos: {reliability: sure}}}}",
-     "expected one of reliable, best_effort"},
+     "expected one of best_effort, reliable"},
     {"qos_depth", kServer, "{rules: [a], rule: {a: {import_topics: [/a], qos: {depth: 0}}}}",
      "rule.a.qos.depth: 0 is wrong"},
     {"clock_without_topic", kClient,
