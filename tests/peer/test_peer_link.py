@@ -30,13 +30,15 @@ def test_server_acknowledges(world, peer):
     channel = mine.channel_of("/o/acks")
     time.sleep(0.3)
     mine.publish(channel, cdr_bytes(bytes(100)))
-    begin = time.monotonic()
-    mine.until(lambda: mine.acked == mine.sent_bytes, "ack of a small packet", 2)
+    # Time frames that follow need no ack of their own.
+    begin, sent = time.monotonic(), mine.sent_bytes
+    mine.until(lambda: mine.acked >= sent, "ack of a small packet", 2)
     assert time.monotonic() - begin < 0.5  # 100 ms and a busy machine
     acks = len(mine.acks_received)
     for _ in range(8):
         mine.publish(channel, cdr_bytes(bytes(1_000_000)))
-    mine.until(lambda: mine.acked == mine.sent_bytes, "ack of everything", 2)
+    sent = mine.sent_bytes
+    mine.until(lambda: mine.acked >= sent, "ack of everything", 2)
     assert len(mine.acks_received) - acks >= 5
     counts = [count for _, count in mine.acks_received]
     assert counts == sorted(counts)
