@@ -42,7 +42,7 @@ Label CallCheck::on_executed(const Services& services, const Servant& servant, R
   const bool relayed = services.caller(key.caller).spec.host >= 0;
   const int times = ++(relayed ? call.relayed : call.direct)[servant.id];
   const int allowed = relayed ? call.takings : 1;
-  ++ledger_.coverage().executions;
+  ledger_.coverage().count(Judged::kExecutions);
   if (times > allowed) {
     violated(text(which.caller, which.number) + ", taken " + std::to_string(allowed) +
              " times, is executed " + std::to_string(times) + " times by server " +
@@ -70,7 +70,7 @@ void CallCheck::on_response(const Caller& caller, const Servant& servant, Reques
   Call& call = calls_[execution.call];
   if (servant.spec.host < 0) return;  // a local server's answer
   ++call.answers;
-  ++ledger_.coverage().answers;
+  ledger_.coverage().count(Judged::kAnswers);
   if (call.answers > call.takings) violated(what + " is answered twice");
 }
 
@@ -81,7 +81,7 @@ void CallCheck::on_lost(const Caller& caller, const Servant& servant, RequestKey
   const auto open = client->second.open.find(InvocationId{key.number});
   if (open == client->second.open.end()) return;  // nobody waits for it
   Invocation& invocation = open->second;
-  ++ledger_.coverage().losses;
+  ledger_.coverage().count(Judged::kLosses);
   invocation.lost.insert(servant.id);
   if (shared) return;
   violated(text(invocation.call.caller, invocation.call.number) +
@@ -155,7 +155,7 @@ void CallCheck::on_request_dropped(const Host& host, const DropRequest& action) 
   if (state.gone.erase(action.request) + state.open.erase(action.request) == 0) {
     violated(describe(host) + " drops a request that is not open");
   }
-  ++ledger_.coverage().drops;
+  ledger_.coverage().count(Judged::kDrops);
 }
 
 void CallCheck::on_callers_gone(const Host& host, const CallersGone& input) {
@@ -237,7 +237,7 @@ void CallCheck::check_caps(const Host& host, const EndpointSpec& spec, const Cli
   const std::uint64_t links = host.status().links.size();
   const std::uint64_t of_service =
       links * limits_of(host, Direction::kExport, spec.topic, spec.type).calls_max;
-  ++ledger_.coverage().caps;
+  ledger_.coverage().count(Judged::kCaps);
   if (client.open.size() > of_service) {
     violated(describe(host) + " has " + std::to_string(client.open.size()) +
              " calls under way at " + spec.topic + ", more than " + std::to_string(of_service));

@@ -40,7 +40,7 @@ class CallCheck {
   void on_lost(const Caller& caller, const Servant& servant, RequestKey key, bool shared);
   // One bridge alone has filled a server's queue.
   void on_full_queue(const Caller& caller) {
-    if (caller.spec.host >= 0) ++ledger_.coverage().full_queues;
+    if (caller.spec.host >= 0) ledger_.coverage().count(Judged::kFullQueues);
   }
 
   // ---- what happens at the importing side

@@ -194,7 +194,7 @@ void Checker::check_clock(const Host& host, const Status& status) const {
       const Stamp drift =
           kSampleAgeSeconds * (std::abs(theirs.drift_ppb) + std::abs(ours.drift_ppb));
       const Stamp error = std::abs(truth - link.clock.offset.count());
-      ++ledger_.coverage().clocks;
+      ledger_.coverage().count(Judged::kClocks);
       if (error > link.clock.error_bound.count() + drift + 1000) {
         violated("the clock offset at " + describe(host) + " is wrong by " + std::to_string(error) +
                  " ns, beyond its bound of " + std::to_string(link.clock.error_bound.count()));

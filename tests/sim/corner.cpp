@@ -89,7 +89,7 @@ void Corner::tick(int caller) {
 
 void Corner::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
   const auto label = is_intact(payload.view()) ? read_label(payload.view()) : std::nullopt;
-  ++coverage_.strange_requests;
+  coverage_.count(Judged::kStrangeRequests);
   // A stranger may give a caller's bytes back as often as it likes, but not its own.
   const bool own = label && label->writer > kStrangerLabels;
   if (own && !executed_.insert({servant.id, label->writer, label->counter}).second) {
@@ -108,7 +108,7 @@ void Corner::on_request(const Servant& servant, RequestKey key, const Payload& p
 }
 
 void Corner::on_response(const Caller& caller, const Servant& servant, RequestKey key) {
-  ++coverage_.strange_answers;
+  coverage_.count(Judged::kStrangeAnswers);
   if (answered_.insert({caller.id, key.number, servant.id}).second) return;
   violated("call " + std::to_string(key.number) + " of client " + std::to_string(caller.id) +
            " of " + caller.spec.topic + " is answered twice by a stranger");

@@ -243,7 +243,7 @@ void Expectation::check_reader(const ExpectedMirror& expected, const Reader& rea
   const Writer& origin = middleware_.writer(expected.origin);
   const auto& received = checker_.deliveries().received(reader.id, origin.id);
   for (auto n = published_before_.at(origin.id) + 1; n <= origin.count; ++n) {
-    ++checker_.ledger().coverage().quiet;
+    checker_.ledger().coverage().count(Judged::kQuiet);
     const auto times = std::count(received.begin(), received.end(), n);
     if (times == 1) continue;
     violated("message " + std::to_string(n) + " of publisher " + std::to_string(origin.id) +

@@ -87,7 +87,7 @@ void Expectation::check_late(const Late& late) const {
   const auto& received = checker_.deliveries().received(late.reader, origin.id);
   const std::uint64_t should = history_of(expected);
   for (std::uint64_t n = origin.count - should + 1; n <= origin.count; ++n) {
-    ++checker_.ledger().coverage().history;
+    checker_.ledger().coverage().count(Judged::kHistory);
     if (std::count(received.begin(), received.end(), n) == 1) continue;
     std::string got;
     for (const auto counter : received) got += " " + std::to_string(counter);
@@ -126,7 +126,7 @@ void Expectation::check_last_words() const {
       const bool same = spec.graph == expected.graph && spec.topic == expected.topic &&
                         spec.type == expected.type;
       if (!same || !compatible(expected.qos, spec.qos)) continue;
-      ++checker_.ledger().coverage().last_words;
+      checker_.ledger().coverage().count(Judged::kLastWords);
       const auto& received = checker_.deliveries().received(id, origin.id);
       if (std::count(received.begin(), received.end(), origin.count) == 1) continue;
       violated("publisher " + std::to_string(origin.id) + " of " + origin.spec.topic +

@@ -167,7 +167,7 @@ void Hostile::take_step() {
     const std::string step = services_.step();
     if (step.empty()) return;
     if (step == "withdraw") expect_withdraws();
-    ++borne_;
+    ++tolerated_;
     last_steps_ += " " + step + ",";
     if (last_steps_.size() > 200) last_steps_.erase(0, last_steps_.find(',') + 1);
   } else if (what < 10) {

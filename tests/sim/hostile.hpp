@@ -39,7 +39,7 @@ class Hostile : public Party {
   std::optional<FlatPacket> pull(ConnectionId id) override;
 
   [[nodiscard]] std::uint64_t offences() const { return offences_; }
-  [[nodiscard]] std::uint64_t borne() const { return borne_; }
+  [[nodiscard]] std::uint64_t tolerated() const { return tolerated_; }
 
  private:
   void dial();
@@ -73,7 +73,7 @@ class Hostile : public Party {
   int records_ = 0;          // of a client's login
   bool stopped_ = false;
   std::uint64_t offences_ = 0;
-  std::uint64_t borne_ = 0;
+  std::uint64_t tolerated_ = 0;
   std::uint64_t received_ = 0;
   std::deque<FlatPacket> queue_;
   std::vector<FlatPacket> seen_;  // packets of the server, to be mutated

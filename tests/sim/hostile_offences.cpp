@@ -17,7 +17,7 @@ bool always() {
 
 }  // namespace
 
-// Unless the peer withdraws it: then what crosses that is borne.
+// Unless the peer withdraws it: then what crosses that is allowed.
 std::function<bool()> HostileServices::while_offered(std::uint32_t channel) const {
   return [this, channel] {
     const auto it = theirs_.find(channel);

@@ -103,7 +103,7 @@ class HostileServices {
   std::uint32_t offer_one(const std::string& name, const std::string& type,
                           const std::string& action_type, std::uint32_t epoch);
   std::vector<CallId> some_calls(const std::vector<std::uint32_t>& known);
-  // Whether what we send there is borne or more.
+  // Whether the peer accepts what we send there.
   [[nodiscard]] bool may_send(const Requests& requests) const;
   // Any of those that fit; the map's end if none does.
   template <class Map, class Fits>

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "sim/coverage.hpp"
 #include "sim/host.hpp"
 #include "sim/middleware.hpp"
 #include "sim/schedule.hpp"
@@ -36,29 +37,6 @@ inline bool is_of_action(const std::string& topic) {
 inline bool is_ordinary(const std::string& topic) {
   return !is_claims(topic) && !is_hostile(topic) && !is_clock(topic) && !is_of_action(topic);
 }
-
-// How often the checkers had something to judge: a checker that never looks finds nothing.
-struct Coverage {
-  std::uint64_t urgent = 0;            // urgent messages timed
-  std::uint64_t turns = 0;             // queues seen waiting for their turn
-  std::uint64_t quiet = 0;             // messages expected at a subscriber after quiet
-  std::uint64_t history = 0;           // samples expected at a late subscriber
-  std::uint64_t last_words = 0;        // messages of publishers that ended at once
-  std::uint64_t clocks = 0;            // clock offsets compared
-  std::uint64_t ages = 0;              // messages with a lifespan or max_age begun to be sent
-  std::uint64_t offences = 0;          // ways in which strangers broke the protocol
-  std::uint64_t borne = 0;             // what strangers did that has to be borne
-  std::uint64_t strange_requests = 0;  // calls of strangers that a server executed
-  std::uint64_t strange_answers = 0;   // answers of strangers that a caller got
-  std::uint64_t executions = 0;        // calls that a server executed
-  std::uint64_t answers = 0;           // calls that a mirror answered
-  std::uint64_t drops = 0;             // calls that a mirror gave up
-  std::uint64_t caps = 0;              // calls under way compared with their caps
-  std::uint64_t truths = 0;            // services whose mirrors were compared with their servers
-  std::uint64_t full_queues = 0;       // servers' queues that one bridge has filled
-  std::uint64_t losses = 0;            // calls lost in a queue that several callers share
-  std::uint64_t quiet_calls = 0;       // calls expected to be answered after quiet
-};
 
 // A client and the server it dials.
 struct Pair {

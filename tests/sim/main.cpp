@@ -27,6 +27,9 @@ namespace {
 
 using connect_bridge::sim::Coverage;
 using connect_bridge::sim::Digest;
+using connect_bridge::sim::Judged;
+using connect_bridge::sim::kJudgedCount;
+using connect_bridge::sim::kJudgedNames;
 using connect_bridge::sim::Scenario;
 using connect_bridge::sim::Violation;
 using connect_bridge::sim::World;
@@ -97,28 +100,6 @@ void on_fatal(int signal) {
   std::_Exit(2);
 }
 
-void add(Coverage& to, const Coverage& more) {
-  to.urgent += more.urgent;
-  to.turns += more.turns;
-  to.quiet += more.quiet;
-  to.history += more.history;
-  to.last_words += more.last_words;
-  to.clocks += more.clocks;
-  to.ages += more.ages;
-  to.offences += more.offences;
-  to.borne += more.borne;
-  to.strange_requests += more.strange_requests;
-  to.strange_answers += more.strange_answers;
-  to.executions += more.executions;
-  to.answers += more.answers;
-  to.drops += more.drops;
-  to.caps += more.caps;
-  to.truths += more.truths;
-  to.full_queues += more.full_queues;
-  to.losses += more.losses;
-  to.quiet_calls += more.quiet_calls;
-}
-
 std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& totals) {
   running_seed = seed;
   Scenario scenario = connect_bridge::sim::make_scenario(seed);
@@ -137,7 +118,7 @@ std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& to
   totals.delivered += counts.delivered;
   totals.frames += counts.frames;
   const std::lock_guard lock(totals.printing);
-  add(totals.coverage, counts.coverage);
+  totals.coverage += counts.coverage;
   totals.digests[seed] = world.digest();
   return found;
 }
@@ -209,6 +190,16 @@ void tell_digests(const Totals& totals) {
   std::printf("total %016llx\n", static_cast<unsigned long long>(all.value()));
 }
 
+void tell_coverage(std::FILE* out, const Coverage& coverage) {
+  std::fprintf(out, "judged:\n");
+  for (std::size_t i = 0; i < kJudgedCount; ++i) {
+    const std::string name{kJudgedNames[i]};
+    std::fprintf(out, "%12llu %s\n",
+                 static_cast<unsigned long long>(coverage.of(static_cast<Judged>(i))),
+                 name.c_str());
+  }
+}
+
 void tell(const Options& options, const Totals& totals,
           std::chrono::steady_clock::time_point begin) {
   std::FILE* out = options.digest ? stderr : stdout;
@@ -221,24 +212,7 @@ void tell(const Options& options, const Totals& totals,
                static_cast<unsigned long long>(totals.events.load()),
                static_cast<unsigned long long>(totals.frames.load()),
                static_cast<unsigned long long>(totals.delivered.load()));
-  const auto number = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  const Coverage& c = totals.coverage;
-  std::fprintf(out,
-               "judged: %llu urgent messages, %llu waiting queues, %llu messages after quiet, "
-               "%llu samples of history, %llu last words, %llu clocks, %llu ages\n",
-               number(c.urgent), number(c.turns), number(c.quiet), number(c.history),
-               number(c.last_words), number(c.clocks), number(c.ages));
-  std::fprintf(
-      out,
-      "calls: %llu executed, %llu answered, %llu given up, %llu caps, %llu services compared, "
-      "%llu queues filled, %llu lost beside others, %llu calls after quiet\n",
-      number(c.executions), number(c.answers), number(c.drops), number(c.caps), number(c.truths),
-      number(c.full_queues), number(c.losses), number(c.quiet_calls));
-  std::fprintf(
-      out,
-      "strangers: %llu offences, %llu things borne, %llu calls by them executed, %llu answered by "
-      "them\n",
-      number(c.offences), number(c.borne), number(c.strange_requests), number(c.strange_answers));
+  tell_coverage(out, totals.coverage);
   std::fprintf(out, "%llu passed, %llu failed\n",
                static_cast<unsigned long long>(totals.passed.load()),
                static_cast<unsigned long long>(totals.failed.load()));

@@ -56,7 +56,7 @@ void ServiceExpectation::check_action_topics() const {
   }
   for (const auto& [key, count] : should) found.try_emplace(key, 0);
   for (const auto& [key, count] : found) {
-    ++checker_.ledger().coverage().truths;
+    checker_.ledger().coverage().count(Judged::kTruths);
     if ((count > 0) == should.contains(key)) continue;
     violated("graph " + std::to_string(key.first) + " has " + std::to_string(count) +
              " mirrors of " + key.second.first + ", expected " +
@@ -77,7 +77,7 @@ void ServiceExpectation::check_mirrors() const {
   for (const auto& [key, count] : found) {
     const auto it = should.find(key);
     const int wanted = it == should.end() ? 0 : it->second;
-    ++checker_.ledger().coverage().truths;
+    checker_.ledger().coverage().count(Judged::kTruths);
     if (count == wanted) continue;
     violated("graph " + std::to_string(key.first) + " has " + std::to_string(count) +
              " mirrors of service " + key.second.first + ", expected " + std::to_string(wanted));
@@ -108,7 +108,7 @@ void ServiceExpectation::check_calls() const {
     if (!should.contains({spec.graph, {spec.topic, spec.type}})) continue;
     if (crowd_.plan_of_caller(id).bytes_max > message_bytes_max) continue;  // refused
     for (std::uint32_t n = before + 1; n <= calls.called(id); ++n) {
-      ++checker_.ledger().coverage().quiet_calls;
+      checker_.ledger().coverage().count(Judged::kQuietCalls);
       const int answers = calls.answers(id, n);
       if (answers == 1 && calls.executions(id, n) == 1) continue;
       violated("call " + std::to_string(n) + " of client " + std::to_string(id) + " to " +

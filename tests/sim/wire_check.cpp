@@ -211,7 +211,7 @@ void WireCheck::check_age(const Host& host, const Identity& who, const Channel& 
   Duration lifespan{};
   for (const auto& [id, origin] : channel.origins)
     lifespan = std::max(lifespan, origin.qos.lifespan);
-  if (lifespan != kForever) ++ledger_.coverage().ages;
+  if (lifespan != kForever) ledger_.coverage().count(Judged::kAges);
   if (lifespan != kForever && age > lifespan) violated(what + "lifespan");
   const auto treatment =
       treatment_of(host.policy(), Direction::kExport, channel.wire, channel.type, who);
@@ -233,7 +233,7 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
   if (!channel.demanded || channel.demanded_since >= it->second.at) return;
   const auto before = it->second.bytes.find(id);
   if (before == it->second.bytes.end()) return;
-  ++ledger_.coverage().urgent;
+  ledger_.coverage().count(Judged::kUrgent);
   const auto weighted = connection.weighted_bytes - before->second.first;
   if (weighted > 0) {
     violated(describe(host) + " sent " + std::to_string(weighted) +
@@ -328,7 +328,7 @@ void WireCheck::on_status(const Host& host, const Status& status) {
         }
       }
       if (queued == 0) channel.waits = false;
-      if (queued > 0) ++ledger_.coverage().turns;
+      if (queued > 0) ledger_.coverage().count(Judged::kTurns);
       if (queued > 0 && !channel.waits) {
         channel.waits = true;
         channel.progress_at = connection.weighted_bytes;

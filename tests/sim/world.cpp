@@ -292,8 +292,8 @@ WorldCounts World::counts() const {
                      checker_.deliveries().delivered(), checker_.wire().frames(),
                      checker_.ledger().coverage()};
   for (const auto& stranger : strangers_) {
-    counts.coverage.offences += stranger->offences();
-    counts.coverage.borne += stranger->borne();
+    counts.coverage.count(Judged::kOffences, stranger->offences());
+    counts.coverage.count(Judged::kTolerated, stranger->tolerated());
   }
   return counts;
 }
