@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# build.sh <folder> <cmake option>...: configures and compiles. On a terminal with progress, elsewhere with the result
-# or the errors only. JOBS limits the parallel steps, TARGETS names what to build instead of everything.
+# build.sh <folder> <cmake option>...: configures and compiles. On a terminal with ninja's progress, elsewhere with a line
+# now and then, and the result or the errors. JOBS limits the parallel steps, TARGETS names what to build instead of everything.
 set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+. "$root/tools/setup/common.sh"
 build=$1
 shift
 mkdir -p "$build"
@@ -15,7 +17,7 @@ if [ -t 1 ]; then
   exec "${command[@]}"
 fi
 log=$build/build.log
-if "${command[@]}" >"$log" 2>&1; then
+if telling "[build] $build" "$log" "${command[@]}"; then
   { grep -E 'warning:' "$log" || true; } | cut -c1-300 | sed -n 1,20p
   printf '[build] %s: %s\n' "$build" "$(tail -n 1 "$log")"
 else

@@ -39,7 +39,9 @@ definitions() {  # the folder of package $1
     return
   fi
   if [ ! -d "$work/wheels" ]; then
-    pip download -q --disable-pip-version-check --no-deps -d "$work/wheels.part" -r "$here/requirements/messages.txt" </dev/null >&2
+    telling "[setup] the wheels with messages" "$work/log-wheels" pip download --progress-bar off --disable-pip-version-check \
+      --no-deps -d "$work/wheels.part" -r "$here/requirements/messages.txt" >&2 ||
+      { tail -n 30 "$work/log-wheels" >&2; die "pip failed"; }
     mv "$work/wheels.part" "$work/wheels"
   fi
   python3 "$here/interface_package.py" "$work/wheels" "$1" "$work/src/$1"
@@ -62,7 +64,7 @@ for package in "${stale[@]}"; do
   # A distribution that is sourced may have tf2_msgs.
   if [ "$name" != "overlay-${ROS_DISTRO:-}" ] || [ "$package" != tf2_msgs ] || ! /usr/bin/python3 -c "import tf2_msgs" 2>/dev/null; then
     source=$(definitions "$package")
-    build "$package" "$source" >"$work/log-$package" 2>&1 || { tail -n 40 "$work/log-$package" >&2; die "cannot generate $package"; }
+    telling "[setup] $package" "$work/log-$package" build "$package" "$source" || { tail -n 40 "$work/log-$package" >&2; die "cannot generate $package"; }
   fi
   stamp_write "$prefix/stamp-interfaces-$package" "$(package_hash "$package")"
 done

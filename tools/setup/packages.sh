@@ -42,7 +42,8 @@ if [ "${#wanted[@]}" -gt 0 ]; then
   sudo=
   [ "$(id -u)" = 0 ] || sudo=sudo
   say "system packages to install: ${wanted[*]}"
-  $sudo apt-get update -qq
+  log=$root/.ros2/log-packages
+  telling "[setup] the lists of packages" "$log" $sudo apt-get update -q || { tail -n 30 "$log" >&2; die "apt-get failed"; }
   chosen=()
   for p in "${wanted[@]}"; do
     if available "$p"; then chosen+=("$p"); continue; fi
@@ -51,7 +52,7 @@ if [ "${#wanted[@]}" -gt 0 ]; then
     [ -n "$found" ] || die "the package '$p' does not exist here; this works on Debian 12, Ubuntu 22.04 and 24.04"
     chosen+=("$found")
   done
-  $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${chosen[@]}" \
-    </dev/null >"$root/.ros2/log-packages" 2>&1 || { tail -n 30 "$root/.ros2/log-packages" >&2; die "apt-get failed"; }
+  telling "[setup] packages" "$log" $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends \
+    "${chosen[@]}" || { tail -n 30 "$log" >&2; die "apt-get failed"; }
 fi
 stamp_write "$stamp" "${packages[*]}"

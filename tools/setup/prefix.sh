@@ -20,8 +20,9 @@ prefix=$root/.ros2/$distro
 # The user's other Python versions do not count: Debian's own has the headers and ament's modules.
 python=/usr/bin/python3
 pip_install() {
-  "$prefix/bin/pip" install -q --disable-pip-version-check --no-deps -r "$here/requirements/$1.txt" \
-    </dev/null >"$root/.ros2/log-$distro-$1" 2>&1 || { tail -n 30 "$root/.ros2/log-$distro-$1" >&2; die "pip failed"; }
+  local log=$root/.ros2/log-$distro-$1
+  telling "[setup] $1" "$log" "$prefix/bin/pip" install --progress-bar off --disable-pip-version-check --no-deps \
+    -r "$here/requirements/$1.txt" || { tail -n 30 "$log" >&2; die "pip failed"; }
 }
 
 # Only another set of wheels makes the prefix anew; whatever else changes is applied to the one in use.
