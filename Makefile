@@ -16,6 +16,8 @@ PREFIX := $(or $(CONNECT_BRIDGE_PREFIX),kilted)
 # env.sh reads BUILD and CONNECT_BRIDGE_PREFIX, and is made for shells without -u.
 in_env = set +u; BUILD="$(BUILD)" CONNECT_BRIDGE_PREFIX="$(PREFIX)"; export BUILD CONNECT_BRIDGE_PREFIX; . ./env.sh; set -u;
 compile = tools/setup/build.sh "$(1)" $(2) $(CMAKE_ARGS)
+# What computes takes three places, what waits for others takes one (cmake/tests.cmake).
+places = $$((3 * JOBS))
 # Tests with real nodes depend on the machine's mood: a second try is allowed, and is seen in the output.
 ctest = ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
 clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
@@ -43,7 +45,7 @@ build: setup ## build everything into build/ (BUILD=dir for another folder, TARG
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
 
 test: build ## set up, build, and run all tests
-	@$(in_env) $(call ctest,$(BUILD),-j $(JOBS))
+	@$(in_env) $(call ctest,$(BUILD),-j $(places))
 
 sim: build ## SEEDS=n scenarios of the simulator
 	@"$(BUILD)/sim" --seeds $(SEEDS)
@@ -70,12 +72,12 @@ smoke = -R '^e2e_topics$$'
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
 	@$(in_env) $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
-	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(JOBS))
+	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
 
 tsan: setup ## unit and gateway tests, sim and an end-to-end smoke under the thread sanitizer
 	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests sim server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread -DCONNECT_SIM_SEEDS=100)
-	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros|sim' -j $(JOBS)); $(call ctest,$(BUILD)-tsan,$(smoke))
+	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros|sim' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke))
 
 clang: setup ## build everything with the other compiler
 	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))

@@ -3,6 +3,9 @@ include(GoogleTest)
 find_package(GTest REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
+# A test that computes takes so many of ctest's places, one that waits for others takes one: make gives three places
+# to a processor.
+set(slots 3)
 set(CONNECT_SIM_SEEDS 2000 CACHE STRING "Scenarios of the simulator in a test run")
 
 # unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core.
@@ -18,17 +21,17 @@ if(unit_sources AND TARGET connect_core)
   target_link_libraries(unit_tests PRIVATE ${layers} connect_options GTest::gmock GTest::gtest_main)
   target_include_directories(unit_tests PRIVATE "${tests}")
   target_compile_definitions(unit_tests PRIVATE CONNECT_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
-  gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120)
+  gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120 PROCESSORS ${slots})
 endif()
 
-# sim: a program of its own that takes seeds, and every processor it gets.
+# sim: a program of its own that takes seeds, and every processor.
 file(GLOB sim_sources CONFIGURE_DEPENDS "${tests}/sim/*.cpp")
 if(sim_sources AND TARGET connect_core)
   add_executable(sim ${sim_sources})
   target_link_libraries(sim PRIVATE connect_core connect_options Threads::Threads)
   target_include_directories(sim PRIVATE "${tests}")
   add_test(NAME sim COMMAND sim --seeds ${CONNECT_SIM_SEEDS})
-  set_tests_properties(sim PROPERTIES LABELS sim TIMEOUT 1800 PROCESSORS 64)
+  set_tests_properties(sim PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
 endif()
 
 # fuzz: one libFuzzer program per file.
@@ -70,19 +73,45 @@ foreach(source ${bench_sources})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
 endforeach()
 
-# Python tests, one ctest entry per file: the programs with real nodes, and a peer written from the specification alone.
+# Python tests: the programs with real nodes, and a peer written from the specification alone. A ctest entry per file. A file
+# that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own, which runs by itself.
+function(connect_python_test name file)
+  cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;SERIAL" "ARGS")
+  add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest "${file}" ${test_ARGS}
+    WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
+  set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 COST ${test_COST} RUN_SERIAL ${test_SERIAL}
+    ENVIRONMENT "CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR};ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+endfunction()
+
 if(TARGET server AND TARGET client)
   file(GLOB e2e CONFIGURE_DEPENDS "${tests}/e2e/test_*.py" "${tests}/peer/test_*.py")
-  set(domain 30)
   foreach(file ${e2e})
-    get_filename_component(name "${file}" NAME_WE)
-    get_filename_component(folder "${file}" DIRECTORY)
-    get_filename_component(folder "${folder}" NAME)
-    string(REGEX REPLACE "^test_" "${folder}_" name "${name}")
-    add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest -q -p no:cacheprovider "${file}"
-      WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
-    set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 RUN_SERIAL ON ENVIRONMENT
-      "CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR};ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST;ROS_DOMAIN_ID=${domain}")
-    math(EXPR domain "${domain} + 1")
+    string(REGEX REPLACE ".*/([a-z0-9]+)/test_([a-z0-9_]+)\\.py$" "\\1_\\2" name "${file}")
+    file(READ "${file}" text)
+    if(text MATCHES "\npytestmark = pytest.mark.alone\n")
+      connect_python_test(${name} "${file}" SERIAL ON COST 1)
+      continue()
+    endif()
+    set(others)
+    if(text MATCHES "\n@pytest.mark.alone\n")
+      connect_python_test(${name}_alone "${file}" SERIAL ON COST 1 ARGS -m alone)
+      set(others -m "not alone")
+    endif()
+    # The long ones first; later ctest knows how long each took.
+    set(cost 20)
+    if(text MATCHES "\n@pytest.mark.slow\n")
+      set(cost 60)
+    endif()
+    set(parts 1)
+    if(text MATCHES "\nPARTS = ([0-9]+)")
+      set(parts ${CMAKE_MATCH_1})
+    endif()
+    foreach(part RANGE 1 ${parts})
+      set(suffix)
+      if(parts GREATER 1)
+        set(suffix _${part})
+      endif()
+      connect_python_test(${name}${suffix} "${file}" SERIAL OFF COST ${cost} ARGS ${others} --part ${part}/${parts})
+    endforeach()
   endforeach()
 endif()

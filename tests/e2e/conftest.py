@@ -34,8 +34,6 @@ _live = []  # everything that has a log to show when a test fails
 
 
 def pytest_configure(config):
-    config.addinivalue_line("markers", "slow: takes more than ten seconds")
-    config.addinivalue_line("filterwarnings", "ignore::DeprecationWarning")  # of rclpy itself
     for name in ("server", "client"):
         if not (build_dir() / name).exists():
             pytest.exit(f"{build_dir() / name} is not built", returncode=3)

@@ -218,6 +218,7 @@ def test_a_result_that_is_asked_for_late(served):
     assert list(goal.result().result.sequence) == fibonacci(4)
 
 
+@pytest.mark.alone
 def test_ready_as_a_whole_or_not_at_all(pair, robot, action):
     """The parts of an action come and go together, and within 200 ms."""
     server = FibonacciServer(robot, action)

@@ -22,6 +22,7 @@ from graph import until
 from harness.programs import Program, ros_environment
 from relay import Relay
 
+PARTS = 3  # that run side by side
 TIMES = 50
 LEASE = 30.0  # Fast DDS forgets a silent process after 20 s
 FAST = {"retry_min": 0.05, "retry_max": 0.3}

@@ -9,6 +9,7 @@ from std_msgs.msg import String
 
 from graph import Graph, connect, qos, until
 
+PARTS = 2  # that run side by side
 MIB = 1 << 20
 
 

@@ -3,10 +3,13 @@
 import threading
 import time
 
+import pytest
 from rclpy.qos import ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from graph import qos, until
+
+pytestmark = pytest.mark.alone
 
 CLOCK_QOS = qos(1, reliability=ReliabilityPolicy.BEST_EFFORT)  # as nodes with use_sim_time have it
 PUBLISH = {

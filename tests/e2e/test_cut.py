@@ -10,6 +10,10 @@ from std_msgs.msg import String
 from graph import connect, qos, until
 from relay import Relay
 
+PARTS = 2  # that run side by side
+
+PARTS = 2  # that run side by side
+
 
 @pytest.fixture
 def relayed(make_pair):

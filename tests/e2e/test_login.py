@@ -218,6 +218,7 @@ def test_a_port_in_use(domains, make_side):
 # ---- the end -----------------------------------------------------------------------------------
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGINT])
 def test_both_end_within_a_second(make_pair, how):
     """With a link and messages on it."""
@@ -230,6 +231,7 @@ def test_both_end_within_a_second(make_pair, how):
         assert time.monotonic() - begin < 1.2, f"{side.name} took longer"
 
 
+@pytest.mark.alone
 def test_a_client_that_is_still_dialing_ends_within_a_second(domains, make_side):
     with socket.create_server(("127.0.0.1", 0)) as silent:  # accepts, and says nothing
         client = make_side("client", domains(1)[0], client_parameters(silent.getsockname()[1]))

@@ -9,6 +9,7 @@ from connect_bridge_test_interfaces.msg import Blob
 
 from graph import qos, until
 
+PARTS = 3  # that run side by side
 TIMES = 20
 FAST = {"retry_min": 0.05, "retry_max": 0.3}  # so that 40 restarts fit in a test run
 

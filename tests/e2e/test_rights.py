@@ -94,6 +94,7 @@ def test_prefix_and_remap_at_the_importing_side(make_pair):
     connect(back, pair.robot.collector(String, "/o/back"), String(data="back"))
 
 
+@pytest.mark.alone
 def test_max_rate_and_max_age(make_pair):
     pair = make_pair(
         server={
@@ -171,6 +172,7 @@ BOTH_WAYS = {
 }
 
 
+@pytest.mark.alone
 def test_two_bridges_between_the_same_graphs_multiply_nothing(make_pair):
     first = make_pair(server=BOTH_WAYS)
     make_pair(server=BOTH_WAYS, domains=first.domains)

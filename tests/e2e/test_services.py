@@ -171,6 +171,7 @@ def test_callers_that_left_do_not_hold_up_others(pair, service):
         robot.close()
 
 
+@pytest.mark.alone
 def test_answers_come_as_they_are_ready(pair, robot, service):
     EchoServer(robot, service, delay=lambda name: 1.0 if name == "slow" else 0)
     caller = Caller(pair.operator, service).wait_ready()
@@ -183,6 +184,7 @@ def test_answers_come_as_they_are_ready(pair, robot, service):
     caller.check()
 
 
+@pytest.mark.alone
 def test_wait_for_service_tells_the_truth(pair, robot, service):
     """A server that goes is gone here within 200 ms, one that comes is here as soon."""
     server = EchoServer(robot, service)

@@ -23,6 +23,7 @@ def test_time(world, peer):
     assert reply["ros"] == 0 or abs(reply["ros"] - reply["t3"]) < 1e9
 
 
+@pytest.mark.alone
 def test_server_acknowledges(world, peer):
     """65,536 bytes every 5 ms, 1,048,576 at once; within 100 ms what is less; never mere acks."""
     collector = world.graph.collector(UInt8MultiArray, "/o/acks")

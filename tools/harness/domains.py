@@ -2,13 +2,32 @@
 
 import fcntl
 import os
+import random
 import socket
 import tempfile
+import time
 
 # Domain ids whose ports lie below Linux's ephemeral range; low ones are what people use by hand.
+# tests/ros/domain.cpp takes from the same, by the same locks.
 _CANDIDATES = range(40, 102)
 _PORTS_PER_DOMAIN = 250
+_PATIENCE = 120.0  # seconds; many tests run side by side
+_PORTS = range(20000, 20500)  # below the ephemeral range, too: no connection is given one of them
 _held = {}
+_held_ports = {}
+
+
+def _lock(kind, number):
+    """The open file that reserves this number, or nothing if somebody has it."""
+    folder = os.path.join(tempfile.gettempdir(), f"connect-bridge-{kind}-{os.getuid()}")
+    os.makedirs(folder, exist_ok=True)
+    lock = open(os.path.join(folder, str(number)), "w", encoding="ascii")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        return None
+    return lock
 
 
 def _bound_udp_ports():
@@ -23,10 +42,7 @@ def _bound_udp_ports():
     return ports
 
 
-def take_domains(count):
-    """Reserves this many domain ids for the life of this process; nobody else uses them now."""
-    folder = os.path.join(tempfile.gettempdir(), f"connect-bridge-domains-{os.getuid()}")
-    os.makedirs(folder, exist_ok=True)
+def _try_domains(count):
     in_use = {(port - 7400) // _PORTS_PER_DOMAIN for port in _bound_udp_ports() if port >= 7400}
     taken = []
     for domain in _CANDIDATES:
@@ -34,20 +50,28 @@ def take_domains(count):
             break
         if domain in in_use or domain in _held:
             continue
-        lock = open(os.path.join(folder, str(domain)), "w", encoding="ascii")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            lock.close()
-            continue
-        _held[domain] = lock
-        taken.append(domain)
+        lock = _lock("domains", domain)
+        if lock:
+            _held[domain] = lock
+            taken.append(domain)
     if len(taken) < count:
         release_domains(taken)
-        raise RuntimeError(
-            f"no {count} free ROS domain ids between {_CANDIDATES[0]} and {_CANDIDATES[-1]}"
-        )
+        return None
     return taken
+
+
+def take_domains(count):
+    """Reserves this many domain ids for the life of this process; nobody else uses them now."""
+    end = time.monotonic() + _PATIENCE
+    while True:
+        taken = _try_domains(count)
+        if taken is not None:
+            return taken
+        if time.monotonic() > end:
+            raise RuntimeError(
+                f"no {count} free ROS domain ids between {_CANDIDATES[0]} and {_CANDIDATES[-1]}"
+            )
+        time.sleep(0.2)
 
 
 def release_domains(domains):
@@ -56,6 +80,18 @@ def release_domains(domains):
 
 
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A TCP port, reserved for the life of this process."""
+    for port in random.sample(_PORTS, len(_PORTS)):
+        lock = None if port in _held_ports else _lock("ports", port)
+        if not lock:
+            continue
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                lock.close()
+                continue
+        _held_ports[port] = lock
+        return port
+    raise RuntimeError(f"no free TCP port between {_PORTS[0]} and {_PORTS[-1]}")
