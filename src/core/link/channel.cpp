@@ -3,7 +3,7 @@
 namespace connect_bridge {
 
 Result<Nothing> IncomingChannel::on_origins(const OriginsChanged&, const Now&) {
-  return Error{CloseCode::kUnknownChannel, "origins of a channel that is no topic"};
+  return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
 }
 
 Result<Nothing> IncomingChannel::on_attached(const Attached&, const Now&) {

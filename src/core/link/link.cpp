@@ -102,10 +102,11 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
 }
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {
-  if (!expects(change.channel))
+  const auto it = incoming_.find(change.channel);
+  if (it == incoming_.end() || it->second.service)
     return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
-  IncomingChannel* channel = incoming(change.channel);
-  return channel ? channel->on_origins(change, now) : user_.on_stray(*this, change, now);
+  IncomingChannel* channel = it->second.channel;
+  return channel ? channel->on_origins(change, now) : Nothing{};  // null: it was declined
 }
 
 Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {

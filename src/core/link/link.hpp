@@ -80,15 +80,17 @@ class Link final : public ConnectionUser {
   // ---- channels on which the peer sends
   // The peer offers a channel under a new number. Until somebody takes it, what comes on it is
   // dropped: as on one that was declined.
-  void expect_offered(ChannelId number) {
-    incoming_[number] = {nullptr, true};
+  void expect_offered(ChannelId number, InterfaceKind kind) {
+    incoming_[number] = {nullptr, true, kind == InterfaceKind::kService};
     ++offered_;
   }
   void take_offered(ChannelId number, IncomingChannel& channel) {
     incoming_[number].channel = &channel;
   }
   // Requests of the peer come on this number.
-  void expect(ChannelId number, IncomingChannel* channel) { incoming_[number] = {channel, false}; }
+  void expect(ChannelId number, IncomingChannel* channel) {
+    incoming_[number] = {channel, false, true};
+  }
   // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
   void let_go(ChannelId number);
   // The peer will not send on it any more.
@@ -154,6 +156,7 @@ class Link final : public ConnectionUser {
   struct Incoming {
     IncomingChannel* channel = nullptr;  // null: what comes is dropped
     bool offered = false;                // by the peer; else the peer's requests
+    bool service = false;
   };
   LinkUser& user_;
   std::unordered_map<ChannelId, Incoming> incoming_;

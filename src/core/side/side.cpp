@@ -8,7 +8,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::size_t kWarnedMax = 1024;
 constexpr Duration kClockRequestPeriod = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -21,8 +20,8 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       claims_(side_),
       links_(options_, side_, random_, outputs_, *this),
-      exports_(options_, policy_, actions_, links_.all(), jobs_, outputs_),
-      imports_(options_, policy_, graph_, claims_, links_.all(), outputs_),
+      exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_),
+      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
       service_exports_(options_, policy_, graph_, claims_, actions_, random_, links_.all(),
                        outputs_),
       service_imports_(options_, policy_, graph_, claims_, links_.all(), jobs_, outputs_),
@@ -72,7 +71,7 @@ void Side::on(GraphChanged& input, const Now& now) {
   const auto bridges_before = graph_.bridges();
   graph_ = GraphView(std::move(input));
   claims_.retain(bridges_before, graph_.bridges());
-  exports_.on_graph(graph_, now);
+  exports_.on_graph(now);
   update_exports(now);
   imports_.on_graph(now);
   service_imports_.on_graph(now);
@@ -102,8 +101,8 @@ void Side::on(SubscriptionFailed& input, const Now&) {
   if (!claims_topic_.on_failed(input)) exports_.on_subscription_failed(input);
 }
 
-void Side::on(MirrorFailed& input, const Now&) {
-  if (!claims_topic_.on_failed(input)) imports_.on_mirror_failed(input);
+void Side::on(MirrorFailed& input, const Now& now) {
+  if (!claims_topic_.on_failed(input)) imports_.on_mirror_failed(input, now);
 }
 
 void Side::on(QosIncompatible& input, const Now&) {
@@ -111,8 +110,7 @@ void Side::on(QosIncompatible& input, const Now&) {
       input.topic + ": " +
       (input.at_mirror ? "a subscriber here requests" : "a publisher here offers") +
       " an incompatible " + input.policy + "; they exchange nothing";
-  if (warned_.size() < kWarnedMax && warned_.insert(text).second)
-    outputs_.log(LogLevel::kWarn, text);
+  if (told_.first(text)) outputs_.log(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
@@ -126,8 +124,7 @@ void Side::on(RequestTaken& input, const Now& now) {
 
 void Side::on(JobDone& input, const Now& now) {
   jobs_.on_done(input, now);
-  if (service_exports_.on_job(input, now) || service_imports_.on_job(input)) return;
-  imports_.on_job(input, now);
+  if (!service_exports_.on_job(input, now)) service_imports_.on_job(input);
 }
 
 // Rights are looked at link by link, and no call starts before all have been.
@@ -192,7 +189,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   exports_.add_status(link, last);
   imports_.add_status(link, last);
   link.keep_counts(std::move(last.topics));
-  exports_.on_link_lost(link.id);
+  exports_.on_link_lost(link.id, now);
   imports_.on_link_lost(link.id, now);
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
@@ -254,7 +251,7 @@ Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};
     if (link.offered() >= options_.channels_max)
       return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    link.expect_offered(channel.channel);
+    link.expect_offered(channel.channel, channel.kind);
     if (channel.kind == InterfaceKind::kService) {
       service_imports_.on_offer(link, channel, now);
     } else {
@@ -266,10 +263,9 @@ Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
 }
 
 Result<Nothing> Side::on_stray(Link& link, InMessage& message, const Now& now) {
-  if (auto result = imports_.on_message(link, message, now)) return *std::move(result);
   if (auto result = service_imports_.on_message(link, message)) return *std::move(result);
   if (auto result = service_exports_.on_message(link, message, now)) return *std::move(result);
-  return Error{CloseCode::kUnknownChannel, "a message for a channel that does not exist"};
+  return Nothing{};  // the channel was declined
 }
 
 void Side::on_stray(Link& link, const Outbox::Delivered& whole, const Now&) {
@@ -281,23 +277,18 @@ void Side::on_stray(Link& link, const Outbox::Delivered& whole, const Now&) {
 Result<Nothing> Side::on_stray(Link& link, Control message, const Now& now) {
   return std::visit(
       Overloaded{
-          [&](OriginsChanged& m) { return imports_.on_origins(link, m, now); },
           [&](Withdraw& m) -> Result<Nothing> {
             const ChannelId number = m.channels.front();
-            if (service_exports_.on_withdraw(link, number, now) ||
-                imports_.on_withdraw(link, number, now) ||
-                service_imports_.on_withdraw(link, number, now))
-              return Nothing{};
-            return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
+            if (!service_exports_.on_withdraw(link, number, now))
+              service_imports_.on_withdraw(link, number, now);
+            return Nothing{};
           },
-          [&](Demand& m) { return exports_.on_demand(link, m, now); },
           [&](Decline& m) -> Result<Nothing> {
-            if (!service_exports_.on_decline(link, m, now)) exports_.on_decline(link, m, now);
+            service_exports_.on_decline(link, m, now);
             return Nothing{};
           },
           [&](Attach& m) -> Result<Nothing> {
-            if (exports_.is_offered(link.id, m.channel) ||
-                service_imports_.sends_on(link.id, m.channel))
+            if (service_imports_.sends_on(link.id, m.channel))
               return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
             return service_exports_.on_attach(link, m, now);
           },

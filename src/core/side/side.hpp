@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "core/base/random.hpp"
+#include "core/base/tell_once.hpp"
 #include "core/flow/packet.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"
@@ -121,7 +121,7 @@ class Side final : private LinksUser {
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
-  std::set<std::string> warned_;
+  TellOnce told_;
 };
 
 }  // namespace connect_bridge

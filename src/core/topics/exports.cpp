@@ -1,98 +1,76 @@
-// Construction, jobs and status. Offers are in exports_offers.cpp, the way of a sample in
-// exports_data.cpp.
 #include "core/topics/exports.hpp"
 
-#include <algorithm>
 #include <utility>
 
-#include "core/link/options.hpp"
+#include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 
-Exports::Exports(const SideOptions& options, const Policy& policy, const LocalActions& actions,
-                 LinkTable& links, Jobs& jobs, Outputs& outputs)
-    : options_(options),
-      policy_(policy),
-      actions_(actions),
-      links_(links),
-      jobs_(jobs),
-      outputs_(outputs) {}
+void Exports::on_graph(const Now& now) {
+  for (const auto& [key, state] : context_.graph.topics())
+    if (!state.publishers.empty()) topics_.try_emplace(key, context_, key);
+  for (auto& [key, topic] : topics_) topic.on_graph(now);
+}
 
-Exports::~Exports() = default;
+void Exports::recheck(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.recheck(link, now);
+}
 
-Exports::Topic* Exports::topic_of(LinkId link, ChannelId channel) {
-  const auto it = by_channel_.find({link, channel});
-  return it == by_channel_.end() ? nullptr : it->second;
+void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
+  for (auto& [key, topic] : topics_)
+    if (auto offer = topic.offer_to(link)) offers.push_back(*std::move(offer));
+}
+
+void Exports::on_link_lost(LinkId link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
+}
+
+void Exports::hold_action(const std::string& action, bool on, const Now& now) {
+  for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
+    const std::string name = name_of_part(action, part);
+    if (on) {
+      context_.held.insert(name);
+    } else {
+      context_.held.erase(name);
+    }
+    for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
+         ++it)
+      it->second.update_subscription(now);
+  }
+}
+
+ExportedTopic* Exports::find(SubscriptionId subscription) const {
+  const auto it = context_.by_subscription.find(subscription);
+  return it == context_.by_subscription.end() ? nullptr : it->second;
+}
+
+void Exports::on_taken(MessageTaken taken, const Now& now) {
+  if (auto* topic = find(taken.subscription)) topic->on_taken(std::move(taken), now);
 }
 
 void Exports::on_lost(const MessagesLost& lost) {
-  const auto it = by_subscription_.find(lost.subscription);
-  if (it == by_subscription_.end()) return;
-  for (auto& [link, exported] : it->second->links)
-    if (exported.demanded)
-      exported.dropped.add(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth,
-                           lost.count);
-  if (lost.too_large && !std::exchange(it->second->warned_large, true))
-    outputs_.log(LogLevel::kWarn, it->second->key.first + ": " + std::to_string(lost.count) +
-                                      " message(s) larger than max_message_size were dropped");
+  if (auto* topic = find(lost.subscription)) topic->on_lost(lost);
 }
 
 void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
-  const auto it = by_subscription_.find(failed.subscription);
-  if (it == by_subscription_.end()) return;
-  Topic& topic = *it->second;
-  outputs_.log(LogLevel::kError, "cannot subscribe to " + topic.key.first + ": " + failed.reason);
-  topic.failed = true;
-  topic.subscription = {};
-  by_subscription_.erase(it);
+  if (auto* topic = find(failed.subscription)) topic->on_subscription_failed(failed.reason);
 }
 
-std::optional<TimePoint> Exports::deadline() const {
-  if (vanishing_ == 0 && parked_samples_ == 0 && late_subscriptions_ == 0) return std::nullopt;
-  std::optional<TimePoint> first;
-  const auto earlier = [&](TimePoint t) { first = first ? std::min(*first, t) : t; };
-  for (const auto& [key, topic] : topics_) {
-    if (!topic.parked.empty()) earlier(topic.parked.front().until);
-    if (topic.subscribes_at) earlier(*topic.subscribes_at);
-    if (topic.vanishing == 0) continue;
-    for (const auto& [gid, origin] : topic.origins)
-      if (origin.vanishes_at) earlier(*origin.vanishes_at);
+void Exports::on_time(const Now& now) {
+  while (const auto due = context_.timers.take_due(now.steady)) {
+    ExportedTopic& topic = **due;
+    topic.on_time(now);
+    if (topic.origins().empty()) topics_.erase(TopicKey(topic.key()));
   }
-  return first;
 }
 
 void Exports::add_status(const Link& link, LinkStatus& status) const {
-  for (const auto& [key, topic] : topics_) {
-    const auto it = topic.links.find(link.id);
-    if (it == topic.links.end() || !it->second.channel) continue;
-    const Export& exported = it->second;
-    TopicStatus s;
-    s.topic = key.first;
-    s.type = key.second;
-    s.exported = true;
-    s.demanded = exported.demanded;
-    s.origins = static_cast<std::uint32_t>(topic.origins.size());
-    s.bytes = exported.raw_bytes;
-    s.declined = exported.declined;
-    s.dropped = exported.dropped;
-    if (link.connection) {
-      const ChannelCounts counts = link.connection->outbox().counts(exported.channel);
-      s.messages = counts.sent;
-      s.wire_bytes = counts.sent_bytes;
-      s.queued = counts.queued;
-      for (std::size_t i = 0; i < kDropReasons; ++i)
-        s.dropped.by_reason[i] += counts.dropped.by_reason[i];
-    }
-    status.topics.push_back(std::move(s));
-  }
+  for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
 }
 
 std::uint64_t Exports::memory_bytes() const {
-  std::uint64_t bytes = parked_bytes_;
-  for (const auto& [key, topic] : topics_) {
-    bytes += topic.history.bytes();
-    for (const auto& [how, stream] : topic.encoders) bytes += stream.encoder.bytes();
-  }
+  std::uint64_t bytes = context_.parked.used();
+  for (const auto& [key, topic] : topics_) bytes += topic.memory_bytes();
   return bytes;
 }
 

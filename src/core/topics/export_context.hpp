@@ -1,0 +1,32 @@
+// What the exported topics of a side share.
+#pragma once
+
+#include <set>
+#include <string>
+#include <unordered_map>
+
+#include "core/base/budget.hpp"
+#include "core/graph/actions.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/options.hpp"
+#include "core/topics/origins.hpp"
+
+namespace connect_bridge {
+
+struct ExportContext {
+  const TopicOptions& options;
+  const GraphOptions& graph_options;
+  const Policy& policy;
+  const GraphView& graph;
+  const LocalActions& actions;
+  Jobs& jobs;
+  Outputs& outputs;
+
+  std::set<std::string> held{};  // names of topics that are subscribed without demand
+  std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
+  Budget parked{};  // bytes of samples whose publishers are not known yet
+  ExportTimers timers{};
+};
+
+}  // namespace connect_bridge

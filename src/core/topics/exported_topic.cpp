@@ -1,0 +1,338 @@
+#include "core/topics/exported_topic.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+constexpr Duration kParkMax = std::chrono::seconds(1);
+constexpr std::size_t kParkedSamplesMax = 256;       // per topic
+constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
+constexpr std::uint64_t kReaderDepthMax = 1 << 16;
+constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // that wait for a worker
+
+// Whether a subscription is good enough for what is wanted now. To make it anew loses what volatile
+// publishers send until the graph has matched it, so depth alone is no reason: samples are taken at
+// once. Of transient-local publishers it limits the history that comes with the subscription.
+bool serves(const Qos& present, const Qos& wanted) {
+  return present.reliability == wanted.reliability && present.durability == wanted.durability &&
+         (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
+}
+
+}  // namespace
+
+ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
+    : context_(context), key_(std::move(key)), origins_(context.timers, this) {}
+
+// ---- origins and links
+
+void ExportedTopic::on_graph(const Now& now) {
+  const TopicState* state = context_.graph.find(key_);
+  if (state && !state->type_hash.empty()) type_hash_ = state->type_hash;
+  const auto told = origins_.update(state, now);
+  if (!told.empty()) {
+    failed_ = false;
+    for (auto& [link, offer] : offers_) offer.add_origins(told);
+    warn_mixed();
+    update_subscription(now);
+  }
+  unpark(now);
+}
+
+void ExportedTopic::remove_vanished(const Now& now) {
+  const auto removed = origins_.remove_vanished(drained(), now);
+  if (removed.empty()) return;
+  for (const OriginId origin : removed) history_.remove(origin);
+  for (auto& [link, offer] : offers_) {
+    if (origins_.empty()) {
+      offer.withdraw();
+    } else {
+      offer.remove_origins(removed);
+    }
+  }
+  update_subscription(now);
+}
+
+bool ExportedTopic::drained() const {
+  const auto offer_drained = [](const auto& entry) { return entry.second.drained(); };
+  const auto stream_drained = [](const auto& entry) { return entry.second.encoder.bytes() == 0; };
+  return parked_.empty() && std::all_of(offers_.begin(), offers_.end(), offer_drained) &&
+         std::all_of(streams_.begin(), streams_.end(), stream_drained);
+}
+
+std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
+  if (origins_.empty() || offers_.contains(link.id)) return std::nullopt;
+  return offers_.try_emplace(link.id, context_, *this, link).first->second.open();
+}
+
+void ExportedTopic::recheck(const Link& link, const Now& now) {
+  const auto it = offers_.find(link.id);
+  if (it == offers_.end() || it->second.is_current()) return;
+  it->second.withdraw();
+  offers_.erase(it);
+  update_subscription(now);
+}
+
+void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
+  if (offers_.erase(link) > 0) update_subscription(now);
+}
+
+void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
+  const bool subscribed = bool(subscription_);
+  update_subscription(now);
+  // A new subscription brings the samples that its publishers keep.
+  if (offer.demanded() && subscribed) send_history(offer, link, now);
+}
+
+void ExportedTopic::on_time(const Now& now) {
+  if (!parked_.empty()) unpark(now);
+  remove_vanished(now);
+  if (late_ && late_.at() <= now.steady) update_subscription(now);
+}
+
+// ---- the subscription
+
+// One subscription must match all publishers and lose nothing that any of them keeps. A reader
+// matches a publisher only if it asks for no more than that offers, so it asks for the weakest of
+// what they offer: best effort as soon as one of them is, volatile as soon as one of them is (then
+// the samples the others keep do not come, see warn_mixed()). Rules may ask for less, never for
+// more. The depth is the largest.
+Qos ExportedTopic::wanted_qos() const {
+  Qos qos;
+  qos.durability = Durability::kTransientLocal;
+  std::uint32_t depth = 0;
+  for (const auto& [gid, origin] : origins_) {
+    if (origin.qos.reliability == Reliability::kBestEffort)
+      qos.reliability = Reliability::kBestEffort;
+    if (origin.qos.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+    if (origin.qos.history == History::kKeepAll) qos.history = History::kKeepAll;
+    depth = std::max(depth, origin.qos.depth);
+  }
+  for (const auto& [link, offer] : offers_) {
+    const QosOverride& o = offer.treatment().qos;
+    if (!offer.demanded()) continue;
+    if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
+    if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
+    if (o.depth) depth = std::max(depth, *o.depth);
+  }
+  // The samples of all transient-local publishers come at once; a power of two, so that not every
+  // publisher that joins makes the subscription anew.
+  if (qos.durability == Durability::kTransientLocal) {
+    depth = std::max(depth, context_.options.latched_depth);
+    depth = static_cast<std::uint32_t>(std::bit_ceil(
+        std::min<std::uint64_t>(std::uint64_t{depth} * origins_.size(), kReaderDepthMax)));
+  }
+  qos.depth = std::max(depth, context_.options.default_depth);
+  return qos;
+}
+
+std::uint32_t ExportedTopic::history_depth() const {
+  std::uint32_t depth = 0;
+  for (const auto& [gid, origin] : origins_) depth = std::max(depth, origin.qos.depth);
+  if (depth == 0) depth = context_.options.latched_depth;
+  for (const auto& [link, offer] : offers_)
+    depth = std::max(depth, offer.treatment().qos.depth.value_or(0));
+  return depth;
+}
+
+bool ExportedTopic::is_wanted() const {
+  const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
+  return !origins_.empty() && (context_.held.contains(key_.first) ||
+                               std::any_of(offers_.begin(), offers_.end(), demanded));
+}
+
+void ExportedTopic::update_subscription(const Now& now) {
+  late_.cancel();
+  if (!is_wanted()) return unsubscribe();
+  if (failed_) return;
+  const Qos qos = wanted_qos();
+  history_.limit(history_depth(), context_.options.history_bytes_max);
+  if (subscription_) {
+    if (serves(subscription_qos_, qos)) return;
+    end_subscription();
+  } else if (!subscriptions_.take(now.steady)) {
+    late_ = context_.timers.set(subscriptions_.free_at(), this);
+    return;
+  }
+  subscription_ = context_.outputs.new_subscription();
+  subscription_qos_ = qos;
+  if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
+  context_.by_subscription[subscription_] = this;
+  context_.outputs.push(
+      CreateSubscription{subscription_, key_.first, key_.second, type_hash_, qos});
+}
+
+void ExportedTopic::end_subscription() {
+  if (!subscription_) return;
+  context_.outputs.push(DestroySubscription{subscription_});
+  context_.by_subscription.erase(subscription_);
+  subscription_ = {};
+}
+
+void ExportedTopic::unsubscribe() {
+  end_subscription();
+  history_.clear();
+  origins_.forget_stamps();
+  for (auto& [how, stream] : streams_)
+    for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
+  parked_.clear();
+  parked_until_.cancel();
+}
+
+void ExportedTopic::on_subscription_failed(const std::string& reason) {
+  context_.outputs.log(LogLevel::kError, "cannot subscribe to " + key_.first + ": " + reason);
+  context_.by_subscription.erase(subscription_);
+  subscription_ = {};
+  failed_ = true;
+}
+
+void ExportedTopic::warn_mixed() {
+  const auto is_volatile = [](const auto& entry) {
+    return entry.second.qos.durability == Durability::kVolatile;
+  };
+  const auto volatiles = std::count_if(origins_.begin(), origins_.end(), is_volatile);
+  if (volatiles == 0 || volatiles == static_cast<std::ptrdiff_t>(origins_.size())) return;
+  if (std::exchange(warned_mixed_, true)) return;
+  context_.outputs.log(
+      LogLevel::kWarn,
+      key_.first +
+          " has transient-local and volatile publishers: it is subscribed as volatile, so "
+          "samples from before the subscription do not cross");
+}
+
+// ---- samples
+
+void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
+  if (taken.stamp == 0) taken.stamp = now.system;
+  if (Origin* origin = origins_.find(taken.origin)) return forward(*origin, std::move(taken), now);
+  if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
+}
+
+// A sample may come before the graph has told of its publisher: the middleware matches endpoints
+// before it reports them. Without an origin it cannot be sent, so it waits while the graph is read
+// again. What then belongs to no real publisher (another bridge's mirror, or one that is gone) must
+// not cross.
+void ExportedTopic::park(MessageTaken taken, const Now& now) {
+  if (parked_.size() >= kParkedSamplesMax || context_.parked.used() >= kParkedBytesMax)
+    return drop_demanded(DropReason::kUnknownOrigin);
+  if (parked_.empty()) context_.outputs.push(RefreshGraph{});
+  auto bytes = context_.parked.hold(taken.payload.size());
+  parked_.push_back({std::move(taken), now.steady + kParkMax, std::move(bytes)});
+  if (parked_.size() == 1) watch_parked();
+}
+
+void ExportedTopic::unpark(const Now& now) {
+  auto samples = std::exchange(parked_, {});
+  for (auto& sample : samples) {
+    if (Origin* origin = origins_.find(sample.taken.origin)) {
+      sample.bytes.release();
+      forward(*origin, std::move(sample.taken), now);
+    } else if (sample.until > now.steady) {
+      parked_.push_back(std::move(sample));
+    } else if (!context_.graph.bridge_publishers().contains(sample.taken.origin)) {
+      drop_demanded(DropReason::kUnknownOrigin);
+    }
+  }
+  watch_parked();
+}
+
+void ExportedTopic::watch_parked() {
+  parked_until_.cancel();
+  if (!parked_.empty()) parked_until_ = context_.timers.set(parked_.front().until, this);
+}
+
+// Of transient-local publishers the last samples are kept, for links that demand the topic when it
+// is subscribed already. A subscription that is made anew (changed QoS) gets from the publishers
+// what they keep: those samples have crossed and are known by their stamps.
+void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
+  if (subscription_qos_.durability == Durability::kTransientLocal) {
+    if (taken.stamp <= origin.last_stamp) return;
+    origin.last_stamp = taken.stamp;
+    history_.add(origin.id, taken.stamp, taken.payload);
+  }
+  OutSample sample{origin.id, taken.stamp, std::move(taken.payload), {}};
+  std::map<Compression, std::vector<LinkId>> compressed;
+  for (auto& [link, offer] : offers_) {
+    if (!offer.admit(origin.id, sample.raw.size(), now)) continue;
+    const Compression& how = offer.treatment().compression;
+    if (how.codec == Codec::kNone) {
+      offer.send(sample, Codec::kNone, sample.raw, now);
+    } else {
+      compressed[how].push_back(link);
+    }
+  }
+  for (auto& [how, links] : compressed)
+    encode(how, {sample.origin, sample.stamp, sample.raw, std::move(links)}, now);
+}
+
+void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
+  const Compression how = offer.treatment().compression;
+  history_.for_each([&](OriginId origin, Stamp stamp, const Payload& raw) {
+    if (!offer.admit_old(origin, raw.size())) return;
+    OutSample sample{origin, stamp, raw, {link}};
+    if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, raw, now);
+    encode(how, std::move(sample), now);
+  });
+}
+
+void ExportedTopic::encode(const Compression& how, OutSample sample, const Now& now) {
+  auto stream = streams_.find(how);
+  if (stream == streams_.end()) {
+    // Of a transient-local topic each origin's last samples must get through, and they come at
+    // once.
+    const bool latched = subscription_qos_.durability == Durability::kTransientLocal;
+    const std::uint32_t depth = latched ? 0 : subscription_qos_.depth;
+    stream = streams_.try_emplace(how, *this, Encoder::Options{how, depth, kEncoderBytesMax}).first;
+  }
+  Encoder& encoder = stream->second.encoder;
+  for (const auto& displaced : encoder.push(std::move(sample)))
+    drop(displaced, DropReason::kQueueBytes);
+  send_encoded(encoder, now);
+}
+
+void ExportedTopic::Stream::on_job(std::optional<Payload> result, const Now& now) {
+  encoder.finish(std::move(result));
+  topic.send_encoded(encoder, now);
+}
+
+void ExportedTopic::send_encoded(Encoder& encoder, const Now& now) {
+  while (const auto ready = encoder.next())
+    for (const LinkId link : ready->sample.targets)
+      if (const auto offer = offers_.find(link); offer != offers_.end())
+        offer->second.send(ready->sample, ready->codec, ready->body, now);
+}
+
+void ExportedTopic::drop(const OutSample& sample, DropReason reason) {
+  for (const LinkId link : sample.targets)
+    if (const auto offer = offers_.find(link); offer != offers_.end()) offer->second.drop(reason);
+}
+
+void ExportedTopic::drop_demanded(DropReason reason, std::uint64_t count) {
+  for (auto& [link, offer] : offers_)
+    if (offer.demanded()) offer.drop(reason, count);
+}
+
+void ExportedTopic::on_lost(const MessagesLost& lost) {
+  drop_demanded(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
+  if (lost.too_large && !std::exchange(warned_large_, true))
+    context_.outputs.log(LogLevel::kWarn, key_.first + ": " + std::to_string(lost.count) +
+                                              " message(s) larger than max_message_size were "
+                                              "dropped");
+}
+
+// ---- status
+
+void ExportedTopic::add_status(LinkId link, LinkStatus& status) const {
+  if (const auto offer = offers_.find(link); offer != offers_.end())
+    offer->second.add_status(status);
+}
+
+std::uint64_t ExportedTopic::memory_bytes() const {
+  std::uint64_t bytes = history_.bytes();
+  for (const auto& [how, stream] : streams_) bytes += stream.encoder.bytes();
+  return bytes;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,105 @@
+// One topic of the local graph that links may have.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/base/pace.hpp"
+#include "core/flow/history.hpp"
+#include "core/jobs/encoder.hpp"
+#include "core/topics/export_context.hpp"
+#include "core/topics/topic_offer.hpp"
+
+namespace connect_bridge {
+
+// It exists while it has a real publisher (an origin). It is subscribed at most once, while any
+// link demands it or something holds it; every sample is attributed to its origin, compressed once
+// per way of compression, and sent to the links whose offers admit it. Single-threaded.
+class ExportedTopic {
+ public:
+  ExportedTopic(ExportContext& context, TopicKey key);
+  ExportedTopic(const ExportedTopic&) = delete;
+  ExportedTopic& operator=(const ExportedTopic&) = delete;
+
+  void on_graph(const Now& now);
+  // What is to be offered to the link; nullopt: nothing, or it was decided before.
+  [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link);
+  // Rules or the peer's Accepts are new: withdraws what is treated differently now.
+  void recheck(const Link& link, const Now& now);
+  void on_link_lost(LinkId link, const Now& now);
+  // The demand of this offer to this link has changed.
+  void on_demand(TopicOffer& offer, LinkId link, const Now& now);
+  // What is wanted has changed: makes the subscription that serves it, or ends it.
+  void update_subscription(const Now& now);
+
+  void on_taken(MessageTaken taken, const Now& now);
+  void on_lost(const MessagesLost& lost);
+  void on_subscription_failed(const std::string& reason);
+  void on_time(const Now& now);
+
+  [[nodiscard]] const TopicKey& key() const { return key_; }
+  [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
+  [[nodiscard]] const Origins& origins() const { return origins_; }
+  // How many samples a late local subscriber would get of one origin, as far as the graph tells.
+  [[nodiscard]] std::uint32_t history_depth() const;
+  void add_status(LinkId link, LinkStatus& status) const;
+  [[nodiscard]] std::uint64_t memory_bytes() const;
+
+ private:
+  struct Parked {
+    MessageTaken taken;
+    TimePoint until;
+    Budget::Hold bytes;
+  };
+  // The topic, compressed in one way.
+  struct Stream final : JobOwner {
+    Stream(ExportedTopic& of, Encoder::Options options)
+        : topic(of), encoder(options, of.context_.jobs, *this) {}
+    void on_job(std::optional<Payload> result, const Now& now) override;
+
+    ExportedTopic& topic;
+    Encoder encoder;
+  };
+
+  void remove_vanished(const Now& now);
+  [[nodiscard]] bool drained() const;
+
+  [[nodiscard]] bool is_wanted() const;
+  [[nodiscard]] Qos wanted_qos() const;
+  void unsubscribe();
+  void end_subscription();
+  void warn_mixed();
+
+  void park(MessageTaken taken, const Now& now);
+  void unpark(const Now& now);
+  void watch_parked();
+  void forward(Origin& origin, MessageTaken taken, const Now& now);
+  void encode(const Compression& how, OutSample sample, const Now& now);
+  void send_encoded(Encoder& encoder, const Now& now);
+  void send_history(TopicOffer& offer, LinkId link, const Now& now);
+  void drop(const OutSample& sample, DropReason reason);
+  void drop_demanded(DropReason reason, std::uint64_t count = 1);
+
+  ExportContext& context_;
+  TopicKey key_;
+  std::string type_hash_;
+  Origins origins_;
+  std::map<LinkId, TopicOffer> offers_;
+  SubscriptionId subscription_;  // none: nobody wants it
+  Qos subscription_qos_;
+  bool failed_ = false;  // could not be subscribed; tried again when origins change
+  // A peer may switch its demand on and off as it likes; it makes a reader of the middleware only
+  // so often.
+  Pace subscriptions_{10, std::chrono::seconds(1)};
+  ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
+  HistoryCache history_;
+  std::map<Compression, Stream> streams_;
+  std::deque<Parked> parked_;
+  ExportTimers::Timer parked_until_;
+  bool warned_mixed_ = false;
+  bool warned_large_ = false;
+};
+
+}  // namespace connect_bridge

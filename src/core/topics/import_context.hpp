@@ -1,0 +1,46 @@
+// What the mirrors and the offered topics of a side share.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/base/tell_once.hpp"
+#include "core/base/timers.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/options.hpp"
+#include "core/topics/mirror.hpp"
+
+namespace connect_bridge {
+
+struct ImportContext {
+  const TopicOptions& options;
+  const GraphOptions& graph_options;
+  const Policy& policy;
+  const GraphView& graph;
+  const Claims& claims;
+  Jobs& jobs;
+  Outputs& outputs;
+
+  TellOnce told{};
+  std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
+  bool claim_changed = true;               // the first claim is made even when it is empty
+  Timers<Mirror*> timers{};
+  std::map<MirrorKey, Mirror> mirrors{};
+
+  // The mirror of this origin, made if need be. Null: there are too many.
+  [[nodiscard]] Mirror* mirror_of(const MirrorKey& key);
+  // The link does not offer the origin any more. The mirror may end with that.
+  void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
+  // Whether our rules let this peer offer a topic, by its name on the wire.
+  [[nodiscard]] std::optional<Decision> permission(const Link& link, const std::string& wire_name,
+                                                   const std::string& type,
+                                                   const std::string& action_type) const;
+  // The same by its local name.
+  [[nodiscard]] std::optional<Decision> permission(const Link& link, const TopicKey& key,
+                                                   const std::string& action_type) const;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,263 @@
+#include "core/topics/mirror.hpp"
+
+#include <algorithm>
+
+#include "core/topics/import_context.hpp"
+#include "core/topics/offered_topic.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
+constexpr Duration kLinger = std::chrono::milliseconds(200);
+constexpr Duration kSettle = std::chrono::milliseconds(250);
+// After a start the local graph is still being discovered.
+constexpr Duration kDiscovery = std::chrono::milliseconds(500);
+// By then the graph has told of the subscriptions of an action's client.
+constexpr Duration kGoalDemand = std::chrono::seconds(5);
+// A peer cannot make a mirror keep more samples than this.
+constexpr std::uint32_t kDepthMax = 10'000;
+
+}  // namespace
+
+// ---- who offers it
+
+bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
+  Link& link = offered.link();
+  const auto own = std::find_if(candidates_.begin(), candidates_.end(),
+                                [&](const Candidate& c) { return c.link == &link; });
+  if (own == candidates_.end()) {
+    candidates_.push_back({&link, &offered});
+  } else if (!own->offered) {
+    own->offered = &offered;
+  } else {
+    return false;
+  }
+  ends_.cancel();
+  failed_ = false;
+  // Another link may have told the node's name already.
+  const std::string node = origin.node.empty() ? origin_.node : origin.node;
+  const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
+  origin_ = origin;
+  origin_.node = node;
+  type_hash_ = offered.type_hash();
+  action_type_ = offered.action_type();
+  const Qos qos = qos_under(offered.treatment());
+  // A rule was changed meanwhile, or the node has a name now.
+  if (qos != qos_ || moved) destroy();
+  qos_ = qos;
+  return true;
+}
+
+// A mirror that shall belong to its origin's node is made anew when that has a name at last.
+void Mirror::name_node(const std::string& node, const Now& now) {
+  if (node.empty() || !origin_.node.empty()) return;
+  origin_.node = node;
+  if (!context_.graph_options.proxy_nodes || !id_) return;
+  destroy();
+  update(now);
+}
+
+void Mirror::lose_topic(LinkId link, const Now& now) {
+  for (auto& candidate : candidates_)
+    if (candidate.link->id == link) candidate.offered = nullptr;
+  update(now);
+}
+
+void Mirror::remove_candidate(LinkId link, const Now& now) {
+  const bool fed = candidates_.front().link->id == link;
+  std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
+  if (candidates_.empty()) {
+    ends_ = context_.timers.set(now.steady + kLinger, this);
+    return;
+  }
+  const bool taken_over = refresh(now);
+  if (fed || taken_over) ask_for_last_samples(now);
+}
+
+const Mirror::Candidate* Mirror::candidate(LinkId link) const {
+  const auto it = std::find_if(candidates_.begin(), candidates_.end(),
+                               [&](const Candidate& c) { return c.link->id == link; });
+  return it == candidates_.end() ? nullptr : &*it;
+}
+
+// ---- what follows from what is known
+
+// The first candidate feeds the mirror for as long as it can: every change of the feeding link may
+// lose or repeat samples. Only when it is gone, or lost while another one is there, that one takes
+// its place. So a link that is lost alone keeps its mirror: when it returns, subscribers here have
+// noticed nothing.
+bool Mirror::refresh(const Now& now) {
+  if (candidates_.empty()) return false;  // it lingers
+  bool taken_over = false;
+  const auto present = std::find_if(candidates_.begin(), candidates_.end(),
+                                    [](const Candidate& c) { return c.offered != nullptr; });
+  if (!candidates_.front().offered && present != candidates_.end()) {
+    std::iter_swap(present, candidates_.begin());
+    taken_over = true;
+  }
+  // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
+  // either.
+  is_local_ = is_local_ || context_.graph.is_local(key_.second);
+  const bool exists = may_exist();
+  if (exists && !id_) {
+    taken_over = true;
+    create(now);
+  }
+  if (!exists) destroy();
+  update_demands(now);
+  return taken_over;
+}
+
+void Mirror::update(const Now& now) {
+  if (refresh(now)) ask_for_last_samples(now);
+}
+
+bool Mirror::may_exist() const {
+  if (!context_.graph_since || failed_ || is_local_) return false;
+  if (context_.claims.taken(key_.second)) return false;
+  // Both ends are in one graph: what the peer exports is here already, though our part of the
+  // middleware may discover it later than the peer's.
+  const auto& connection = candidates_.front().link->connection;
+  return !connection || !context_.claims.is_here(connection->peer().side);
+}
+
+// Data is asked for only after a settle time. Of several bridges that have just made a mirror of
+// the same origin all but one will withdraw theirs when they have read each other's claims, and
+// until then nothing must be published twice. Before the first graphs are discovered nobody is
+// known to claim anything, so that a start takes longer.
+void Mirror::create(const Now& now) {
+  id_ = context_.outputs.new_mirror();
+  last_stamp_ = 0;
+  warned_qos_ = false;
+  TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
+  if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
+  if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  const auto& [topic, type] = key_.first;
+  context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos_,
+                                     context_.graph_options.owner_of(origin_.node)});
+  context_.claim_changed = true;
+  warn_incompatible();
+}
+
+void Mirror::destroy() {
+  if (!id_) return;
+  context_.outputs.push(DestroyMirror{id_});
+  id_ = {};
+  settles_.cancel();
+  context_.claim_changed = true;
+}
+
+void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
+  const std::string line = "cannot mirror " + key_.first.first + ": " + reason;
+  if (context_.told.first(line)) context_.outputs.log(LogLevel::kError, line);
+  failed_ = true;
+  id_ = {};
+  settles_.cancel();
+  context_.claim_changed = true;
+  for (const auto& [link, offered] : candidates_) {
+    if (!offered) continue;
+    offered->update_demand(now);
+    link->send(Decline{offered->number(), code, reason});
+  }
+}
+
+void Mirror::on_time(const Now& now) {
+  if (ends_ && ends_.at() <= now.steady) return destroy();
+  bool changed = false;
+  for (Timer* timer : {&settles_, &expected_}) {
+    if (!*timer || timer->at() > now.steady) continue;
+    timer->cancel();
+    changed = true;
+  }
+  if (changed) update_demands(now);
+}
+
+Qos Mirror::qos_under(const Treatment& treatment) const {
+  Qos qos = with_override(origin_.qos, treatment.qos);
+  const bool latched = qos.durability == Durability::kTransientLocal;
+  if (qos.depth == 0)
+    qos.depth = latched ? context_.options.latched_depth : context_.options.default_depth;
+  qos.depth = std::min(qos.depth, kDepthMax);
+  if (latched && qos.history == History::kKeepAll) {
+    qos.history = History::kKeepLast;  // or the mirror would keep all that the peer ever sends
+    qos.depth = kDepthMax;
+  }
+  return qos;
+}
+
+bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
+  const Qos qos = qos_under(offered.treatment());
+  if (candidates_.front().link != &offered.link() || qos == qos_) return false;
+  const bool existed = bool(id_);
+  destroy();
+  qos_ = qos;
+  update(now);
+  return existed;
+}
+
+void Mirror::warn_incompatible() {
+  const TopicState* topic = id_ && !warned_qos_ ? context_.graph.find(key_.first) : nullptr;
+  if (!topic) return;
+  for (const auto& subscriber : topic->subscribers) {
+    const std::string policy = incompatible_policy(qos_, subscriber.qos);
+    if (policy.empty()) continue;
+    warned_qos_ = true;
+    context_.outputs.log(LogLevel::kWarn, topic->name + ": the " + policy + " that " +
+                                              node_of(subscriber) + " requests is not offered by " +
+                                              origin_.node +
+                                              " on the other side: it receives nothing from it");
+    return;
+  }
+}
+
+// ---- demand
+
+void Mirror::update_demands(const Now& now) const {
+  for (const auto& [link, offered] : candidates_)
+    if (offered) offered->update_demand(now);
+}
+
+bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {
+  const bool expected = expected_ && expected_.at() > now.steady;
+  const bool settled = !settles_ || settles_.at() <= now.steady;
+  return (listened || expected) && id_ && settled && candidates_.front().offered == &offered;
+}
+
+void Mirror::settle(const Now& now) {
+  if (id_) settles_ = context_.timers.set(now.steady + kSettle, this);
+}
+
+void Mirror::expect_subscriber(const Now& now) {
+  expected_ = context_.timers.set(now.steady + kGoalDemand, this);
+  update_demands(now);
+}
+
+// The feeding link's channel may be demanded for other origins already: then nobody sends the last
+// samples of this one by itself.
+void Mirror::ask_for_last_samples(const Now& now) const {
+  OfferedTopic* feeder = candidates_.front().offered;
+  if (is_latched() && feeder && feeder->demanded()) feeder->demand_again(now);
+}
+
+// ---- data
+
+std::optional<DropReason> Mirror::refusal(const Link& link) const {
+  if (!id_) return DropReason::kNoDemand;
+  if (candidates_.front().link != &link) return DropReason::kDuplicate;  // another one feeds it
+  return std::nullopt;
+}
+
+// After a reconnect, or when demand returns, the exporter sends the last samples of a
+// transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
+// the feeding one, it may be behind the first.
+bool Mirror::publish(const Link& link, Stamp stamp, const Payload& raw) {
+  const bool repeats = is_latched() || fed_by_ != link.id;
+  if (repeats && stamp != 0 && stamp <= last_stamp_) return false;
+  last_stamp_ = std::max(last_stamp_, stamp);
+  fed_by_ = link.id;
+  context_.outputs.push(Publish{id_, raw});
+  return true;
+}
+
+}  // namespace connect_bridge

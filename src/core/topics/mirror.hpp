@@ -1,0 +1,113 @@
+// The local publisher that stands for one origin of the peers.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/timers.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/link/link.hpp"
+#include "core/policy/treatment.hpp"
+
+namespace connect_bridge {
+
+struct ImportContext;
+class OfferedTopic;
+
+using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
+
+// The same origin may be offered by several links (two clients in one graph): these are its
+// candidates, and the first one feeds it. It is in the graph while a candidate is left, unless the
+// origin is in the graph itself, or another bridge mirrors it. Single-threaded.
+class Mirror {
+ public:
+  // Without a topic: the link is lost, or has not offered the origin again yet.
+  struct Candidate {
+    Link* link = nullptr;
+    OfferedTopic* offered = nullptr;
+  };
+
+  Mirror(ImportContext& context, MirrorKey key) : context_(context), key_(std::move(key)) {}
+  Mirror(const Mirror&) = delete;
+  Mirror& operator=(const Mirror&) = delete;
+
+  // ---- who offers it
+  // False: the link offers the origin already. Else the caller calls refresh().
+  bool add_candidate(OfferedTopic& offered, const OriginOffer& origin);
+  // The origin's node has a name now.
+  void name_node(const std::string& node, const Now& now);
+  // The connection is lost: the candidate waits for its return.
+  void lose_topic(LinkId link, const Now& now);
+  // After this the mirror may be over (ImportContext::remove_candidate asks).
+  void remove_candidate(LinkId link, const Now& now);
+  // Null: the link does not offer the origin.
+  [[nodiscard]] const Candidate* candidate(LinkId link) const;
+  [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
+  [[nodiscard]] bool is_over() const { return candidates_.empty() && !id_; }
+
+  // ---- what follows from what is known
+  // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
+  // has not sent the origin's last samples to it.
+  bool refresh(const Now& now);
+  // The same, and asks for these samples.
+  void update(const Now& now);
+  // A rule may ask for another QoS now. True: the publisher was made anew.
+  bool adopt_qos(const OfferedTopic& offered, const Now& now);
+  void destroy();
+  void on_failed(const std::string& code, const std::string& reason, const Now& now);
+  void on_time(const Now& now);
+  // Tells once of a subscriber here that can get nothing from it.
+  void warn_incompatible();
+
+  // ---- demand
+  // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
+  [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
+  // It wants nothing for a moment.
+  void settle(const Now& now);
+  // It is wanted for a while, whether there is a subscriber or not.
+  void expect_subscriber(const Now& now);
+
+  // ---- data
+  // Why nothing that comes from this link is published.
+  [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
+  // False: the sample was published before.
+  bool publish(const Link& link, Stamp stamp, const Payload& raw);
+
+  [[nodiscard]] const MirrorKey& key() const { return key_; }
+  [[nodiscard]] MirrorId id() const { return id_; }
+  [[nodiscard]] const OriginOffer& origin() const { return origin_; }
+  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+
+ private:
+  using Timer = Timers<Mirror*>::Timer;
+
+  void create(const Now& now);
+  [[nodiscard]] bool may_exist() const;
+  void update_demands(const Now& now) const;
+  void ask_for_last_samples(const Now& now) const;
+  [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
+  [[nodiscard]] bool is_latched() const {
+    return origin_.qos.durability == Durability::kTransientLocal;
+  }
+
+  ImportContext& context_;
+  MirrorKey key_;
+  MirrorId id_;  // none: not created
+  OriginOffer origin_;
+  Qos qos_;
+  std::string type_hash_;
+  std::string action_type_;
+  std::vector<Candidate> candidates_;  // the feeding one first
+  Timer settles_;                      // no demand before
+  Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
+  Timer expected_;  // until then demanded without a subscriber
+  Stamp last_stamp_ = 0;
+  LinkId fed_by_;          // whose message was published last
+  bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
+  bool failed_ = false;    // until it is offered again
+  bool warned_qos_ = false;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,243 @@
+#include "core/topics/offered_topic.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/compress/compress.hpp"
+#include "core/policy/interface.hpp"
+#include "core/topics/peer_topics.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// What the topics of one peer together may hold for decompression.
+constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
+
+// A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
+// identifier in two bytes, then two bytes of options.
+bool is_serialized(ByteView raw) {
+  return raw.size() >= 4 && raw[0] == 0 && raw[1] <= 0x0b;
+}
+
+}  // namespace
+
+OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& offer,
+                           Decision decision)
+    : peer_(peer),
+      context_(peer.context()),
+      link_(peer.link()),
+      number_(offer.channel),
+      key_(std::move(key)),
+      type_hash_(offer.type_hash),
+      action_type_(offer.action_type),
+      decision_(std::move(decision)) {
+  link_.take_offered(number_, *this);
+}
+
+OfferedTopic::~OfferedTopic() {
+  link_.let_go(number_);
+}
+
+// ---- origins
+
+void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
+  if (!origin.origin) return;
+  if (const auto known = origins_.find(origin.origin); known != origins_.end())
+    return known->second->name_node(origin.node, now);
+  if (is_withheld(origin)) return;
+  Mirror* mirror = context_.mirror_of({key_, origin.gid});
+  if (!mirror) {
+    if (!std::exchange(limited_, true))
+      context_.outputs.log(LogLevel::kWarn,
+                           "no more mirrors than " + std::to_string(context_.options.mirrors_max) +
+                               ": not all publishers of " + key_.first + " exist here");
+    return;
+  }
+  if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
+  origins_[origin.origin] = mirror;
+  mirror->refresh(now);  // the exporter sends its last samples by itself
+}
+
+Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
+  // First, so that a peer can replace all of a channel's publishers in one message.
+  for (const OriginId id : change.removed) {
+    const auto origin = origins_.find(id);
+    if (origin == origins_.end()) continue;
+    Mirror& mirror = *origin->second;
+    origins_.erase(origin);
+    context_.remove_candidate(mirror, link_.id, now);
+  }
+  const auto fresh = std::count_if(change.added.begin(), change.added.end(),
+                                   [&](const auto& o) { return !origins_.contains(o.origin); });
+  if (origins_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
+    return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
+  for (const auto& origin : change.added) add_origin(origin, now);
+  return Nothing{};
+}
+
+// Whether this origin of /parameter_events is a node whose parameters no rule opens.
+bool OfferedTopic::is_withheld(const OriginOffer& origin) const {
+  if (key_.second != kParameterEventType) return false;
+  const auto wire_name = context_.graph_options.names.to_wire(key_.first);
+  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
+  const Interface what{InterfaceKind::kTopic, *wire_name, key_.second, {}, origin.node};
+  return !context_.policy.decide(Direction::kImport, what, link_.identity);
+}
+
+bool OfferedTopic::recheck(const Now& now) {
+  auto decision = context_.permission(link_, key_, action_type_);
+  if (!decision) return false;
+  decision_ = *std::move(decision);
+  for (auto it = origins_.begin(); it != origins_.end();) {
+    Mirror& mirror = *it->second;
+    if (!is_withheld(mirror.origin())) {
+      ++it;
+      continue;
+    }
+    it = origins_.erase(it);
+    context_.remove_candidate(mirror, link_.id, now);
+  }
+  return true;
+}
+
+void OfferedTopic::renew(const Now& now) {
+  bool renewed = false;
+  for (const auto& [id, mirror] : origins_) renewed = mirror->adopt_qos(*this, now) || renewed;
+  if (renewed) demand_again(now);
+}
+
+// ---- the end
+
+void OfferedTopic::decline(const Now& now) {
+  if (std::exchange(demanded_, false)) peer_.change_demand(number_, false);
+  link_.send(Decline{number_, "not_permitted", "no rule allows importing it any longer"});
+  leave_mirrors(now);
+}
+
+void OfferedTopic::on_withdraw(const Now& now) {
+  leave_mirrors(now);
+  peer_.erase(number_);
+}
+
+void OfferedTopic::leave_mirrors(const Now& now) {
+  for (const auto& [id, mirror] : std::exchange(origins_, {}))
+    context_.remove_candidate(*mirror, link_.id, now);
+}
+
+void OfferedTopic::lose(const Now& now) {
+  for (const auto& [id, mirror] : std::exchange(origins_, {})) mirror->lose_topic(link_.id, now);
+}
+
+// ---- demand
+
+void OfferedTopic::update_demand(const Now& now) {
+  const TopicState* topic = context_.graph.find(key_);
+  const bool listened = topic && !topic->subscribers.empty();
+  const bool on = std::any_of(origins_.begin(), origins_.end(), [&](const auto& origin) {
+    return origin.second->wants(*this, listened, now);
+  });
+  if (on == demanded_) return;
+  demanded_ = on;
+  peer_.change_demand(number_, on);
+}
+
+void OfferedTopic::demand_again(const Now& now) {
+  for (const auto& [id, mirror] : origins_) mirror->settle(now);
+  update_demand(now);
+}
+
+// ---- messages
+
+Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
+  wire_bytes_ += message.body.size();
+  if (!demanded_) {
+    dropped_.add(DropReason::kNoDemand);
+    return Nothing{};
+  }
+  // Nothing overtakes what is with a worker.
+  if (waiting_.empty() && message.codec == Codec::kNone) {
+    publish(message, message.body, now);
+    return Nothing{};
+  }
+  if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
+    auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+    if (!raw) return raw.error();
+    publish(message, Payload::adopt(std::move(raw).value()), now);
+    return Nothing{};
+  }
+  if (peer_.decoding().used() + message.body.size() > kDecodingBytesMax) {
+    dropped_.add(DropReason::kQueueBytes);
+    return Nothing{};
+  }
+  // A message of one part is a slice: it must not keep its whole packet while it waits.
+  if (message.body.size() <= kPacketBytesMax) message.body = Payload::copy_of(message.body.view());
+  auto bytes = peer_.decoding().hold(message.body.size());
+  waiting_.push_back({std::move(message), std::move(bytes)});
+  if (!job_) start_job();
+  return Nothing{};
+}
+
+void OfferedTopic::start_job() {
+  const InMessage& message = waiting_.front().message;
+  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body);
+}
+
+void OfferedTopic::on_job(std::optional<Payload> result, const Now& now) {
+  job_.cancel();
+  if (!result)
+    return link_.fail(
+        {CloseCode::kMalformed, "a compressed message does not decompress to its size"});
+  const Waiting first = std::move(waiting_.front());
+  waiting_.pop_front();
+  publish(first.message, *result, now);
+  advance(now);
+}
+
+void OfferedTopic::advance(const Now& now) {
+  while (!waiting_.empty()) {
+    if (waiting_.front().message.codec != Codec::kNone) return start_job();
+    const Waiting first = std::move(waiting_.front());
+    waiting_.pop_front();
+    publish(first.message, first.message.body, now);
+  }
+}
+
+void OfferedTopic::publish(const InMessage& message, const Payload& raw, const Now& now) {
+  const auto origin = origins_.find(message.origin);
+  if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
+  Mirror& mirror = *origin->second;
+  if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
+  if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
+  const ClockEstimate* clock = link_.connection ? &link_.clock() : nullptr;
+  if (clock && clock->known() && is_plausible(message.stamp)) {
+    const Duration age(now.system - (message.stamp - clock->offset().count()));
+    if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
+    latency_ms_ = static_cast<double>(age.count()) / 1e6;
+  }
+  if (!mirror.publish(link_, message.stamp, raw)) return dropped_.add(DropReason::kDuplicate);
+  ++published_;
+  bytes_ += raw.size();
+}
+
+void OfferedTopic::on_publish_failed(std::uint64_t count) {
+  const auto counted = std::min(count, published_);  // the rest is older than this offer
+  published_ -= counted;
+  dropped_.add(DropReason::kPublishFailed, counted);
+}
+
+void OfferedTopic::add_status(LinkStatus& status) const {
+  TopicStatus s;
+  s.topic = key_.first;
+  s.type = key_.second;
+  s.demanded = demanded_;
+  s.origins = static_cast<std::uint32_t>(origins_.size());
+  s.messages = published_;
+  s.bytes = bytes_;
+  s.wire_bytes = wire_bytes_;
+  s.queued = waiting_.size();
+  s.latency_ms = latency_ms_;
+  s.dropped = dropped_;
+  status.topics.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,94 @@
+// One topic that a peer offers.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/base/budget.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/status.hpp"
+#include "core/topics/import_context.hpp"
+
+namespace connect_bridge {
+
+class PeerTopics;
+
+// Demands the topic while one of the mirrors that it feeds wants data; takes its messages, brings
+// them into their raw form in order, and gives them to the mirrors of their origins.
+class OfferedTopic final : public IncomingChannel, private JobOwner {
+ public:
+  // `key` has the local name; the rest as the peer offers it.
+  OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& offer, Decision decision);
+  OfferedTopic(const OfferedTopic&) = delete;
+  OfferedTopic& operator=(const OfferedTopic&) = delete;
+  ~OfferedTopic() override;
+
+  void add_origin(const OriginOffer& origin, const Now& now);
+  // Our rules are new. False: none allows it any longer.
+  [[nodiscard]] bool recheck(const Now& now);
+  // Mirrors whose rule now asks for another QoS are made anew.
+  void renew(const Now& now);
+  // The peer is told that it is not imported any longer.
+  void decline(const Now& now);
+  // The connection is lost: mirrors wait for the link's return.
+  void lose(const Now& now);
+
+  // The wants of a mirror have changed.
+  void update_demand(const Now& now);
+  // Ends the demand for a moment, so that the exporter sends the last samples again.
+  void demand_again(const Now& now);
+
+  Result<Nothing> on_message(InMessage message, const Now& now) override;
+  Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
+  void on_withdraw(const Now& now) override;
+
+  // The middleware refused what was counted as published.
+  void on_publish_failed(std::uint64_t count);
+
+  [[nodiscard]] Link& link() const { return link_; }
+  [[nodiscard]] ChannelId number() const { return number_; }
+  [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
+  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] bool demanded() const { return demanded_; }
+  void add_status(LinkStatus& status) const;
+
+ private:
+  struct Waiting {
+    InMessage message;
+    Budget::Hold bytes;
+  };
+
+  void on_job(std::optional<Payload> result, const Now& now) override;
+  void start_job();
+  // Handles what waited behind a finished job, up to the next job.
+  void advance(const Now& now);
+  void publish(const InMessage& message, const Payload& raw, const Now& now);
+  void leave_mirrors(const Now& now);
+  [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
+
+  PeerTopics& peer_;
+  ImportContext& context_;
+  Link& link_;
+  ChannelId number_;
+  TopicKey key_;
+  std::string type_hash_;
+  std::string action_type_;
+  Decision decision_;
+  bool demanded_ = false;
+  bool limited_ = false;                 // some origins have no mirror, for want of room
+  std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
+  std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
+  Jobs::Job job_;
+  std::uint64_t published_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t wire_bytes_ = 0;
+  DropCounts dropped_;
+  std::optional<double> latency_ms_;
+};
+
+}  // namespace connect_bridge

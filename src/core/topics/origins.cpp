@@ -1,0 +1,68 @@
+#include "core/topics/origins.hpp"
+
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr Duration kLinger = std::chrono::milliseconds(300);
+constexpr Duration kLingerMax = std::chrono::seconds(3);  // while its samples wait in a queue
+
+}  // namespace
+
+std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
+  static const std::vector<Endpoint> kNobody;
+  std::vector<Gid> told;
+  for (const auto& publisher : state ? state->publishers : kNobody) {
+    if (origins_.size() >= kChannelOriginsMax && !origins_.contains(publisher.gid))
+      continue;  // a peer would refuse the channel (docs/protocol.md, limits)
+    auto [it, is_new] = origins_.try_emplace(publisher.gid);
+    Origin& origin = it->second;
+    if (is_new) {
+      origin.id = {++last_};
+      origin.qos = publisher.qos;
+    }
+    // The graph may know an endpoint before the name of its node.
+    const bool named = origin.node.empty() && !node_of(publisher).empty();
+    if (named) origin.node = node_of(publisher);
+    if (is_new || named) told.push_back(publisher.gid);
+    origin.vanishes.cancel();
+    origin.lingering = false;
+    origin.seen = true;
+  }
+  for (auto& [gid, origin] : origins_) {
+    if (!origin.seen && !origin.vanishes)
+      origin.vanishes = timers_.set(now.steady + kLinger, topic_);
+    origin.seen = false;
+  }
+  return told;
+}
+
+std::vector<OriginId> Origins::remove_vanished(bool drained, const Now& now) {
+  std::vector<OriginId> removed;
+  for (auto it = origins_.begin(); it != origins_.end();) {
+    Origin& origin = it->second;
+    if (!origin.vanishes || origin.vanishes.at() > now.steady) {
+      ++it;
+    } else if (!drained && !origin.lingering) {
+      origin.lingering = true;
+      origin.vanishes = timers_.set(now.steady + kLingerMax, topic_);
+      ++it;
+    } else {
+      removed.push_back(origin.id);
+      it = origins_.erase(it);
+    }
+  }
+  return removed;
+}
+
+void Origins::forget_stamps() {
+  for (auto& [gid, origin] : origins_) origin.last_stamp = 0;
+}
+
+Origin* Origins::find(const Gid& gid) {
+  const auto it = gid == Gid{} ? origins_.begin() : origins_.find(gid);
+  return it == origins_.end() ? nullptr : &it->second;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,57 @@
+// The real publishers of one local topic.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/base/timers.hpp"
+#include "core/graph/graph_view.hpp"
+
+namespace connect_bridge {
+
+class ExportedTopic;
+using ExportTimers = Timers<ExportedTopic*>;
+
+struct Origin {
+  OriginId id;
+  std::string node;  // empty: the graph does not tell it (yet)
+  Qos qos;
+  Stamp last_stamp = 0;          // transient local: the newest sample that was forwarded
+  ExportTimers::Timer vanishes;  // set: its publisher has left the graph
+  bool lingering = false;        // and its samples still wait in a queue
+  bool seen = false;             // while a graph is compared
+};
+
+// A publisher that left the graph keeps its origin for a moment: its last samples may still be
+// under way from the middleware to us (`ros2 topic pub --once` ends right after its message), and
+// then in our queues.
+class Origins {
+ public:
+  // `topic` is whom the timers are for.
+  Origins(ExportTimers& timers, ExportedTopic* topic) : timers_(timers), topic_(topic) {}
+
+  // Compares with the graph (null: the topic is not in it). Returns whom the peers must be told of:
+  // new origins, and those whose node has got a name.
+  std::vector<Gid> update(const TopicState* state, const Now& now);
+  // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere.
+  std::vector<OriginId> remove_vanished(bool drained, const Now& now);
+  // The subscription has ended, and the next one may deliver the same samples again.
+  void forget_stamps();
+
+  // Where the middleware does not tell the publisher (a zero gid), any one stands for it.
+  [[nodiscard]] Origin* find(const Gid& gid);
+  [[nodiscard]] const Origin& at(const Gid& gid) const { return origins_.at(gid); }
+  [[nodiscard]] bool empty() const { return origins_.empty(); }
+  [[nodiscard]] std::size_t size() const { return origins_.size(); }
+  [[nodiscard]] auto begin() const { return origins_.begin(); }
+  [[nodiscard]] auto end() const { return origins_.end(); }
+
+ private:
+  ExportTimers& timers_;
+  ExportedTopic* topic_;
+  std::map<Gid, Origin> origins_;  // in an order that every library shares
+  std::uint32_t last_ = 0;
+};
+
+}  // namespace connect_bridge

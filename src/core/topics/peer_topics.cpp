@@ -1,0 +1,71 @@
+#include "core/topics/peer_topics.hpp"
+
+#include <utility>
+
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+
+void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
+  const NameMap& names = context_.graph_options.names;
+  if (offer.kind != InterfaceKind::kTopic)
+    return decline(offer.channel, "unsupported", "such channels are not forwarded");
+  if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
+    return decline(offer.channel, "not_permitted", "the name or type is not canonical");
+  auto decision = context_.permission(link_, offer.name, offer.type, offer.action_type);
+  if (!decision)
+    return decline(offer.channel, "not_permitted", "no rule allows importing " + offer.name);
+  const std::string local = names.to_local(offer.name);
+  if (names.to_wire(local) != offer.name)
+    return decline(offer.channel, "not_permitted", "another name is mapped to its name here");
+  OfferedTopic& topic = topics_
+                            .try_emplace(offer.channel, *this, TopicKey{local, offer.type}, offer,
+                                         *std::move(decision))
+                            .first->second;
+  for (const auto& origin : offer.origins) topic.add_origin(origin, now);
+}
+
+// What comes on a declined channel is dropped: it stays without an owner until it is withdrawn.
+void PeerTopics::decline(ChannelId number, const std::string& code, const std::string& reason) {
+  link_.send(Decline{number, code, reason});
+}
+
+void PeerTopics::recheck(const Now& now) {
+  for (auto it = topics_.begin(); it != topics_.end();) {
+    OfferedTopic& topic = it->second;
+    if (topic.recheck(now)) {
+      ++it;
+      continue;
+    }
+    topic.decline(now);
+    it = topics_.erase(it);
+  }
+}
+
+void PeerTopics::renew(const Now& now) {
+  for (auto& [number, topic] : topics_) topic.renew(now);
+}
+
+void PeerTopics::on_link_lost(const Now& now) {
+  for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
+}
+
+void PeerTopics::change_demand(ChannelId number, bool on) {
+  auto& now_in = on ? wants_ : ends_;
+  auto& before_in = on ? ends_ : wants_;
+  if (std::erase(before_in.channels, number) == 0) now_in.channels.push_back(number);
+}
+
+void PeerTopics::send_demands() {
+  for (Demand* change : {&wants_, &ends_}) {
+    if (change->channels.empty()) continue;
+    link_.send(*change);
+    change->channels.clear();
+  }
+}
+
+void PeerTopics::add_status(LinkStatus& status) const {
+  for (const auto& [number, topic] : topics_) topic.add_status(status);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,47 @@
+// The topics that one peer offers on its present connection.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "core/topics/offered_topic.hpp"
+
+namespace connect_bridge {
+
+// Made with the first offer, gone with the connection. Single-threaded.
+class PeerTopics {
+ public:
+  PeerTopics(ImportContext& context, Link& link) : context_(context), link_(link) {}
+
+  // The caller has found the number unused and told the link of it. What cannot be imported is
+  // declined.
+  void on_offer(const ChannelOffer& offer, const Now& now);
+  // Declines what our new rules allow no longer.
+  void recheck(const Now& now);
+  void renew(const Now& now);
+  void on_link_lost(const Now& now);
+
+  // What is wanted of a topic has changed; the peer is told by send_demands().
+  void change_demand(ChannelId number, bool on);
+  void send_demands();
+  void erase(ChannelId number) { topics_.erase(number); }
+
+  [[nodiscard]] ImportContext& context() const { return context_; }
+  [[nodiscard]] Link& link() const { return link_; }
+  // Bytes of messages that wait to be decompressed.
+  [[nodiscard]] Budget& decoding() { return decoding_; }
+  [[nodiscard]] const Budget& decoding() const { return decoding_; }
+  void add_status(LinkStatus& status) const;
+
+ private:
+  void decline(ChannelId number, const std::string& code, const std::string& reason);
+
+  ImportContext& context_;
+  Link& link_;
+  Budget decoding_;
+  Demand wants_{{}, true};
+  Demand ends_{{}, false};
+  std::map<ChannelId, OfferedTopic> topics_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,241 @@
+#include "core/topics/topic_offer.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/topics/exported_topic.hpp"
+
+namespace connect_bridge {
+namespace {
+
+bool is_clock(const TopicKey& key) {
+  return key.first == "/clock" && key.second == "rosgraph_msgs/msg/Clock";
+}
+
+}  // namespace
+
+TopicOffer::~TopicOffer() {
+  if (number_) link_.close_channel(number_);
+}
+
+// ---- whether, and as what
+
+// Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
+std::optional<Decision> TopicOffer::permission() const {
+  const auto& [name, type] = topic_.key();
+  const auto wire_name = context_.graph_options.names.to_wire(name);
+  if (!wire_name) return std::nullopt;
+  if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
+    // Each origin is decided on its own, see is_withheld().
+    const auto& rules = link_.accepts->rules;
+    const bool accepted = std::any_of(rules.begin(), rules.end(),
+                                      [](const auto& rule) { return !rule.parameters.empty(); });
+    if (!accepted || type != kParameterEventType) return std::nullopt;
+    return context_.policy.decide_parameter_events(link_.identity);
+  }
+  const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
+  if (!action_type) return std::nullopt;
+  const Interface what{InterfaceKind::kTopic, *wire_name, type, *action_type};
+  auto decision = context_.policy.decide(Direction::kExport, what, link_.identity);
+  if (!decision || !accepted_by(*link_.accepts, what)) return std::nullopt;
+  return decision;
+}
+
+bool TopicOffer::is_withheld(const Origin& origin) const {
+  const auto& [name, type] = topic_.key();
+  if (type != kParameterEventType) return false;
+  const NameMap& names = context_.graph_options.names;
+  const auto wire_name = names.to_wire(name);
+  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
+  const auto node = names.to_wire(origin.node);
+  if (!node || !link_.accepts) return true;
+  const Interface what{InterfaceKind::kTopic, *wire_name, type, {}, *node};
+  return !context_.policy.decide(Direction::kExport, what, link_.identity) ||
+         !accepted_by(*link_.accepts, what);
+}
+
+std::set<OriginId> TopicOffer::withheld() const {
+  std::set<OriginId> result;
+  for (const auto& [gid, origin] : topic_.origins())
+    if (is_withheld(origin)) result.insert(origin.id);
+  return result;
+}
+
+bool TopicOffer::is_current() const {
+  const auto decision = permission();
+  return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_;
+}
+
+std::optional<ChannelOffer> TopicOffer::open() {
+  auto decision = permission();
+  if (!decision) return std::nullopt;
+  decision_ = *std::move(decision);
+  withheld_ = withheld();
+  rate_ = RateLimit(treatment().max_rate, treatment().bytes_per_second_max);
+  number_ = link_.open_channel(*this);
+  configure_queue();
+  const auto& [name, type] = topic_.key();
+  ChannelOffer offer;
+  offer.channel = number_;
+  offer.name = context_.graph_options.names.to_wire(name).value_or(name);
+  offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
+  offer.type = type;
+  offer.type_hash = topic_.type_hash();
+  offer.priority = priority();
+  offer.newest_only = is_clock(topic_.key());
+  for (const auto& [gid, origin] : topic_.origins())
+    if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
+  return offer;
+}
+
+// A node outside our prefix has no name on the wire but its own.
+OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
+  return {origin.id, gid, context_.graph_options.names.to_wire(origin.node).value_or(origin.node),
+          with_override(origin.qos, treatment().qos)};
+}
+
+Priority TopicOffer::priority() const {
+  return treatment().priority.value_or(default_priority(topic_.key().first, topic_.key().second));
+}
+
+QueueOptions TopicOffer::queue_options() const {
+  QueueOptions queue;
+  queue.priority = priority();
+  queue.queue_bytes_max = treatment().queue_bytes_max;
+  queue.max_age = treatment().max_age;
+  queue.newest_only = is_clock(topic_.key());
+  queue.lifespan = Duration::zero();
+  std::uint32_t depth = 0;
+  bool keep_all = false;
+  std::uint32_t latched = 0;
+  for (const auto& [gid, origin] : topic_.origins()) {
+    const Qos qos = with_override(origin.qos, treatment().qos);
+    depth = std::max(depth, qos.depth);
+    keep_all = keep_all || qos.history == History::kKeepAll;
+    if (qos.durability == Durability::kTransientLocal) ++latched;
+    queue.lifespan = std::max(queue.lifespan, qos.lifespan);
+  }
+  const std::uint32_t untold = context_.options.default_depth;
+  queue.depth = depth > 0 ? depth : untold;
+  // Several origins share the queue of a transient-local topic, and all that is kept of each must
+  // get through at once when demand begins.
+  if (latched > 0) queue.depth = std::max(latched * topic_.history_depth(), untold);
+  if (keep_all) queue.depth = 0;
+  return queue;
+}
+
+void TopicOffer::configure_queue() {
+  if (link_.connection) link_.outbox().add_channel(number_, queue_options());
+}
+
+// ---- changes
+
+void TopicOffer::withdraw() {
+  if (!is_open()) return;
+  link_.close_channel(number_);
+  if (link_.connection) link_.outbox().remove_channel(number_);
+  link_.send(Withdraw{{number_}});
+  number_ = {};
+  demanded_ = false;
+}
+
+void TopicOffer::add_origins(const std::vector<Gid>& added) {
+  if (!is_open()) return;
+  OriginsChanged change{number_, {}, {}};
+  for (const Gid& gid : added) {
+    const Origin& origin = topic_.origins().at(gid);
+    if (is_withheld(origin)) {
+      withheld_.insert(origin.id);
+    } else {
+      withheld_.erase(origin.id);
+      change.added.push_back(offer_of(gid, origin));
+    }
+  }
+  if (!change.added.empty()) link_.send(change);
+  configure_queue();  // its depth and lifespan were those of the origins known before
+}
+
+void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
+  if (!is_open()) return;
+  link_.send(OriginsChanged{number_, {}, removed});
+  configure_queue();
+}
+
+void TopicOffer::on_demand(bool on, const Now& now) {
+  if (demanded_ == on) return;
+  demanded_ = on;
+  if (!on) link_.outbox().clear_channel(number_);
+  topic_.on_demand(*this, link_.id, now);
+}
+
+void TopicOffer::on_decline(const Decline& decline, const Now& now) {
+  if (!link_.note_decline(declined_, decline, now)) return;
+  context_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + topic_.key().first +
+                                            ": " + decline.reason + " (" + decline.code + ")");
+}
+
+// ---- samples
+
+bool TopicOffer::admit(OriginId origin, std::size_t bytes, const Now& now) {
+  if (!demanded_ || withheld_.contains(origin) || !link_.open()) return false;
+  if (bytes > link_.peer_message_bytes_max()) {
+    if (dropped_.of(DropReason::kTooLarge) == 0)
+      context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) +
+                                                " bytes for rule " + decision_.rule +
+                                                " is larger than " + link_.label() +
+                                                " accepts; such messages are dropped");
+    drop(DropReason::kTooLarge);
+    return false;
+  }
+  if (rate_.admit(bytes, now.steady)) return true;
+  drop(DropReason::kRate);
+  return false;
+}
+
+bool TopicOffer::admit_old(OriginId origin, std::size_t bytes) {
+  if (withheld_.contains(origin)) return false;
+  if (bytes <= link_.peer_message_bytes_max()) return true;
+  drop(DropReason::kTooLarge);
+  return false;
+}
+
+void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
+  if (!link_.open()) return;
+  if (!demanded_) return drop(DropReason::kNoDemand);  // it ended while a worker compressed
+  raw_bytes_ += sample.raw.size();
+  OutMessage message;
+  message.origin = sample.origin;
+  message.stamp = sample.stamp;
+  message.codec = codec;
+  message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
+  message.body = body;
+  link_.outbox().push(number_, std::move(message), now);
+}
+
+bool TopicOffer::drained() const {
+  return !is_open() || !link_.connection || link_.outbox().counts(number_).queued == 0;
+}
+
+void TopicOffer::add_status(LinkStatus& status) const {
+  if (!is_open()) return;
+  TopicStatus s;
+  s.topic = topic_.key().first;
+  s.type = topic_.key().second;
+  s.exported = true;
+  s.demanded = demanded_;
+  s.origins = static_cast<std::uint32_t>(topic_.origins().size());
+  s.bytes = raw_bytes_;
+  s.declined = declined_;
+  s.dropped = dropped_;
+  if (link_.connection) {
+    const ChannelCounts counts = link_.outbox().counts(number_);
+    s.messages = counts.sent;
+    s.wire_bytes = counts.sent_bytes;
+    s.queued = counts.queued;
+    for (std::size_t i = 0; i < kDropReasons; ++i)
+      s.dropped.by_reason[i] += counts.dropped.by_reason[i];
+  }
+  status.topics.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,77 @@
+// One local topic on one link.
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/flow/rate_limit.hpp"
+#include "core/jobs/encoder.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/status.hpp"
+#include "core/topics/export_context.hpp"
+
+namespace connect_bridge {
+
+// Whether the peer may have the topic, whether it wants it, and the last step of a sample before
+// the link's queue. Without a number the answer was no, which holds until the rules, the peer's
+// Accepts or the connection change.
+class TopicOffer final : public OutgoingChannel {
+ public:
+  TopicOffer(const ExportContext& context, ExportedTopic& topic, Link& link)
+      : context_(context), topic_(topic), link_(link) {}
+  TopicOffer(const TopicOffer&) = delete;
+  TopicOffer& operator=(const TopicOffer&) = delete;
+  ~TopicOffer() override;
+
+  // Opens a channel for the topic, if the peer may have it.
+  [[nodiscard]] std::optional<ChannelOffer> open();
+  // Whether rules and Accepts still say what they said when it was opened.
+  [[nodiscard]] bool is_current() const;
+  // Ends the channel, and tells the peer.
+  void withdraw();
+  // Tells the peer of origins of the topic that are new, have a name now, or are gone.
+  void add_origins(const std::vector<Gid>& added);
+  void remove_origins(const std::vector<OriginId>& removed);
+
+  void on_demand(bool on, const Now& now) override;
+  void on_decline(const Decline& decline, const Now& now) override;
+
+  // Whether a sample just taken goes to this peer; one that does not for a limit is counted.
+  [[nodiscard]] bool admit(OriginId origin, std::size_t bytes, const Now& now);
+  // The same for a sample of the past: a rate does not count for it.
+  [[nodiscard]] bool admit_old(OriginId origin, std::size_t bytes);
+  void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
+  void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
+
+  [[nodiscard]] bool is_open() const { return bool(number_); }
+  [[nodiscard]] bool demanded() const { return demanded_; }
+  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  // Nothing waits in the link's queue.
+  [[nodiscard]] bool drained() const;
+  void add_status(LinkStatus& status) const;
+
+ private:
+  [[nodiscard]] std::optional<Decision> permission() const;
+  [[nodiscard]] bool is_withheld(const Origin& origin) const;
+  [[nodiscard]] std::set<OriginId> withheld() const;
+  [[nodiscard]] Priority priority() const;
+  [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
+  [[nodiscard]] QueueOptions queue_options() const;
+  void configure_queue();
+
+  const ExportContext& context_;
+  ExportedTopic& topic_;
+  Link& link_;
+  ChannelId number_;  // none: the peer may not have the topic
+  Decision decision_;
+  bool demanded_ = false;
+  RateLimit rate_;
+  std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens
+  std::uint64_t raw_bytes_ = 0;
+  DropCounts dropped_;  // before the link's queue
+  std::string declined_;
+};
+
+}  // namespace connect_bridge

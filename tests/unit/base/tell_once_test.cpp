@@ -1,0 +1,24 @@
+#include "core/base/tell_once.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace connect_bridge {
+namespace {
+
+TEST(TellOnce, TheSecondTimeIsNotTold) {
+  TellOnce told;
+  EXPECT_TRUE(told.first("a"));
+  EXPECT_TRUE(told.first("b"));
+  EXPECT_FALSE(told.first("a"));
+}
+
+TEST(TellOnce, IsBounded) {
+  TellOnce told;
+  for (std::size_t i = 0; i < TellOnce::kToldMax; ++i) EXPECT_TRUE(told.first(std::to_string(i)));
+  EXPECT_FALSE(told.first("one more"));
+}
+
+}  // namespace
+}  // namespace connect_bridge

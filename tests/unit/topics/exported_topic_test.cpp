@@ -1,0 +1,132 @@
+#include "core/topics/exported_topic.hpp"
+
+#include <gtest/gtest.h>
+
+#include "unit/topics/exporting.hpp"
+
+namespace connect_bridge::topics_test {
+namespace {
+
+TEST(ExportedTopic, IsSubscribedWhileALinkDemandsIt) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1));
+  EXPECT_TRUE(s.offer(peer));
+  EXPECT_FALSE(s.offer(peer));  // once
+  EXPECT_EQ(s.did(), "");
+  s.demand(peer);
+  EXPECT_EQ(s.did(), "subscribe 1 /a reliable volatile 100\n");
+  s.take(1, "hello");
+  EXPECT_EQ(peer.said(), "1.1 hello\n");
+  s.subject.on_link_lost(peer.link.id, ms(0));
+  EXPECT_EQ(s.did(), "unsubscribe 1\n");
+  EXPECT_EQ(peer.link.outgoing({1}), nullptr);
+}
+
+TEST(ExportedTopic, AsksForTheWeakestOfWhatItsPublishersOffer) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1, latched(3)).pub(2, latched(5)));
+  s.offer(peer);
+  s.demand(peer);
+  EXPECT_EQ(s.did(), "subscribe 1 /a reliable latched 100\n");
+  s.see(topic("/a").pub(1, latched(3)).pub(2, latched(5)).pub(3, best_effort()));
+  EXPECT_EQ(s.did(), "unsubscribe 1\nsubscribe 2 /a best_effort volatile 100\n");
+  EXPECT_NE(s.logged.find("subscribed as volatile"), std::string::npos);
+}
+
+TEST(ExportedTopic, IsSubscribedNotTooOften) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1));
+  s.offer(peer);
+  for (int i = 0; i < 11; ++i) {
+    s.demand(peer, true);
+    s.demand(peer, false);
+  }
+  s.did();
+  s.demand(peer, true);
+  EXPECT_EQ(s.did(), "");
+  s.pass_to(1000);
+  EXPECT_EQ(s.did(), "subscribe 11 /a reliable volatile 100\n");
+}
+
+TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1));
+  s.offer(peer);
+  s.demand(peer);
+  s.did();
+  s.take(2, "early");
+  s.take(3, "never");
+  EXPECT_EQ(s.did(), "refresh\n");
+  EXPECT_EQ(s.context.parked.used(), sample("earlynever").size() + 4);
+  s.see(topic("/a").pub(1).pub(2), 100);
+  EXPECT_EQ(peer.said(), "offer\n1.2 early\n");
+}
+
+TEST(ExportedTopic, ASampleOfNobodyIsDroppedAfterASecond) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1));
+  s.offer(peer);
+  s.demand(peer);
+  s.take(3, "never");
+  s.pass_to(1000);
+  EXPECT_EQ(s.context.parked.used(), 0U);
+  EXPECT_EQ(s.context.timers.deadline(), std::nullopt);
+  LinkStatus status;
+  s.subject.add_status(peer.link.id, status);
+  EXPECT_EQ(status.topics.at(0).dropped.of(DropReason::kUnknownOrigin), 1U);
+}
+
+TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
+  Exporting s;
+  OneLink early(1), late(2);
+  s.see(topic("/a").pub(1, latched(2)));
+  s.offer(early);
+  s.offer(late);
+  s.demand(early);
+  for (int i = 1; i <= 3; ++i) s.take(1, std::to_string(i), i);
+  s.demand(late);
+  EXPECT_EQ(late.said(), "1.1 2, 1.1 3\n");
+  EXPECT_GT(s.subject.memory_bytes(), 0U);
+}
+
+TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
+  Rule rule = everything();
+  rule.treatment.compression = {Codec::kZstd, 3};
+  Exporting s({rule});
+  OneLink one(1), two(2);
+  s.see(topic("/a").pub(1));
+  for (OneLink* peer : {&one, &two}) {
+    s.offer(*peer);
+    s.demand(*peer);
+  }
+  s.did();
+  s.take(1, std::string(1000, 'x'));
+  EXPECT_EQ(s.did(), "compress 1\n");
+  s.take(1, "small, and behind it");
+  EXPECT_EQ(one.said(), "");
+  s.finish(s.jobs, Payload::adopt({1, 2, 3}));
+  EXPECT_EQ(one.said(), "1.1 zstd, 1.1 small, and behind it\n");
+  EXPECT_EQ(two.said(), "1.1 zstd, 1.1 small, and behind it\n");
+}
+
+TEST(ExportedTopic, EndsWithItsLastOrigin) {
+  Exporting s;
+  OneLink peer;
+  s.see(topic("/a").pub(1));
+  s.offer(peer);
+  s.demand(peer);
+  s.did();
+  s.see(topic("/a"), 10);
+  s.pass_to(310);
+  EXPECT_EQ(s.did(), "unsubscribe 1\n");
+  EXPECT_EQ(peer.said(), "withdraw 1\n");
+  EXPECT_TRUE(s.subject.origins().empty());
+}
+
+}  // namespace
+}  // namespace connect_bridge::topics_test

@@ -1,0 +1,45 @@
+// A local topic without a side.
+#pragma once
+
+#include "core/topics/exported_topic.hpp"
+#include "unit/topics/one_link.hpp"
+
+namespace connect_bridge::topics_test {
+
+// From 1000 bytes on a worker compresses.
+struct Exporting : Actions {
+  explicit Exporting(std::vector<Rule> rules = {everything()}) : policy(std::move(rules)) {}
+
+  void see(const Topic& state, std::int64_t at = 0) {
+    graph = picture({state});
+    subject.on_graph(ms(at));
+  }
+  // Whether there was anything to offer.
+  bool offer(OneLink& peer) { return subject.offer_to(peer.link).has_value(); }
+  static void demand(OneLink& peer, bool on = true, std::int64_t at = 0) {
+    peer.link.outgoing({1})->on_demand(on, ms(at));
+  }
+  void take(std::uint8_t publisher, const std::string& text, std::int64_t at = 0) {
+    subject.on_taken({{}, gid(publisher), flow_test::at_ms(at + 1), sample(text)}, ms(at));
+  }
+  // Up to this moment, with every deadline at its time.
+  void pass_to(std::int64_t at) {
+    for (auto next = context.timers.deadline(); next && *next <= ms(at).steady;
+         next = context.timers.deadline()) {
+      Now now = ms(at);
+      now.steady = *next;
+      while (context.timers.take_due(*next)) subject.on_time(now);
+    }
+  }
+
+  TopicOptions options;
+  GraphOptions names;
+  Policy policy;
+  GraphView graph;
+  LocalActions actions;
+  Jobs jobs{{1000}, outputs};
+  ExportContext context{options, names, policy, graph, actions, jobs, outputs};
+  ExportedTopic subject{context, {"/a", kType}};
+};
+
+}  // namespace connect_bridge::topics_test

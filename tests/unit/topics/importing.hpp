@@ -1,0 +1,47 @@
+// Topics that peers offer, without a side.
+#pragma once
+
+#include "core/topics/imports.hpp"
+#include "unit/topics/one_link.hpp"
+
+namespace connect_bridge::topics_test {
+
+// The local graph has been known for a second. From 1000 bytes on a worker decompresses.
+struct Importing : Actions {
+  explicit Importing(std::vector<Rule> rules = {everything()}) : policy(std::move(rules)) {
+    context.graph_since = ms(-1000).steady;
+  }
+
+  // A peer offers topic /a on channel 1 with these origins.
+  void offer(PeerTopics& peer, std::vector<OriginOffer> origins, std::int64_t at = 0) {
+    peer.link().expect_offered({1}, InterfaceKind::kTopic);
+    peer.on_offer(channel(1, "/a", std::move(origins)), ms(at));
+  }
+  void listen() { graph = picture({topic("/a").sub(50)}); }
+  Mirror& mirror(std::uint8_t publisher) {
+    return context.mirrors.at({{"/a", kType}, gid(publisher)});
+  }
+  static InMessage message(const std::string& text, std::int64_t stamp_ms = 1) {
+    InMessage result;
+    result.channel = {1};
+    result.origin = {1};
+    result.stamp = flow_test::at_ms(stamp_ms);
+    result.body = sample(text);
+    result.raw_bytes = static_cast<std::uint32_t>(result.body.size());
+    return result;
+  }
+  // Every deadline up to this moment.
+  void pass_to(std::int64_t at) {
+    while (const auto due = context.timers.take_due(ms(at).steady)) (*due)->on_time(ms(at));
+  }
+
+  TopicOptions options;
+  GraphOptions names;
+  Policy policy;
+  GraphView graph;
+  Claims claims{Token128{}};
+  Jobs jobs{{1000}, outputs};
+  ImportContext context{options, names, policy, graph, claims, jobs, outputs};
+};
+
+}  // namespace connect_bridge::topics_test

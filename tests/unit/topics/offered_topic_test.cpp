@@ -1,0 +1,146 @@
+#include "core/topics/offered_topic.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/compress/compress.hpp"
+#include "unit/topics/importing.hpp"
+
+namespace connect_bridge::topics_test {
+namespace {
+
+struct Script : Importing {
+  IncomingChannel& channel_1() { return *one.link.incoming({1}); }
+  void give(InMessage message, std::int64_t at = 0) {
+    EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));
+  }
+  InMessage large() {
+    InMessage result = message("");
+    const Bytes raw(2000, 0);
+    result.body = Payload::adopt(compress(raw, {Codec::kZstd, 3}).value());
+    result.codec = Codec::kZstd;
+    result.raw_bytes = 2000;
+    return result;
+  }
+  std::uint64_t dropped(DropReason reason) const {
+    LinkStatus status;
+    peer.add_status(status);
+    return status.topics.at(0).dropped.of(reason);
+  }
+
+  OneLink one;
+  PeerTopics peer{context, one.link};
+};
+
+TEST(OfferedTopic, IsDemandedWhileSomebodyListens) {
+  Script s;
+  s.offer(s.peer, {origin(1, 7)});
+  EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "");
+  s.listen();
+  s.mirror(7).update(ms(0));
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "demand 1 on\n");
+  s.give(s.message("hello"));
+  EXPECT_EQ(s.did(), "publish 1 hello\n");
+}
+
+TEST(OfferedTopic, ADemandThatEndsBeforeItIsToldIsNotTold) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.graph = picture({});
+  s.mirror(7).update(ms(0));
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "");
+  s.give(s.message("late"));
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+}
+
+TEST(OfferedTopic, WhatNoRuleAllowsIsDeclined) {
+  Script s;
+  s.policy = Policy({rule({}, {"/b"})});
+  s.offer(s.peer, {origin(1, 7)});
+  EXPECT_EQ(s.one.said(), "decline 1 not_permitted\n");
+  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
+  EXPECT_TRUE(s.one.link.expects({1}));
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(OfferedTopic, NewRulesEndIt) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.peer.send_demands();
+  s.one.said();
+  s.did();
+  s.policy = Policy({rule({}, {"/b"})});
+  s.peer.recheck(ms(0));
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "decline 1 not_permitted\ndemand 1 off\n");
+  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
+  s.pass_to(200);
+  EXPECT_EQ(s.did(), "unmirror 1\n");
+}
+
+TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  s.give(s.large());
+  s.give(s.message("small", 2));
+  EXPECT_EQ(s.did(), "decompress 1\n");
+  EXPECT_GT(s.peer.decoding().used(), 0U);
+  s.finish(s.jobs, sample("large"));
+  EXPECT_EQ(s.did(), "publish 1 large\npublish 1 small\n");
+  EXPECT_EQ(s.peer.decoding().used(), 0U);
+}
+
+TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.give(s.large());
+  s.did();
+  s.finish(s.jobs, std::nullopt);
+  ASSERT_TRUE(s.one.link.connection->failure());
+  EXPECT_EQ(s.one.link.connection->failure()->code, CloseCode::kMalformed);
+}
+
+TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.give(s.large());
+  s.did();
+  s.channel_1().on_withdraw(ms(0));
+  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
+  EXPECT_EQ(s.peer.decoding().used(), 0U);
+  s.finish(s.jobs, sample("late"));
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(OfferedTopic, OriginsAreReplacedInOneMessage) {
+  Script s;
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  EXPECT_TRUE(s.channel_1().on_origins({{1}, {origin(2, 8)}, {{1}}}, ms(0)));
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
+  s.pass_to(200);
+  EXPECT_EQ(s.did(), "unmirror 1\n");
+}
+
+TEST(OfferedTopic, MoreOriginsThanAllowedEndTheLink) {
+  Script s;
+  s.offer(s.peer, {});
+  OriginsChanged change{{1}, {}, {}};
+  for (std::uint32_t i = 1; i <= kChannelOriginsMax + 1; ++i)
+    change.added.push_back(origin(i, static_cast<std::uint8_t>(i)));
+  const auto result = s.channel_1().on_origins(change, ms(0));
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, CloseCode::kTooLarge);
+}
+
+}  // namespace
+}  // namespace connect_bridge::topics_test

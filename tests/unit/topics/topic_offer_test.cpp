@@ -1,0 +1,97 @@
+#include "core/topics/topic_offer.hpp"
+
+#include <gtest/gtest.h>
+
+#include "unit/topics/exporting.hpp"
+
+namespace connect_bridge::topics_test {
+namespace {
+
+struct Offering : Exporting {
+  explicit Offering(const Rule& rule = everything()) : Exporting({rule}) {
+    see(topic("/a").pub(1, qos(5)));
+    did();
+  }
+  std::uint64_t dropped(DropReason reason) const {
+    LinkStatus status;
+    offer.add_status(status);
+    return status.topics.at(0).dropped.of(reason);
+  }
+  OneLink peer;
+  TopicOffer offer{context, subject, peer.link};
+};
+
+TEST(TopicOffer, OpensAChannelForWhatThePeerMayHave) {
+  Offering s;
+  const auto offered = s.offer.open();
+  ASSERT_TRUE(offered);
+  EXPECT_EQ(offered->name, "/a");
+  EXPECT_EQ(offered->origins.size(), 1U);
+  EXPECT_EQ(s.peer.link.outgoing(offered->channel), &s.offer);
+  EXPECT_TRUE(s.offer.is_current());
+}
+
+TEST(TopicOffer, WithoutARightThereIsNone) {
+  Offering s(rule({"/b"}, {"/**"}));
+  EXPECT_FALSE(s.offer.open());
+  EXPECT_FALSE(s.offer.is_open());
+  s.offer.withdraw();
+  EXPECT_EQ(s.peer.said(), "");
+}
+
+TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.peer.link.accepts = Accepts{{{{"/b"}, {}}}, {}};
+  EXPECT_FALSE(s.offer.is_current());
+  s.offer.withdraw();
+  EXPECT_EQ(s.peer.said(), "withdraw 1\n");
+  EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
+}
+
+TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  s.see(topic("/a").pub(1).pub(2));
+  s.offer.add_origins({gid(2)});
+  s.offer.remove_origins({{1}});
+  EXPECT_EQ(s.peer.said(), "origins 1 +[2] -[]\norigins 1 +[] -[1]\n");
+}
+
+TEST(TopicOffer, TakesNothingWithoutDemand) {
+  Offering s;
+  ASSERT_TRUE(s.offer.open());
+  EXPECT_FALSE(s.offer.admit({1}, 10, ms(0)));
+  s.offer.send({{1}, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+}
+
+TEST(TopicOffer, CountsWhatItsRateForbids) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  Offering s(limited);
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand(true, ms(0));
+  EXPECT_TRUE(s.offer.admit({1}, 10, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, 10, ms(10)));
+  EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
+  EXPECT_TRUE(s.offer.admit_old({1}, 10));
+}
+
+TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
+  Offering s;
+  s.peer.link.connection->set_peer_message_bytes_max(100);
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand(true, ms(0));
+  EXPECT_FALSE(s.offer.admit({1}, 101, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, 102, ms(0)));
+  EXPECT_FALSE(s.offer.admit_old({1}, 103));
+  EXPECT_EQ(s.dropped(DropReason::kTooLarge), 3U);
+  s.did();
+  EXPECT_EQ(s.logged,
+            "a message of 101 bytes for rule rule is larger than /peer at 10.0.0.1 accepts; such "
+            "messages are dropped\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::topics_test
