@@ -205,7 +205,7 @@ class World {
     const Payload body = script.bytes();
     MessageFrame frame;
     frame.channel = {shape & 1 ? 20U + shape / 8U : 1U + shape % 8U};
-    frame.origin = {1U + script.byte()};
+    frame.subject = {1U + script.byte()};
     frame.sequence = ++last_sequence_;
     frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
     frame.part = body.view();

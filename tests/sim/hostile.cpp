@@ -22,7 +22,7 @@ Bytes message(std::uint32_t channel, std::uint32_t sequence, std::uint32_t body_
               const Bytes& part, Codec codec = Codec::kNone, std::uint32_t raw_bytes = 0) {
   MessageFrame frame;
   frame.channel = {channel};
-  frame.origin = {1};
+  frame.subject = {1};
   frame.sequence = sequence;
   frame.stamp = 1'700'000'000'000'000'000;
   frame.codec = codec;

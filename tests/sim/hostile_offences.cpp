@@ -120,7 +120,7 @@ void HostileServices::send_request(std::uint32_t channel, std::uint32_t sequence
   const Bytes body = make_message({label_, call}, 100, true);
   MessageFrame frame;
   frame.channel = {channel};
-  frame.origin = {call};
+  frame.subject = {call};
   frame.sequence = sequence;
   frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
   frame.part = body;
@@ -169,7 +169,7 @@ HostileServices::Offence HostileServices::request_wrongly(std::uint64_t which) {
   }
   MessageFrame frame;
   frame.channel = {it->first};
-  frame.origin = {1};
+  frame.subject = {1};
   frame.sequence = ++stream.sequence;
   frame.raw_bytes = frame.body_bytes = rng_.chance(500) ? 0xF0000000U : 100;
   const Bytes part(10);

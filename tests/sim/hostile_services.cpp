@@ -129,9 +129,9 @@ void HostileServices::end_call(std::uint32_t channel, std::uint32_t call) {
 }
 
 void HostileServices::hear(const MessageFrame& frame) {
-  end_call(frame.channel.value, frame.origin.value);
+  end_call(frame.channel.value, frame.subject.value);
   for (auto& [id, mine] : mine_)
-    if (mine.requests == frame.channel.value) mine.calls.push_back(frame.origin.value);
+    if (mine.requests == frame.channel.value) mine.calls.push_back(frame.subject.value);
 }
 
 // ---- what it says
@@ -176,7 +176,7 @@ void HostileServices::send_message(std::uint32_t channel, Stream& stream, std::u
   Bytes body = make_message({label_, epoch << 32U | call}, size, true);
   MessageFrame frame;
   frame.channel = {channel};
-  frame.origin = {call};
+  frame.subject = {call};
   frame.sequence = stream.sequence += rng_.chance(900) ? 1 : 1000;
   frame.raw_bytes = static_cast<std::uint32_t>(body.size());
   if (rng_.chance(300)) {

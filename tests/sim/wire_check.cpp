@@ -178,8 +178,8 @@ void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connec
     if (channel.priority == Priority::kUrgent) check_urgent(host, id, connection, channel, frame);
   } else if (channel.requests) {
     std::uint32_t& last = connection.calls[frame.channel];
-    if (frame.origin.value <= last) violated(what + " whose call does not rise");
-    last = frame.origin.value;
+    if (frame.subject.value <= last) violated(what + " whose call does not rise");
+    last = frame.subject.value;
   }
   channel.open_bytes = frame.body_bytes - frame.part.size();
   count(connection, channel, frame.part.size() + kMessageHeaderBytes);
@@ -225,7 +225,7 @@ void WireCheck::check_age(const Host& host, const Identity& who, const Channel& 
 void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection& connection,
                              const Channel& channel, const MessageFrame& frame) {
   if (ledger_.policies_of(host) > 1) return;  // what is urgent now may not have been before
-  const auto offered = channel.origins.find(frame.origin);
+  const auto offered = channel.origins.find(frame.subject.origin());
   if (offered == channel.origins.end()) return;
   const Origin& origin = offered->second;
   const auto it = taken_.find({host.index(), {origin.gid, frame.stamp}});

@@ -28,6 +28,19 @@ using InvocationId = Id<struct InvocationTag>;        // a request handed to a r
 using CallId = Id<struct CallTag>;  // chosen by the importer, rising on one channel
 using JobId = Id<struct JobTag>;    // a piece of work given to a worker
 
+// What a message is about: the origin of a sample, or a call. The channel tells which of the two.
+struct Subject {
+  std::uint32_t value = 0;
+  constexpr Subject() = default;
+  constexpr Subject(std::uint32_t number) : value(number) {}
+  constexpr Subject(OriginId origin) : value(origin.value) {}
+  constexpr Subject(CallId call) : value(call.value) {}
+  [[nodiscard]] constexpr OriginId origin() const { return {value}; }
+  [[nodiscard]] constexpr CallId call() const { return {value}; }
+  bool operator==(const Subject&) const = default;
+  explicit operator bool() const { return value != 0; }
+};
+
 // The graph's own id of an endpoint (rmw_gid_t, 24 bytes at most, padded with zeros).
 struct Gid {
   std::array<std::uint8_t, 24> bytes{};

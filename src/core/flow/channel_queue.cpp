@@ -82,12 +82,12 @@ std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
   return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes_of(waiting_.front().message));
 }
 
-std::optional<OriginId> ChannelQueue::take_part(std::uint32_t fragment_bytes,
-                                                PacketBuilder& packet) {
+std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
+                                               PacketBuilder& packet) {
   const auto ended = [](const OutMessage& message) {
-    return message.tracked ? std::optional(message.origin) : std::nullopt;
+    return message.tracked ? std::optional(message.subject) : std::nullopt;
   };
-  std::optional<OriginId> whole;
+  std::optional<Subject> whole;
   if (open_) {
     const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
     const auto& body = open_->message.body;
@@ -105,7 +105,7 @@ std::optional<OriginId> ChannelQueue::take_part(std::uint32_t fragment_bytes,
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
   sequence_ = sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
-  packet.add(MessageFrame{id_, message.origin, sequence_, message.stamp, message.codec,
+  packet.add(MessageFrame{id_, message.subject, sequence_, message.stamp, message.codec,
                           message.raw_bytes, body_bytes, message.body.view().first(size)},
              message.body, 0, size);
   waiting_bytes_ -= body_bytes;

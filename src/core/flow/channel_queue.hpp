@@ -32,7 +32,7 @@ struct QueueOptions {
 
 // A message in the form in which it leaves.
 struct OutMessage {
-  OriginId origin;
+  Subject subject;
   Stamp stamp = 0;  // 0: not known, then it has no age
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
@@ -68,8 +68,8 @@ class ChannelQueue {
   bool ready(const Now& now);
   // Frame bytes that the next part takes. Only after ready().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
-  // Hands that part out. The message's origin, if this was the last part of a tracked message.
-  std::optional<OriginId> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
+  // Hands that part out. The message's subject, if this was the last part of a tracked message.
+  std::optional<Subject> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;

@@ -83,7 +83,7 @@ class Outbox {
   // order in which they were sent.
   struct Delivered {
     ChannelId channel;
-    OriginId origin;
+    Subject subject;
   };
   std::vector<Delivered> take_delivered() { return std::exchange(delivered_, {}); }
 

@@ -48,7 +48,7 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
     return refusal(CloseCode::kIllegal, frame.channel, "a sequence number that does not rise");
   }
   InMessage message{
-      frame.channel, frame.origin, frame.sequence, frame.stamp, frame.codec, frame.raw_bytes, {}};
+      frame.channel, frame.subject, frame.sequence, frame.stamp, frame.codec, frame.raw_bytes, {}};
   if (frame.part.size() == frame.body_bytes) {
     stream.last_sequence = frame.sequence;
     message.body = slice_of(packet, frame.part);

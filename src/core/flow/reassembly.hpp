@@ -14,7 +14,7 @@ namespace connect_bridge {
 // A message whose parts have all arrived; its body may still be compressed.
 struct InMessage {
   ChannelId channel;
-  OriginId origin;
+  Subject subject;
   std::uint32_t sequence = 0;
   Stamp stamp = 0;
   Codec codec = Codec::kNone;

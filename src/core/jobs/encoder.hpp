@@ -15,7 +15,7 @@ namespace connect_bridge {
 
 // One sample on its way from ROS to the links that want it.
 struct OutSample {
-  OriginId origin;
+  Subject subject;
   Stamp stamp = 0;
   Payload raw;
   std::vector<LinkId> targets;

@@ -91,7 +91,7 @@ Result<Nothing> Link::on_message(InMessage message, const Now& now) {
 
 void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
   if (OutgoingChannel* channel = outgoing(whole.channel))
-    return channel->on_delivered({whole.origin.value}, now);
+    return channel->on_delivered(whole.subject.call(), now);
   user_.on_stray(*this, whole, now);
 }
 

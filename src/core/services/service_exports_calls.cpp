@@ -23,7 +23,7 @@ std::optional<Result<Nothing>> ServiceExports::on_message(Link& link, InMessage&
 Result<Nothing> ServiceExports::take(Link& link, Served& served, InMessage message,
                                      const Now& now) {
   if (!served.attached) return Error{CloseCode::kIllegal, "a request before the service attached"};
-  const CallId id{message.origin.value};
+  const CallId id = message.subject.call();
   if (id <= served.seen) {  // sent again after a reconnect, and it had arrived
     ++served.counts.duplicates;
     return Nothing{};
@@ -174,7 +174,7 @@ void ServiceExports::answer(Served& served, CallId id, Call& call, Codec codec, 
   ++served.counts.answered;
   call.state = CallState::kAnswered;
   if (call.timer) timers_.erase(*std::exchange(call.timer, {}));
-  message.origin = {id.value};
+  message.subject = id;
   message.stamp = now.system;
   message.codec = codec;
   message.raw_bytes = static_cast<std::uint32_t>(message.body.size());

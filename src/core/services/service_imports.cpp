@@ -148,7 +148,7 @@ void ServiceImports::start_encoder(Feed& feed) {
 
 void ServiceImports::send_encoded(Feed& feed, const Now& now) {
   while (const auto ready = feed.encoder->next())
-    encoded(feed, {ready->sample.origin.value}, ready->codec, ready->sample.raw, ready->body, now);
+    encoded(feed, ready->sample.subject.call(), ready->codec, ready->sample.raw, ready->body, now);
 }
 
 void ServiceImports::create_mirror(Import& import, const Feed& feed) {

@@ -55,7 +55,7 @@ void ServiceImports::on_request(RequestTaken& request, const Now& now) {
   }
   if (!feed.encoder) return encoded(feed, id, Codec::kNone, request.payload, request.payload, now);
   // Nothing gives way: no_room() bounds what comes here.
-  (void)feed.encoder->push({{id.value}, now.system, std::move(request.payload), {}});
+  (void)feed.encoder->push({id, now.system, std::move(request.payload), {}});
   send_encoded(feed, now);
 }
 
@@ -96,7 +96,7 @@ void ServiceImports::encoded(Feed& feed, CallId id, Codec codec, const Payload& 
   if (it == feed.calls.end()) return;  // given up meanwhile
   Call& call = it->second;
   call.encoded = true;
-  call.body.origin = {id.value};
+  call.body.subject = id;
   call.body.codec = codec;
   call.body.raw_bytes = static_cast<std::uint32_t>(raw.size());
   call.body.body = body;
@@ -174,7 +174,7 @@ std::optional<Result<Nothing>> ServiceImports::on_message(Link& link, InMessage&
   if (it == channels_.end()) return std::nullopt;
   Feed* feed = it->second;
   if (!feed) return Nothing{};  // declined meanwhile
-  const auto at = feed->calls.find({message.origin.value});
+  const auto at = feed->calls.find(message.subject.call());
   if (!feed->attached || at == feed->calls.end() || at->second.job) {
     ++feed->counts.duplicates;  // sent again, or nobody waits any longer
     return Nothing{};

@@ -269,7 +269,7 @@ Result<Nothing> Side::on_stray(Link& link, InMessage& message, const Now& now) {
 }
 
 void Side::on_stray(Link& link, const Outbox::Delivered& whole, const Now&) {
-  const CallId call{whole.origin.value};
+  const CallId call = whole.subject.call();
   service_imports_.on_delivered(link, whole.channel, call);
   service_exports_.on_delivered(link.id, whole.channel, call);
 }

@@ -264,7 +264,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     }
   }
   for (auto& [how, links] : compressed)
-    encode(how, {sample.origin, sample.stamp, sample.raw, std::move(links)}, now);
+    encode(how, {sample.subject, sample.stamp, sample.raw, std::move(links)}, now);
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {

@@ -203,7 +203,7 @@ void OfferedTopic::advance(const Now& now) {
 }
 
 void OfferedTopic::publish(const InMessage& message, const Payload& raw, const Now& now) {
-  const auto origin = origins_.find(message.origin);
+  const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
   Mirror& mirror = *origin->second;
   if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);

@@ -204,7 +204,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   if (!demanded_) return drop(DropReason::kNoDemand);  // it ended while a worker compressed
   raw_bytes_ += sample.raw.size();
   OutMessage message;
-  message.origin = sample.origin;
+  message.subject = sample.subject;
   message.stamp = sample.stamp;
   message.codec = codec;
   message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());

@@ -70,14 +70,14 @@ Outcome read_message(ByteView& rest) {
   if (!all_zero(rest.subspan(2, 2))) return malformed("a reserved byte of a message is not zero");
   frame.codec = static_cast<Codec>(codec);
   frame.channel.value = get_le<std::uint32_t>(rest, 4);
-  frame.origin.value = get_le<std::uint32_t>(rest, 8);
+  frame.subject.value = get_le<std::uint32_t>(rest, 8);
   frame.sequence = get_le<std::uint32_t>(rest, 12);
   frame.stamp = get_le<Stamp>(rest, 16);
   frame.raw_bytes = get_le<std::uint32_t>(rest, 24);
   frame.body_bytes = get_le<std::uint32_t>(rest, 28);
   const auto part_bytes = get_le<std::uint32_t>(rest, 32);
   if (!frame.channel) return malformed("a message frame has channel 0");
-  if (!frame.origin) return malformed("a message frame has origin 0");
+  if (!frame.subject) return malformed("a message frame has origin 0");
   if (frame.sequence == 0) return malformed("a message frame has sequence 0");
   if (!is_stamp(frame.stamp)) return malformed("a message frame's stamp is out of range");
   if (frame.codec == Codec::kNone && frame.raw_bytes != frame.body_bytes) {
@@ -157,7 +157,7 @@ void append(const MessageFrame& frame, Bytes& out) {
   Header<kMessageHeaderBytes>{FrameType::kMessage}
       .set(1, static_cast<std::uint8_t>(frame.codec))
       .set(4, frame.channel.value)
-      .set(8, frame.origin.value)
+      .set(8, frame.subject.value)
       .set(12, frame.sequence)
       .set(16, wire_stamp(frame.stamp))
       .set(24, frame.raw_bytes)

@@ -18,7 +18,7 @@ namespace connect_bridge {
 // Starts a message on a channel and carries its first part (or all of it).
 struct MessageFrame {
   ChannelId channel;
-  OriginId origin;
+  Subject subject;
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
   Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
   Codec codec = Codec::kNone;

@@ -352,7 +352,7 @@ TEST(OutboxTracked, AMessageIsDeliveredWhenItsLastByteIsAcknowledged) {
   const auto delivered = outbox.take_delivered();
   ASSERT_EQ(delivered.size(), 1U);
   EXPECT_EQ(delivered[0].channel, kA);
-  EXPECT_EQ(delivered[0].origin, OriginId{7});
+  EXPECT_EQ(delivered[0].subject, OriginId{7});
   EXPECT_TRUE(outbox.take_delivered().empty());
 }
 

@@ -110,7 +110,7 @@ class Scenario {
     if (channels_.empty()) return;
     const auto channel = some_channel();
     OutMessage out;
-    out.origin = OriginId{static_cast<std::uint32_t>(numbers_ + 1)};
+    out.subject = OriginId{static_cast<std::uint32_t>(numbers_ + 1)};
     out.tracked = channels_[channel].options.keep || pick(3) == 0;
     if (out.tracked) tracked_.insert(numbers_ + 1);
     out.stamp = pick(4) == 0 ? 0
@@ -171,7 +171,7 @@ class Scenario {
     ASSERT_TRUE(outbox_.acknowledge(bytes, {}));
     for (const auto& delivered : outbox_.take_delivered()) {
       ASSERT_FALSE(undelivered_.empty());
-      EXPECT_EQ(delivered.origin.value, undelivered_.front().number);
+      EXPECT_EQ(delivered.subject.value, undelivered_.front().number);
       EXPECT_EQ(delivered.channel, undelivered_.front().channel);
       EXPECT_LE(undelivered_.front().end, bytes);
       undelivered_.pop_front();

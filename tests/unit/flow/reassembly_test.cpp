@@ -54,7 +54,7 @@ TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
   ASSERT_TRUE(result.ok() && result.value());
   EXPECT_EQ(result.value()->body.view().data(), packet_.view().data() + 20);
   EXPECT_EQ(result.value()->body.size(), 10U);
-  EXPECT_EQ(result.value()->origin, OriginId{3});
+  EXPECT_EQ(result.value()->subject, OriginId{3});
   EXPECT_EQ(result.value()->stamp, 4);
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }

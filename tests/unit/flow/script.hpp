@@ -28,7 +28,7 @@ inline Now now_ms(std::int64_t ms) {
 
 inline OutMessage message(std::size_t size, Stamp stamp = 0) {
   OutMessage result;
-  result.origin = OriginId{7};
+  result.subject = OriginId{7};
   result.stamp = stamp;
   result.body = Payload::adopt(Bytes(size, static_cast<std::uint8_t>(size)));
   return result;

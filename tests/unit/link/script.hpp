@@ -64,7 +64,7 @@ inline Bytes message(std::uint32_t channel, std::uint32_t sequence, std::size_t 
   const Bytes body(size, 7);
   MessageFrame frame;
   frame.channel = {channel};
-  frame.origin = {1};
+  frame.subject = {1};
   frame.sequence = sequence;
   frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(size);
   frame.part = ByteView(body).first(std::min(size, first));
@@ -95,7 +95,7 @@ class Recorder final : public ConnectionUser {
   }
   void on_delivered(const Outbox::Delivered& whole, const Now&) override {
     note("delivered " + std::to_string(whole.channel.value) + "." +
-         std::to_string(whole.origin.value));
+         std::to_string(whole.subject.value));
   }
   void on_peer_time(const TimeReply&, Stamp) override { note("clock"); }
 

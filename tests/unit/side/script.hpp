@@ -74,7 +74,7 @@ class Script {
     MessageFrame frame;
     frame.codec = codec;
     frame.channel = {channel};
-    frame.origin = {origin};
+    frame.subject = {origin};
     frame.sequence = ++sequence_;
     frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
     frame.raw_bytes = raw_bytes;

@@ -167,7 +167,7 @@ inline std::string line_of(const Packet& packet) {
     std::string word;
     if (const auto* m = std::get_if<MessageFrame>(&*frame.value())) {
       const char* codecs[] = {"", " lz4", " zstd"};
-      word = std::to_string(m->channel.value) + "." + std::to_string(m->origin.value) +
+      word = std::to_string(m->channel.value) + "." + std::to_string(m->subject.value) +
              (m->codec == Codec::kNone ? " " + text_of(m->part)
                                        : codecs[static_cast<std::size_t>(m->codec)]);
     } else if (const auto* p = std::get_if<PartFrame>(&*frame.value())) {

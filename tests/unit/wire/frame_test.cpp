@@ -64,7 +64,7 @@ TEST(Frame, EndOfPacketStays) {
 
 TEST(Frame, EveryProperPrefixOfAFrameIsRefused) {
   Bytes message = header_of(MessageFrame{.channel = {1},
-                                         .origin = {1},
+                                         .subject = {1},
                                          .sequence = 1,
                                          .stamp = 1,
                                          .codec = Codec::kNone,

@@ -19,7 +19,7 @@ Json json_of(const MessageFrame& frame) {
   return {{"type", "message"},
           {"codec", kCodecWords[static_cast<std::size_t>(frame.codec)]},
           {"channel", frame.channel.value},
-          {"origin", frame.origin.value},
+          {"origin", frame.subject.value},
           {"sequence", frame.sequence},
           {"stamp_ns", frame.stamp},
           {"raw_bytes", frame.raw_bytes},
