@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/link/options.hpp"
+#include "core/side/options.hpp"
 
 namespace connect_bridge {
 

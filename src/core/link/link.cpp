@@ -85,14 +85,13 @@ Result<Nothing> Link::on_control(Control& control, const Now& now) {
 
 Result<Nothing> Link::on_message(InMessage message, const Now& now) {
   IncomingChannel* channel = incoming(message.channel);
-  return channel ? channel->on_message(std::move(message), now)
-                 : user_.on_stray(*this, message, now);
+  // Null: it was declined, or has ended here.
+  return channel ? channel->on_message(std::move(message), now) : Nothing{};
 }
 
 void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
   if (OutgoingChannel* channel = outgoing(whole.channel))
-    return channel->on_delivered(whole.subject.call(), now);
-  user_.on_stray(*this, whole, now);
+    channel->on_delivered(whole.subject.call(), now);
 }
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
@@ -116,11 +115,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
     const Incoming ended = it->second;
     forget(number);
-    if (ended.channel) {
-      ended.channel->on_withdraw(now);
-    } else if (auto result = user_.on_stray(*this, Withdraw{{number}}, now); !result) {
-      return result;
-    }
+    if (ended.channel) ended.channel->on_withdraw(now);
     if (ended.offered && !withdrawals_.take(now.steady))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }
@@ -131,13 +126,11 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (const ChannelId number : demand.channels)
     if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.on, now);
-  return user_.on_stray(*this, demand, now);
+  return Nothing{};
 }
 
 Result<Nothing> Link::on(Decline& decline, const Now& now) {
-  OutgoingChannel* channel = outgoing(decline.channel);
-  if (!channel) return user_.on_stray(*this, decline, now);
-  channel->on_decline(decline, now);
+  if (OutgoingChannel* channel = outgoing(decline.channel)) channel->on_decline(decline, now);
   return Nothing{};
 }
 
@@ -145,15 +138,14 @@ Result<Nothing> Link::on(Attach& attach, const Now& now) {
   if (expects(attach.requests))
     return Error{CloseCode::kIllegal, "a channel of requests has a number that is in use"};
   OutgoingChannel* channel = outgoing(attach.channel);
-  if (!channel) return user_.on_stray(*this, attach, now);
   if (!channel && !was_opened(attach.channel))
     return Error{CloseCode::kUnknownChannel, "attached to a service that was never offered"};
+  // It crossed our withdraw, and the peer will end it as soon as it sees that.
+  if (!channel) ++ended_;
   if (ended_ > kEndedChannelsMax)
     return Error{CloseCode::kTooLarge, "too many channels of requests are not ended"};
   if (channel) return channel->on_attach(attach, now);
-  // It crossed our withdraw, and the peer will end it as soon as it sees that.
   incoming_[attach.requests] = {nullptr, false};
-  ++ended_;
   return Nothing{};
 }
 
@@ -161,19 +153,18 @@ Result<Nothing> Link::on(Attached& attached, const Now& now) {
   if (!expects(attached.channel))
     return Error{CloseCode::kUnknownChannel, "attached to a service that does not exist"};
   IncomingChannel* channel = incoming(attached.channel);
-  return channel ? channel->on_attached(attached, now) : user_.on_stray(*this, attached, now);
+  return channel ? channel->on_attached(attached, now) : Nothing{};
 }
 
 Result<Nothing> Link::on(Refuse& refuse, const Now& now) {
   if (!expects(refuse.channel))
     return Error{CloseCode::kUnknownChannel, "calls of a service that does not exist are refused"};
   IncomingChannel* channel = incoming(refuse.channel);
-  return channel ? channel->on_refuse(refuse, now) : user_.on_stray(*this, refuse, now);
+  return channel ? channel->on_refuse(refuse, now) : Nothing{};
 }
 
 Result<Nothing> Link::on(Forget& forget, const Now& now) {
   if (OutgoingChannel* channel = outgoing(forget.channel)) return channel->on_forget(forget, now);
-  return user_.on_stray(*this, forget, now);
   if (!was_opened(forget.channel))
     return Error{CloseCode::kUnknownChannel, "calls of a service that was never offered"};
   return Nothing{};

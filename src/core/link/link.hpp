@@ -26,10 +26,6 @@ class LinkUser {
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
-  // STRAY: of a channel whose owner does not stand in the link's tables yet.
-  virtual Result<Nothing> on_stray(Link& link, InMessage& message, const Now& now) = 0;
-  virtual Result<Nothing> on_stray(Link& link, Control message, const Now& now) = 0;
-  virtual void on_stray(Link& link, const Outbox::Delivered& whole, const Now& now) = 0;
 
  protected:
   ~LinkUser() = default;

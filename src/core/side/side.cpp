@@ -3,8 +3,6 @@
 #include <utility>
 #include <variant>
 
-#include "core/base/overloaded.hpp"
-
 namespace connect_bridge {
 namespace {
 
@@ -22,9 +20,10 @@ Side::Side(SideOptions options, std::uint64_t seed)
       links_(options_, side_, random_, outputs_, *this),
       exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_),
       imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
-      service_exports_(options_, policy_, graph_, claims_, actions_, random_, links_.all(),
+      service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
-      service_imports_(options_, policy_, graph_, claims_, links_.all(), jobs_, outputs_),
+      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
+                       outputs_),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(outputs_) {}
 
@@ -115,17 +114,12 @@ void Side::on(QosIncompatible& input, const Now&) {
 
 void Side::on(RequestTaken& input, const Now& now) {
   // The demand goes out before the goal does.
-  if (const auto action = service_imports_.action_of(input.mirror))
+  if (const std::string* action = service_imports_.goals_of(input.mirror))
     imports_.expect_goal(*action, now);
   service_imports_.on_request(input, now);
 }
 
 // ---- workers, operator, time
-
-void Side::on(JobDone& input, const Now& now) {
-  jobs_.on_done(input, now);
-  if (!service_exports_.on_job(input, now)) service_imports_.on_job(input);
-}
 
 // Rights are looked at link by link, and no call starts before all have been.
 void Side::on(PolicyChanged& input, const Now& now) {
@@ -260,44 +254,6 @@ Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
   }
   if (offer.complete) on_offers_over(link, now);
   return Nothing{};
-}
-
-Result<Nothing> Side::on_stray(Link& link, InMessage& message, const Now& now) {
-  if (auto result = service_imports_.on_message(link, message)) return *std::move(result);
-  if (auto result = service_exports_.on_message(link, message, now)) return *std::move(result);
-  return Nothing{};  // the channel was declined
-}
-
-void Side::on_stray(Link& link, const Outbox::Delivered& whole, const Now&) {
-  const CallId call = whole.subject.call();
-  service_imports_.on_delivered(link, whole.channel, call);
-  service_exports_.on_delivered(link.id, whole.channel, call);
-}
-
-Result<Nothing> Side::on_stray(Link& link, Control message, const Now& now) {
-  return std::visit(
-      Overloaded{
-          [&](Withdraw& m) -> Result<Nothing> {
-            const ChannelId number = m.channels.front();
-            if (!service_exports_.on_withdraw(link, number, now))
-              service_imports_.on_withdraw(link, number, now);
-            return Nothing{};
-          },
-          [&](Decline& m) -> Result<Nothing> {
-            service_exports_.on_decline(link, m, now);
-            return Nothing{};
-          },
-          [&](Attach& m) -> Result<Nothing> {
-            if (service_imports_.sends_on(link.id, m.channel))
-              return Error{CloseCode::kIllegal, "attached to a channel that is no service"};
-            return service_exports_.on_attach(link, m, now);
-          },
-          [&](Attached& m) { return service_imports_.on_attached(link, m, now); },
-          [&](Refuse& m) { return service_imports_.on_refuse(link, m, now); },
-          [&](Forget& m) { return service_exports_.on_forget(link, m, now); },
-          [&](auto&) -> Result<Nothing> { return Nothing{}; },
-      },
-      message);
 }
 
 // ---- status

@@ -15,11 +15,11 @@
 #include "core/graph/graph_view.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/links.hpp"
-#include "core/link/options.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
+#include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
@@ -74,7 +74,7 @@ class Side final : private LinksUser {
   void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
   void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
   void on(Authenticated& input, const Now& now) { links_.on(input, now); }
-  void on(JobDone& input, const Now& now);
+  void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
@@ -88,9 +88,6 @@ class Side final : private LinksUser {
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
-  Result<Nothing> on_stray(Link& link, InMessage& message, const Now& now) override;
-  Result<Nothing> on_stray(Link& link, Control message, const Now& now) override;
-  void on_stray(Link& link, const Outbox::Delivered& whole, const Now& now) override;
 
   void start(const Now& now);
   void settle(const Now& now);

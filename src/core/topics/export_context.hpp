@@ -8,8 +8,9 @@
 #include "core/base/budget.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/link/options.hpp"
+#include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 
 namespace connect_bridge {

@@ -9,9 +9,10 @@
 #include "core/base/timers.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/link/options.hpp"
 #include "core/topics/mirror.hpp"
+#include "core/topics/options.hpp"
 
 namespace connect_bridge {
 

@@ -24,7 +24,7 @@ struct Importing : Actions {
   static InMessage message(const std::string& text, std::int64_t stamp_ms = 1) {
     InMessage result;
     result.channel = {1};
-    result.origin = {1};
+    result.subject = OriginId{1};
     result.stamp = flow_test::at_ms(stamp_ms);
     result.body = sample(text);
     result.raw_bytes = static_cast<std::uint32_t>(result.body.size());

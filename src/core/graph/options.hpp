@@ -1,0 +1,22 @@
+// How this side appears in its graph.
+#pragma once
+
+#include <string>
+
+#include "core/policy/policy.hpp"
+
+namespace connect_bridge {
+
+// How the peers' names appear in the local graph.
+struct GraphOptions {
+  NameMap names;
+  bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own
+
+  // The local node that shall own the mirror of something of the peer's `node` (a name on the
+  // wire). Empty: our own node.
+  [[nodiscard]] std::string owner_of(const std::string& node) const {
+    return proxy_nodes && is_canonical_name(node) ? names.to_local(node) : std::string();
+  }
+};
+
+}  // namespace connect_bridge

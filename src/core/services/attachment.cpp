@@ -1,0 +1,304 @@
+#include "core/services/attachment.hpp"
+
+#include <utility>
+
+#include "core/services/calls.hpp"
+#include "core/services/real_service.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// After a reconnect the peer has this long to attach again to what it had been attached to.
+constexpr Duration kAttachTime = std::chrono::seconds(30);
+constexpr char kTooLarge[] = "the answer is larger than this peer takes";
+
+}  // namespace
+
+Attachment::Attachment(RealService& service, Link& link, Serving& serving)
+    : service_(service), link_(link), serving_(serving), load_(serving.loads[link.id]) {}
+
+CallGate::Caller Attachment::caller() const {
+  return {link_.id, service_.client()};
+}
+
+// ---- what is offered
+
+std::optional<ChannelOffer> Attachment::offer(const Now& now) {
+  if (std::exchange(considered_, true)) return std::nullopt;
+  auto decision = service_.permission(link_);
+  if (!decision) {
+    if (held_) detach(now);  // a rule was changed while the link was lost
+    return std::nullopt;
+  }
+  decision_ = std::move(*decision);
+  if (held_) {
+    admit();
+    not_back_ = serving_.timers.set(now.steady + kAttachTime, {this, nullptr});
+  }
+  return open_channel();
+}
+
+ChannelOffer Attachment::open_channel() {
+  const auto& [name, type] = service_.key();
+  const NameMap& names = serving_.graph_options.names;
+  if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + serving_.random.below(UINT32_MAX));
+  channel_ = link_.open_channel(*this);
+  link_.outbox().add_channel(channel_, queue_of_calls(decision_));
+  ChannelOffer offer;
+  offer.channel = channel_;
+  offer.kind = InterfaceKind::kService;
+  offer.name = names.to_wire(name).value_or(name);
+  offer.type = type;
+  offer.action_type = serving_.actions.type_of(offer.kind, name, type).value_or("");
+  offer.priority = queue_of_calls(decision_).priority;
+  offer.node = names.to_wire(service_.node()).value_or(service_.node());
+  offer.epoch = epoch_;
+  return offer;
+}
+
+void Attachment::on_decision(Decision decision) {
+  decision_ = std::move(decision);
+  if (held_) admit();
+  if (channel_) {
+    link_.outbox().add_channel(channel_, queue_of_calls(decision_));
+  } else {
+    considered_ = false;
+  }
+}
+
+void Attachment::admit() {
+  if (!service_.client()) return;
+  serving_.gate.admit(caller(), {decision_.treatment.calls_max, decision_.treatment.server_queue});
+}
+
+void Attachment::on_link_lost() {
+  not_back_.cancel();
+  considered_ = attached_ = false;
+  channel_ = requests_ = {};
+}
+
+void Attachment::end(const Now& now) {
+  end_calls(now);
+  // Requests may be on their way: they are expected until the peer says that none follow.
+  if (requests_) link_.let_go(requests_);
+  if (channel_) {
+    link_.close_channel(channel_);
+    if (link_.connection) link_.outbox().remove_channel(channel_);
+    link_.send(Withdraw{{channel_}});
+  }
+  channel_ = requests_ = {};
+  held_ = attached_ = false;
+}
+
+void Attachment::detach(const Now& now) {
+  end_calls(now);
+  requests_ = {};
+  held_ = attached_ = false;
+  service_.release_client();
+}
+
+void Attachment::end_calls(const Now& now) {
+  not_back_.cancel();
+  counts_.lost += calls_.size();
+  serving_.gate.dismiss(caller());
+  while (!calls_.empty()) erase(calls_.begin()->second);
+  serving_.begin_calls(now);  // others get its places
+}
+
+void Attachment::on_ready(const Now& now) {
+  if (requests_ && !attached_) send_attached(now);
+}
+
+void Attachment::send_attached(const Now& now) {
+  attached_ = true;
+  Attached attached{channel_, requests_, seen_, {}, service_.type_hash()};
+  for (const auto& [id, call] : calls_) attached.calls.push_back(id);
+  link_.send(attached);
+  for (auto it = calls_.begin(); it != calls_.end();) {
+    ServedCall& call = (it++)->second;
+    if (call.state() == ServedCall::State::kAnswered) push(call, now);
+  }
+}
+
+// ---- what the peer says
+
+void Attachment::on_decline(const Decline& decline, const Now& now) {
+  if (!link_.note_decline(counts_.declined, decline, now)) return;
+  serving_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + service_.key().first +
+                                            ": " + decline.reason + " (" + decline.code + ")");
+}
+
+Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
+  if (requests_) return Error{CloseCode::kIllegal, "attached to a service twice"};
+  if (!load_.attaches.take(now.steady))
+    return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
+  link_.expect(attach.requests, this);
+  not_back_.cancel();
+  requests_ = attach.requests;
+  held_ = true;
+  service_.use_client();
+  admit();
+  if (service_.is_ready()) send_attached(now);
+  return Nothing{};
+}
+
+void Attachment::on_withdraw(const Now& now) {
+  detach(now);
+  link_.outbox().clear_channel(channel_);
+}
+
+Result<Nothing> Attachment::on_forget(const Forget& forget, const Now& now) {
+  for (const CallId id : forget.calls) {
+    const auto call = calls_.find(id);
+    if (call == calls_.end()) continue;  // its answer is on its way
+    ++counts_.forgotten;
+    erase(call->second);
+  }
+  serving_.begin_calls(now);
+  return Nothing{};
+}
+
+void Attachment::on_delivered(CallId id, const Now&) {
+  const auto call = calls_.find(id);
+  if (call != calls_.end() && call->second.state() == ServedCall::State::kAnswered)
+    erase(call->second);
+}
+
+Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
+  if (!attached_) return Error{CloseCode::kIllegal, "a request before the service attached"};
+  const CallId id = message.subject.call();
+  if (id <= seen_) {  // sent again after a reconnect, and it had arrived
+    ++counts_.duplicates;
+    return Nothing{};
+  }
+  seen_ = id;
+  take(std::move(message), now);
+  // The peer has used up its call numbers; the calls of others go on.
+  if (id.value >= kCallNumbersMax) service_.renew(link_.id, now);
+  return Nothing{};
+}
+
+// ---- its calls
+
+void Attachment::take(InMessage message, const Now& now) {
+  const CallId id = message.subject.call();
+  ++counts_.calls;
+  counts_.request_bytes += message.raw_bytes;
+  if (const std::string why = no_room_for_request(message.body.size()); !why.empty()) {
+    note_refusal("refused", why, now);
+    return refuse(id, "limit", why);
+  }
+  calls_.try_emplace(id, *this, id, std::move(message), now);
+  serving_.begin_calls(now);
+  if (const auto call = calls_.find(id); call != calls_.end()) call->second.keep_copy();
+}
+
+std::string Attachment::no_room_for_request(std::size_t bytes) const {
+  const ServiceOptions& limits = serving_.options;
+  if (load_.calls.used() >= kPeerCallsMax) return "too many calls without an answer";
+  if (load_.request_bytes.used() + bytes > limits.call_bytes_max)
+    return "too many bytes of requests wait";
+  if (service_.gives_results() && calls_.size() >= kResultCallsMax)
+    return "too many results are waited for";
+  if (serving_.gate.would_wait(caller()) &&
+      serving_.gate.waiting(link_.id) >= limits.calls_waiting_max)
+    return "too many calls wait for the server";
+  return {};
+}
+
+std::string Attachment::no_room_for_answer(std::size_t bytes) const {
+  const std::uint64_t bytes_max = serving_.options.call_bytes_max;
+  if (link_.connection && bytes > link_.peer_message_bytes_max()) return kTooLarge;
+  if (load_.answer_bytes.used() > bytes_max ||
+      (link_.connection && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
+    return "too many bytes of answers wait for this peer";
+  return {};
+}
+
+void Attachment::begin(CallId id, const Now& now) {
+  const auto call = calls_.find(id);
+  if (call != calls_.end()) call->second.begin(now);
+}
+
+void Attachment::on_answer(ServedCall& call, const Now& now) {
+  counts_.response_bytes += call.answer().raw_bytes;
+  ++counts_.answered;
+  if (attached_) push(call, now);
+}
+
+// Until the peer has it, the answer is kept for another connection. What was answered while there
+// was none is compared with the peer's limit only now.
+void Attachment::push(ServedCall& call, const Now& now) {
+  if (!link_.open()) return;
+  if (call.answer().raw_bytes > link_.peer_message_bytes_max())
+    return withhold(call, kTooLarge, now);
+  link_.outbox().push(channel_, call.answer(), now);
+}
+
+void Attachment::withhold(ServedCall& call, const std::string& why, const Now& now) {
+  note_refusal("refused", why, now);
+  refuse(call.id(), "limit", why);
+  erase(call);
+}
+
+void Attachment::on_failed(ServedCall& call, const std::string& reason, const Now& now) {
+  note_refusal("failed", reason, now);
+  refuse(call.id(), "failed", reason);
+  erase(call);
+}
+
+void Attachment::on_malformed(ServedCall& call) {
+  link_.fail({CloseCode::kMalformed, "a compressed request does not decompress to its size"});
+  erase(call);
+}
+
+void Attachment::on_timeout(ServedCall& call, const Now& now) {
+  ++counts_.timed_out;
+  log_calls(serving_.outputs, load_.timeouts, "of " + link_.label() + " not answered in time",
+            service_.key(), {}, now);
+  refuse(call.id(), "timeout", "the server did not answer in time");
+  erase(call);
+}
+
+void Attachment::end_lost(TimePoint before, const Now& now) {
+  for (auto it = calls_.begin(); it != calls_.end();) {
+    ServedCall& call = (it++)->second;
+    if (!call.handed_over_before(before)) continue;
+    ++counts_.lost;
+    refuse(call.id(), "lost", "the server that was called is gone");
+    erase(call);
+  }
+  serving_.begin_calls(now);
+}
+
+void Attachment::note_refusal(const std::string& what, const std::string& why, const Now& now) {
+  ++counts_.refused;
+  log_calls(serving_.outputs, load_.refusals, "of " + link_.label() + " " + what, service_.key(),
+            why, now);
+}
+
+// A refusal that is lost with its connection is found out when the peer attaches again: the call is
+// missing from `attached` then.
+void Attachment::refuse(CallId call, const std::string& code, const std::string& reason) {
+  if (attached_) link_.send(Refuse{channel_, {call}, code, reason.substr(0, kReasonBytesMax)});
+}
+
+void Attachment::erase(ServedCall& call) {
+  call.end();
+  calls_.erase(call.id());
+}
+
+void Attachment::add_status(LinkStatus& status) const {
+  if (!channel_) return;
+  ServiceStatus s = counts_;
+  s.service = service_.key().first;
+  s.type = service_.key().second;
+  s.exported = true;
+  s.attached = attached_;
+  if (requests_) s.declined.clear();  // not any more
+  s.pending = static_cast<std::uint32_t>(calls_.size());
+  s.waiting = static_cast<std::uint32_t>(serving_.gate.waiting(caller()));
+  status.services.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,121 @@
+// A real service here as one link sees it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "core/link/channel.hpp"
+#include "core/link/link.hpp"
+#include "core/policy/policy.hpp"
+#include "core/ports/status.hpp"
+#include "core/services/served_call.hpp"
+#include "core/services/serving.hpp"
+
+namespace connect_bridge {
+
+class RealService;
+
+// The service is offered on a channel of ours; the peer attaches to it with a channel of its own,
+// on which its requests come. What is known of its calls outlives the connection, so that no
+// request is executed twice and no answer is lost (docs/protocol.md, "Services and actions").
+//
+// An epoch is the time in which the numbers of the calls mean the same calls: `seen` says up to
+// which number requests have arrived, and an answer is kept until the peer is known to have it.
+// After a reconnect the service is offered with the epoch it had, and `attached` tells the peer
+// what is left of it: it sends again what was not seen, and gives up what is seen and missing. When
+// nothing is left (the server was replaced, the numbers are used up), the attachment is destroyed
+// and a new one begins another epoch, so that a peer never takes the old numbers for new calls.
+//
+// Owned by its service. Some functions may let the service destroy it; they say so.
+class Attachment final : public OutgoingChannel, public IncomingChannel {
+ public:
+  Attachment(RealService& service, Link& link, Serving& serving);
+  Attachment(const Attachment&) = delete;
+  Attachment& operator=(const Attachment&) = delete;
+
+  // ---- what is offered
+  // For this connection and these rules: once, if the peer may have it.
+  [[nodiscard]] std::optional<ChannelOffer> offer(const Now& now);
+  // The rules, or what the peer accepts, have changed, and allow it as before.
+  void on_decision(Decision decision);
+  // The connection is gone: calls go on, answers wait for the link's return.
+  void on_link_lost();
+  // Nothing is known that a further connection could need.
+  [[nodiscard]] bool is_idle() const { return !held_ && calls_.empty(); }
+  // Both channels end, and all calls.
+  void end(const Now& now);
+  // The server can be called.
+  void on_ready(const Now& now);
+  // Attached on this connection or the one before: the service needs its client.
+  [[nodiscard]] bool holds_client() const { return held_; }
+  // The peer had not attached again in time.
+  void detach(const Now& now);
+
+  // ---- what the peer says. Errors end the connection
+  void on_decline(const Decline& decline, const Now& now) override;
+  Result<Nothing> on_attach(const Attach& attach, const Now& now) override;
+  Result<Nothing> on_forget(const Forget& forget, const Now& now) override;
+  void on_delivered(CallId call, const Now& now) override;
+  // May destroy the attachment: the call numbers have come to their end.
+  Result<Nothing> on_message(InMessage message, const Now& now) override;
+  void on_withdraw(const Now& now) override;
+
+  // ---- its calls
+  // The gate lets the call begin.
+  void begin(CallId call, const Now& now);
+  void on_failed(ServedCall& call, const std::string& reason, const Now& now);
+  void on_timeout(ServedCall& call, const Now& now);
+  // Ends the calls that were handed over before: only servers that are gone could answer them, and
+  // they would keep their places for ever.
+  void end_lost(TimePoint before, const Now& now);
+  [[nodiscard]] bool has_calls() const { return !calls_.empty(); }
+
+  // ---- for its calls
+  // There is an answer; it goes out if the peer is attached.
+  void on_answer(ServedCall& call, const Now& now);
+  // There is an answer, but it cannot be given. Destroys the call.
+  void withhold(ServedCall& call, const std::string& why, const Now& now);
+  // The request does not decompress: the connection ends. Destroys the call.
+  void on_malformed(ServedCall& call);
+  // Why an answer of this size cannot be kept; empty if it can.
+  [[nodiscard]] std::string no_room_for_answer(std::size_t bytes) const;
+  [[nodiscard]] RealService& service() { return service_; }
+  [[nodiscard]] Serving& serving() { return serving_; }
+  [[nodiscard]] ServedLoad& load() { return load_; }
+  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] CallGate::Caller caller() const;
+
+  void add_status(LinkStatus& status) const;
+
+ private:
+  [[nodiscard]] ChannelOffer open_channel();
+  void admit();
+  void send_attached(const Now& now);
+  void end_calls(const Now& now);
+  void take(InMessage message, const Now& now);
+  [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
+  void refuse(CallId call, const std::string& code, const std::string& reason);
+  void note_refusal(const std::string& what, const std::string& why, const Now& now);
+  void push(ServedCall& call, const Now& now);
+  void erase(ServedCall& call);
+
+  RealService& service_;
+  Link& link_;
+  Serving& serving_;
+  ServedLoad& load_;
+  Decision decision_;
+  bool considered_ = false;  // for this connection and these rules; without a channel: "no"
+  ChannelId channel_;
+  ChannelId requests_;                    // none: not attached
+  bool held_ = false;                     // attached on this connection or the one before
+  bool attached_ = false;                 // and told so
+  Timers<Serving::Due>::Timer not_back_;  // offered again: without an attach its calls end then
+  std::uint32_t epoch_ = 0;
+  CallId seen_;
+  std::map<CallId, ServedCall> calls_;
+  ServiceStatus counts_;
+};
+
+}  // namespace connect_bridge

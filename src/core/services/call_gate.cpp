@@ -1,0 +1,272 @@
+#include "core/services/call_gate.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/services/calls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// How long a server may answer nothing before it is presumed to have taken what it was given: those
+// of services, and of actions' results, which are taken at once and answered when a goal ends.
+constexpr Duration kSilenceMax = std::chrono::seconds(5);
+constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
+
+}  // namespace
+
+CallGate::Service::Service(bool is_results)
+    : results(is_results), queue(is_results ? kResultSilenceMax : kSilenceMax) {}
+
+// ---- who there is
+
+void CallGate::open(ServiceClientId service, bool results) {
+  services_.try_emplace(service, results);
+}
+
+void CallGate::server_gone(ServiceClientId service) {
+  const auto it = services_.find(service);
+  if (it == services_.end()) return;
+  it->second.placed.clear();
+  it->second.queue.clear();
+  it->second.timer.cancel();
+}
+
+void CallGate::close(ServiceClientId service) {
+  services_.erase(service);
+}
+
+void CallGate::admit(const Caller& caller, const Terms& terms) {
+  callers_[caller].terms = terms;
+  (void)links_[caller.link];
+}
+
+void CallGate::dismiss(const Caller& caller) {
+  const auto at = find(caller);
+  if (!at) return;
+  auto& [unused, state, service, link] = *at;
+  link.waiting -= state.waiting.size();
+  if (!service.results) link.taken -= state.taken;
+  std::erase(link.turns, caller.service);
+  std::erase(service.placed, caller);
+  if (state.preparing) --service.preparing;
+  callers_.erase(caller);
+  mark(caller);
+}
+
+void CallGate::close(LinkId link) {
+  if (const auto it = links_.find(link); it != links_.end()) it->second.closed = true;
+}
+
+void CallGate::forget(LinkId link) {
+  links_.erase(link);
+}
+
+// ---- calls
+
+void CallGate::add(const Caller& caller, CallId call) {
+  const auto at = find(caller);
+  if (!at) return;
+  at->state.waiting.insert(call);
+  ++at->link.waiting;
+  mark(caller);
+}
+
+void CallGate::preparing(const Caller& caller, CallId call) {
+  const auto at = find(caller);
+  if (!at) return;
+  at->state.preparing = call;
+  ++at->service.preparing;
+}
+
+void CallGate::handed_over(const Caller& caller, CallId call, InvocationId request, TimePoint now) {
+  const auto at = find(caller);
+  if (!at) return;
+  at->service.queue.hand_over(request, now);
+  if (at->state.preparing != call) return;
+  at->state.preparing = {};
+  --at->service.preparing;
+  mark(caller);
+}
+
+void CallGate::answered(ServiceClientId service, InvocationId request, TimePoint now) {
+  const auto it = services_.find(service);
+  if (it == services_.end()) return;
+  it->second.queue.answered(request, now);
+  mark({{}, service});
+}
+
+void CallGate::failed(ServiceClientId service, InvocationId request) {
+  const auto it = services_.find(service);
+  if (it != services_.end()) it->second.queue.failed(request);
+}
+
+// What was handed over stays in the server's queue: nobody can take it out again.
+void CallGate::leave(const Caller& caller, CallId call) {
+  const auto at = find(caller);
+  if (!at) return;
+  if (at->state.waiting.erase(call) > 0) {
+    --at->link.waiting;
+  } else {
+    if (at->state.placed == call) {
+      std::erase(at->service.placed, caller);
+      at->state.placed = {};
+    } else if (at->state.preparing == call) {
+      at->state.preparing = {};
+      --at->service.preparing;
+    }
+    free_place(*at);
+  }
+  mark(caller);
+}
+
+void CallGate::free_place(const Found& at) {
+  --at.state.taken;
+  if (!at.service.results) --at.link.taken;
+}
+
+// ---- what is next
+
+void CallGate::consider(const Caller& caller) {
+  mark(caller);
+}
+
+void CallGate::mark(const Caller& caller) {
+  if (!held_ && (due_.empty() || due_.back() != Due{caller})) due_.push_back({caller});
+}
+
+// First the server's queue is filled, then the places of the link are shared out: what is placed
+// came first. A call that is handed over out of the queue's line lets its caller place the next
+// one, behind the others, before the queue is looked at again.
+std::optional<CallGate::Next> CallGate::next(TimePoint now) {
+  while (!held_ && !due_.empty()) {
+    if (sharing_) {
+      if (auto found = share_places(*sharing_, now)) return found;
+      sharing_.reset();
+    }
+    Due& due = due_.front();
+    if (due.queue_done) {
+      due_.pop_front();
+      continue;
+    }
+    if (auto found = let_in(due.caller.service, now)) return found;
+    due.queue_done = true;
+    if (due.caller.link) sharing_ = due.caller;
+  }
+  return std::nullopt;
+}
+
+std::optional<CallGate::Next> CallGate::let_in(ServiceClientId id, TimePoint now) {
+  const auto it = services_.find(id);
+  if (it == services_.end()) return std::nullopt;
+  Service& service = it->second;
+  if (service.placed.empty() || !has_room(callers_.at(service.placed.front()), service, now)) {
+    watch(id, service);
+    return std::nullopt;
+  }
+  const Caller caller = service.placed.front();
+  service.placed.pop_front();
+  sharing_ = caller;
+  return Next{caller, std::exchange(callers_.at(caller).placed, {})};
+}
+
+std::optional<CallGate::Next> CallGate::share_places(Caller caller, TimePoint now) {
+  if (const auto at = find(caller)) {
+    while (at->service.results && !at->state.waiting.empty() && has_place(at->state, at->service))
+      if (auto found = take_place(*at, now)) return found;
+    line_up(*at);
+  }
+  const auto link = links_.find(caller.link);
+  if (link == links_.end() || link->second.closed) return std::nullopt;
+  auto& turns = link->second.turns;
+  while (!turns.empty() && link->second.taken < link_places_) {
+    const Caller next{caller.link, turns.front()};
+    turns.pop_front();
+    const auto at = find(next);
+    if (!at) continue;
+    at->state.in_turns = false;
+    if (at->state.waiting.empty() || !has_place(at->state, at->service)) continue;
+    if (auto found = take_place(*at, now)) return found;
+    line_up(*at);
+  }
+  return std::nullopt;
+}
+
+void CallGate::line_up(const Found& at) {
+  if (at.state.in_turns || at.service.results || at.state.waiting.empty() ||
+      !has_place(at.state, at.service))
+    return;
+  at.state.in_turns = true;
+  at.link.turns.push_back(at.caller.service);
+}
+
+std::optional<CallGate::Next> CallGate::take_place(const Found& at, TimePoint now) {
+  const Caller caller = at.caller;
+  const CallId call = *at.state.waiting.begin();
+  at.state.waiting.erase(call);
+  --at.link.waiting;
+  ++at.state.taken;
+  if (!at.service.results) ++at.link.taken;
+  // Callers whose rules do not watch the queue are not held up by those whose rules do.
+  const bool is_first = at.service.placed.empty() || at.state.terms.queue_depth == 0;
+  if (is_first && has_room(at.state, at.service, now)) {
+    sharing_ = caller;
+    return Next{caller, call};
+  }
+  at.state.placed = call;
+  at.service.placed.push_back(caller);
+  watch(caller.service, at.service);
+  return std::nullopt;
+}
+
+void CallGate::expire(TimePoint now) {
+  while (const auto service = timers_.take_due(now)) {
+    services_.at(*service).timer.cancel();
+    mark({{}, *service});
+  }
+}
+
+// An answer that moves the deadline away leaves the timer as it is; it fires for nothing once.
+void CallGate::watch(ServiceClientId id, Service& service) {
+  const auto deadline = service.queue.deadline();
+  if (service.placed.empty() || service.timer || !deadline) return;
+  service.timer = timers_.set(*deadline, id);
+}
+
+// ---- what there is
+
+std::optional<CallGate::Found> CallGate::find(const Caller& caller) {
+  const auto state = callers_.find(caller);
+  const auto service = services_.find(caller.service);
+  if (state == callers_.end() || service == services_.end()) return std::nullopt;
+  return Found{state->first, state->second, service->second, links_.at(caller.link)};
+}
+
+bool CallGate::has_place(const CallerState& state, const Service& service) {
+  if (state.placed || state.preparing) return false;
+  return state.taken < (service.results ? kResultCallsMax : state.terms.places);
+}
+
+bool CallGate::has_room(const CallerState& state, Service& service, TimePoint now) {
+  return service.queue.has_room(state.terms.queue_depth, service.preparing, now);
+}
+
+bool CallGate::would_wait(const Caller& caller) const {
+  const auto state = callers_.find(caller);
+  const auto service = services_.find(caller.service);
+  if (state == callers_.end() || service == services_.end()) return true;
+  return !has_place(state->second, service->second) || !state->second.waiting.empty() ||
+         (!service->second.results && links_.at(caller.link).taken >= link_places_);
+}
+
+std::size_t CallGate::waiting(LinkId link) const {
+  const auto it = links_.find(link);
+  return it == links_.end() ? 0 : it->second.waiting;
+}
+
+std::size_t CallGate::waiting(const Caller& caller) const {
+  const auto it = callers_.find(caller);
+  return it == callers_.end() ? 0 : it->second.waiting.size() + (it->second.placed ? 1 : 0);
+}
+
+}  // namespace connect_bridge

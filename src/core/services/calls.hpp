@@ -1,0 +1,49 @@
+// What calls have in common, whether they are served here or made here.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/base/log_limit.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/channel_queue.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/policy/policy.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// Calls of all services that one peer may have without an answer, whatever the rules say.
+inline constexpr std::uint32_t kPeerCallsMax = 8192;
+// The same for one service that gives the results of actions.
+inline constexpr std::uint32_t kResultCallsMax = 1000;
+// Call numbers end here; an exporter begins a new epoch long before.
+inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
+
+// Of requests and answers together that wait in a link's outbox; also of calls that were given up.
+[[nodiscard]] constexpr std::uint64_t kept_bytes_max(std::uint64_t call_bytes_max) {
+  return 2 * (call_bytes_max + kPeerCallsMax * kKeptMessageBytes);
+}
+
+// Whether a service gives an action's results: such calls last as long as the goal does.
+[[nodiscard]] inline bool is_result_service(const std::string& name) {
+  return name.ends_with("/_action/get_result");
+}
+
+// How requests and answers wait in the outbox: none of them may be lost on the way.
+[[nodiscard]] inline QueueOptions queue_of_calls(const Decision& decision) {
+  QueueOptions queue;
+  queue.priority = decision.treatment.priority.value_or(Priority::kHigh);
+  queue.keep = true;
+  return queue;
+}
+
+// "3 call(s) refused, lately of /add: too many" now and then.
+inline void log_calls(Outputs& outputs, LogLimit& limit, const std::string& what,
+                      const ServiceKey& service, const std::string& why, const Now& now) {
+  if (const auto count = limit.count(now))
+    outputs.log(LogLevel::kWarn, std::to_string(*count) + " call(s) " + what + ", lately of " +
+                                     service.first + (why.empty() ? "" : ": " + why));
+}
+
+}  // namespace connect_bridge

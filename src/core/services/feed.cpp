@@ -1,0 +1,316 @@
+#include "core/services/feed.hpp"
+
+#include <algorithm>
+#include <unordered_set>
+#include <utility>
+
+#include "core/compress/compress.hpp"
+#include "core/services/calls.hpp"
+#include "core/services/mirrored_service.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Of compressed answers that wait for the worker; what comes beyond is decompressed at once.
+constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
+
+}  // namespace
+
+Feed::Feed(MirroredService& service, Link& link, Mirroring& mirroring)
+    : service_(service), link_(link), mirroring_(mirroring), load_(mirroring.loads[link.id]) {}
+
+// ---- what is offered
+
+void Feed::on_offer(const ChannelOffer& offer, Decision decision) {
+  channel_ = offer.channel;
+  epoch_ = offer.epoch;
+  node_ = offer.node;
+  action_type_ = offer.action_type;
+  decision_ = std::move(decision);
+  link_.take_offered(channel_, *this);
+}
+
+void Feed::on_link_lost() {
+  channel_ = requests_ = {};
+  attached_ = false;
+}
+
+void Feed::on_withdraw(const Now& now) {
+  service_.on_withdraw(link_.id, now);
+}
+
+// ---- the attachment
+
+void Feed::attach() {
+  requests_ = link_.open_channel(*this);
+  link_.outbox().add_channel(requests_, queue_of_calls(decision_));
+  if (!encoder_ || encoder_->bytes() == 0) start_encoder();
+  link_.send(Attach{channel_, requests_});
+}
+
+void Feed::detach() {
+  if (!requests_) return;
+  link_.close_channel(requests_);
+  if (link_.connection) link_.outbox().remove_channel(requests_);
+  link_.send(Withdraw{{requests_}});
+  requests_ = {};
+  attached_ = false;
+}
+
+Result<Nothing> Feed::on_attached(const Attached& attached, const Now& now) {
+  // The answer to an attachment that has ended meanwhile.
+  if (requests_ != attached.requests) return Nothing{};
+  if (attached_) return Error{CloseCode::kIllegal, "attached twice"};
+  if (attached.seen.value >= kCallNumbersMax)
+    return Error{CloseCode::kIllegal, "more calls seen than can be made"};
+  attached_ = true;
+  type_hash_ = attached.type_hash;
+  reconcile(attached, now);
+  mirroring_.update(service_, now);
+  return Nothing{};
+}
+
+void Feed::reconcile(const Attached& attached, const Now& now) {
+  const std::unordered_set<CallId> open(attached.calls.begin(), attached.calls.end());
+  std::vector<CallId> forget;
+  for (const CallId id : open)
+    if (id <= attached.seen && !calls_.contains(id)) forget.push_back(id);
+  for (auto it = calls_.begin(); it != calls_.end();) {
+    MadeCall& call = (it++)->second;
+    if (call.id() > attached.seen) {
+      if (!call.request()) {
+        erase(call);
+      } else if (call.is_kept() || call.is_delivered()) {
+        push(call, now);
+      }
+    } else if (!open.contains(call.id())) {
+      if (call.has_answer()) continue;
+      // Refused, forgotten or too large on the lost connection.
+      ++counts_.lost;
+      give_up(call);
+    } else {
+      call.on_delivered();
+      if (call.request()) continue;
+      forget.push_back(call.id());
+      erase(call);
+    }
+  }
+  last_ = std::max(last_, attached.seen);
+  std::sort(forget.begin(), forget.end());
+  say_forget(std::move(forget));
+}
+
+// ---- requests
+
+Duration Feed::call_timeout() const {
+  return service_.gives_results() ? kForever : decision_.treatment.call_timeout;
+}
+
+void Feed::on_request(RequestId request, Payload payload, const Now& now) {
+  const std::size_t size = payload.size();
+  if (const std::string why = no_room(size); !why.empty()) {
+    note_refusal(why, now);
+    return drop_request(request);
+  }
+  last_ = {last_.value + 1};
+  const CallId id = last_;
+  calls_.try_emplace(id, *this, id, request, size, now);
+  by_request_[request] = id;
+  ++counts_.calls;
+  counts_.request_bytes += size;
+  if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
+  // Nothing gives way: no_room() bounds what comes here.
+  (void)encoder_->push({id, now.system, std::move(payload), {}});
+  send_encoded(now);
+}
+
+std::string Feed::no_room(std::size_t bytes) const {
+  const ServiceOptions& limits = mirroring_.options;
+  const std::size_t calls_max =
+      service_.gives_results()
+          ? kResultCallsMax
+          : std::size_t{decision_.treatment.calls_max} + limits.calls_waiting_max;
+  if (link_.connection && bytes > link_.peer_message_bytes_max())
+    return "a request is larger than " + link_.label() + " takes";
+  if (calls_.size() >= calls_max || load_.calls.used() >= kPeerCallsMax)
+    return "too many calls without an answer";
+  if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
+      (link_.connection && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
+    return "too many bytes of requests wait for " + link_.label();
+  if (last_.value >= UINT32_MAX - 1) return "no call numbers are left";
+  return {};
+}
+
+void Feed::start_encoder() {
+  encoder_.reset();
+  Encoder::Options options;
+  options.how = decision_.treatment.compression;
+  if (options.how.codec == Codec::kNone) return;
+  options.queue_bytes_max = UINT64_MAX;  // no_room() bounds what comes here
+  encoder_.emplace(options, mirroring_.jobs, *this);
+}
+
+void Feed::on_job(std::optional<Payload> result, const Now& now) {
+  encoder_->finish(std::move(result));
+  send_encoded(now);
+}
+
+void Feed::send_encoded(const Now& now) {
+  while (const auto ready = encoder_->next())
+    on_encoded(ready->sample.subject.call(), ready->codec, ready->sample.raw, ready->body, now);
+}
+
+void Feed::on_encoded(CallId id, Codec codec, const Payload& raw, const Payload& body,
+                      const Now& now) {
+  const auto call = calls_.find(id);
+  if (call == calls_.end()) return;  // given up meanwhile
+  call->second.keep(codec, static_cast<std::uint32_t>(raw.size()), body);
+  if (attached_) push(call->second, now);
+}
+
+// Until the peer has it, the request is kept for another connection. What was taken while there was
+// none is compared with the peer's limit only now.
+void Feed::push(MadeCall& call, const Now& now) {
+  if (call.message().raw_bytes <= link_.peer_message_bytes_max())
+    return link_.outbox().push(requests_, call.message(), now);
+  note_refusal("a request is larger than " + link_.label() + " takes", now);
+  give_up(call);
+}
+
+void Feed::on_delivered(CallId id, const Now&) {
+  const auto call = calls_.find(id);
+  if (call == calls_.end()) return;  // answered already
+  call->second.on_delivered();
+  if (call->second.request()) return;
+  say_forget({id});
+  erase(call->second);
+}
+
+// ---- answers
+
+Result<Nothing> Feed::on_message(InMessage message, const Now&) {
+  const auto at = calls_.find(message.subject.call());
+  if (!attached_ || at == calls_.end() || at->second.has_answer()) {
+    ++counts_.duplicates;  // sent again, or nobody waits any longer
+    return Nothing{};
+  }
+  MadeCall& call = at->second;
+  if (message.codec == Codec::kNone) {
+    respond(call, message.body);
+    return Nothing{};
+  }
+  if (mirroring_.jobs.is_large(message.raw_bytes) &&
+      load_.decoding_bytes.used() + message.body.size() <= kDecodingBytesMax) {
+    call.decode(message.codec, message.raw_bytes, message.body);
+    return Nothing{};
+  }
+  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+  if (!raw) {  // not to be sent again on the next connection
+    give_up(call);
+    return raw.error();
+  }
+  respond(call, Payload::adopt(std::move(raw).value()));
+  return Nothing{};
+}
+
+void Feed::on_decoded(MadeCall& call, std::optional<Payload> answer) {
+  if (answer) return respond(call, *answer);
+  give_up(call);
+  link_.fail({CloseCode::kMalformed, "a compressed answer does not decompress to its size"});
+}
+
+void Feed::respond(MadeCall& call, const Payload& answer) {
+  ++counts_.answered;
+  counts_.response_bytes += answer.size();
+  if (call.request())
+    mirroring_.outputs.push(SendResponse{service_.mirror(), call.request(), answer});
+  erase(call);
+}
+
+Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
+  if (!attached_) return Nothing{};
+  for (const CallId id : refuse.calls) {
+    const auto call = calls_.find(id);
+    if (call == calls_.end() || call->second.has_answer()) continue;
+    ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
+    log_calls(mirroring_.outputs, load_.refusals, "refused by " + link_.label(), service_.key(),
+              refuse.reason + " (" + refuse.code + ")", now);
+    give_up(call->second);
+  }
+  return Nothing{};
+}
+
+// ---- calls that end without an answer
+
+void Feed::on_callers_gone(const std::vector<RequestId>& requests) {
+  std::vector<CallId> forget;
+  for (const RequestId request : requests) {
+    const auto id = by_request_.find(request);
+    if (id == by_request_.end()) continue;
+    ++counts_.forgotten;
+    drop_request(request);
+    abandon(calls_.at(id->second), forget);
+  }
+  say_forget(std::move(forget));
+}
+
+void Feed::on_timeout(MadeCall& call, const Now& now) {
+  if (!call.request()) return;  // its caller went away before
+  ++counts_.timed_out;
+  log_calls(mirroring_.outputs, load_.timeouts, "not answered in time", service_.key(), {}, now);
+  drop_request(call.request());
+  std::vector<CallId> forget;
+  abandon(call, forget);
+  say_forget(std::move(forget));
+}
+
+void Feed::abandon(MadeCall& call, std::vector<CallId>& forget) {
+  by_request_.erase(call.request());
+  call.forget_caller();
+  if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
+  // A request that is still on its way is waited for; on a new connection the exporter says which
+  // calls it has.
+  if (attached_ && call.is_kept()) return;
+  erase(call);
+}
+
+void Feed::give_up(MadeCall& call) {
+  drop_request(call.request());
+  erase(call);
+}
+
+void Feed::drop_request(RequestId request) {
+  if (request) mirroring_.outputs.push(DropRequest{service_.mirror(), request});
+}
+
+void Feed::say_forget(std::vector<CallId> calls) {
+  if (!calls.empty()) link_.send(Forget{channel_, std::move(calls)});
+}
+
+void Feed::note_refusal(const std::string& why, const Now& now) {
+  ++counts_.refused;
+  log_calls(mirroring_.outputs, load_.refusals, "refused", service_.key(), why, now);
+}
+
+void Feed::erase(MadeCall& call) {
+  if (call.request()) by_request_.erase(call.request());
+  calls_.erase(call.id());
+}
+
+void Feed::end_calls() {
+  counts_.lost += calls_.size();
+  calls_.clear();
+  by_request_.clear();
+  if (encoder_) encoder_->clear();
+}
+
+void Feed::add_status(LinkStatus& status) const {
+  ServiceStatus s = counts_;
+  s.service = service_.key().first;
+  s.type = service_.key().second;
+  s.attached = attached_ && service_.mirror();
+  s.pending = static_cast<std::uint32_t>(calls_.size());
+  status.services.push_back(std::move(s));
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,128 @@
+// The service of a peer, as one link offers it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/jobs/encoder.hpp"
+#include "core/link/channel.hpp"
+#include "core/link/link.hpp"
+#include "core/policy/policy.hpp"
+#include "core/ports/status.hpp"
+#include "core/services/made_call.hpp"
+#include "core/services/mirroring.hpp"
+
+namespace connect_bridge {
+
+class MirroredService;
+
+// The peer offers the service on a channel of its own, on which its answers come; when this side
+// attaches, requests go out on a channel of ours. The feed outlives its connections: without a
+// channel the link is lost, or has not offered the service again yet (docs/protocol.md, "Services
+// and actions").
+//
+// After a reconnect both ends hold a part of the truth. `attached` says up to which number requests
+// have arrived, and which of these calls the peer still has. What it has not seen is sent again.
+// What it has seen and does not have was answered, refused or forgotten on the lost connection, and
+// that answer cannot come a second time: the caller is told so. What it has, and nobody here waits
+// for, it is to forget. So each call is executed once at most and ends at both ends.
+//
+// Owned by its mirrored service.
+class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
+ public:
+  Feed(MirroredService& service, Link& link, Mirroring& mirroring);
+  Feed(const Feed&) = delete;
+  Feed& operator=(const Feed&) = delete;
+
+  // ---- what is offered
+  // By a rule that allows it. The caller has looked that it is not offered already.
+  void on_offer(const ChannelOffer& offer, Decision decision);
+  // The rules have changed, and allow it as before.
+  void on_decision(Decision decision) { decision_ = std::move(decision); }
+  // The connection is gone: calls wait for the link's return.
+  void on_link_lost();
+  [[nodiscard]] bool is_offered() const { return static_cast<bool>(channel_); }
+  [[nodiscard]] ChannelId channel() const { return channel_; }
+  [[nodiscard]] std::uint32_t epoch() const { return epoch_; }
+  [[nodiscard]] const std::string& node() const { return node_; }
+  [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
+  [[nodiscard]] Link& link() const { return link_; }
+
+  // ---- the attachment
+  // Asks for it; offered and not attached.
+  void attach();
+  [[nodiscard]] bool asked_to_attach() const { return static_cast<bool>(requests_); }
+  [[nodiscard]] bool is_attached() const { return attached_; }
+  // Ends it, if there is one.
+  void detach();
+  // What is known of the calls is given up, because their mirror is.
+  void end_calls();
+
+  // ---- what the peer says. Errors end the connection
+  Result<Nothing> on_message(InMessage message, const Now& now) override;
+  // Destroys the feed, and maybe its service.
+  void on_withdraw(const Now& now) override;
+  Result<Nothing> on_attached(const Attached& attached, const Now& now) override;
+  Result<Nothing> on_refuse(const Refuse& refuse, const Now& now) override;
+  void on_delivered(CallId call, const Now& now) override;
+
+  // ---- what callers here do
+  void on_request(RequestId request, Payload payload, const Now& now);
+  void on_callers_gone(const std::vector<RequestId>& requests);
+  void on_timeout(MadeCall& call, const Now& now);
+
+  // ---- for its calls
+  // None: the bytes do not decompress. Destroys the call.
+  void on_decoded(MadeCall& call, std::optional<Payload> answer);
+  // A request has been compressed.
+  void on_job(std::optional<Payload> result, const Now& now) override;
+  [[nodiscard]] Duration call_timeout() const;
+  [[nodiscard]] Mirroring& mirroring() { return mirroring_; }
+  [[nodiscard]] MadeLoad& load() { return load_; }
+
+  void add_status(LinkStatus& status) const;
+
+ private:
+  using Calls = std::map<CallId, MadeCall>;
+
+  void start_encoder();
+  void send_encoded(const Now& now);
+  void on_encoded(CallId id, Codec codec, const Payload& raw, const Payload& body, const Now& now);
+  [[nodiscard]] std::string no_room(std::size_t bytes) const;
+  void push(MadeCall& call, const Now& now);
+  void reconcile(const Attached& attached, const Now& now);
+  void respond(MadeCall& call, const Payload& answer);
+  // There will be no answer: its caller is told, and the call is destroyed.
+  void give_up(MadeCall& call);
+  void drop_request(RequestId request);
+  // Nobody waits for this call any longer: the peer is told, now or when it has the request.
+  void abandon(MadeCall& call, std::vector<CallId>& forget);
+  void say_forget(std::vector<CallId> calls);
+  void note_refusal(const std::string& why, const Now& now);
+  void erase(MadeCall& call);
+
+  MirroredService& service_;
+  Link& link_;
+  Mirroring& mirroring_;
+  MadeLoad& load_;
+  ChannelId channel_;
+  ChannelId requests_;  // none: not attached, and not asked to be
+  bool attached_ = false;
+  std::uint32_t epoch_ = 0;
+  std::string node_;
+  std::string action_type_;
+  std::string type_hash_;
+  Decision decision_;
+  CallId last_;
+  Calls calls_;
+  std::unordered_map<RequestId, CallId> by_request_;
+  std::optional<Encoder> encoder_;  // none: requests are not compressed
+  ServiceStatus counts_;
+};
+
+}  // namespace connect_bridge

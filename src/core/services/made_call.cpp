@@ -1,0 +1,51 @@
+#include "core/services/made_call.hpp"
+
+#include "core/services/feed.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// The exporter gives a call up first, so that its refusal says why.
+constexpr Duration kTimeoutMargin = std::chrono::seconds(1);
+
+}  // namespace
+
+MadeCall::MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes, const Now& now)
+    : feed_(feed),
+      id_(id),
+      request_(request),
+      call_(feed.load().calls.hold(1)),
+      request_bytes_(feed.load().request_bytes.hold(bytes)) {
+  message_.subject = id;
+  message_.stamp = now.system;
+  message_.tracked = true;
+  const Duration timeout = feed.call_timeout();
+  if (timeout != kForever)
+    timer_ = feed.mirroring().timers.set(now.steady + timeout + kTimeoutMargin, this);
+}
+
+void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
+  if (state_ == State::kEncoding) state_ = State::kKept;
+  message_.codec = codec;
+  message_.raw_bytes = raw_bytes;
+  message_.body = body;
+  request_bytes_.resize(body.size());
+}
+
+void MadeCall::on_delivered() {
+  state_ = State::kDelivered;
+  message_.body = {};
+  request_bytes_.release();
+}
+
+void MadeCall::decode(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
+  decoding_bytes_ = feed_.load().decoding_bytes.hold(body.size());
+  job_ = feed_.mirroring().jobs.decompress(*this, codec, raw_bytes, body);
+}
+
+void MadeCall::on_job(std::optional<Payload> result, const Now&) {
+  job_.cancel();
+  feed_.on_decoded(*this, std::move(result));
+}
+
+}  // namespace connect_bridge

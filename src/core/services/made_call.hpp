@@ -1,0 +1,63 @@
+// One call of a local caller at the service of a peer.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/budget.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/timers.hpp"
+#include "core/flow/channel_queue.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/services/mirroring.hpp"
+
+namespace connect_bridge {
+
+class Feed;
+
+// From the request until there is an answer, or nobody waits for one. The request is kept until the
+// peer is known to have it, because another connection may have to carry it again. A call whose
+// caller has gone is kept while its request is on its way: control messages overtake requests, so
+// the peer can be told to forget it only when it has it. Owned by its feed.
+class MadeCall final : public JobOwner {
+ public:
+  enum class State : std::uint8_t {
+    kEncoding,  // the request is compressed
+    kKept,      // it can be sent, or is on its way
+    kDelivered  // the peer has it
+  };
+
+  // `bytes`: of the request.
+  MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes, const Now& now);
+  MadeCall(const MadeCall&) = delete;
+  MadeCall& operator=(const MadeCall&) = delete;
+
+  [[nodiscard]] Feed& feed() { return feed_; }
+  [[nodiscard]] CallId id() const { return id_; }
+  // None: nobody waits for the answer.
+  [[nodiscard]] RequestId request() const { return request_; }
+  [[nodiscard]] bool is_kept() const { return state_ == State::kKept; }
+  [[nodiscard]] bool is_delivered() const { return state_ == State::kDelivered; }
+  // Its answer has come and is decompressed by a worker.
+  [[nodiscard]] bool has_answer() const { return static_cast<bool>(job_); }
+  // What is sent; empty before it is kept and after it is delivered.
+  [[nodiscard]] const OutMessage& message() const { return message_; }
+
+  void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
+  void on_delivered();
+  void forget_caller() { request_ = {}; }
+  // The feed is told the result.
+  void decode(Codec codec, std::uint32_t raw_bytes, const Payload& body);
+  void on_job(std::optional<Payload> result, const Now& now) override;
+
+ private:
+  Feed& feed_;
+  CallId id_;
+  RequestId request_;
+  State state_ = State::kEncoding;
+  OutMessage message_;
+  Budget::Hold call_, request_bytes_, decoding_bytes_;
+  Timers<MadeCall*>::Timer timer_;
+  Jobs::Job job_;
+};
+
+}  // namespace connect_bridge

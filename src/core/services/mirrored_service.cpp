@@ -1,0 +1,204 @@
+#include "core/services/mirrored_service.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/policy/interface.hpp"
+#include "core/services/calls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Before a mirror takes calls, other bridges of this graph have this long to say that they mirror
+// the same service.
+constexpr Duration kSettle = std::chrono::milliseconds(150);
+// After a start the local graph is still being discovered.
+constexpr Duration kDiscovery = std::chrono::milliseconds(500);
+
+std::string action_of_goals(const ServiceKey& key) {
+  const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
+  const bool goals = part && part->part == ActionPart::kSendGoal;
+  return goals ? std::string(part->action) : std::string();
+}
+
+}  // namespace
+
+MirroredService::MirroredService(ServiceKey key, Mirroring& mirroring)
+    : mirroring_(mirroring),
+      key_(std::move(key)),
+      gives_results_(is_result_service(key_.first)),
+      goals_of_(action_of_goals(key_)) {}
+
+Feed* MirroredService::feeding() {
+  const auto it = feeds_.find(feeder_);
+  return it == feeds_.end() ? nullptr : &it->second;
+}
+
+bool MirroredService::update(const Now& now) {
+  if (feeds_.empty()) {
+    destroy_mirror();
+    return false;
+  }
+  if (!feeding()) {
+    const auto open = std::find_if(feeds_.begin(), feeds_.end(),
+                                   [](const auto& feed) { return feed.second.is_offered(); });
+    feeder_ = (open == feeds_.end() ? feeds_.begin() : open)->first;
+  }
+  Feed& feed = *feeding();
+  if (!may_exist(feed)) {
+    close();
+    return true;
+  }
+  if (feed.is_offered() && !feed.asked_to_attach()) {
+    feed.attach();
+    claim(now);
+  }
+  if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (*mirror_at_ <= now.steady) {
+    create_mirror(feed);
+  } else {
+    mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);
+  }
+  return true;
+}
+
+bool MirroredService::may_exist(const Feed& feed) {
+  if (!mirroring_.graph_since || failed_) return false;
+  const Gid gid = service_gid(key_.first);
+  if (mirroring_.claims.taken(gid)) return false;
+  // Our own parameters are not in our picture of the graph.
+  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
+  // Both ends are in one graph: what the peer exports is here already.
+  const Link& link = feed.link();
+  if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
+  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
+  mirroring_.tell_once(LogLevel::kWarn, key_.first + " has a server here and one behind " +
+                                            link.label() + ": the one there is not mirrored");
+  return false;
+}
+
+// Claimed from now on, so that of two bridges only one makes a mirror.
+void MirroredService::claim(const Now& now) {
+  if (mirror_at_) return;
+  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kSettle;
+  mirror_at_ = std::max(now.steady + settle, *mirroring_.graph_since + kDiscovery);
+  mirroring_.claim_changed = true;
+}
+
+void MirroredService::create_mirror(const Feed& feed) {
+  mirror_ = mirroring_.outputs.new_service_mirror();
+  mirroring_.by_mirror[mirror_] = this;
+  mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
+                                              mirroring_.graph_options.owner_of(feed.node())});
+}
+
+void MirroredService::destroy_mirror() {
+  if (Feed* feed = feeding()) feed->end_calls();
+  if (mirror_at_) mirroring_.claim_changed = true;
+  mirror_at_.reset();
+  if (!mirror_) return;
+  mirroring_.outputs.push(DestroyServiceMirror{mirror_});
+  mirroring_.by_mirror.erase(mirror_);
+  mirror_ = {};
+}
+
+void MirroredService::close() {
+  if (Feed* feed = feeding()) feed->detach();
+  destroy_mirror();
+}
+
+// ---- links
+
+bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision decision) {
+  Feed& feed = feeds_.try_emplace(link.id, *this, link, mirroring_).first->second;
+  if (feed.is_offered()) return false;
+  if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
+  if (feeds_.size() > 1)
+    mirroring_.tell_once(LogLevel::kWarn,
+                         "several links offer " + key_.first + ": one of them is called");
+  feed.on_offer(offer, std::move(decision));
+  failed_ = false;
+  return true;
+}
+
+std::optional<Decision> MirroredService::permission(const Feed& feed) const {
+  const auto wire_name = mirroring_.graph_options.names.to_wire(key_.first);
+  if (!wire_name) return std::nullopt;
+  return mirroring_.policy.decide(
+      Direction::kImport, {InterfaceKind::kService, *wire_name, key_.second, feed.action_type()},
+      feed.link().identity);
+}
+
+void MirroredService::on_policy() {
+  for (auto it = feeds_.begin(); it != feeds_.end();) {
+    Feed& feed = (it++)->second;
+    if (auto decision = permission(feed)) {
+      feed.on_decision(std::move(*decision));
+      continue;
+    }
+    Link& link = feed.link();
+    const ChannelId channel = feed.channel();
+    remove_feed(link.id);
+    if (!channel) continue;
+    link.let_go(channel);
+    link.send(Decline{channel, "not_permitted", "no rule allows importing it any longer"});
+  }
+}
+
+void MirroredService::on_link_lost(LinkId link) {
+  const auto it = feeds_.find(link);
+  if (it != feeds_.end()) it->second.on_link_lost();
+}
+
+bool MirroredService::on_link_dead(LinkId link) {
+  if (!feeds_.contains(link)) return false;
+  remove_feed(link);
+  return true;
+}
+
+bool MirroredService::forget_orphan(LinkId link) {
+  const auto it = feeds_.find(link);
+  if (it == feeds_.end() || it->second.is_offered()) return false;
+  remove_feed(link);
+  return true;
+}
+
+void MirroredService::on_withdraw(LinkId link, const Now& now) {
+  remove_feed(link);
+  mirroring_.update(*this, now);
+}
+
+void MirroredService::remove_feed(LinkId link) {
+  if (feeder_ == link) {
+    close();
+    feeder_ = {};
+  }
+  feeds_.erase(link);
+}
+
+// ---- the mirror
+
+void MirroredService::on_request(RequestTaken& request, const Now& now) {
+  feeding()->on_request(request.request, std::move(request.payload), now);
+}
+
+void MirroredService::on_callers_gone(const CallersGone& gone) {
+  feeding()->on_callers_gone(gone.requests);
+}
+
+void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
+  mirroring_.by_mirror.erase(mirror_);
+  mirror_ = {};
+  failed_ = true;
+  mirroring_.tell_once(LogLevel::kError, "cannot mirror " + key_.first + ": " + failed.reason);
+  if (const Feed* feed = feeding(); feed && feed->is_offered())
+    feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+  close();
+}
+
+void MirroredService::add_status(const Link& link, LinkStatus& status) const {
+  const auto it = feeds_.find(link.id);
+  if (it != feeds_.end()) it->second.add_status(status);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,23 @@
+#include "core/services/mirroring.hpp"
+
+#include "core/services/mirrored_service.hpp"
+
+namespace connect_bridge {
+
+Mirroring::~Mirroring() = default;
+
+void Mirroring::update(MirroredService& service, const Now& now) {
+  if (service.update(now)) return;
+  const ServiceKey key = service.key();
+  services.erase(key);
+}
+
+void Mirroring::update_all(const Now& now) {
+  for (auto it = services.begin(); it != services.end();) update(*(it++)->second, now);
+}
+
+void Mirroring::tell_once(LogLevel level, const std::string& text) {
+  if (told.first(text)) outputs.log(level, text);
+}
+
+}  // namespace connect_bridge

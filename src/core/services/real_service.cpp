@@ -1,0 +1,220 @@
+#include "core/services/real_service.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/policy/interface.hpp"
+#include "core/services/calls.hpp"
+
+namespace connect_bridge {
+
+RealService::RealService(ServiceKey key, Serving& serving)
+    : serving_(serving), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {}
+
+// ---- the graph
+
+void RealService::update_servers(const ServiceState& state, const Now& now) {
+  std::map<Gid, TimePoint> servers;
+  const auto first_seen = servers_.empty() ? TimePoint::min() : now.steady;
+  for (const auto& server : state.servers) {
+    if (server.gid == Gid{}) continue;
+    const auto known = servers_.find(server.gid);
+    servers[server.gid] = known == servers_.end() ? first_seen : known->second;
+  }
+  node_ = node_of(state.servers.front());
+  // Two of one node are mostly a killed process, which stays in the graph for a while, and the one
+  // in its place.
+  const bool several = std::any_of(state.servers.begin(), state.servers.end(),
+                                   [&](const Server& s) { return node_of(s) != node_; });
+  if (several && !std::exchange(warned_several_, true))
+    serving_.outputs.log(LogLevel::kWarn, key_.first +
+                                              " has several servers: each call reaches all of "
+                                              "them, and the first answer counts");
+  const auto stays = [&](const auto& server) { return servers.contains(server.first); };
+  // Another server in the place of the old one remembers nothing of the calls that were made.
+  const bool replaced = !servers.empty() && !servers_.empty() &&
+                        std::none_of(servers_.begin(), servers_.end(), stays);
+  // The graph tells servers' ids for some services only, and only while there is a client.
+  if (servers.empty() || servers == servers_) return;
+  failed_ = false;
+  servers_ = std::move(servers);
+  if (!replaced) return end_lost(now);
+  end(now);
+  serving_.offers_due = true;  // as something new
+}
+
+void RealService::end(const Now& now) {
+  serving_.gate.server_gone(client_);
+  end_attachments(now);
+  release_client();
+}
+
+void RealService::end_attachments(const Now& now) {
+  for (auto& [id, attachment] : attachments_) attachment.end(now);
+  attachments_.clear();
+}
+
+void RealService::end_lost(const Now& now) {
+  TimePoint since = TimePoint::max();
+  for (const auto& [gid, seen] : servers_) since = std::min(since, seen);
+  for (auto& [link, attachment] : attachments_) attachment.end_lost(since, now);
+}
+
+// ---- links
+
+std::optional<Decision> RealService::permission(const Link& link) const {
+  const auto wire_name = serving_.graph_options.names.to_wire(key_.first);
+  if (!wire_name) return std::nullopt;
+  const auto action_type =
+      serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second);
+  if (!action_type) return std::nullopt;  // it is not whole
+  const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
+  auto decision = serving_.policy.decide(Direction::kExport, what, link.identity);
+  if (!decision || (link.accepts && !accepted_by(*link.accepts, what))) return std::nullopt;
+  return decision;
+}
+
+std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
+  if (failed_) return std::nullopt;
+  return attachments_.try_emplace(link.id, *this, link, serving_).first->second.offer(now);
+}
+
+void RealService::recheck(Link& link, const Now& now) {
+  const auto it = attachments_.find(link.id);
+  if (it == attachments_.end()) return;
+  if (auto decision = permission(link)) return it->second.on_decision(std::move(*decision));
+  it->second.end(now);
+  attachments_.erase(it);
+  release_client();
+}
+
+void RealService::on_link_lost(LinkId link) {
+  const auto it = attachments_.find(link);
+  if (it == attachments_.end()) return;
+  it->second.on_link_lost();
+  if (it->second.is_idle()) attachments_.erase(it);
+}
+
+void RealService::on_link_dead(LinkId link, const Now& now) {
+  const auto it = attachments_.find(link);
+  if (it == attachments_.end()) return;
+  it->second.end(now);
+  attachments_.erase(it);
+  release_client();
+}
+
+void RealService::renew(LinkId link, const Now& now) {
+  on_link_dead(link, now);
+  serving_.offers_due = true;
+}
+
+void RealService::consider_callers() {
+  for (auto& [id, attachment] : attachments_)
+    if (attachment.has_calls()) serving_.gate.consider(attachment.caller());
+}
+
+// ---- the client
+
+void RealService::use_client() {
+  if (client_ || failed_) return;
+  // While there was no client the graph told no ids: those known may be of servers long gone.
+  servers_.clear();
+  if (const auto it = serving_.graph.services().find(key_); it != serving_.graph.services().end())
+    for (const auto& server : it->second.servers)
+      if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
+  client_ = serving_.outputs.new_service_client();
+  serving_.by_client[client_] = this;
+  serving_.gate.open(client_, gives_results_);
+  serving_.outputs.push(CreateServiceClient{client_, key_.first, key_.second});
+  note_action_use(true);
+}
+
+void RealService::release_client() {
+  const bool held = std::any_of(attachments_.begin(), attachments_.end(),
+                                [](const auto& e) { return e.second.holds_client(); });
+  if (held || !client_) return;
+  serving_.gate.close(client_);
+  serving_.outputs.push(DestroyServiceClient{client_});
+  serving_.by_client.erase(client_);
+  client_ = {};
+  ready_ = false;
+  note_action_use(false);
+}
+
+void RealService::note_action_use(bool on) {
+  const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
+  if (part && part->part == ActionPart::kSendGoal)
+    serving_.action_uses.push_back({std::string(part->action), on});
+}
+
+void RealService::on_ready(const ServiceReady& ready, const Now& now) {
+  if (ready_ == ready.ready) return;
+  if (!ready.ready) {
+    end(now);
+    serving_.offers_due = true;
+    return;
+  }
+  ready_ = true;
+  type_hash_ = ready.type_hash;
+  for (auto& [id, attachment] : attachments_) attachment.on_ready(now);
+}
+
+void RealService::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
+  serving_.by_client.erase(client_);
+  serving_.outputs.log(LogLevel::kError, "cannot call " + key_.first + ": " + failed.reason);
+  failed_ = true;
+  invocations_.clear();  // the gateway has none of them any more
+  note_action_use(false);
+  serving_.gate.server_gone(client_);
+  end_attachments(now);
+  serving_.gate.close(client_);
+  client_ = {};
+}
+
+InvocationId RealService::invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
+                                 const Now& now) {
+  const InvocationId invocation = serving_.outputs.new_invocation();
+  invocations_[invocation] = &call;
+  serving_.gate.handed_over(caller, call.id(), invocation, now.steady);
+  serving_.outputs.push(SendRequest{client_, invocation, std::move(request)});
+  return invocation;
+}
+
+void RealService::drop(InvocationId invocation) {
+  if (take_invocation(invocation)) serving_.outputs.push(DropInvocation{client_, invocation});
+}
+
+ServedCall* RealService::take_invocation(InvocationId invocation) {
+  const auto it = invocations_.find(invocation);
+  if (it == invocations_.end()) return nullptr;
+  ServedCall* call = it->second;
+  invocations_.erase(it);
+  return call;
+}
+
+void RealService::on_response(ResponseTaken& response, const Now& now) {
+  serving_.gate.answered(client_, response.invocation, now.steady);
+  if (ServedCall* call = take_invocation(response.invocation))
+    call->on_response(std::move(response.payload), now);
+  serving_.begin_calls(now);
+}
+
+void RealService::on_invocation_failed(const InvocationFailed& failed, const Now& now) {
+  ServedCall* call = take_invocation(failed.invocation);
+  if (!call) return;
+  serving_.gate.failed(client_, failed.invocation);
+  call->attachment().on_failed(*call, failed.reason, now);
+  serving_.begin_calls(now);
+}
+
+void RealService::begin(LinkId link, CallId call, const Now& now) {
+  const auto it = attachments_.find(link);
+  if (it != attachments_.end()) it->second.begin(call, now);
+}
+
+void RealService::add_status(const Link& link, LinkStatus& status) const {
+  const auto it = attachments_.find(link.id);
+  if (it != attachments_.end()) it->second.add_status(status);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,121 @@
+#include "core/services/served_call.hpp"
+
+#include <utility>
+
+#include "core/compress/compress.hpp"
+#include "core/services/attachment.hpp"
+#include "core/services/real_service.hpp"
+
+namespace connect_bridge {
+
+ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now)
+    : attachment_(attachment),
+      serving_(attachment.serving()),
+      id_(id),
+      call_(attachment.load().calls.hold(1)),
+      request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
+      request_(std::move(request)) {
+  const Duration timeout = attachment.treatment().call_timeout;
+  if (!attachment.service().gives_results() && timeout != kForever)
+    timer_ = serving_.timers.set(now.steady + timeout, {&attachment, this});
+  serving_.gate.add(attachment.caller(), id);
+}
+
+void ServedCall::leave() {
+  switch (state_) {
+    case State::kWaiting:
+      request_ = {};
+      request_bytes_.release();
+      break;
+    // The gateway keeps an invocation until it is answered, fails or is dropped.
+    case State::kHandedOver: attachment_.service().drop(invocation_); break;
+    case State::kDecoding:
+    case State::kEncoding: job_.cancel(); break;
+    case State::kAnswered:
+    case State::kEnded: break;
+  }
+}
+
+void ServedCall::set_state(State next) {
+  const bool was_at_gate = state_ <= State::kHandedOver;
+  leave();
+  state_ = next;
+  const bool is_at_gate = state_ <= State::kHandedOver;
+  if (was_at_gate && !is_at_gate) serving_.gate.leave(attachment_.caller(), id_);
+  if (state_ == State::kDecoding) serving_.gate.preparing(attachment_.caller(), id_);
+  if (state_ >= State::kAnswered) timer_.cancel();
+}
+
+void ServedCall::keep_copy() {
+  if (state_ == State::kWaiting && request_.body.size() <= kPacketBytesMax)
+    request_.body = Payload::copy_of(request_.body.view());
+}
+
+void ServedCall::begin(const Now& now) {
+  const InMessage request = std::move(request_);
+  if (request.codec == Codec::kNone) return hand_over(request.body, now);
+  if (serving_.jobs.is_large(request.raw_bytes)) {
+    set_state(State::kDecoding);
+    job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body);
+    return;
+  }
+  auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
+  if (!raw) return attachment_.on_malformed(*this);
+  hand_over(Payload::adopt(std::move(raw).value()), now);
+}
+
+void ServedCall::hand_over(Payload request, const Now& now) {
+  set_state(State::kHandedOver);
+  handed_over_at_ = now.steady;
+  invocation_ = attachment_.service().invoke(*this, attachment_.caller(), std::move(request), now);
+}
+
+void ServedCall::on_response(Payload answer, const Now& now) {
+  set_state(State::kEncoding);
+  const std::size_t size = answer.size();
+  answer_.body = std::move(answer);
+  answer_bytes_ = attachment_.load().answer_bytes.hold(size);
+  if (const std::string why = attachment_.no_room_for_answer(size); !why.empty())
+    return attachment_.withhold(*this, why, now);
+  const Compression how = attachment_.treatment().compression;
+  if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
+  if (serving_.jobs.is_large(size)) {
+    answer_.codec = how.codec;  // if it shrinks
+    job_ = serving_.jobs.compress(*this, how, answer_.body);
+    return;
+  }
+  auto body = compress(answer_.body.view(), how);
+  if (!body) return keep_answer(Codec::kNone, {}, now);
+  keep_answer(how.codec, Payload::adopt(std::move(*body)), now);
+}
+
+void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
+  if (state_ == State::kEncoding) {
+    const Codec codec = result ? answer_.codec : Codec::kNone;
+    return keep_answer(codec, std::move(result).value_or(Payload{}), now);
+  }
+  Serving& serving = serving_;  // outlives this call
+  if (result) {
+    hand_over(*std::move(result), now);
+  } else {
+    attachment_.on_malformed(*this);
+  }
+  serving.begin_calls(now);
+}
+
+// Without a codec the body is what the call has already.
+void ServedCall::keep_answer(Codec codec, Payload body, const Now& now) {
+  set_state(State::kAnswered);
+  answer_.subject = id_;
+  answer_.stamp = now.system;
+  answer_.codec = codec;
+  answer_.raw_bytes = static_cast<std::uint32_t>(answer_.body.size());
+  answer_.tracked = true;
+  if (codec != Codec::kNone) {
+    answer_bytes_.resize(body.size());
+    answer_.body = std::move(body);
+  }
+  attachment_.on_answer(*this, now);
+}
+
+}  // namespace connect_bridge

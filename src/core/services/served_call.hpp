@@ -1,0 +1,77 @@
+// One call of a peer at a real server here.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/budget.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/timers.hpp"
+#include "core/flow/channel_queue.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/services/serving.hpp"
+
+namespace connect_bridge {
+
+// From the arrival of the request until the peer has the answer or wants none. The call holds what
+// it takes of its link's budgets, its places at the gate, its job, its timer and its invocation:
+// set_state() and the destructors give each of them back, whatever ends the call. Owned by its
+// attachment.
+class ServedCall final : public JobOwner {
+ public:
+  enum class State : std::uint8_t {
+    kWaiting,     // at the gate; the request is kept
+    kDecoding,    // a worker decompresses the request
+    kHandedOver,  // the server has the request
+    kEncoding,    // a worker compresses the answer
+    kAnswered,    // the answer is kept until the peer has it
+    kEnded
+  };
+
+  // It waits from now on.
+  ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now);
+  ServedCall(const ServedCall&) = delete;
+  ServedCall& operator=(const ServedCall&) = delete;
+
+  [[nodiscard]] Attachment& attachment() { return attachment_; }
+  [[nodiscard]] CallId id() const { return id_; }
+  [[nodiscard]] State state() const { return state_; }
+  [[nodiscard]] const OutMessage& answer() const { return answer_; }
+  // The server has it, and had it before that time.
+  [[nodiscard]] bool handed_over_before(TimePoint time) const {
+    return state_ == State::kHandedOver && handed_over_at_ < time;
+  }
+
+  // A message of one part is a slice: it must not keep its whole packet while it waits.
+  void keep_copy();
+  // It is its turn. The attachment may have ended it when this returns.
+  void begin(const Now& now);
+  // The server has answered. Likewise.
+  void on_response(Payload answer, const Now& now);
+  void on_job(std::optional<Payload> result, const Now& now) override;
+  // Nobody wants the answer any longer, or there will be none.
+  void end() { set_state(State::kEnded); }
+
+ private:
+  // The only place where a state changes, with all that leaving the old one and entering the new
+  // one mean.
+  void set_state(State next);
+  void leave();
+  void hand_over(Payload request, const Now& now);
+  void keep_answer(Codec codec, Payload body, const Now& now);
+
+  Attachment& attachment_;
+  Serving& serving_;
+  CallId id_;
+  State state_ = State::kWaiting;
+  Budget::Hold call_;  // one of the calls of its link
+  Budget::Hold request_bytes_, answer_bytes_;
+  Timers<Serving::Due>::Timer timer_;
+  InMessage request_;
+  Jobs::Job job_;
+  InvocationId invocation_;
+  TimePoint handed_over_at_{};
+  OutMessage answer_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,73 @@
+// What the real services here and the links attached to them share.
+#pragma once
+
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/base/budget.hpp"
+#include "core/base/log_limit.hpp"
+#include "core/base/pace.hpp"
+#include "core/base/random.hpp"
+#include "core/base/timers.hpp"
+#include "core/graph/actions.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/outputs.hpp"
+#include "core/services/call_gate.hpp"
+#include "core/services/options.hpp"
+
+namespace connect_bridge {
+
+class Attachment;
+class RealService;
+class ServedCall;
+
+// What the calls of one peer take, all services together.
+struct ServedLoad {
+  Budget calls;
+  Budget request_bytes;  // of calls that wait
+  Budget answer_bytes;   // not known to have arrived
+  // An attach may make a client, which costs the middleware about a millisecond.
+  Pace attaches{12'000, std::chrono::milliseconds(5)};
+  LogLimit refusals, timeouts;
+};
+
+// Peers can send goals to this action from now on, or can no longer.
+struct ActionUse {
+  std::string action;  // local name
+  bool on = false;
+};
+
+// Outlives the services, which find here whatever they do not own. Single-threaded.
+struct Serving {
+  // A deadline of a call; without one, of an attachment that has not come back.
+  struct Due {
+    Attachment* attachment = nullptr;
+    ServedCall* call = nullptr;
+  };
+
+  const ServiceOptions& options;
+  const GraphOptions& graph_options;
+  const Policy& policy;
+  const GraphView& graph;
+  const LocalActions& actions;
+  Random& random;
+  Jobs& jobs;
+  Outputs& outputs;
+
+  CallGate gate{options.calls_max};
+  Timers<Due> timers{};
+  std::map<LinkId, ServedLoad> loads{};
+  std::unordered_map<ServiceClientId, RealService*> by_client{};
+  std::vector<ActionUse> action_uses{};  // that nobody has taken yet
+  bool offers_due = false;               // something is to be offered again
+
+  // Begins the calls whose turn it is. To be called after whatever may free a place.
+  void begin_calls(const Now& now);
+};
+
+}  // namespace connect_bridge

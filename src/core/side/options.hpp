@@ -1,0 +1,21 @@
+// What the operator sets for one side.
+#pragma once
+
+#include <cstdint>
+
+#include "core/graph/options.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/link/links.hpp"
+#include "core/policy/policy.hpp"
+#include "core/services/options.hpp"
+#include "core/topics/options.hpp"
+
+namespace connect_bridge {
+
+// The sum of what its parts want to know; `config` fills it.
+struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
+  Policy policy;
+  std::uint32_t channels_max = 4096;  // offers accepted from one peer
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,268 @@
+#include "core/services/call_gate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace connect_bridge {
+namespace {
+
+struct Step {
+  std::string does;
+  std::string begins;  // "1.2/3": call 3 of link 1 at service 2 is handed over
+};
+
+// A gate with four places per link, told of what happens in words:
+//
+//   open 1, results 1     service 1 can be called
+//   admit 1.2 3           link 1 has 3 places at service 2; with a further number, the depth of the
+//                         server's queue by its rule
+//   add 1.2 5             the next 5 calls of link 1 at service 2
+//   answer 1 7            service 1 answers what was handed over as its request 7, and the call of
+//                         that leaves
+//   leave 1.2 3           call 3 of link 1 at service 2 is given up
+//   slow 1.2 3            when call 3 is handed over, a worker prepares it first
+//   ready 1.2 3           and is done
+//   dismiss 1.2, gone 1, hold, release 1.2, pass 5000 (ms)
+//
+// Requests are numbered per service as they are handed over.
+class Words {
+ public:
+  std::string does(const std::string& text) {
+    std::istringstream words(text);
+    std::string verb;
+    words >> verb;
+    if (verb == "pass") {
+      now_ += std::chrono::milliseconds(number(words));
+      gate.expire(now_);
+    } else if (verb == "hold") {
+      gate.hold();
+    } else if (verb == "open" || verb == "results" || verb == "gone" || verb == "answer") {
+      of_service(verb, {number(words)}, words);
+    } else {
+      of_caller(verb, caller(words), words);
+    }
+    return begun();
+  }
+
+  CallGate gate{4};
+
+ private:
+  static std::uint32_t number(std::istringstream& words) {
+    std::uint32_t value = 0;
+    words >> value;
+    return value;
+  }
+  static CallGate::Caller caller(std::istringstream& words) {
+    const std::uint32_t link = number(words);
+    words.ignore(1);
+    return {{link}, {number(words)}};
+  }
+  void of_service(const std::string& verb, ServiceClientId service, std::istringstream& words) {
+    if (verb == "gone") return gate.server_gone(service);
+    if (verb != "answer") return gate.open(service, verb == "results");
+    const InvocationId request{number(words)};
+    gate.answered(service, request, now_);
+    const auto it = handed_.find({service, request});
+    if (it != handed_.end()) gate.leave(it->second.caller, it->second.call);
+  }
+  void of_caller(const std::string& verb, const CallGate::Caller& who, std::istringstream& words) {
+    if (verb == "admit") {
+      CallGate::Terms terms;
+      words >> terms.places >> terms.queue_depth;
+      gate.admit(who, terms);
+    }
+    if (verb == "dismiss") gate.dismiss(who);
+    if (verb == "leave") gate.leave(who, {number(words)});
+    if (verb == "slow") slow_.insert({who, {number(words)}});
+    if (verb == "ready") hand_over({who, {number(words)}});
+    if (verb == "release") {
+      gate.release();
+      gate.consider(who);
+    }
+    if (verb != "add") return;
+    for (std::uint32_t left = number(words); left > 0; --left) gate.add(who, {++last_[who]});
+  }
+  void hand_over(const CallGate::Next& next) {
+    const InvocationId request{++requests_[next.caller.service]};
+    handed_[{next.caller.service, request}] = next;
+    gate.handed_over(next.caller, next.call, request, now_);
+  }
+  std::string begun() {
+    std::string line;
+    while (const auto next = gate.next(now_)) {
+      line += (line.empty() ? "" : " ") + std::to_string(next->caller.link.value) + "." +
+              std::to_string(next->caller.service.value) + "/" + std::to_string(next->call.value);
+      if (slow_.contains({next->caller, next->call})) {
+        gate.preparing(next->caller, next->call);
+      } else {
+        hand_over(*next);
+      }
+    }
+    return line;
+  }
+
+  TimePoint now_{};
+  std::map<CallGate::Caller, std::uint32_t> last_;
+  std::map<ServiceClientId, std::uint32_t> requests_;
+  std::map<std::pair<ServiceClientId, InvocationId>, CallGate::Next> handed_;
+  std::set<std::pair<CallGate::Caller, CallId>> slow_;
+};
+
+void play(const std::vector<Step>& steps) {
+  Words words;
+  for (const Step& step : steps) EXPECT_EQ(words.does(step.does), step.begins) << step.does;
+}
+
+TEST(CallGate, ACallerHasItsPlaces) {
+  play({{"open 1", ""},
+        {"admit 1.1 2", ""},
+        {"add 1.1 4", "1.1/1 1.1/2"},
+        {"leave 1.1 3", ""},  // it only waited
+        {"answer 1 2", "1.1/4"},
+        {"answer 1 2", ""}});
+}
+
+TEST(CallGate, ServicesTakeTurnsAtThePlacesOfTheirLink) {
+  play({{"open 1", ""},
+        {"open 2", ""},
+        {"admit 1.1 9", ""},
+        {"admit 1.2 9", ""},
+        {"admit 2.2 9", ""},
+        {"add 1.1 7", "1.1/1 1.1/2 1.1/3 1.1/4"},
+        {"add 1.2 2", ""},
+        {"add 2.2 1", "2.2/1"},  // another link has places of its own
+        {"answer 1 1", "1.1/5"},
+        {"answer 1 2", "1.2/1"},
+        {"answer 1 3", "1.1/6"},
+        {"answer 1 4", "1.2/2"}});
+}
+
+TEST(CallGate, LinksTakeTurnsAtAFullServer) {
+  play({{"open 1", ""},
+        {"admit 1.1 4", ""},
+        {"admit 2.1 4", ""},
+        {"admit 3.1 4", ""},
+        {"add 1.1 9", "1.1/1 1.1/2 1.1/3 1.1/4"},
+        {"add 2.1 9", "2.1/1 2.1/2 2.1/3 2.1/4"},
+        {"add 3.1 9", "3.1/1 3.1/2"},  // ten lie in the queue now, and 3.1/3 is placed
+        {"answer 1 1", "3.1/3"},       // and 3.1/4 is placed before 1.1/5
+        {"answer 1 2", "3.1/4"},
+        {"answer 1 5", "1.1/5 1.1/6 2.1/5"},  // proves that 3 and 4 are taken, too
+        {"answer 1 6", "2.1/6"}});
+}
+
+TEST(CallGate, ARuleSaysHowMuchTheQueueKeeps) {
+  play({{"open 1", ""},
+        {"admit 1.1 4 2", ""},
+        {"admit 2.1 3 0", ""},
+        {"add 1.1 4", "1.1/1 1.1/2"},
+        {"add 2.1 5", "2.1/1 2.1/2 2.1/3"},  // without a depth nothing holds it up
+        {"answer 1 3", "2.1/4"},             // the two behind it lie in the queue still
+        {"answer 1 5", "1.1/3 2.1/5"}});
+}
+
+TEST(CallGate, WhoLeavesWhilePlacedMakesWay) {
+  play({{"open 1", ""},
+        {"admit 1.1 4", ""},
+        {"admit 2.1 4", ""},
+        {"admit 3.1 4", ""},
+        {"add 1.1 4", "1.1/1 1.1/2 1.1/3 1.1/4"},
+        {"add 2.1 4", "2.1/1 2.1/2 2.1/3 2.1/4"},
+        {"add 3.1 4", "3.1/1 3.1/2"},
+        {"leave 3.1 3", ""},  // the next one of the caller is placed
+        {"answer 1 1", "3.1/4"}});
+}
+
+TEST(CallGate, WhatWasHandedOverStaysInTheQueueWhenItsCallerLeaves) {
+  play({{"open 1", ""},
+        {"admit 1.1 4", ""},
+        {"admit 2.1 4", ""},
+        {"admit 3.1 4", ""},
+        {"add 1.1 4", "1.1/1 1.1/2 1.1/3 1.1/4"},
+        {"add 2.1 4", "2.1/1 2.1/2 2.1/3 2.1/4"},
+        {"add 3.1 4", "3.1/1 3.1/2"},
+        {"dismiss 1.1", ""},
+        {"pass 4999", ""},
+        {"pass 1", "3.1/3 3.1/4"}});  // silent for so long, it has taken them
+}
+
+TEST(CallGate, AServerThatIsGoneIsGivenNothing) {
+  play({{"results 1", ""},
+        {"admit 1.1 1", ""},
+        {"add 1.1 12", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5 1.1/6 1.1/7 1.1/8 1.1/9 1.1/10"},
+        {"gone 1", ""},
+        {"pass 5000", ""},
+        {"dismiss 1.1", ""}});
+}
+
+TEST(CallGate, ResultsTakeNoPlaceOfTheLink) {
+  play({{"results 1", ""},
+        {"open 2", ""},
+        {"admit 1.1 1", ""},
+        {"admit 1.2 9", ""},
+        {"add 1.1 6", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5 1.1/6"},
+        {"add 1.2 5", "1.2/1 1.2/2 1.2/3 1.2/4"}});
+}
+
+TEST(CallGate, APreparedCallHoldsThoseBehindIt) {
+  play({{"open 1", ""},
+        {"admit 1.1 4", ""},
+        {"admit 2.1 4", ""},
+        {"slow 1.1 2", ""},
+        {"add 1.1 4", "1.1/1 1.1/2"},
+        {"add 2.1 1", "2.1/1"},
+        {"answer 1 1", ""},
+        {"ready 1.1 2", "1.1/3 1.1/4"}});
+}
+
+TEST(CallGate, APreparedCallThatLeavesMakesWay) {
+  play({{"open 1", ""},
+        {"admit 1.1 4", ""},
+        {"slow 1.1 1", ""},
+        {"add 1.1 2", "1.1/1"},
+        {"leave 1.1 1", "1.1/2"}});
+}
+
+TEST(CallGate, NothingBeginsWhileItIsHeld) {
+  play({{"open 1", ""},
+        {"admit 1.1 1", ""},
+        {"add 1.1 2", "1.1/1"},
+        {"hold", ""},
+        {"leave 1.1 1", ""},
+        {"admit 1.1 3", ""},
+        {"release 1.1", "1.1/2"}});
+}
+
+TEST(CallGate, PlacesOfADeadLinkAreForNobody) {
+  Words words;
+  for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9"}) words.does(step);
+  EXPECT_EQ(words.does("add 1.1 4"), "1.1/1 1.1/2 1.1/3 1.1/4");
+  EXPECT_EQ(words.does("add 1.2 1"), "");
+  words.gate.close(LinkId{1});
+  EXPECT_EQ(words.does("dismiss 1.1"), "");
+  EXPECT_EQ(words.does("dismiss 1.2"), "");
+  words.gate.forget({1});
+  EXPECT_EQ(words.gate.waiting(LinkId{1}), 0U);
+}
+
+TEST(CallGate, TellsWhetherACallWouldWait) {
+  Words words;
+  const CallGate::Caller one{{1}, {1}};
+  EXPECT_TRUE(words.gate.would_wait(one));  // it is not admitted
+  words.does("open 1");
+  words.does("admit 1.1 2");
+  EXPECT_FALSE(words.gate.would_wait(one));
+  words.does("add 1.1 5");
+  EXPECT_TRUE(words.gate.would_wait(one));
+  EXPECT_EQ(words.gate.waiting(one), 3U);
+  EXPECT_EQ(words.gate.waiting(LinkId{1}), 3U);
+}
+
+}  // namespace
+}  // namespace connect_bridge
