@@ -28,7 +28,7 @@ struct Fed : topics_test::Actions {
     if (!service)
       service = std::make_unique<MirroredService>(ServiceKey{"/s", kServiceType}, mirroring);
     subject = service.get();
-    peer.link.expect_offered({1});
+    peer.link.expect_offered({1}, InterfaceKind::kService);
     const auto decision = policy.decide(
         Direction::kImport, {InterfaceKind::kService, "/s", kServiceType, ""}, peer.link.identity);
     EXPECT_TRUE(subject->on_offer(peer.link, service_channel(1, "/s"), *decision));

@@ -48,9 +48,6 @@ struct OneLink final : private LinkUser {
   Result<Nothing> on_offer(Link&, const Offer&, const Now&) override { return Nothing{}; }
   Result<Nothing> on_accepts(Link&, Accepts, const Now&) override { return Nothing{}; }
   void on_peer_time(const TimeReply&, Stamp) override {}
-  Result<Nothing> on_stray(Link&, InMessage&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on_stray(Link&, Control, const Now&) override { return Nothing{}; }
-  void on_stray(Link&, const Outbox::Delivered&, const Now&) override {}
 };
 
 // The actions since the last call, one per line. Logs are kept apart.
