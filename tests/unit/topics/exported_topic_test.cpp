@@ -63,7 +63,7 @@ TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
   EXPECT_EQ(s.did(), "refresh\n");
   EXPECT_EQ(s.context.parked.used(), sample("earlynever").size() + 4);
   s.see(topic("/a").pub(1).pub(2), 100);
-  EXPECT_EQ(peer.said(), "offer\n1.2 early\n");
+  EXPECT_EQ(peer.said(), "origins 1 +[2] -[]\n1.2 early\n");
 }
 
 TEST(ExportedTopic, ASampleOfNobodyIsDroppedAfterASecond) {
