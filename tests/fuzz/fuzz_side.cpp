@@ -207,6 +207,7 @@ class World {
     frame.channel = {shape & 1 ? 20U + shape / 8U : 1U + shape % 8U};
     frame.subject = {1U + script.byte()};
     frame.sequence = ++last_sequence_;
+    frame.demand = 1;
     frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
     frame.part = body.view();
     Bytes packet;
@@ -217,7 +218,7 @@ class World {
 
   static Payload demand(std::uint8_t shape) {
     if (shape & 64) return text(Withdraw{{{1U + shape % 8U}}});
-    return text(Demand{{{1U + shape % 8U}}, (shape & 32) == 0});
+    return text(Demand{{{1U + shape % 8U}}, static_cast<std::uint16_t>((shape & 32) == 0 ? 1 : 0)});
   }
 
   void change_graph(std::uint8_t shape) {
@@ -232,6 +233,7 @@ class World {
     m.subscription = {script.byte()};
     m.origin.bytes[0] = script.byte();
     m.stamp = now_.system;
+    m.number = script.byte();
     m.payload = script.bytes();
     return m;
   }

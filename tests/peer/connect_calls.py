@@ -210,4 +210,5 @@ class Calls:
     def frames_for(self, channel, data, stamp=None, origin=1, **options):
         self._sequences[channel] = sequence = self._sequences.get(channel, 0) + 1
         stamp = time.time_ns() if stamp is None else stamp
+        options.setdefault("demand", self.demanded.get(channel, 0))
         return frames_of(channel, origin, sequence, stamp, data, **options)

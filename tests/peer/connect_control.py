@@ -179,7 +179,7 @@ def decode_control(text):
         for channel in items(message, "channels", 65536):
             number(channel)
         if kind == "demand":
-            member(message, "on", bool)
+            require(0 <= member(message, "number", int) < 65536, "number of a demand")
     elif kind == "decline":
         number(member(message, "channel", int))
         _check_code(message)

@@ -8,6 +8,7 @@ from connect_records import ILLEGAL, MALFORMED, MESSAGE_MAX, STAMP_MAX, TOO_LARG
 
 SAMPLE_MAX = 64 << 20
 OPEN_MAX = 256 << 20
+MESSAGE = "<BBHIIIqQIII"
 CODECS = ("none", "lz4", "zstd")
 
 
@@ -16,12 +17,12 @@ def encode_frame(frame):
     if kind == "message":
         numbers = [
             frame[key]
-            for key in ("channel", "origin", "sequence", "stamp_ns", "raw_bytes", "body_bytes")
+            for key in (
+                *("demand", "channel", "origin", "sequence"),
+                *("stamp_ns", "number", "raw_bytes", "body_bytes"),
+            )
         ]
-        return (
-            struct.pack("<BBHIIIqIII", 1, CODECS.index(frame["codec"]), 0, *numbers, len(part))
-            + part
-        )
+        return struct.pack(MESSAGE, 1, CODECS.index(frame["codec"]), *numbers, len(part)) + part
     if kind == "part":
         return struct.pack("<BBHII", 2, frame["abort"], 0, frame["channel"], len(part)) + part
     if kind == "ack":
@@ -55,10 +56,10 @@ def decode_packet(data):
     while at < len(data):
         kind = data[at]
         if kind == 1:
-            (_, codec, zero, channel, origin, sequence, stamp, raw, body, p), at = _take(
-                data, at, "<BBHIIIqIII"
+            (_, codec, demand, channel, origin, sequence, stamp, count, raw, body, p), at = _take(
+                data, at, MESSAGE
             )
-            require(codec < 3 and zero == 0 and channel and origin and sequence, "message frame")
+            require(codec < 3 and channel and origin and sequence, "message frame")
             require(p <= body and (p or not body), "size of the part")
             require(raw == body if codec == 0 else raw and body, "sizes of the message")
             _stamps(stamp)
@@ -69,8 +70,11 @@ def decode_packet(data):
                 channel=channel,
                 origin=origin,
                 sequence=sequence,
+                demand=demand,
+                stamp_ns=stamp,
+                number=count,
             )
-            frames.append(dict(frame, stamp_ns=stamp, raw_bytes=raw, body_bytes=body, part=part))
+            frames.append(dict(frame, raw_bytes=raw, body_bytes=body, part=part))
         elif kind == 2:
             (_, flags, zero, channel, p), at = _take(data, at, "<BBHII")
             require(flags < 2 and zero == 0 and channel, "part frame")
@@ -93,7 +97,9 @@ def decode_packet(data):
     return frames
 
 
-def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None):
+def frames_of(
+    channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None, demand=0, number=0
+):
     """A sample as frames."""
     body = sample if body is None else body
     head = dict(
@@ -102,7 +108,9 @@ def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none"
         channel=channel,
         origin=origin,
         sequence=sequence,
+        demand=demand,
         stamp_ns=stamp,
+        number=number,
     )
     yield dict(head, raw_bytes=len(sample), body_bytes=len(body), part=body[:part])
     for at in range(part, len(body), part):

@@ -94,9 +94,10 @@ class Peer(Calls):
         self.dead_after = dead_after
         self.accepts = None  # the peer's
         self.offers, self.complete, self.withdrawn = {}, False, set()  # of the peer
-        self.offered, self.demanded, self.declined = {}, set(), {}  # of this side
+        self.offered, self.demanded, self.declined = {}, {}, {}  # of this side
+        self._demands, self._demand_of = 0, {}  # of the channels of the peer
         self.samples, self.frames, self.times = {}, [], []
-        self.seen = {} if seen is None else seen  # of the link: newest stamp per mirror
+        self.seen = {} if seen is None else seen  # of the link: newest number per mirror
         self.sent_bytes = self.acked = self.received_bytes = 0
         self.acks_received, self.acks_sent, self.asked_at = [], [], []
         self.closed = None  # code and reason
@@ -209,7 +210,10 @@ class Peer(Calls):
         return self.until(there, f"offer of {name}")
 
     def demand(self, *channels, on=True):
-        self.send_control(type="demand", channels=list(channels), on=on)
+        self._demands += 1
+        number = self._demands if on else 0
+        self._demand_of.update(dict.fromkeys(channels, number))
+        self.send_control(type="demand", channels=list(channels), number=number)
 
     def wait_samples(self, channel, count=1):
         return self.until(
@@ -331,7 +335,9 @@ class Peer(Calls):
     def _on_demand(self, message):
         for number in message["channels"]:
             if number in self.offered:
-                (self.demanded.add if message["on"] else self.demanded.discard)(number)
+                self.demanded.pop(number, None)
+                if message["number"]:
+                    self.demanded[number] = message["number"]
 
     def _on_decline(self, message):
         self.declined[message["channel"]] = message["code"], message.get("reason", "")
@@ -380,12 +386,14 @@ class Peer(Calls):
         if channel["kind"] == "service":
             self._on_response(number, head, data)
             return
+        if head["demand"] != self._demand_of.get(number):
+            return
         origin = next((o for o in channel["origins"] if o["origin"] == head["origin"]), None)
         if origin is None or len(data) < 4 or data[0] or data[1] > 0x0B:
             return
         if origin["qos"].get("durability") == "transient_local":
             mirror = channel["name"], channel["type"], origin["gid"]
-            if head["stamp_ns"] <= self.seen.get(mirror, -1):
+            if head["number"] and head["number"] <= self.seen.get(mirror, 0):
                 return
-            self.seen[mirror] = head["stamp_ns"]
+            self.seen[mirror] = head["number"]
         self.samples.setdefault(number, []).append(Sample(head, data))

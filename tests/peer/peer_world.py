@@ -171,7 +171,14 @@ def packet(*frames):
 def message(channel, sequence, part, body_bytes=None, **more):
     size = len(part) if body_bytes is None else body_bytes
     head = dict(
-        type="message", codec="none", channel=channel, origin=1, sequence=sequence, stamp_ns=1
+        type="message",
+        codec="none",
+        channel=channel,
+        origin=1,
+        sequence=sequence,
+        demand=1,
+        stamp_ns=1,
+        number=0,
     )
     return dict(head, raw_bytes=size, body_bytes=size, part=part, **more)
 

@@ -108,7 +108,7 @@ def test_history_for_a_second_peer(world, peer):
     second.demand(channel)
     second.wait_samples(channel, 3)
     assert [string_of(sample.data) for sample in second.samples[channel]] == ["0", "1", "2"]
-    # Demand that returns brings history again, and the stamps tell it apart.
+    # Demand that returns brings history again, and the numbers tell it apart.
     frames = len(second.frames)
     second.demand(channel, on=False)
     second.demand(channel)
@@ -264,20 +264,20 @@ def test_mirrors(world, peer):
 
 
 @pytest.mark.parametrize(
-    "stamps, texts",
+    "numbers, texts",
     [
         ((10, 20, 20, 15, 30), ["0", "1", "4"]),
         ((0, 0), ["0", "1"]),
     ],
     ids=["rising", "not known"],
 )
-def test_stamps_of_transient_local(world, peer, stamps, texts):
-    topic = f"/o/stamps{stamps[0]}"
+def test_numbers_of_transient_local(world, peer, numbers, texts):
+    topic = f"/o/numbers{numbers[0]}"
     collector = world.graph.collector(String, topic, LATCHED)
     mine = peer(exports=[(topic, STRING, "transient_local")])
     channel = mine.channel_of(topic)
-    for number, stamp in enumerate(stamps):
-        mine.publish(channel, cdr_string(str(number)), stamp=stamp)
+    for count, number in enumerate(numbers):
+        mine.publish(channel, cdr_string(str(count)), number=number)
     until(lambda: mine.acked == mine.sent_bytes, "ack")
     with contextlib.suppress(AssertionError):
         collector.wait(len(texts), 2)

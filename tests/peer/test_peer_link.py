@@ -103,8 +103,8 @@ def test_session_continues_after_a_loss(world, peer):
     collector = world.graph.collector(String, "/o/kept", LATCHED)
     exports = [("/o/kept", STRING, "transient_local")]
     old = Peer(world.url, TOKEN, exports=exports)
-    sample, stamp = cdr_string("once"), time.time_ns()
-    old.publish(old.channel_of("/o/kept"), sample, stamp=stamp)
+    sample = cdr_string("once")
+    old.publish(old.channel_of("/o/kept"), sample, number=7)
     collector.wait(1)
     (mirror,) = world.graph.publishers("/o/kept")
     old.drop()
@@ -112,8 +112,8 @@ def test_session_continues_after_a_loss(world, peer):
     new = peer(exports=exports, session=old.welcome["session"], side=old.side)
     assert new.welcome["session"] == old.welcome["session"]
     channel = new.channel_of("/o/kept")
-    new.publish(channel, sample, stamp=stamp)
-    new.publish(channel, cdr_string("twice"), stamp=stamp + 1)
+    new.publish(channel, sample, number=7)
+    new.publish(channel, cdr_string("twice"), number=8)
     assert [m.data for m in collector.wait(2)] == ["once", "twice"]
     (now,) = world.graph.publishers("/o/kept")
     assert now.endpoint_gid == mirror.endpoint_gid

@@ -108,7 +108,7 @@ void Digest::feed(const T& value) {
     for (const auto& element : value) feed(element);
   } else {
     static_assert(std::is_aggregate_v<T>, "say how this type is read");
-    for_each_field(value, [this](const auto& field) { feed(field); });
+    for_each_field(value, [this](const auto& field) { this->feed(field); });
   }
 }
 

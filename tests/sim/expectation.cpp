@@ -77,8 +77,8 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
     expected.unreachable = !middleware_.knows_type(spec.graph, spec.type);
     expected.bytes_max =
         std::min<std::uint64_t>(there.reassembly.message_bytes_max, here.outbox.data_bytes_max / 3);
-    expected.queue_bytes_max = std::min(
-        {exported->queue_bytes_max, here.outbox.data_bytes_max / 2, here.history_bytes_max});
+    expected.queue_bytes_max =
+        std::min<std::uint64_t>(here.outbox.data_bytes_max / 2, here.history_bytes_max);
     merge(std::move(expected));
   }
 }

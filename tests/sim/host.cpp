@@ -39,6 +39,12 @@ const Identity* Host::identity_on(ConnectionId id) const {
   return it == identities_.end() ? nullptr : &it->second;
 }
 
+bool Host::has_late_login() const {
+  const Stamp latest = now().system + kLoginMax.count();
+  return std::any_of(identities_.begin(), identities_.end(),
+                     [&](const auto& login) { return login.second.expires > latest; });
+}
+
 void Host::start() {
   if (side_ || stopped_) return;
   ++life_;
@@ -200,7 +206,8 @@ void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& s
   if (!side_ || !subscriptions_.contains(id)) return;
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
-  input(MessageTaken{id, writer.gid, sample.stamp, counted(Bytes{view.begin(), view.end()})});
+  input(MessageTaken{id, writer.gid, sample.stamp, counted(Bytes{view.begin(), view.end()}),
+                     sample.number});
 }
 
 bool Host::listening() const {

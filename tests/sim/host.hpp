@@ -21,6 +21,9 @@
 
 namespace connect_bridge::sim {
 
+// How long a login holds at most, if it ends at all.
+inline constexpr Duration kLoginMax = std::chrono::milliseconds(3500);
+
 struct HostPlan {
   int graph = 0;
   SideOptions options;           // role, rules, names, credential, limits
@@ -129,6 +132,8 @@ class Host : public Party {
   [[nodiscard]] TimePoint last_open() const { return last_open_; }
   // Who logged in on a connection (server).
   [[nodiscard]] const Identity* identity_on(ConnectionId id) const;
+  // Whether a login ends later than any did when it was made: the clock was set back meanwhile.
+  [[nodiscard]] bool has_late_login() const;
 
  private:
   // What the network takes from a peer (OpenGate).

@@ -140,11 +140,10 @@ void Host::act(const Authenticate& action) {
     const auto account = world_.accounts.find(credential);
     if (account != world_.accounts.end()) identity = account->second;
   }
-  if (identity && identity->expires != 0) {
-    identity->expires = calm_ ? 0 : identity->expires + now().system;
-  }
+  if (identity && identity->expires != 0) identity->expires += now().system;
   const Duration delay = rng_.between(1us, plan_.login_delay_max + 2us);
-  later(delay, [this, identity, id = action.connection]() -> Input {
+  later(delay, [this, identity, id = action.connection]() mutable -> Input {
+    if (identity && calm_) identity->expires = 0;
     if (identity && gates_.contains(id)) identities_[id] = *identity;
     return Authenticated{id, identity, identity ? "" : "unknown credential"};
   });

@@ -144,8 +144,10 @@ void Middleware::publish(int id, Payload payload) {
   Writer& writer = writers_[index(id)];
   if (!writer.alive) violated("published on a publisher that does not exist");
   ++writer.count;
-  writer.last_stamp = std::max(stamp(writer.spec.graph), writer.last_stamp + 1);
-  Sample sample{std::move(payload), writer.last_stamp, schedule_.now()};
+  // No two are alike; but a clock that is set back takes the stamps with it.
+  const Stamp now = stamp(writer.spec.graph);
+  writer.last_stamp = now == writer.last_stamp ? now + 1 : now;
+  Sample sample{std::move(payload), writer.last_stamp, writer.count, schedule_.now()};
   auto& matches = writer.matches;
   std::erase_if(matches, [this](const auto& m) { return !readers_[index(m.reader)].alive; });
   for (auto& made : matches) deliver(writer, made, sample);

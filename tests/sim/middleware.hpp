@@ -47,6 +47,7 @@ struct EndpointSpec {
 struct Sample {
   Payload payload;
   Stamp stamp = 0;
+  std::uint64_t number = 0;  // counts those of its writer, from 1
   TimePoint published{};
 };
 

@@ -171,6 +171,7 @@ void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connec
   Channel& channel = it->second;
   const std::string what = describe(host) + " sends a message of " + channel.wire;
   if (!channel.demanded) violated(what + " that nobody demands");
+  if (frame.demand != channel.demand) violated(what + " for another demand");
   if (channel.open_bytes > 0) violated(what + " inside another one");
   if (frame.sequence != ++connection.sequences[frame.channel]) violated(what + " out of sequence");
   if (channel.kind == InterfaceKind::kTopic) {
@@ -282,7 +283,8 @@ void WireCheck::on_received(const Host& host, ConnectionId id, const FlatPacket&
   for (const ChannelId wanted : demand->channels) {
     const auto channel = channels.find(wanted);
     if (channel == channels.end() || channel->second.kind == InterfaceKind::kService) continue;
-    channel->second.demanded = demand->on;
+    channel->second.demanded = demand->number != 0;
+    channel->second.demand = demand->number;
     channel->second.demanded_since = ledger_.now();
   }
 }

@@ -50,6 +50,7 @@ class WireCheck {
     Priority priority = Priority::kNormal;
     std::map<OriginId, Origin> origins;
     bool demanded = false;
+    std::uint16_t demand = 0;  // its number; of a service 0
     TimePoint demanded_since{};
     std::uint64_t open_bytes = 0;   // of the message that is partly sent: what is missing
     std::uint64_t progress_at = 0;  // the connection's weighted bytes at our last frame

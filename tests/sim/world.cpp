@@ -158,6 +158,7 @@ void World::run() {
   crowd_.calm();
   service_crowd_.calm();
   weather_->heal();
+  renew_late_logins();
   for (auto& stranger : strangers_) stranger->stop();
   corner_.stop();
   run_for(kSettle);
@@ -175,6 +176,13 @@ void World::run() {
     check_last_words();
   }
   end();
+}
+
+// Logins end during the chaos. Where the clock was set back one would end while all is to be quiet.
+void World::renew_late_logins() {
+  for (const auto& pair : checker_.ledger().pairs()) {
+    if (pair.server->has_late_login()) network_.cut(pair.path, true, true);
+  }
 }
 
 void World::check_services() {

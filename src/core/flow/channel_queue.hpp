@@ -33,7 +33,9 @@ struct QueueOptions {
 // A message in the form in which it leaves.
 struct OutMessage {
   Subject subject;
-  Stamp stamp = 0;  // 0: not known, then it has no age
+  std::uint16_t demand = 0;  // as in MessageFrame
+  Stamp stamp = 0;           // 0: not known, then it has no age
+  std::uint64_t number = 0;  // as in MessageFrame
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
   Payload body;

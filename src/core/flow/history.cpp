@@ -14,14 +14,14 @@ void HistoryCache::limit(std::uint32_t depth, std::uint64_t bytes_max) {
   keep_bytes();
 }
 
-void HistoryCache::add(OriginId origin, Stamp stamp, Payload payload) {
-  if (payload.size() > bytes_max_) {
+void HistoryCache::add(Sample sample) {
+  if (sample.payload.size() > bytes_max_) {
     ++lost_;
     return;
   }
-  bytes_ += payload.size();
-  samples_.push_back({origin, stamp, std::move(payload)});
-  auto& own = by_origin_[origin];
+  bytes_ += sample.payload.size();
+  samples_.push_back(std::move(sample));
+  auto& own = by_origin_[samples_.back().origin];
   own.push_back(std::prev(samples_.end()));
   if (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
   keep_bytes();

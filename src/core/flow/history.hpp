@@ -19,6 +19,7 @@ class HistoryCache {
   struct Sample {
     OriginId origin;
     Stamp stamp = 0;
+    std::uint64_t number = 0;
     Payload payload;
   };
 
@@ -28,16 +29,13 @@ class HistoryCache {
       : depth_(depth), bytes_max_(bytes_max) {}
   void limit(std::uint32_t depth, std::uint64_t bytes_max);
 
-  void add(OriginId origin, Stamp stamp, Payload payload);
+  void add(Sample sample);
   // The origin is gone; with it go its samples.
   void remove(OriginId origin);
   void clear();
 
-  // `visit(OriginId, Stamp, const Payload&)` for each sample in order of arrival.
-  template <class Visit>
-  void for_each(Visit&& visit) const {
-    for (const auto& sample : samples_) visit(sample.origin, sample.stamp, sample.payload);
-  }
+  // In order of arrival.
+  [[nodiscard]] const std::list<Sample>& samples() const { return samples_; }
   [[nodiscard]] std::size_t size() const { return samples_.size(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
   // Samples that were given up for want of bytes: a late subscriber misses them.

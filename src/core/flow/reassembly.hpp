@@ -16,7 +16,9 @@ struct InMessage {
   ChannelId channel;
   Subject subject;
   std::uint32_t sequence = 0;
+  std::uint16_t demand = 0;
   Stamp stamp = 0;
+  std::uint64_t number = 0;
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;
   Payload body;

@@ -36,6 +36,12 @@ std::optional<Encoder::Encoded> Encoder::next() {
   return whole(std::move(sample), std::move(body));
 }
 
+std::size_t Encoder::forget(LinkId link) {
+  std::size_t count = at_work_ ? std::erase(at_work_->targets, link) : 0;
+  for (auto& sample : waiting_) count += std::erase(sample.targets, link);
+  return count;
+}
+
 std::vector<OutSample> Encoder::clear() {
   job_.cancel();
   std::vector<OutSample> dropped;

@@ -17,6 +17,7 @@ namespace connect_bridge {
 struct OutSample {
   Subject subject;
   Stamp stamp = 0;
+  std::uint64_t number = 0;  // as in MessageFrame
   Payload raw;
   std::vector<LinkId> targets;
 };
@@ -47,6 +48,8 @@ class Encoder {
   void finish(std::optional<Payload> result);
   // The next sample, once it is ready.
   [[nodiscard]] std::optional<Encoded> next();
+  // The link gets none of what is under way; how many samples that were for it.
+  std::size_t forget(LinkId link);
   // Forgets everything; all these samples are dropped.
   std::vector<OutSample> clear();
 

@@ -32,7 +32,7 @@ class OutgoingChannel {
  public:
   virtual ~OutgoingChannel() = default;
 
-  virtual void on_demand(bool on, const Now& now);
+  virtual void on_demand(std::uint16_t number, const Now& now);
   virtual void on_decline(const Decline& decline, const Now& now);
   virtual Result<Nothing> on_attach(const Attach& attach, const Now& now);
   virtual Result<Nothing> on_forget(const Forget& forget, const Now& now);

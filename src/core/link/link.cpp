@@ -125,7 +125,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
 // What concerns a channel that this side has withdrawn crossed the withdraw on its way.
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (const ChannelId number : demand.channels)
-    if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.on, now);
+    if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.number, now);
   return Nothing{};
 }
 

@@ -56,6 +56,7 @@ struct MessageTaken {
   Gid origin;       // publisher; all zero where the middleware does not tell
   Stamp stamp = 0;  // source time stamp, system clock; 0 where the middleware does not tell
   Payload payload;
+  std::uint64_t number = 0;  // counts the publisher's samples; 0 where it does not tell
 };
 
 // More samples were lost or refused below us (QoS event message_lost, or beyond message_bytes_max).

@@ -120,7 +120,7 @@ void Feed::on_request(RequestId request, Payload payload, const Now& now) {
   counts_.request_bytes += size;
   if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
   // Nothing gives way: no_room() bounds what comes here.
-  (void)encoder_->push({id, now.system, std::move(payload), {}});
+  (void)encoder_->push({id, now.system, 0, std::move(payload), {}});
   send_encoded(now);
 }
 

@@ -49,13 +49,18 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     imports_.send_demands();
-    for (const auto& use : service_exports_.take_action_uses())
-      exports_.hold_action(use.action, use.on, now);
+    hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) publish_claim(now);
+}
+
+// While an action's services are attached its topics stay subscribed.
+void Side::hold_actions(const Now& now) {
+  for (const auto& use : service_exports_.take_action_uses())
+    exports_.hold_action(use.action, use.on, now);
 }
 
 void Side::publish_claim(const Now& now) {
@@ -80,10 +85,7 @@ void Side::on(GraphChanged& input, const Now& now) {
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
   if (!actions_.update(graph_, claims_)) return send_offers(now);
-  service_exports_.hold();
-  for (auto& [id, link] : links_.all())
-    if (link.open() && link.accepts) recheck(link, now);
-  service_exports_.go_on(now);
+  recheck(now);
 }
 
 void Side::on(MessageTaken& input, const Now& now) {
@@ -121,19 +123,11 @@ void Side::on(RequestTaken& input, const Now& now) {
 
 // ---- workers, operator, time
 
-// Rights are looked at link by link, and no call starts before all have been.
 void Side::on(PolicyChanged& input, const Now& now) {
   policy_ = std::move(input.policy);
   for (auto& [id, link] : links_.all())
     if (link.open()) send_accepts(link);
-  service_exports_.hold();
-  for (auto& [id, link] : links_.all()) {
-    if (link.open() && link.accepts)
-      recheck(link, now);
-    else
-      service_exports_.recheck(link, now);  // the calls of a lost connection lose their right, too
-  }
-  service_exports_.go_on(now);
+  recheck(now);
   imports_.on_policy(now);
   service_imports_.on_policy(now);
 }
@@ -214,15 +208,23 @@ void Side::send_accepts(Link& link) const {
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
   link.accepts = std::move(accepts);
   service_exports_.hold();
-  recheck(link, now);
+  service_exports_.recheck(link, now);
+  hold_actions(now);
+  exports_.recheck(link, now);
+  send_offers(link, now);
   service_exports_.go_on(now);
   return Nothing{};
 }
 
-void Side::recheck(Link& link, const Now& now) {
-  exports_.recheck(link, now);
-  service_exports_.recheck(link, now);
-  send_offers(link, now);
+// Rights are looked at link by link, and no call starts before all have been. Services first: what
+// they hold no longer is not subscribed anew. The calls of a lost connection lose their right, too.
+void Side::recheck(const Now& now) {
+  service_exports_.hold();
+  for (auto& [id, link] : links_.all()) service_exports_.recheck(link, now);
+  hold_actions(now);
+  for (auto& [id, link] : links_.all()) exports_.recheck(link, now);
+  send_offers(now);
+  service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {

@@ -91,9 +91,10 @@ class Side final : private LinksUser {
 
   void start(const Now& now);
   void settle(const Now& now);
+  void hold_actions(const Now& now);
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
-  void recheck(Link& link, const Now& now);
+  void recheck(const Now& now);
   void send_accepts(Link& link) const;
   void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open

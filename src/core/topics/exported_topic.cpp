@@ -72,15 +72,19 @@ void ExportedTopic::recheck(const Link& link, const Now& now) {
   if (it == offers_.end() || it->second.is_current()) return;
   it->second.withdraw();
   offers_.erase(it);
+  forget_encoding(link.id);
   update_subscription(now);
 }
 
 void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
-  if (offers_.erase(link) > 0) update_subscription(now);
+  if (offers_.erase(link) == 0) return;
+  forget_encoding(link);
+  update_subscription(now);
 }
 
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
   const bool subscribed = bool(subscription_);
+  if (!offer.demanded()) offer.drop(DropReason::kNoDemand, forget_encoding(link));
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, link, now);
@@ -174,7 +178,7 @@ void ExportedTopic::end_subscription() {
 void ExportedTopic::unsubscribe() {
   end_subscription();
   history_.clear();
-  origins_.forget_stamps();
+  origins_.forget_samples();
   for (auto& [how, stream] : streams_)
     for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
   parked_.clear();
@@ -245,14 +249,16 @@ void ExportedTopic::watch_parked() {
 
 // Of transient-local publishers the last samples are kept, for links that demand the topic when it
 // is subscribed already. A subscription that is made anew (changed QoS) gets from the publishers
-// what they keep: those samples have crossed and are known by their stamps.
+// what they keep: those samples have crossed and are known by their numbers (by their stamps where
+// the middleware does not count; then a clock that is set back silences them for as long).
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
   if (subscription_qos_.durability == Durability::kTransientLocal) {
-    if (taken.stamp <= origin.last_stamp) return;
-    origin.last_stamp = taken.stamp;
-    history_.add(origin.id, taken.stamp, taken.payload);
+    if (taken.number == 0) taken.number = static_cast<std::uint64_t>(taken.stamp);
+    if (taken.number <= origin.last_number) return;
+    origin.last_number = taken.number;
+    history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }
-  OutSample sample{origin.id, taken.stamp, std::move(taken.payload), {}};
+  OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
     if (!offer.admit(origin.id, sample.raw.size(), now)) continue;
@@ -264,17 +270,20 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     }
   }
   for (auto& [how, links] : compressed)
-    encode(how, {sample.subject, sample.stamp, sample.raw, std::move(links)}, now);
+    encode(how, {sample.subject, sample.stamp, sample.number, sample.raw, std::move(links)}, now);
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
   const Compression how = offer.treatment().compression;
-  history_.for_each([&](OriginId origin, Stamp stamp, const Payload& raw) {
-    if (!offer.admit_old(origin, raw.size())) return;
-    OutSample sample{origin, stamp, raw, {link}};
-    if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, raw, now);
-    encode(how, std::move(sample), now);
-  });
+  for (const auto& [origin, stamp, number, raw] : history_.samples()) {
+    if (!offer.admit_old(origin, raw.size())) continue;
+    OutSample sample{origin, stamp, number, raw, {link}};
+    if (how.codec == Codec::kNone) {
+      offer.send(sample, Codec::kNone, raw, now);
+    } else {
+      encode(how, std::move(sample), now);
+    }
+  }
 }
 
 void ExportedTopic::encode(const Compression& how, OutSample sample, const Now& now) {
@@ -284,7 +293,9 @@ void ExportedTopic::encode(const Compression& how, OutSample sample, const Now& 
     // once.
     const bool latched = subscription_qos_.durability == Durability::kTransientLocal;
     const std::uint32_t depth = latched ? 0 : subscription_qos_.depth;
-    stream = streams_.try_emplace(how, *this, Encoder::Options{how, depth, kEncoderBytesMax}).first;
+    const auto bytes =
+        latched ? std::max(context_.options.history_bytes_max, kEncoderBytesMax) : kEncoderBytesMax;
+    stream = streams_.try_emplace(how, *this, Encoder::Options{how, depth, bytes}).first;
   }
   Encoder& encoder = stream->second.encoder;
   for (const auto& displaced : encoder.push(std::move(sample)))
@@ -302,6 +313,14 @@ void ExportedTopic::send_encoded(Encoder& encoder, const Now& now) {
     for (const LinkId link : ready->sample.targets)
       if (const auto offer = offers_.find(link); offer != offers_.end())
         offer->second.send(ready->sample, ready->codec, ready->body, now);
+}
+
+// What a worker has for the link would come in its next demand before the last samples, and may be
+// among them.
+std::size_t ExportedTopic::forget_encoding(LinkId link) {
+  std::size_t count = 0;
+  for (auto& [how, stream] : streams_) count += stream.encoder.forget(link);
+  return count;
 }
 
 void ExportedTopic::drop(const OutSample& sample, DropReason reason) {

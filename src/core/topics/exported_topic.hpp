@@ -79,6 +79,8 @@ class ExportedTopic {
   void encode(const Compression& how, OutSample sample, const Now& now);
   void send_encoded(Encoder& encoder, const Now& now);
   void send_history(TopicOffer& offer, LinkId link, const Now& now);
+  // How many samples for the link were under way; it gets none of them.
+  std::size_t forget_encoding(LinkId link);
   void drop(const OutSample& sample, DropReason reason);
   void drop_demanded(DropReason reason, std::uint64_t count = 1);
 

@@ -109,8 +109,9 @@ bool Mirror::refresh(const Now& now) {
   return taken_over;
 }
 
-void Mirror::update(const Now& now) {
-  if (refresh(now)) ask_for_last_samples(now);
+void Mirror::update(const Now& now, const OfferedTopic* sends) {
+  const bool anew = refresh(now);
+  if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
 }
 
 bool Mirror::may_exist() const {
@@ -128,7 +129,7 @@ bool Mirror::may_exist() const {
 // known to claim anything, so that a start takes longer.
 void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
-  last_stamp_ = 0;
+  last_number_ = 0;
   warned_qos_ = false;
   TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
   if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
@@ -250,12 +251,11 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 
 // After a reconnect, or when demand returns, the exporter sends the last samples of a
 // transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
-// the feeding one, it may be behind the first.
-bool Mirror::publish(const Link& link, Stamp stamp, const Payload& raw) {
-  const bool repeats = is_latched() || fed_by_ != link.id;
-  if (repeats && stamp != 0 && stamp <= last_stamp_) return false;
-  last_stamp_ = std::max(last_stamp_, stamp);
-  fed_by_ = link.id;
+// the feeding one, it may be behind the first. The number is the origin's own, so it tells whatever
+// way a sample came.
+bool Mirror::publish(std::uint64_t number, const Payload& raw) {
+  if (number != 0 && number <= last_number_) return false;
+  last_number_ = std::max(last_number_, number);
   context_.outputs.push(Publish{id_, raw});
   return true;
 }

@@ -51,8 +51,8 @@ class Mirror {
   // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
   // has not sent the origin's last samples to it.
   bool refresh(const Now& now);
-  // The same, and asks for these samples.
-  void update(const Now& now);
+  // The same, and asks for these samples; but not this topic, whose exporter sends them by itself.
+  void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may ask for another QoS now. True: the publisher was made anew.
   bool adopt_qos(const OfferedTopic& offered, const Now& now);
   void destroy();
@@ -73,7 +73,7 @@ class Mirror {
   // Why nothing that comes from this link is published.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
   // False: the sample was published before.
-  bool publish(const Link& link, Stamp stamp, const Payload& raw);
+  bool publish(std::uint64_t number, const Payload& raw);
 
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
@@ -103,8 +103,7 @@ class Mirror {
   Timer settles_;                      // no demand before
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
-  Stamp last_stamp_ = 0;
-  LinkId fed_by_;          // whose message was published last
+  std::uint64_t last_number_ = 0;  // of what was published
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again
   bool warned_qos_ = false;

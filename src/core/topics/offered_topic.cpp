@@ -55,7 +55,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
   origins_[origin.origin] = mirror;
-  mirror->refresh(now);  // the exporter sends its last samples by itself
+  mirror->update(now, this);
 }
 
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
@@ -109,7 +109,7 @@ void OfferedTopic::renew(const Now& now) {
 // ---- the end
 
 void OfferedTopic::decline(const Now& now) {
-  if (std::exchange(demanded_, false)) peer_.change_demand(number_, false);
+  if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
   link_.send(Decline{number_, "not_permitted", "no rule allows importing it any longer"});
   leave_mirrors(now);
 }
@@ -138,7 +138,13 @@ void OfferedTopic::update_demand(const Now& now) {
   });
   if (on == demanded_) return;
   demanded_ = on;
-  peer_.change_demand(number_, on);
+  peer_.change_demand(*this, on);
+}
+
+void OfferedTopic::end_demand() {
+  job_.cancel();
+  dropped_.add(DropReason::kNoDemand, waiting_.size());
+  waiting_.clear();
 }
 
 void OfferedTopic::demand_again(const Now& now) {
@@ -150,7 +156,9 @@ void OfferedTopic::demand_again(const Now& now) {
 
 Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   wire_bytes_ += message.body.size();
-  if (!demanded_) {
+  // Of a demand that has ended some may still be under way when the next one is told. They are
+  // newer than the last samples with which that begins.
+  if (!demanded_ || message.demand != demand_) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};
   }
@@ -214,7 +222,7 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
-  if (!mirror.publish(link_, message.stamp, raw)) return dropped_.add(DropReason::kDuplicate);
+  if (!mirror.publish(message.number, raw)) return dropped_.add(DropReason::kDuplicate);
   ++published_;
   bytes_ += raw.size();
 }

@@ -39,6 +39,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
 
   // The wants of a mirror have changed.
   void update_demand(const Now& now);
+  // The peer is told of it: under this number, or of its end. What still waits here is dropped then.
+  void begin_demand(std::uint16_t number) { demand_ = number; }
+  void end_demand();
   // Ends the demand for a moment, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
 
@@ -80,6 +83,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::string action_type_;
   Decision decision_;
   bool demanded_ = false;
+  std::uint16_t demand_ = 0;             // its number, once the peer was told
   bool limited_ = false;                 // some origins have no mirror, for want of room
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set

@@ -56,8 +56,8 @@ std::vector<OriginId> Origins::remove_vanished(bool drained, const Now& now) {
   return removed;
 }
 
-void Origins::forget_stamps() {
-  for (auto& [gid, origin] : origins_) origin.last_stamp = 0;
+void Origins::forget_samples() {
+  for (auto& [gid, origin] : origins_) origin.last_number = 0;
 }
 
 Origin* Origins::find(const Gid& gid) {

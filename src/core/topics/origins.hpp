@@ -17,7 +17,7 @@ struct Origin {
   OriginId id;
   std::string node;  // empty: the graph does not tell it (yet)
   Qos qos;
-  Stamp last_stamp = 0;          // transient local: the newest sample that was forwarded
+  std::uint64_t last_number = 0;  // transient local: of the newest sample that was forwarded
   ExportTimers::Timer vanishes;  // set: its publisher has left the graph
   bool lingering = false;        // and its samples still wait in a queue
   bool seen = false;             // while a graph is compared
@@ -37,7 +37,7 @@ class Origins {
   // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere.
   std::vector<OriginId> remove_vanished(bool drained, const Now& now);
   // The subscription has ended, and the next one may deliver the same samples again.
-  void forget_stamps();
+  void forget_samples();
 
   // Where the middleware does not tell the publisher (a zero gid), any one stands for it.
   [[nodiscard]] Origin* find(const Gid& gid);

@@ -50,18 +50,23 @@ void PeerTopics::on_link_lost(const Now& now) {
   for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
 }
 
-void PeerTopics::change_demand(ChannelId number, bool on) {
+void PeerTopics::change_demand(const OfferedTopic& topic, bool on) {
   auto& now_in = on ? wants_ : ends_;
   auto& before_in = on ? ends_ : wants_;
-  if (std::erase(before_in.channels, number) == 0) now_in.channels.push_back(number);
+  if (std::erase(before_in, topic.number()) == 0) now_in.push_back(topic.number());
 }
 
 void PeerTopics::send_demands() {
-  for (Demand* change : {&wants_, &ends_}) {
-    if (change->channels.empty()) continue;
-    link_.send(*change);
-    change->channels.clear();
-  }
+  // A topic may be withdrawn by now.
+  for (const ChannelId number : ends_)
+    if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
+  if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
+  if (wants_.empty()) return;
+  if (++demands_ == 0) ++demands_;
+  for (const ChannelId number : wants_)
+    if (const auto topic = topics_.find(number); topic != topics_.end())
+      topic->second.begin_demand(demands_);
+  link_.send(Demand{std::exchange(wants_, {}), demands_});
 }
 
 void PeerTopics::add_status(LinkStatus& status) const {

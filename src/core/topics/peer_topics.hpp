@@ -22,7 +22,7 @@ class PeerTopics {
   void on_link_lost(const Now& now);
 
   // What is wanted of a topic has changed; the peer is told by send_demands().
-  void change_demand(ChannelId number, bool on);
+  void change_demand(const OfferedTopic& topic, bool on);
   void send_demands();
   void erase(ChannelId number) { topics_.erase(number); }
 
@@ -39,8 +39,9 @@ class PeerTopics {
   ImportContext& context_;
   Link& link_;
   Budget decoding_;
-  Demand wants_{{}, true};
-  Demand ends_{{}, false};
+  std::vector<ChannelId> wants_;
+  std::vector<ChannelId> ends_;
+  std::uint16_t demands_ = 0;  // how many were told, without 0 when it begins anew
   std::map<ChannelId, OfferedTopic> topics_;
 };
 

@@ -1,6 +1,7 @@
 #include "core/topics/topic_offer.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/topics/exported_topic.hpp"
@@ -119,7 +120,12 @@ QueueOptions TopicOffer::queue_options() const {
   queue.depth = depth > 0 ? depth : untold;
   // Several origins share the queue of a transient-local topic, and all that is kept of each must
   // get through at once when demand begins.
-  if (latched > 0) queue.depth = std::max(latched * topic_.history_depth(), untold);
+  if (latched > 0) {
+    constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    const auto all = std::min(std::uint64_t{latched} * topic_.history_depth(), kMost);
+    queue.depth = std::max(static_cast<std::uint32_t>(all), untold);
+    queue.queue_bytes_max = std::max(queue.queue_bytes_max, context_.options.history_bytes_max);
+  }
   if (keep_all) queue.depth = 0;
   return queue;
 }
@@ -136,7 +142,7 @@ void TopicOffer::withdraw() {
   if (link_.connection) link_.outbox().remove_channel(number_);
   link_.send(Withdraw{{number_}});
   number_ = {};
-  demanded_ = false;
+  demand_ = 0;
 }
 
 void TopicOffer::add_origins(const std::vector<Gid>& added) {
@@ -161,10 +167,10 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   configure_queue();
 }
 
-void TopicOffer::on_demand(bool on, const Now& now) {
-  if (demanded_ == on) return;
-  demanded_ = on;
-  if (!on) link_.outbox().clear_channel(number_);
+void TopicOffer::on_demand(std::uint16_t number, const Now& now) {
+  if (demanded() == (number != 0)) return;
+  demand_ = number;
+  if (!demanded()) link_.outbox().clear_channel(number_);
   topic_.on_demand(*this, link_.id, now);
 }
 
@@ -177,7 +183,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 // ---- samples
 
 bool TopicOffer::admit(OriginId origin, std::size_t bytes, const Now& now) {
-  if (!demanded_ || withheld_.contains(origin) || !link_.open()) return false;
+  if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
   if (bytes > link_.peer_message_bytes_max()) {
     if (dropped_.of(DropReason::kTooLarge) == 0)
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) +
@@ -201,11 +207,13 @@ bool TopicOffer::admit_old(OriginId origin, std::size_t bytes) {
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
   if (!link_.open()) return;
-  if (!demanded_) return drop(DropReason::kNoDemand);  // it ended while a worker compressed
+  if (!demanded()) return drop(DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();
   OutMessage message;
   message.subject = sample.subject;
+  message.demand = demand_;
   message.stamp = sample.stamp;
+  message.number = sample.number;
   message.codec = codec;
   message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
   message.body = body;
@@ -222,7 +230,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.topic = topic_.key().first;
   s.type = topic_.key().second;
   s.exported = true;
-  s.demanded = demanded_;
+  s.demanded = demanded();
   s.origins = static_cast<std::uint32_t>(topic_.origins().size());
   s.bytes = raw_bytes_;
   s.declined = declined_;

@@ -35,7 +35,7 @@ class TopicOffer final : public OutgoingChannel {
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);
 
-  void on_demand(bool on, const Now& now) override;
+  void on_demand(std::uint16_t number, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
 
   // Whether a sample just taken goes to this peer; one that does not for a limit is counted.
@@ -46,7 +46,7 @@ class TopicOffer final : public OutgoingChannel {
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
   [[nodiscard]] bool is_open() const { return bool(number_); }
-  [[nodiscard]] bool demanded() const { return demanded_; }
+  [[nodiscard]] bool demanded() const { return demand_ != 0; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   // Nothing waits in the link's queue.
   [[nodiscard]] bool drained() const;
@@ -66,7 +66,7 @@ class TopicOffer final : public OutgoingChannel {
   Link& link_;
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
-  bool demanded_ = false;
+  std::uint16_t demand_ = 0;  // the peer's number of it; 0: none
   RateLimit rate_;
   std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;

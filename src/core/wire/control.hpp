@@ -76,7 +76,7 @@ struct Withdraw {
 // "demand": the importer wants (or no longer wants) the messages of these channels.
 struct Demand {
   std::vector<ChannelId> channels;
-  bool on = false;
+  std::uint16_t number = 0;  // what their messages carry from now on; 0: not wanted any longer
 };
 // "accepts": what this side would import, so that the peer offers nothing in vain. One entry per
 // rule.

@@ -115,7 +115,7 @@ std::vector<IdType> read_ids(Reader& reader, const Json& json, const char* key,
   const Json* list = reader.array(json, key, items_max);
   if (list == nullptr) return ids;
   for (const Json& entry : *list) {
-    ids.push_back(IdType{reader.number_of(entry, key, 1)});
+    ids.push_back(IdType{reader.number_of(entry, key, 1U)});
     if (reader.failed()) break;
   }
   return ids;
@@ -161,7 +161,8 @@ Withdraw read_withdraw(Reader& reader, const Json& json) {
 Demand read_demand(Reader& reader, const Json& json) {
   Demand demand;
   demand.channels = read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax);
-  demand.on = reader.flag(json, "on", false);
+  if (const Json* number = reader.find(json, "number"))
+    demand.number = reader.number_of<std::uint16_t>(*number, "number", 0);
   return demand;
 }
 

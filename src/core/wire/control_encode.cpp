@@ -93,7 +93,7 @@ void put(const Withdraw& message, Json& json) {
 void put(const Demand& message, Json& json) {
   json["type"] = "demand";
   json["channels"] = json_of(message.channels);
-  json["on"] = message.on;
+  json["number"] = message.number;
 }
 
 void put(const Accepts& message, Json& json) {

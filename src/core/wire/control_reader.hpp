@@ -85,24 +85,23 @@ class ControlReader {
     return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
   }
 
-  std::uint32_t number_of(const Json& value, const char* key, std::uint32_t least) {
+  template <class T = std::uint32_t>
+  T number_of(const Json& value, const char* key, T least) {
     const auto* number = value.get_ptr<const Json::number_unsigned_t*>();
-    if (number != nullptr && *number >= least &&
-        *number <= std::numeric_limits<std::uint32_t>::max()) {
-      return static_cast<std::uint32_t>(*number);
-    }
+    if (number != nullptr && *number >= least && *number <= std::numeric_limits<T>::max())
+      return static_cast<T>(*number);
     fail(key, "is no integer in its range");
     return least;
   }
 
   std::uint32_t id(const Json& json, const char* key) {
     const Json* value = find(json, key);
-    return value == nullptr ? 0 : number_of(*value, key, 1);
+    return value == nullptr ? 0 : number_of(*value, key, 1U);
   }
 
   std::uint32_t optional_number(const Json& json, const char* key) {
     const Json* value = find(json, key, true);
-    return value == nullptr ? 0 : number_of(*value, key, 0);
+    return value == nullptr ? 0 : number_of(*value, key, 0U);
   }
 
   Duration duration(const Json& json, const char* key) {

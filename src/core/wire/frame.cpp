@@ -67,15 +67,16 @@ Outcome read_message(ByteView& rest) {
   if (codec > static_cast<std::uint8_t>(Codec::kZstd)) {
     return malformed("a message frame has the unknown codec " + std::to_string(codec));
   }
-  if (!all_zero(rest.subspan(2, 2))) return malformed("a reserved byte of a message is not zero");
   frame.codec = static_cast<Codec>(codec);
+  frame.demand = get_le<std::uint16_t>(rest, 2);
   frame.channel.value = get_le<std::uint32_t>(rest, 4);
   frame.subject.value = get_le<std::uint32_t>(rest, 8);
   frame.sequence = get_le<std::uint32_t>(rest, 12);
   frame.stamp = get_le<Stamp>(rest, 16);
-  frame.raw_bytes = get_le<std::uint32_t>(rest, 24);
-  frame.body_bytes = get_le<std::uint32_t>(rest, 28);
-  const auto part_bytes = get_le<std::uint32_t>(rest, 32);
+  frame.number = get_le<std::uint64_t>(rest, 24);
+  frame.raw_bytes = get_le<std::uint32_t>(rest, 32);
+  frame.body_bytes = get_le<std::uint32_t>(rest, 36);
+  const auto part_bytes = get_le<std::uint32_t>(rest, 40);
   if (!frame.channel) return malformed("a message frame has channel 0");
   if (!frame.subject) return malformed("a message frame has origin 0");
   if (frame.sequence == 0) return malformed("a message frame has sequence 0");
@@ -156,13 +157,15 @@ class Header {
 void append(const MessageFrame& frame, Bytes& out) {
   Header<kMessageHeaderBytes>{FrameType::kMessage}
       .set(1, static_cast<std::uint8_t>(frame.codec))
+      .set(2, frame.demand)
       .set(4, frame.channel.value)
       .set(8, frame.subject.value)
       .set(12, frame.sequence)
       .set(16, wire_stamp(frame.stamp))
-      .set(24, frame.raw_bytes)
-      .set(28, frame.body_bytes)
-      .set(32, static_cast<std::uint32_t>(frame.part.size()))
+      .set(24, frame.number)
+      .set(32, frame.raw_bytes)
+      .set(36, frame.body_bytes)
+      .set(40, static_cast<std::uint32_t>(frame.part.size()))
       .append_to(out);
 }
 

@@ -20,7 +20,9 @@ struct MessageFrame {
   ChannelId channel;
   Subject subject;
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
+  std::uint16_t demand = 0;    // topics: the number of the demand that it answers
   Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
+  std::uint64_t number = 0;    // topics: rises with each sample of the origin; 0: not known
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;   // size after decompression
   std::uint32_t body_bytes = 0;  // size of all parts together; equals raw_bytes when codec is kNone
@@ -60,7 +62,7 @@ inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 // Largest WebSocket message after login, binary or text; what is beyond is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
-inline constexpr std::size_t kMessageHeaderBytes = 36;
+inline constexpr std::size_t kMessageHeaderBytes = 44;
 inline constexpr std::size_t kPartHeaderBytes = 12;
 inline constexpr std::size_t kAckBytes = 16;
 inline constexpr std::size_t kTimeRequestBytes = 16;

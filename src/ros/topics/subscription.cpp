@@ -136,6 +136,8 @@ Subscription::Taken Subscription::take(MessageTaken& message) {
   message.subscription = create_.id;
   if (tells_origin_) message.origin = distro::gid_of(info.publisher_gid.data);
   message.stamp = info.source_timestamp;
+  if (info.publication_sequence_number != RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED)
+    message.number = info.publication_sequence_number;
   message.payload = shared_.buffer.give_away();
   return Taken::kSample;
 }

@@ -17,20 +17,20 @@ Payload sample(std::size_t size) {
 // "1:10 2:20": origin and stamp in the order a late link gets them.
 std::string line_of(const HistoryCache& history) {
   std::string line;
-  history.for_each([&](OriginId origin, Stamp stamp, const Payload&) {
+  for (const auto& [origin, stamp, number, payload] : history.samples()) {
     if (!line.empty()) line += ' ';
     line += std::to_string(origin.value) + ":" + std::to_string(stamp);
-  });
+  }
   return line;
 }
 
 TEST(History, KeepsTheLastOfEachOriginInOrderOfArrival) {
   HistoryCache history(2, 1000);
-  history.add(kOne, 1, sample(10));
-  history.add(kTwo, 2, sample(10));
-  history.add(kOne, 3, sample(10));
-  history.add(kOne, 4, sample(10));
-  history.add(kOne, 5, sample(10));
+  history.add({kOne, 1, 0, sample(10)});
+  history.add({kTwo, 2, 0, sample(10)});
+  history.add({kOne, 3, 0, sample(10)});
+  history.add({kOne, 4, 0, sample(10)});
+  history.add({kOne, 5, 0, sample(10)});
   EXPECT_EQ(line_of(history), "2:2 1:4 1:5");
   EXPECT_EQ(history.bytes(), 30U);
   EXPECT_EQ(history.lost(), 0U);  // depth is what was asked for
@@ -38,23 +38,23 @@ TEST(History, KeepsTheLastOfEachOriginInOrderOfArrival) {
 
 TEST(History, KeepsItsBytesExactly) {
   HistoryCache history(10, 100);
-  history.add(kOne, 1, sample(50));
-  history.add(kTwo, 2, sample(50));
+  history.add({kOne, 1, 0, sample(50)});
+  history.add({kTwo, 2, 0, sample(50)});
   EXPECT_EQ(history.bytes(), 100U);
-  history.add(kTwo, 3, sample(1));
+  history.add({kTwo, 3, 0, sample(1)});
   EXPECT_EQ(line_of(history), "2:2 2:3");
-  history.add(kTwo, 4, sample(101));  // can never be kept, and displaces nothing
+  history.add({kTwo, 4, 0, sample(101)});  // can never be kept, and displaces nothing
   EXPECT_EQ(line_of(history), "2:2 2:3");
   EXPECT_EQ(history.lost(), 2U);
-  history.add(kOne, 5, sample(100));
+  history.add({kOne, 5, 0, sample(100)});
   EXPECT_EQ(line_of(history), "1:5");
 }
 
 TEST(History, AnOriginTakesItsSamplesWithIt) {
   HistoryCache history(0, 1000);
   for (Stamp stamp = 1; stamp <= 3; ++stamp) {
-    history.add(kOne, stamp, sample(10));
-    history.add(kTwo, stamp, sample(10));
+    history.add({kOne, stamp, 0, sample(10)});
+    history.add({kTwo, stamp, 0, sample(10)});
   }
   history.remove(kOne);
   history.remove(kOne);
@@ -66,12 +66,12 @@ TEST(History, AnOriginTakesItsSamplesWithIt) {
 
 TEST(History, NewLimitsHoldAtOnce) {
   HistoryCache history;
-  for (Stamp stamp = 1; stamp <= 5; ++stamp) history.add(kOne, stamp, sample(10));
+  for (Stamp stamp = 1; stamp <= 5; ++stamp) history.add({kOne, stamp, 0, sample(10)});
   history.limit(3, 1000);
   EXPECT_EQ(line_of(history), "1:3 1:4 1:5");
   history.limit(0, 15);
   EXPECT_EQ(line_of(history), "1:5");
-  history.add(kOne, 6, sample(5));
+  history.add({kOne, 6, 0, sample(5)});
   EXPECT_EQ(line_of(history), "1:5 1:6");
 }
 

@@ -196,10 +196,10 @@ TEST(OutboxBudget, ControlTextsBeyondTheirBudgetAreRefused) {
   EXPECT_TRUE(outbox.push_control("1"));
 }
 
-// A window of three parts of 100 bytes with their headers: 136 + 112 + 112.
+// A window of three parts of 100 bytes with their headers: 144 + 112 + 112.
 OutboxOptions narrow() {
   auto options = thin();
-  options.unacknowledged_bytes_max = 360;
+  options.unacknowledged_bytes_max = 368;
   return options;
 }
 
@@ -208,15 +208,15 @@ TEST(OutboxWindow, DataStopsExactlyThereAndGoesOnWithAcks) {
   outbox.add_channel(kB, queue(Priority::kHigh));
   outbox.push(kB, message(1000), now_ms(0));
   EXPECT_EQ(drain(outbox), "2#1:100/1000\n2+100\n2+100\n");
-  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U);
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 368U);
   EXPECT_TRUE(outbox.acknowledge(111, {}));
   EXPECT_EQ(next(outbox), "-");
   EXPECT_TRUE(outbox.acknowledge(112, {}));
   EXPECT_EQ(next(outbox), "2+100");
   EXPECT_TRUE(outbox.acknowledge(5, {}));  // an old one takes nothing back
-  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U);
-  EXPECT_FALSE(outbox.acknowledge(473, {}));  // more than was sent
-  EXPECT_TRUE(outbox.acknowledge(472, {}));
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 368U);
+  EXPECT_FALSE(outbox.acknowledge(481, {}));  // more than was sent
+  EXPECT_TRUE(outbox.acknowledge(480, {}));
   EXPECT_EQ(outbox.unacknowledged_bytes(), 0U);
 }
 
@@ -229,9 +229,9 @@ TEST(OutboxWindow, UrgentHasAReserveAndAcksAreNeverHeldBack) {
   auto urgent = queue(Priority::kUrgent);
   urgent.depth = 0;
   outbox.add_channel(kA, urgent);
-  for (int i = 0; i < 1000; ++i) outbox.push(kA, message(92), now_ms(0));  // 128 with header
+  for (int i = 0; i < 1000; ++i) outbox.push(kA, message(84), now_ms(0));  // 128 with header
   drain(outbox);
-  EXPECT_EQ(outbox.unacknowledged_bytes(), 360U + kUrgentReserveBytes);
+  EXPECT_EQ(outbox.unacknowledged_bytes(), 368U + kUrgentReserveBytes);
   EXPECT_EQ(outbox.counts(kA).sent, kUrgentReserveBytes / 128);
   outbox.push_small(AckFrame{1});
   outbox.push_small(TimeRequest{1});

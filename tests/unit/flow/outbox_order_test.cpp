@@ -58,11 +58,11 @@ TEST(OutboxOrder, TheNewestTimeFramesStay) {
 TEST(OutboxOrder, SmallMessagesShareAPacketAndOnePiece) {
   Outbox outbox(thin());
   outbox.add_channel(kA, {});
-  for (int i = 0; i < 7; ++i) outbox.push(kA, message(14), now_ms(0));  // 50 bytes each with header
+  for (int i = 0; i < 7; ++i) outbox.push(kA, message(6), now_ms(0));  // 50 bytes each with header
   const auto packet = outbox.next(now_ms(0));
   EXPECT_EQ(packet->pieces.size(), 1U);
-  EXPECT_EQ(line_of(*packet), "1#1:14 1#2:14 1#3:14 1#4:14 1#5:14 1#6:14");
-  EXPECT_EQ(next(outbox), "1#7:14");
+  EXPECT_EQ(line_of(*packet), "1#1:6 1#2:6 1#3:6 1#4:6 1#5:6 1#6:6");
+  EXPECT_EQ(next(outbox), "1#7:6");
 }
 
 TEST(OutboxOrder, LargePartsAreReferredTo) {

@@ -39,8 +39,16 @@ class ReassemblyTest : public ::testing::Test {
   }
   MessageFrame frame(ChannelId channel, std::uint32_t sequence, std::uint32_t part,
                      std::uint32_t body) const {
-    return {channel,      OriginId{3}, sequence, 4,
-            Codec::kNone, body,        body,     packet_.view().first(part)};
+    MessageFrame frame;
+    frame.channel = channel;
+    frame.subject = OriginId{3};
+    frame.sequence = sequence;
+    frame.demand = 5;
+    frame.stamp = 4;
+    frame.number = 6;
+    frame.raw_bytes = frame.body_bytes = body;
+    frame.part = packet_.view().first(part);
+    return frame;
   }
 
   Payload packet_ = Payload::adopt(Bytes(1000, 0xAB));
@@ -55,7 +63,9 @@ TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
   EXPECT_EQ(result.value()->body.view().data(), packet_.view().data() + 20);
   EXPECT_EQ(result.value()->body.size(), 10U);
   EXPECT_EQ(result.value()->subject, OriginId{3});
+  EXPECT_EQ(result.value()->demand, 5U);
   EXPECT_EQ(result.value()->stamp, 4);
+  EXPECT_EQ(result.value()->number, 6U);
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 

@@ -17,7 +17,7 @@ struct Script final : JobOwner {
   explicit Script(Encoder::Options o = options()) : encoder(o, jobs, *this) {}
 
   void push(Stamp stamp, std::size_t size) {
-    drop(encoder.push({{1}, stamp, Payload::adopt(Bytes(size, 7)), {{1}}}));
+    drop(encoder.push({{1}, stamp, 0, Payload::adopt(Bytes(size, 7)), {{1}}}));
     take_ready();
   }
   void done(std::uint32_t job, bool shrunk = true) {
@@ -159,6 +159,15 @@ TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
   script.done(1);
   script.done(2);
   EXPECT_EQ(script.took_place(), "4:zstd job 2");
+}
+
+TEST(Encoder, ALinkCanBeForgotten) {
+  Script script;
+  script.push(1, 1000);
+  script.push(2, 1000);
+  EXPECT_EQ(script.encoder.forget({2}), 0U);
+  EXPECT_EQ(script.encoder.forget({1}), 2U);
+  EXPECT_EQ(script.encoder.forget({1}), 0U);
 }
 
 }  // namespace

@@ -78,10 +78,10 @@ TEST(ConnectionOpen, AnAckOfMoreThanWasSentEndsTheLink) {
 TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
   auto script = open_client();
   EXPECT_EQ(script.link.received_bytes(), 0U);  // not the welcome
-  EXPECT_EQ(script.text(R"({"type":"demand","channels":[1],"on":true})"), "control");
+  EXPECT_EQ(script.text(R"({"type":"demand","channels":[1],"number":1})"), "control");
   EXPECT_EQ(script.link.received_bytes(), 0U);
   script.expect(1);
-  script.binary(message(1, 1, 64));
+  script.binary(message(1, 1, 56));
   EXPECT_EQ(script.link.received_bytes(), 100U);
   EXPECT_EQ(script.pass(99), "-");
   EXPECT_EQ(script.sent(), "ask\n");  // the sign of life; the next one is due with the ack
@@ -93,7 +93,7 @@ TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
 TEST(ConnectionOpen, ManyBytesAreAcknowledgedAtOnce) {
   auto script = open_client();
   script.expect(1);
-  script.binary(message(1, 1, 65'500));
+  script.binary(message(1, 1, 65'492));
   EXPECT_EQ(script.sent(), "ack 65536\n");
 }
 
@@ -179,8 +179,8 @@ TEST(ConnectionOpen, AcknowledgedTrackedMessagesAreReported) {
   tracked.tracked = true;
   script.link.outbox().push({3}, std::move(tracked), now_ms(0));
   EXPECT_EQ(script.sent(), "3#1:10\n");
-  EXPECT_EQ(script.binary(bytes_of(AckFrame{45})), "-");
-  EXPECT_EQ(script.binary(bytes_of(AckFrame{46})), "delivered 3.7");
+  EXPECT_EQ(script.binary(bytes_of(AckFrame{53})), "-");
+  EXPECT_EQ(script.binary(bytes_of(AckFrame{54})), "delivered 3.7");
 }
 
 }  // namespace

@@ -42,9 +42,9 @@ class Script {
   }
   // A sample of publisher n; its stamp is `stamp_ms`, or the present.
   void take(std::uint32_t subscription, std::uint8_t n, const std::string& text,
-            std::int64_t stamp_ms = -1) {
-    give(MessageTaken{
-        {subscription}, gid(n), flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms), sample(text)});
+            std::int64_t stamp_ms = -1, std::uint64_t number = 0) {
+    const Stamp stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
+    give(MessageTaken{{subscription}, gid(n), stamp, sample(text), number});
   }
   void claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins) {
     Token128 token;
@@ -59,9 +59,10 @@ class Script {
     give(PacketReceived{{connection}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
   }
   void demand(std::uint32_t connection, std::uint32_t channel, bool on = true) {
-    say(connection, Demand{{{channel}}, on});
+    say(connection, Demand{{{channel}}, static_cast<std::uint16_t>(on ? 1 : 0)});
   }
-  // A message on a channel; sequences are counted here.
+  // A message on a channel, for the demand that said() has read (the first one, if it has not). Its
+  // number is its stamp, if that is given; sequences are counted here.
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                const std::string& text, std::int64_t stamp_ms = -1) {
     const Payload body = sample(text);
@@ -76,7 +77,10 @@ class Script {
     frame.channel = {channel};
     frame.subject = {origin};
     frame.sequence = ++sequence_;
+    const auto demand = demands_.find({connection, frame.channel});
+    frame.demand = demand == demands_.end() ? 1 : demand->second;
     frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
+    if (stamp_ms >= 0) frame.number = static_cast<std::uint64_t>(stamp_ms);
     frame.raw_bytes = raw_bytes;
     frame.body_bytes = static_cast<std::uint32_t>(body.size());
     frame.part = body.view();
@@ -165,6 +169,9 @@ class Script {
     std::string lines;
     while (const auto packet = side.next_packet({connection}, flow_test::now_ms(at))) {
       const std::string line = line_of(*packet);
+      if (const auto demand = demand_of(*packet); demand && demand->number)
+        for (const ChannelId channel : demand->channels)
+          demands_[{connection, channel}] = demand->number;
       if (!packet->text) sent_bytes_[connection] += packet->size();
       if (!line.empty()) lines += line + "\n";
     }
@@ -204,6 +211,7 @@ class Script {
   std::map<Token128, Token128> peers_;  // by session
   std::map<std::uint32_t, std::uint64_t> sent_bytes_;
   std::uint32_t sequence_ = 0;
+  std::map<std::pair<std::uint32_t, ChannelId>, std::uint16_t> demands_;  // the newest
 };
 
 }  // namespace connect_bridge::side_test

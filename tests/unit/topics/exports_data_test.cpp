@@ -241,5 +241,84 @@ TEST(SideExportsData, TheClockKeepsItsNewestOnly) {
   EXPECT_EQ(s.dropped(DropReason::kNewerAvailable), 1U);
 }
 
+TEST(SideExportsData, AClockThatIsSetBackTakesNoSamplesAway) {
+  auto s = demanding({});
+  begin(s, latched(10));
+  s.take(2, 1, "a", 7000, 1);
+  s.take(2, 1, "b", 2000, 2);
+  s.take(2, 1, "c", 2010, 3);
+  EXPECT_EQ(s.said(1), "1.1 a, 1.1 b, 1.1 c\n");
+}
+
+TEST(SideExportsData, WhatASubscriptionMadeAnewBringsAgainIsKnown) {
+  auto s = demanding({});
+  begin(s, latched(1));
+  s.take(2, 1, "a", 5000, 1);
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+  s.graph({topic("/a").pub(1, latched(1)).pub(2, latched(50))});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /a reliable latched 128\n");
+  s.said(1);
+  s.take(3, 1, "a", 5000, 1);
+  s.take(3, 1, "b", 3000, 2);  // the clock is set back just then
+  s.take(3, 2, "x", 10, 1);    // another publisher's
+  EXPECT_EQ(s.said(1), "1.1 b, 1.2 x\n");
+}
+
+// Nobody sends them again: the queue's bytes are no bound for them, the history's are.
+TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
+  Treatment treatment;
+  treatment.queue_bytes_max = 20;
+  auto s = demanding(treatment);
+  s.graph({topic("/a").pub(1, latched(1)).pub(2, latched(1))});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "a large map");
+  s.take(2, 2, "another map");
+  EXPECT_EQ(s.said(1), "1.1 a large map, 1.2 another map\n");
+  s.join(2);
+  s.demand(2, 1);
+  EXPECT_EQ(s.said(2), "1.1 a large map, 1.2 another map\n");
+}
+
+TEST(SideExportsData, AndLikewiseWhenTheyAreCompressed) {
+  constexpr std::uint32_t kSamples = 6;
+  Treatment treatment;
+  treatment.compression.codec = Codec::kZstd;
+  auto s = demanding(treatment);
+  begin(s, latched(kSamples));
+  for (std::uint32_t job = 1; job <= kSamples; ++job) {
+    s.take(2, 1, std::string(1 << 20, 'x'), job);
+    s.give(JobDone{{job}, Payload::adopt({1, 2, 3})});
+  }
+  s.join(2);
+  s.demand(2, 1);
+  for (std::uint32_t job = 1; job <= kSamples; ++job)
+    s.give(JobDone{{kSamples + job}, Payload::adopt({1, 2, 3})});
+  EXPECT_EQ(s.said(2), "1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd, 1.1 zstd\n");
+  EXPECT_EQ(s.dropped(DropReason::kQueueBytes, 1), 0U);
+}
+
+// It would come before the last samples, among which it is.
+TEST(SideExportsData, ASampleOfAnEndedDemandIsNotSentInTheNext) {
+  Treatment treatment;
+  treatment.compression.codec = Codec::kZstd;
+  auto options = server();
+  options.compress_job_bytes = 1000;
+  auto s = demanding(treatment, options);
+  begin(s, latched(2));
+  s.join(2);
+  s.demand(2, 1);
+  s.take(2, 1, "first", 10);
+  EXPECT_EQ(s.said(1), "1.1 first\n");
+  s.take(2, 1, std::string(2000, 'x'), 20);  // a worker has it
+  s.demand(1, 1, false);
+  s.demand(1, 1);
+  s.give(JobDone{{1}, Payload::adopt({1, 2, 3})});
+  EXPECT_EQ(s.said(2), "1.1 first, 1.1 zstd\n");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  s.give(JobDone{{2}, Payload::adopt({1, 2, 3})});
+  EXPECT_EQ(s.said(1), "1.1 first, 1.1 zstd\n");
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

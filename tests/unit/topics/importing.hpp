@@ -21,11 +21,13 @@ struct Importing : Actions {
   Mirror& mirror(std::uint8_t publisher) {
     return context.mirrors.at({{"/a", kType}, gid(publisher)});
   }
-  static InMessage message(const std::string& text, std::int64_t stamp_ms = 1) {
+  // As long as no demand was told its number is 0.
+  static InMessage message(const std::string& text, std::uint16_t demand = 0) {
     InMessage result;
     result.channel = {1};
     result.subject = OriginId{1};
-    result.stamp = flow_test::at_ms(stamp_ms);
+    result.demand = demand;
+    result.stamp = flow_test::at_ms(1);
     result.body = sample(text);
     result.raw_bytes = static_cast<std::uint32_t>(result.body.size());
     return result;

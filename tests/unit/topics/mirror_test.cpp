@@ -88,10 +88,10 @@ TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
 TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
   Script s;
   s.offer(s.one, {origin(1, 7, latched())});
-  EXPECT_TRUE(s.mirror(7).publish(s.first.link, 5, sample("five")));
-  EXPECT_FALSE(s.mirror(7).publish(s.first.link, 5, sample("five")));
-  EXPECT_FALSE(s.mirror(7).publish(s.first.link, 4, sample("four")));
-  EXPECT_TRUE(s.mirror(7).publish(s.first.link, 6, sample("six")));
+  EXPECT_TRUE(s.mirror(7).publish(5, sample("five")));
+  EXPECT_FALSE(s.mirror(7).publish(5, sample("five")));
+  EXPECT_FALSE(s.mirror(7).publish(4, sample("four")));
+  EXPECT_TRUE(s.mirror(7).publish(6, sample("six")));
 }
 
 TEST(Mirror, AnotherQosMakesItAnew) {

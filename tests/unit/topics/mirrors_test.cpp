@@ -229,5 +229,47 @@ TEST(SideMirrors, AtTheLimitALostLinkGivesWay) {
   EXPECT_EQ(s.did(), "authenticate 3 none\nunmirror 2\ngate 3\nclaim []\n");
 }
 
+// The last samples that a new demand begins with would be older than what is under way.
+TEST(SideMirrors, WhatIsUnderWayOfAnEndedDemandIsNotTakenForTheNext) {
+  Mirrors s;
+  s.graph({topic("/map")});
+  s.graph({topic("/map").sub(1)});
+  s.message(1, 1, 1, "c", 30);  // for the first demand: what was said since is not read yet
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  EXPECT_EQ(s.said(1), "demand 1 off\ndemand 1 on\n");
+  s.message(1, 1, 1, "a", 10);
+  s.message(1, 1, 1, "b", 20);
+  s.message(1, 1, 1, "c", 30);
+  EXPECT_EQ(s.did(), "publish 2 a\npublish 2 b\npublish 2 c\n");
+}
+
+TEST(SideMirrors, AMirrorThatIsMadeAnewForAnotherLinksOfferGetsTheLastSamples) {
+  Mirrors s;
+  s.message(1, 1, 1, "a", 10);
+  s.join(2);
+  s.say(2, Offer{{channel(7, "/map", {origin(1, 11, latched(5))})}, true});
+  EXPECT_EQ(s.did(), "unmirror 2\nmirror 3 /map reliable latched 5\nclaim [11]\n");
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.message(1, 1, 1, "a", 10);
+  EXPECT_EQ(s.did(), "publish 3 a\n");
+}
+
+// The first origin brings the demand; the others follow in the same offer.
+TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
+  Mirrors s;
+  s.say(1, OriginsChanged{{1}, {origin(2, 12, latched(2))}, {}});
+  for (const char* text : {"a", "b"}) s.message(1, 1, 2, text, *text);
+  s.lose(1);
+  s.join(2, s.session);
+  s.did();
+  s.say(2, Offer{{channel(1, "/map", {origin(1, 11, latched()), origin(2, 12, latched(2))})}, true});
+  EXPECT_EQ(s.said(2), "demand 1 on\n");
+  for (const char* text : {"a", "b", "c"}) s.message(2, 1, 2, text, *text);
+  EXPECT_EQ(s.did(), "publish 3 c\n");
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

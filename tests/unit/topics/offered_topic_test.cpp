@@ -13,8 +13,8 @@ struct Script : Importing {
   void give(InMessage message, std::int64_t at = 0) {
     EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));
   }
-  InMessage large() {
-    InMessage result = message("");
+  InMessage large(std::uint16_t demand = 0) {
+    InMessage result = message("", demand);
     const Bytes raw(2000, 0);
     result.body = Payload::adopt(compress(raw, {Codec::kZstd, 3}).value());
     result.codec = Codec::kZstd;
@@ -41,8 +41,31 @@ TEST(OfferedTopic, IsDemandedWhileSomebodyListens) {
   s.mirror(7).update(ms(0));
   s.peer.send_demands();
   EXPECT_EQ(s.one.said(), "demand 1 on\n");
-  s.give(s.message("hello"));
+  s.give(s.message("hello", 1));
   EXPECT_EQ(s.did(), "publish 1 hello\n");
+}
+
+TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.peer.send_demands();
+  s.did();
+  s.give(s.large(1));
+  EXPECT_EQ(s.did(), "decompress 1\n");
+  s.graph = picture({});
+  s.mirror(7).update(ms(0));
+  s.peer.send_demands();
+  EXPECT_EQ(s.peer.decoding().used(), 0U);
+  s.listen();
+  s.mirror(7).update(ms(0));
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "demand 1 on\ndemand 1 off\ndemand 1 on\n");
+  s.finish(s.jobs, sample("large"));
+  s.give(s.message("under way", 1));
+  s.give(s.message("hello", 2));
+  EXPECT_EQ(s.did(), "publish 1 hello\n");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 2U);
 }
 
 TEST(OfferedTopic, ADemandThatEndsBeforeItIsToldIsNotTold) {
@@ -89,7 +112,7 @@ TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
   s.offer(s.peer, {origin(1, 7)});
   s.did();
   s.give(s.large());
-  s.give(s.message("small", 2));
+  s.give(s.message("small"));
   EXPECT_EQ(s.did(), "decompress 1\n");
   EXPECT_GT(s.peer.decoding().used(), 0U);
   s.finish(s.jobs, sample("large"));

@@ -62,7 +62,7 @@ TEST(TopicOffer, TakesNothingWithoutDemand) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
   EXPECT_FALSE(s.offer.admit({1}, 10, ms(0)));
-  s.offer.send({{1}, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
+  s.offer.send({{1}, 0, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
@@ -71,7 +71,7 @@ TEST(TopicOffer, CountsWhatItsRateForbids) {
   limited.treatment.max_rate = 1;
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand(true, ms(0));
+  s.offer.on_demand(1, ms(0));
   EXPECT_TRUE(s.offer.admit({1}, 10, ms(0)));
   EXPECT_FALSE(s.offer.admit({1}, 10, ms(10)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
@@ -82,7 +82,7 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   Offering s;
   s.peer.link.connection->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand(true, ms(0));
+  s.offer.on_demand(1, ms(0));
   EXPECT_FALSE(s.offer.admit({1}, 101, ms(0)));
   EXPECT_FALSE(s.offer.admit({1}, 102, ms(0)));
   EXPECT_FALSE(s.offer.admit_old({1}, 103));

@@ -93,8 +93,8 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
 
   EXPECT_EQ(read<Withdraw>(encode(Withdraw{{{1}, {2}}})).channels.size(), 2U);
 
-  const auto demand = read<Demand>(encode(Demand{{{1}}, true}));
-  EXPECT_TRUE(demand.on);
+  const auto demand = read<Demand>(encode(Demand{{{1}}, 65535}));
+  EXPECT_EQ(demand.number, 65535U);
   EXPECT_EQ(demand.channels, std::vector<ChannelId>{{1}});
 
   const auto accepts = read<Accepts>(encode(Accepts{{{{"/a", "/b"}, {"a/msg/A"}}}, {"/c"}}));

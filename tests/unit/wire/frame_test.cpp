@@ -32,7 +32,7 @@ TEST(Frame, HeaderIsAppendedAndPartIsLeftWhereItLies) {
   append_header(frame, out);
   EXPECT_EQ(out.size(), 1 + kMessageHeaderBytes);
   EXPECT_EQ(out[0], 9);
-  EXPECT_EQ(out[1 + 32], 3);  // part_bytes
+  EXPECT_EQ(out[1 + 40], 3);  // part_bytes
 }
 
 TEST(Frame, PartsReferToThePacket) {
@@ -71,7 +71,7 @@ TEST(Frame, EveryProperPrefixOfAFrameIsRefused) {
                                          .raw_bytes = 5,
                                          .body_bytes = 5,
                                          .part = {}});
-  message[32] = 5;  // part_bytes
+  message[40] = 5;  // part_bytes
   message.insert(message.end(), {1, 2, 3, 4, 5});
   for (const Bytes& whole : {message, header_of(AckFrame{1}), header_of(TimeRequest{1}),
                              header_of(TimeReply{1, 2, 3, 4})}) {

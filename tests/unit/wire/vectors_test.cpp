@@ -21,7 +21,9 @@ Json json_of(const MessageFrame& frame) {
           {"channel", frame.channel.value},
           {"origin", frame.subject.value},
           {"sequence", frame.sequence},
+          {"demand", frame.demand},
           {"stamp_ns", frame.stamp},
+          {"number", frame.number},
           {"raw_bytes", frame.raw_bytes},
           {"body_bytes", frame.body_bytes},
           {"part", to_hex(frame.part)}};
