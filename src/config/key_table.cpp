@@ -172,7 +172,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .min = 0,
                   .max = 4 * kGiB,
                   .unit = "bytes",
-                  .help = "Transient-local samples kept for links that come later."});
+                  .help = "Transient-local samples of one topic kept for links that come later."});
   rows.push_back({.section = section,
                   .key = "default_depth",
                   .type = ParameterType::kInteger,

@@ -106,7 +106,8 @@ void add_rule_treatment(Rows& rows) {
        .max = kGiB,
        .changeable = true,
        .unit = "bytes",
-       .help = "What may wait of one topic; one message always fits."});
+       .help = "What may wait of one topic; one message always fits. Of a transient-local topic "
+               "at least history_bytes_max may."});
   add({.key = "clock",
        .fallback = "relay",
        .words = {"relay", "publish"},

@@ -124,7 +124,8 @@ void give_login(Rng& rng, Scenario& scenario, PairPlan& pair, int number) {
   Identity who;
   who.name = rng.chance(600) ? "ann" : "bob" + std::to_string(number);
   if (rng.chance(500)) who.groups = {"ops"};
-  if (rng.chance(50)) who.expires = rng.between(1500, kLoginMax / 1ms) * 1'000'000;  // from the login on
+  if (rng.chance(50))
+    who.expires = rng.between(1500, kLoginMax / 1ms) * 1'000'000;  // from the login on
   scenario.accounts[secret] = who;
 }
 

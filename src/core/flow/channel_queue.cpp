@@ -105,10 +105,10 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
   sequence_ = sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
-  packet.add(MessageFrame{id_, message.subject, sequence_, message.demand, message.stamp,
-                          message.number, message.codec, message.raw_bytes, body_bytes,
-                          message.body.view().first(size)},
-             message.body, 0, size);
+  packet.add(
+      MessageFrame{id_, message.subject, sequence_, message.demand, message.stamp, message.number,
+                   message.codec, message.raw_bytes, body_bytes, message.body.view().first(size)},
+      message.body, 0, size);
   waiting_bytes_ -= body_bytes;
   if (size == body_bytes) {
     count_sent(message);

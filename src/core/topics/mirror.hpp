@@ -104,8 +104,8 @@ class Mirror {
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   std::uint64_t last_number_ = 0;  // of what was published
-  bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
-  bool failed_ = false;    // until it is offered again
+  bool is_local_ = false;          // the origin lives, or lived, in the local graph: a loop
+  bool failed_ = false;            // until it is offered again
   bool warned_qos_ = false;
 };
 

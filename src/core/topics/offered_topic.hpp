@@ -39,7 +39,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
 
   // The wants of a mirror have changed.
   void update_demand(const Now& now);
-  // The peer is told of it: under this number, or of its end. What still waits here is dropped then.
+  // The peer is told of it: under this number, or of its end. What still waits here is dropped
+  // then.
   void begin_demand(std::uint16_t number) { demand_ = number; }
   void end_demand();
   // Ends the demand for a moment, so that the exporter sends the last samples again.

@@ -18,9 +18,9 @@ struct Origin {
   std::string node;  // empty: the graph does not tell it (yet)
   Qos qos;
   std::uint64_t last_number = 0;  // transient local: of the newest sample that was forwarded
-  ExportTimers::Timer vanishes;  // set: its publisher has left the graph
-  bool lingering = false;        // and its samples still wait in a queue
-  bool seen = false;             // while a graph is compared
+  ExportTimers::Timer vanishes;   // set: its publisher has left the graph
+  bool lingering = false;         // and its samples still wait in a queue
+  bool seen = false;              // while a graph is compared
 };
 
 // A publisher that left the graph keeps its origin for a moment: its last samples may still be

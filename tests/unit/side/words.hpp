@@ -125,7 +125,9 @@ inline std::string word_of(const Control& control) {
                    ids(m.removed) + "]";
           },
           [&](const Withdraw& m) { return "withdraw " + ids(m.channels); },
-          [&](const Demand& m) { return "demand " + ids(m.channels) + (m.number ? " on" : " off"); },
+          [&](const Demand& m) {
+            return "demand " + ids(m.channels) + (m.number ? " on" : " off");
+          },
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Decline& m) {
             return "decline " + std::to_string(m.channel.value) + " " + m.code;
@@ -152,8 +154,7 @@ inline std::string word_of(const Control& control) {
 inline std::optional<Demand> demand_of(const Packet& packet) {
   if (!packet.text) return std::nullopt;
   const Bytes bytes = flow_test::joined(packet);
-  const auto control =
-      decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto control = decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const auto* demand = control ? std::get_if<Demand>(&control.value()) : nullptr;
   return demand ? std::optional(*demand) : std::nullopt;
 }

@@ -265,7 +265,8 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
   s.lose(1);
   s.join(2, s.session);
   s.did();
-  s.say(2, Offer{{channel(1, "/map", {origin(1, 11, latched()), origin(2, 12, latched(2))})}, true});
+  s.say(2,
+        Offer{{channel(1, "/map", {origin(1, 11, latched()), origin(2, 12, latched(2))})}, true});
   EXPECT_EQ(s.said(2), "demand 1 on\n");
   for (const char* text : {"a", "b", "c"}) s.message(2, 1, 2, text, *text);
   EXPECT_EQ(s.did(), "publish 3 c\n");
