@@ -97,9 +97,7 @@ def decode_packet(data):
     return frames
 
 
-def frames_of(
-    channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None, demand=0, number=0
-):
+def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None, **more):
     """A sample as frames."""
     body = sample if body is None else body
     head = dict(
@@ -108,9 +106,9 @@ def frames_of(
         channel=channel,
         origin=origin,
         sequence=sequence,
-        demand=demand,
+        demand=more.get("demand", 0),
         stamp_ns=stamp,
-        number=number,
+        number=more.get("number", 0),
     )
     yield dict(head, raw_bytes=len(sample), body_bytes=len(body), part=body[:part])
     for at in range(part, len(body), part):
