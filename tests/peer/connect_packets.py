@@ -97,7 +97,7 @@ def decode_packet(data):
     return frames
 
 
-def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None, **more):
+def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none", body=None, **own):
     """A sample as frames."""
     body = sample if body is None else body
     head = dict(
@@ -106,9 +106,9 @@ def frames_of(channel, origin, sequence, stamp, sample, part=65536, codec="none"
         channel=channel,
         origin=origin,
         sequence=sequence,
-        demand=more.get("demand", 0),
+        demand=own.get("demand", 0),
         stamp_ns=stamp,
-        number=more.get("number", 0),
+        number=own.get("number", 0),
     )
     yield dict(head, raw_bytes=len(sample), body_bytes=len(body), part=body[:part])
     for at in range(part, len(body), part):
