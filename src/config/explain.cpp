@@ -135,7 +135,7 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   if (treatment.compression.codec != Codec::kNone) {
     parts.push_back(compression_text(treatment.compression));
   }
-  if (treatment.queue_bytes_max != Treatment{}.queue_bytes_max) {
+  if (treatment.queue_bytes_max > 0) {
     parts.push_back(fmt::format("queue of {}", bytes_text(treatment.queue_bytes_max)));
   }
   if (treatment.calls_max != Treatment{}.calls_max) {

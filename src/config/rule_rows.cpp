@@ -61,7 +61,6 @@ void add_rule_rights(Rows& rows) {
 
 // How a rule treats what it lets through.
 void add_rule_treatment(Rows& rows) {
-  const Treatment normal;
   const auto add = [&](KeySpec spec) {
     spec.section = "Keys of a rule: how it treats messages";
     spec.key = "rule.<name>." + spec.key;
@@ -101,13 +100,14 @@ void add_rule_treatment(Rows& rows) {
        .help = "Older messages are dropped rather than delivered late; unset: never."});
   add({.key = "queue_bytes_max",
        .type = ParameterType::kInteger,
-       .fallback = static_cast<std::int64_t>(normal.queue_bytes_max),
        .min = 1024,
        .max = kGiB,
        .changeable = true,
        .unit = "bytes",
-       .help = "What may wait of one topic; one message always fits. Of a transient-local topic "
-               "at least history_bytes_max may."});
+       .help =
+           "What may wait of one topic; one message always fits. Of a transient-local topic "
+           "at least history_bytes_max may. Unset: a quarter of the link's queue_bytes_max, but "
+           "1 MiB while the oldest waits for more than 0.25 s: the link is too slow then."});
   add({.key = "clock",
        .fallback = "relay",
        .words = {"relay", "publish"},

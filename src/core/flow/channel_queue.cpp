@@ -34,11 +34,14 @@ std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const
   if (const auto reason = too_old(message, now)) return reason;
   if (options_.keep) return std::nullopt;
   const bool keep_all = options_.depth == 0 && !options_.newest_only;
-  if (keep_all && !waiting_.empty() &&
-      waiting_bytes_ + message.body.size() > options_.queue_bytes_max) {
-    return DropReason::kQueueBytes;
-  }
+  if (keep_all && !has_room(message.body.size(), now)) return DropReason::kQueueBytes;
   return std::nullopt;
+}
+
+bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
+  const auto bytes = waiting_bytes_ + body_bytes;
+  if (waiting_.empty() || bytes <= options_.queue_bytes_max) return true;
+  return bytes <= options_.burst_bytes_max && now.steady - waiting_.front().since <= kStalled;
 }
 
 void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
@@ -54,11 +57,9 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
     drop_waiting(DropReason::kNewerAvailable);
   } else if (options_.depth > 0 && !options_.keep) {
     while (waiting_.size() >= options_.depth) drop_oldest_waiting(DropReason::kQueueDepth);
-    while (!waiting_.empty() && waiting_bytes_ + body_bytes > options_.queue_bytes_max) {
-      drop_oldest_waiting(DropReason::kQueueBytes);
-    }
+    while (!has_room(body_bytes, now)) drop_oldest_waiting(DropReason::kQueueBytes);
   }
-  waiting_.push_back({std::move(message), arrival});
+  waiting_.push_back({std::move(message), arrival, now.steady});
   waiting_bytes_ += body_bytes;
   ++counts_.queued;
   counts_.queued_bytes += body_bytes;

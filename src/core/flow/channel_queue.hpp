@@ -19,9 +19,13 @@ namespace connect_bridge {
 // beyond them.
 struct QueueOptions {
   Priority priority = Priority::kNormal;
-  // Keep-last. 0: keep all, and refuse the newest at queue_bytes_max.
+  // Keep-last. 0: keep all, and refuse the newest where there is no room.
   std::uint32_t depth = 100;
-  std::uint64_t queue_bytes_max = 1 << 20;  // of bodies; one message always fits an empty queue
+  // Of bodies; one message always fits an empty queue. The first is kept to only when the oldest
+  // waits for longer than kStalled: a link that is fast enough carries any burst up to the second.
+  std::uint64_t queue_bytes_max = 1 << 20;
+  // Below queue_bytes_max: never more than that. The outbox cuts it to a share of its own bound.
+  std::uint64_t burst_bytes_max = 0;
   Duration lifespan = kForever;  // against the message's stamp, checked again when sending
   Duration max_age = kForever;   // likewise
   bool newest_only = false;      // depth 1; what a newer one displaces is kNewerAvailable
@@ -43,6 +47,7 @@ struct OutMessage {
 };
 
 inline constexpr std::uint64_t kKeptMessageBytes = 128;
+inline constexpr Duration kStalled = std::chrono::milliseconds(250);
 
 // Counts of one channel, all since it was added. accepted = sent + dropped (all reasons) + queued.
 struct ChannelCounts {
@@ -100,6 +105,7 @@ class ChannelQueue {
   struct Waiting {
     OutMessage message;
     std::uint64_t arrival = 0;
+    TimePoint since{};
   };
   struct Open {
     OutMessage message;
@@ -109,6 +115,7 @@ class ChannelQueue {
   [[nodiscard]] std::optional<DropReason> too_old(const OutMessage& message, const Now& now) const;
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
+  [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
   void count_dropped(const OutMessage& message, DropReason reason);
   void count_sent(const OutMessage& message);
 

@@ -37,7 +37,9 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
   }
 }
 
-void Outbox::add_channel(ChannelId channel, const QueueOptions& options) {
+void Outbox::add_channel(ChannelId channel, QueueOptions options) {
+  // A burst of one topic must not displace what waits of others.
+  options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
   const auto [at, is_new] = queues_.try_emplace(channel, channel, options);
   if (is_new) return;
   auto& queue = at->second;

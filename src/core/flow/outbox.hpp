@@ -56,7 +56,7 @@ class Outbox {
   Outbox& operator=(Outbox&&) = default;
 
   // A channel that exists already gets the new options and keeps its queue and counts.
-  void add_channel(ChannelId channel, const QueueOptions& options);
+  void add_channel(ChannelId channel, QueueOptions options);
   // Drops what is queued (counted as kWithdrawn) and forgets the channel; its last counts are
   // returned. An open message just ends: send `withdraw` after this call, the receiver then forgets
   // its unfinished message (Reassembly::forget).

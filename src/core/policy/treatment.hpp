@@ -40,7 +40,7 @@ struct Treatment {
   double max_rate = 0;                     // messages per second and channel; 0: no limit
   std::uint64_t bytes_per_second_max = 0;  // per channel; 0: no limit
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
-  std::uint64_t queue_bytes_max = 1 << 20;  // a channel's queue; one message always fits
+  std::uint64_t queue_bytes_max = 0;  // a channel's queue; one message always fits; 0: by the link
   QosOverride qos;
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
   std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not watched

@@ -102,7 +102,11 @@ Priority TopicOffer::priority() const {
 QueueOptions TopicOffer::queue_options() const {
   QueueOptions queue;
   queue.priority = priority();
-  queue.queue_bytes_max = treatment().queue_bytes_max;
+  if (treatment().queue_bytes_max > 0) {
+    queue.queue_bytes_max = treatment().queue_bytes_max;
+  } else {
+    queue.burst_bytes_max = std::numeric_limits<std::uint64_t>::max();
+  }
   queue.max_age = treatment().max_age;
   queue.newest_only = is_clock(topic_.key());
   queue.lifespan = Duration::zero();

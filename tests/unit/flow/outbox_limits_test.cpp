@@ -76,6 +76,25 @@ TEST(OutboxQueue, BytesAreKeptExactly) {
   EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueBytes), 3U);
 }
 
+TEST(OutboxQueue, ABurstMayTakeMoreUntilTheOldestWaitsForLong) {
+  auto small = thin();
+  small.data_bytes_max = 1200;
+  Outbox outbox(small);
+  auto options = queue(Priority::kNormal);
+  options.queue_bytes_max = 100;
+  options.burst_bytes_max = 5000;
+  outbox.add_channel(kA, options);
+  for (int i = 0; i < 3; ++i) outbox.push(kA, message(100), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 300U);
+  outbox.push(kA, message(100), now_ms(250));  // beyond a quarter of what the link may hold
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 300U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kQueueBytes), 1U);
+  outbox.push(kA, message(10), now_ms(251));  // those of 0 ms go; the one of 250 ms has time
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 110U);
+  outbox.push(kA, message(10), now_ms(501));
+  EXPECT_EQ(outbox.counts(kA).queued_bytes, 20U);
+}
+
 TEST(OutboxQueue, KeepAllRefusesTheNewest) {
   Outbox outbox(thin());
   auto options = queue(Priority::kNormal);
