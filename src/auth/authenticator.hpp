@@ -34,9 +34,6 @@ struct AuthOptions {
   std::string method = "token";  // "token" or "none"
   std::string token;             // one token for everybody who has it
   std::string token_file;        // YAML with several, or one token
-  double failures_max = 5;       // failed logins of one address before it has to wait
-  double failures_per_second = 1;
-  std::size_t addresses_max = 4096;  // of which failures are remembered
 };
 
 // The method with its problems instead, each naming the file, line and key. Never both.
@@ -46,7 +43,7 @@ struct AuthSetup {
   std::vector<std::string> warnings;
 };
 
-// Reads files; at start only. Guards the method against guessing (see Backoff).
+// Reads files; at start only.
 [[nodiscard]] AuthSetup make_authenticator(const AuthOptions& options, const Now& now);
 
 }  // namespace connect_bridge

@@ -94,7 +94,8 @@ void add_rights(const Rule& rule, Names& parts) {
   add(rule.import_services, "may offer the services", types);
   add(rule.export_actions, "may use the actions", types);
   add(rule.import_actions, "may offer the actions", types);
-  add(rule.parameters, "may read and set (and offer its own) parameters of the nodes", "");
+  add(rule.export_parameters, "may read and set parameters of the nodes", "");
+  add(rule.import_parameters, "may offer parameters of the nodes", "");
   if (!rule.deny.empty()) {
     parts.push_back(
         fmt::format("never {}{}, whatever rules allow", joined(texts(rule.deny), "or"), who));

@@ -13,8 +13,8 @@ namespace connect_bridge {
 namespace {
 
 constexpr const char* kRights[] = {
-    "export_topics",  "import_topics",  "export_services", "import_services",
-    "export_actions", "import_actions", "parameters",      "deny"};
+    "export_topics",  "import_topics",     "export_services",   "import_services", "export_actions",
+    "import_actions", "export_parameters", "import_parameters", "parameters",      "deny"};
 
 std::vector<Pattern> patterns(const std::vector<std::string>& texts) {
   std::vector<Pattern> parsed;
@@ -29,14 +29,17 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
                      [&](const Pattern& pattern) { return pattern.matches(name); });
 }
 
+// Of a client without rules. All that the server lets it have exists here. Of what is here the
+// server may receive topics; its rules say which. It may never call what is here: a client trusts
+// no server so far.
 Rule default_rule() {
   Rule rule;
   rule.name = "default";
   rule.export_topics = patterns({"/**"});
   rule.import_topics = patterns({"/**"});
-  rule.export_services = rule.import_services = patterns({"/**"});
-  rule.export_actions = rule.import_actions = patterns({"/**"});
-  rule.parameters = patterns({"/**"});
+  rule.import_services = patterns({"/**"});
+  rule.import_actions = patterns({"/**"});
+  rule.import_parameters = patterns({"/**"});
   // Every node has it; merged with the local one nobody could tell who speaks.
   rule.deny = patterns({"/rosout"});
   return rule;
@@ -54,8 +57,8 @@ Rule clock_rule(const std::string& name) {
 // Reads the keys of one rule.
 class RuleReader {
  public:
-  RuleReader(const CheckedValues& values, std::string name)
-      : values_(values), name_(std::move(name)) {}
+  RuleReader(const CheckedValues& values, std::string name, Role role)
+      : values_(values), name_(std::move(name)), role_(role) {}
 
   [[nodiscard]] Rule rule() const {
     Rule rule;
@@ -66,7 +69,10 @@ class RuleReader {
     rule.import_services = patterns(values_.list(key("import_services")));
     rule.export_actions = patterns(values_.list(key("export_actions")));
     rule.import_actions = patterns(values_.list(key("import_actions")));
-    rule.parameters = patterns(values_.list(key("parameters")));
+    rule.export_parameters = patterns(values_.list(key("export_parameters")));
+    rule.import_parameters = patterns(values_.list(key("import_parameters")));
+    auto& own = role_ == Role::kServer ? rule.export_parameters : rule.import_parameters;
+    for (auto& pattern : patterns(values_.list(key("parameters")))) own.push_back(pattern);
     rule.deny = patterns(values_.list(key("deny")));
     rule.types = values_.list(key("types"));
     rule.identities = values_.list(key("identities"));
@@ -124,6 +130,7 @@ class RuleReader {
 
   const CheckedValues& values_;
   std::string name_;
+  Role role_;
 };
 
 void check_clock(const CheckedValues& values, const RuleReader& reader, const Rule& rule,
@@ -180,7 +187,7 @@ RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
   std::string clock_from;
   for (const std::string& name : names) {
     if (!values.rules().contains(name)) continue;
-    const RuleReader reader(values, name);
+    const RuleReader reader(values, name, role);
     set.rules.push_back(reader.rule());
     if (!reader.allows_or_denies()) {
       problems.push_back({"rule." + name, "",

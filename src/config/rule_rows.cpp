@@ -37,9 +37,12 @@ void add_rule_rights(Rows& rows) {
   patterns("rule.<name>.import_services", "Services of the peer that exist at this side.");
   patterns("rule.<name>.export_actions", "Actions of this side that the peer may use.");
   patterns("rule.<name>.import_actions", "Actions of the peer that exist at this side.");
+  patterns("rule.<name>.export_parameters",
+           "Nodes of this side whose parameters the peer may read and set.");
+  patterns("rule.<name>.import_parameters",
+           "Nodes of the peer whose parameters can be read and set at this side.");
   patterns("rule.<name>.parameters",
-           "Nodes whose parameters can be read and set from the other side: of this side by the "
-           "peer, and of the peer here.");
+           "At a server the same as export_parameters, at a client as import_parameters.");
   patterns("rule.<name>.deny", "Names that no rule allows, whatever else matches.");
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",

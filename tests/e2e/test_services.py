@@ -102,8 +102,12 @@ def test_four_megabytes_each_way(pair, robot, service):
     assert (response.size, response.sum) == (len(data), sum(data))
 
 
-def test_a_service_of_the_operator(pair):
-    """The other way round, and of another package."""
+def test_a_service_of_the_operator(make_pair):
+    """The other way round, and of another package: the client has to say so."""
+    pair = make_pair(
+        server=OPEN_CALLS,
+        client={"rules": ["back"], "rule": {"back": {"export_services": ["/back/**"]}}},
+    )
 
     def answer(request, response):
         response.levels = [LoggerLevel(name=name, level=20) for name in request.names]
@@ -279,11 +283,14 @@ def test_a_call_time_limit(make_pair):
 def test_nothing_without_a_rule(pair, robot):
     serve(robot, Trigger, "/private/reset", lambda _, response: response)
     serve(pair.operator, Trigger, "/s/backward", lambda _, response: response)
+    serve(pair.operator, Trigger, "/back/unruly", lambda _, response: response)
     EchoServer(robot, "/s/marker")
     Caller(pair.operator, "/s/marker").wait_ready()
     time.sleep(0.5)
     assert not Caller(pair.operator, "/private/reset", Trigger).ready()
     assert not Caller(pair.robot, "/s/backward", Trigger).ready()
+    # The server would take it, but a client without rules exports topics alone.
+    assert not Caller(pair.robot, "/back/unruly", Trigger).ready()
 
 
 def test_deny_and_types(make_pair):

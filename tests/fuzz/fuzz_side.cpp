@@ -47,7 +47,7 @@ SideOptions options() {
   rule.import_topics = {Pattern::parse("/**").value()};
   rule.export_services = rule.import_services = {Pattern::parse("/**").value()};
   rule.export_actions = rule.import_actions = {Pattern::parse("/**").value()};
-  rule.parameters = {Pattern::parse("/**").value()};
+  rule.export_parameters = rule.import_parameters = {Pattern::parse("/**").value()};
   rule.treatment.calls_max = 3;
   rule.treatment.call_timeout = std::chrono::seconds(1);
   o.policy = Policy({rule});

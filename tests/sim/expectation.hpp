@@ -52,6 +52,8 @@ class Expectation {
   void check_qos() const;
 
   // Transient-local subscribers that come late.
+  // Whether a message of a topic still waits at a side: to be sent, or to be decompressed.
+  [[nodiscard]] bool is_under_way() const;
   void add_late_subscribers(Crowd& crowd);
   void check_late_subscribers() const;
 

@@ -53,6 +53,16 @@ std::uint64_t Expectation::history_bytes(const ExpectedMirror& expected) const {
   return depth * sizes;
 }
 
+bool Expectation::is_under_way() const {
+  for (const auto& host : hosts_) {
+    if (!host->running()) continue;
+    for (const auto& link : host->status().links)
+      for (const auto& topic : link.topics)
+        if (topic.queued > 0) return true;
+  }
+  return false;
+}
+
 void Expectation::add_late_subscribers(Crowd& crowd) {
   std::map<std::pair<int, std::string>, int> readers;
   for (std::size_t i = 0; i < mirrors_.size(); ++i) {

@@ -182,7 +182,7 @@ std::optional<Treatment> service_treatment_of(const Policy& policy, Direction di
   if (parameter != parameters.end()) {
     if (parameter->second != type) return {};
     return first_rule(policy, who, {name, before}, "", [&](const Rule& rule) {
-      return std::pair{&rule.parameters, &before};
+      return std::pair{out ? &rule.export_parameters : &rule.import_parameters, &before};
     });
   }
   return first_rule(policy, who, {name}, type, [&](const Rule& rule) {

@@ -110,7 +110,7 @@ void open_corner(Rule& corner) {
   corner.import_topics = corner.export_topics = {pattern("/hostile/**")};
   corner.import_services = corner.export_services = {pattern("/hostile/**")};
   corner.import_actions = corner.export_actions = {pattern("/hostile/**")};
-  corner.parameters = {pattern("/hostile/**")};
+  corner.import_parameters = corner.export_parameters = {pattern("/hostile/**")};
 }
 
 }  // namespace

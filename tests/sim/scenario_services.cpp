@@ -77,7 +77,8 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
     if (rule.name == "corner") continue;  // the strangers', and all theirs
     if (rng.chance(300)) draw_patterns(rng, rule.export_services);
     if (rng.chance(300)) draw_patterns(rng, rule.import_services);
-    if (rng.chance(200)) draw_patterns(rng, rule.parameters);
+    if (rng.chance(200)) draw_patterns(rng, rule.export_parameters);
+    if (rng.chance(200)) draw_patterns(rng, rule.import_parameters);
     if (rng.chance(300)) draw_patterns(rng, rule.export_actions);
     if (rng.chance(300)) draw_patterns(rng, rule.import_actions);
   }
@@ -86,7 +87,8 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
     calls.name = "calls";
     calls.export_services = {pattern("/**")};
     calls.import_services = {pattern("/**")};
-    if (rng.chance(700)) calls.parameters = {pattern("/**")};
+    if (rng.chance(700)) calls.export_parameters = {pattern("/**")};
+    if (rng.chance(700)) calls.import_parameters = {pattern("/**")};
     if (rng.chance(800)) calls.export_actions = {pattern("/**")};
     if (rng.chance(800)) calls.import_actions = {pattern("/**")};
     if (rng.chance(200)) calls.deny = {pattern(rng.pick(allowed_patterns()))};

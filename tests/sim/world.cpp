@@ -12,6 +12,7 @@ using namespace std::chrono_literals;
 constexpr Duration kInspectEvery = 200ms;
 // Noticing a dead link, a login that hangs until its time-out, the longest back-off, discovery.
 constexpr Duration kSettle = 9s;
+constexpr int kDrainSeconds = 60;
 constexpr int kRounds = 3;
 // Discovery, twice, and the path, four times, on a healed network.
 constexpr Duration kTruth = 700ms;
@@ -163,6 +164,8 @@ void World::run() {
   corner_.stop();
   run_for(kSettle);
   middleware_.calm();
+  // What was said in the chaos may still fill queues and workers.
+  for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);
   expectation_->settle();
   expectation_->check_links();
   expectation_->check_mirrors();

@@ -30,7 +30,7 @@ Payload slice_of(const Payload& packet, ByteView part) {
 }  // namespace
 
 Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& frame,
-                                                        const Payload& packet) {
+                                                        const Payload& packet, bool keep) {
   if (frame.raw_bytes > options_.message_bytes_max ||
       frame.body_bytes > options_.message_bytes_max) {
     return refusal(CloseCode::kTooLarge, frame.channel,
@@ -55,12 +55,15 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
     message.body = slice_of(packet, frame.part);
     return std::optional<InMessage>{std::move(message)};
   }
-  if (open_bytes_ + frame.body_bytes > options_.open_bytes_max) {
+  const std::uint32_t kept = keep ? frame.body_bytes : 0;
+  if (open_bytes_ + kept > options_.open_bytes_max) {
     return refusal(CloseCode::kTooLarge, frame.channel, "too many bytes in unfinished messages");
   }
   stream.last_sequence = frame.sequence;
-  open_bytes_ += frame.body_bytes;
-  auto& open = stream.open.emplace(Open{std::move(message), frame.body_bytes, {}});
+  open_bytes_ += kept;
+  const auto missing = frame.body_bytes - static_cast<std::uint32_t>(frame.part.size());
+  auto& open = stream.open.emplace(Open{std::move(message), missing, kept, {}});
+  if (!keep) return std::optional<InMessage>{};
   // All at once: it is within the budget, and pages that the peer never fills are never touched.
   open.body.reserve(frame.body_bytes);
   open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
@@ -78,11 +81,12 @@ Result<std::optional<InMessage>> Reassembly::on_part(const PartFrame& frame) {
     close(stream);
     return std::optional<InMessage>{};
   }
-  if (frame.part.empty() || frame.part.size() > open.body_bytes - open.body.size()) {
+  if (frame.part.empty() || frame.part.size() > open.missing) {
     return refusal(CloseCode::kMalformed, frame.channel, "a part that is empty or too long");
   }
-  open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
-  if (open.body.size() < open.body_bytes) return std::optional<InMessage>{};
+  open.missing -= static_cast<std::uint32_t>(frame.part.size());
+  if (open.kept_bytes > 0) open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
+  if (open.missing > 0) return std::optional<InMessage>{};
   auto message = std::move(open.message);
   message.body = Payload::adopt(std::move(open.body));
   close(stream);
@@ -97,7 +101,7 @@ void Reassembly::forget(ChannelId channel) {
 }
 
 void Reassembly::close(Stream& stream) {
-  open_bytes_ -= stream.open->body_bytes;
+  open_bytes_ -= stream.open->kept_bytes;
   stream.open.reset();
 }
 

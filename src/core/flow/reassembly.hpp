@@ -39,8 +39,10 @@ class Reassembly {
   explicit Reassembly(ReassemblyOptions options) : options_(options) {}
 
   // `packet` is the packet in which the frame's part lies: a message that is whole in one frame
-  // becomes a slice of it, without a copy.
-  Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet);
+  // becomes a slice of it, without a copy. `keep`: of one that is dropped anyway the parts are
+  // checked, but take no memory and none of the budget; its body stays empty.
+  Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet,
+                                              bool keep = true);
   Result<std::optional<InMessage>> on_part(const PartFrame& frame);
   // The channel was withdrawn: forgets its unfinished message and its sequence.
   void forget(ChannelId channel);
@@ -50,7 +52,8 @@ class Reassembly {
  private:
   struct Open {
     InMessage message;  // without its body
-    std::uint32_t body_bytes = 0;
+    std::uint32_t missing = 0;
+    std::uint32_t kept_bytes = 0;  // of the budget
     Bytes body;
   };
   struct Stream {

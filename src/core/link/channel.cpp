@@ -2,6 +2,10 @@
 
 namespace connect_bridge {
 
+bool IncomingChannel::wants(std::uint16_t) const {
+  return true;
+}
+
 Result<Nothing> IncomingChannel::on_origins(const OriginsChanged&, const Now&) {
   return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
 }

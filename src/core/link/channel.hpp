@@ -17,6 +17,8 @@ class IncomingChannel {
  public:
   virtual ~IncomingChannel() = default;
 
+  // Whether messages for this demand are taken now. Of others no body is kept.
+  [[nodiscard]] virtual bool wants(std::uint16_t demand) const;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer ends the channel. The link has forgotten the number already; `this` may end within.
   virtual void on_withdraw(const Now& now) = 0;

@@ -146,7 +146,8 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
   const Error unknown{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
   if (const auto* message = std::get_if<MessageFrame>(&frame)) {
     if (!user_->expects(message->channel)) return unknown;
-    return on_data(reassembly_.on_message(*message, packet), now);
+    const bool keep = user_->wants(message->channel, message->demand);
+    return on_data(reassembly_.on_message(*message, packet, keep), now);
   }
   if (const auto* part = std::get_if<PartFrame>(&frame)) {
     if (!user_->expects(part->channel)) return unknown;

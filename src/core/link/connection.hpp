@@ -46,6 +46,8 @@ class ConnectionUser {
  public:
   // Whether the peer may send on this channel; asked before anything of a message is kept.
   [[nodiscard]] virtual bool expects(ChannelId channel) const = 0;
+  // Whether a message that begins on it now, for this demand, is of any use.
+  [[nodiscard]] virtual bool wants(ChannelId channel, std::uint16_t demand) const = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer has all of a tracked message.

@@ -83,6 +83,11 @@ Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
 
+bool Link::wants(ChannelId number, std::uint16_t demand) const {
+  const IncomingChannel* channel = incoming(number);
+  return channel && channel->wants(demand);
+}
+
 Result<Nothing> Link::on_message(InMessage message, const Now& now) {
   IncomingChannel* channel = incoming(message.channel);
   // Null: it was declined, or has ended here.

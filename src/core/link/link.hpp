@@ -132,6 +132,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool expects(ChannelId channel) const override {
     return incoming_.contains(channel);
   }
+  [[nodiscard]] bool wants(ChannelId channel, std::uint16_t demand) const override;
   Result<Nothing> on_control(Control& control, const Now& now) override;
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/wire/text.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -75,9 +77,10 @@ void Links::on(ConnectionOpened& input, const Now& now) {
 
 void Links::on(DialFailed& input, const Now& now) {
   if (input.connection != dialing_) return;
-  if (last_failure_ != input.reason)
-    outputs_.log(LogLevel::kWarn, "cannot connect: " + input.reason + "; trying again");
-  last_failure_ = input.reason;
+  const std::string reason = to_text(input.reason, kReasonBytesMax);
+  if (last_failure_ != reason)
+    outputs_.log(LogLevel::kWarn, "cannot connect: " + reason + "; trying again");
+  last_failure_ = reason;
   dial_later(false, now);
 }
 
@@ -86,23 +89,28 @@ void Links::look_at(Pending::iterator waiting, const Now& now) {
   if (auto login = connection.take_login())
     outputs_.push(Authenticate{waiting->first, connection.peer().address, std::move(login->method),
                                std::move(login->credential)});
-  if (connection.failure())
-    return refuse(waiting, connection.failure()->code, std::string(connection.failure()->message),
-                  now);
+  if (connection.failure()) return refuse(waiting, Error(*connection.failure()), now);
   if (!connection.open()) return;
   auto welcomed = std::move(waiting->second);  // we are a client
   pending_.erase(waiting);
   carry(links_.empty() ? make_link() : links_.begin()->second, std::move(welcomed), now);
 }
 
-void Links::refuse(Pending::iterator waiting, CloseCode code, const std::string& reason,
-                   const Now& now) {
-  outputs_.log(LogLevel::kWarn, "closing " + waiting->second->peer().address + ": " + reason +
-                                    " (" + std::string(name_of(code)) + ")");
-  last_failure_ = reason;
-  close(waiting->first, code, reason);
+void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
+                   const std::string& told) {
+  const bool client = options_.role == Role::kClient;
+  // Strangers can make as many of these lines as they like.
+  if (const auto count = client ? 1 : refusals_.count(now))
+    outputs_.log(
+        LogLevel::kWarn,
+        "closing " + waiting->second->peer().address + ": " + why.message + " (" +
+            std::string(name_of(why.code)) + ")" +
+            (*count > 1 ? "; " + std::to_string(*count) + " refused since the last line" : ""));
+  close(waiting->first, why.code, told.empty() ? why.message : told);
   pending_.erase(waiting);
-  if (options_.role == Role::kClient) dial_later(false, now);
+  if (!client) return;
+  last_failure_ = why.message;
+  dial_later(false, now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {
@@ -112,12 +120,12 @@ void Links::on(Authenticated& input, const Now& now) {
   const bool expired =
       input.identity && input.identity->expires != 0 && now.system >= input.identity->expires;
   if (!input.identity || expired) {
-    outputs_.log(LogLevel::kWarn, "login refused: " + (expired ? "it has expired" : input.reason));
-    // The peer learns no more than that.
-    return refuse(waiting, CloseCode::kLoginRefused, "login refused", now);
+    const std::string why = expired ? "it has expired" : input.reason;
+    return refuse(waiting, {CloseCode::kLoginRefused, "login refused: " + why}, now,
+                  "login refused");
   }
   Link* link = link_for_login(*waiting->second, *input.identity, now);
-  if (!link) return refuse(waiting, CloseCode::kTooManyConnections, "too many links", now);
+  if (!link) return refuse(waiting, {CloseCode::kTooManyConnections, "too many links"}, now);
   auto connection = std::move(waiting->second);
   pending_.erase(waiting);
   link->identity = *input.identity;
@@ -184,7 +192,9 @@ void Links::on(PacketReceived& input, const Now& now) {
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
-  const std::string reason = input.reason.empty() ? "the connection was closed" : input.reason;
+  // What the peer's close frame says is any bytes.
+  const std::string said = to_text(input.reason, kReasonBytesMax);
+  const std::string reason = said.empty() ? "the connection was closed" : said;
   const bool refused = input.code == static_cast<std::uint16_t>(CloseCode::kLoginRefused);
   if (pending_.erase(input.connection) > 0) {
     if (options_.role == Role::kServer) return;

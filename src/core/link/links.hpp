@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/log_limit.hpp"
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
@@ -98,7 +99,9 @@ class Links {
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
   void look_at(Pending::iterator waiting, const Now& now);
-  void refuse(Pending::iterator waiting, CloseCode code, const std::string& reason, const Now& now);
+  // The log says why; the peer is told the same, or only `told`.
+  void refuse(Pending::iterator waiting, const Error& why, const Now& now,
+              const std::string& told = {});
   [[nodiscard]] bool left_for_good(std::optional<std::uint16_t> code) const;
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be. `dead`: the link is dead at once, else after dead_after
@@ -118,7 +121,8 @@ class Links {
   std::uint32_t last_link_ = 0;
   std::uint32_t last_connection_ = 0;  // client
   bool stopped_ = false;
-  std::string last_failure_;
+  std::string last_failure_;  // a client's; at a server of a link that was open
+  LogLimit refusals_;
 };
 
 // Sixteen bytes; of `secret_random`, if there is one, for what nobody may guess.

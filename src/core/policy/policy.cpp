@@ -25,7 +25,7 @@ const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, O
     case OpenedBy::kTopics: return exported ? &rule.export_topics : &rule.import_topics;
     case OpenedBy::kServices: return exported ? &rule.export_services : &rule.import_services;
     case OpenedBy::kActions: return exported ? &rule.export_actions : &rule.import_actions;
-    case OpenedBy::kParameters: return &rule.parameters;
+    case OpenedBy::kParameters: return exported ? &rule.export_parameters : &rule.import_parameters;
     case OpenedBy::kNothing: break;
   }
   return nullptr;
@@ -99,14 +99,16 @@ std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
                 who);
 }
 
-std::optional<Decision> Policy::decide_parameter_events(const Identity& who) const {
+std::optional<Decision> Policy::decide_parameter_events(Direction direction,
+                                                        const Identity& who) const {
   const Rule* first = nullptr;
   for (const auto& rule : rules_) {
     if (!applies_to(rule, who)) continue;
     for (const auto& pattern : rule.deny) {
       if (pattern.covers(kParameterEvents)) return std::nullopt;
     }
-    if (first == nullptr && !rule.parameters.empty()) first = &rule;
+    if (first == nullptr && !patterns_of(rule, direction, OpenedBy::kParameters)->empty())
+      first = &rule;
   }
   if (first == nullptr) return std::nullopt;
   return Decision{first->name, first->treatment};
@@ -126,7 +128,7 @@ Accepts Policy::accepts(const Identity& who) const {
     names.topics = texts(rule.import_topics);
     names.services = texts(rule.import_services);
     names.actions = texts(rule.import_actions);
-    names.parameters = texts(rule.parameters);
+    names.parameters = texts(rule.import_parameters);
     if (names.topics.empty() && names.services.empty() && names.actions.empty() &&
         names.parameters.empty()) {
       continue;

@@ -30,7 +30,7 @@ struct Rule {
   std::vector<Pattern> export_topics, import_topics;
   std::vector<Pattern> export_services, import_services;
   std::vector<Pattern> export_actions, import_actions;
-  std::vector<Pattern> parameters;
+  std::vector<Pattern> export_parameters, import_parameters;  // names of nodes
   std::vector<Pattern> deny;            // wins over the allow patterns of every rule
   std::vector<std::string> types;       // empty: any
   std::vector<std::string> identities;  // empty (and groups empty): anyone who is logged in
@@ -53,8 +53,8 @@ class Policy {
   // The decision of the first rule that opens this interface in `direction` for `who`, unless a
   // deny pattern of any rule that applies to `who` covers it. For every concrete channel: topics,
   // services, parts of actions (opened by the patterns for actions alone, with the action's name
-  // and type), parameter services and origins of /parameter_events (opened by `parameters` alone,
-  // both directions alike, with the node's name, whatever `types` says). Hidden names (a token
+  // and type), parameter services and origins of /parameter_events (opened by the patterns for
+  // parameters alone, with the node's name, whatever `types` says). Hidden names (a token
   // starting with '_') are allowed only by a pattern that spells that token out. A deny covers an
   // action by its name or that of any part; a node's parameters by the node's name or that of a
   // single service.
@@ -66,7 +66,8 @@ class Policy {
                                                const Identity& who) const;
   // Whether /parameter_events is carried at all, and how it is treated: as the first rule says that
   // opens the parameters of some node. Which origins it carries says decide() of each.
-  [[nodiscard]] std::optional<Decision> decide_parameter_events(const Identity& who) const;
+  [[nodiscard]] std::optional<Decision> decide_parameter_events(Direction direction,
+                                                                const Identity& who) const;
 
   // What a peer with this identity may offer us (Accepts of the wire).
   [[nodiscard]] Accepts accepts(const Identity& who) const;

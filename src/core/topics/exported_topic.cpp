@@ -261,7 +261,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
-    if (!offer.admit(origin.id, sample.raw.size(), now)) continue;
+    if (!offer.admit(origin.id, sample.raw, now)) continue;
     const Compression& how = offer.treatment().compression;
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, sample.raw, now);
@@ -276,7 +276,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
   const Compression how = offer.treatment().compression;
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
-    if (!offer.admit_old(origin, raw.size())) continue;
+    if (!offer.admit_old(origin, raw)) continue;
     OutSample sample{origin, stamp, number, raw, {link}};
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, raw, now);

@@ -17,6 +17,8 @@ constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A peer cannot make a mirror keep more samples than this.
 constexpr std::uint32_t kDepthMax = 10'000;
+// Nor make the middleware watch shorter periods.
+constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -180,10 +182,14 @@ Qos Mirror::qos_under(const Treatment& treatment) const {
   if (qos.depth == 0)
     qos.depth = latched ? context_.options.latched_depth : context_.options.default_depth;
   qos.depth = std::min(qos.depth, kDepthMax);
-  if (latched && qos.history == History::kKeepAll) {
-    qos.history = History::kKeepLast;  // or the mirror would keep all that the peer ever sends
+  // Or a transient-local mirror would keep all that the peer ever sends, and any other would hold
+  // up the loop for a subscriber that does not take.
+  if (qos.history == History::kKeepAll) {
+    qos.history = History::kKeepLast;
     qos.depth = kDepthMax;
   }
+  for (Duration* period : {&qos.deadline, &qos.lifespan, &qos.liveliness_lease})
+    *period = std::max(*period, kPeriodMin);
   return qos;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/compress/compress.hpp"
 #include "core/policy/interface.hpp"
+#include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
 
 namespace connect_bridge {
@@ -31,6 +32,9 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
       decision_(std::move(decision)) {
+  const auto wire_name = context_.graph_options.names.to_wire(key_.first);
+  parameter_events_ = key_.second == kParameterEventType && wire_name &&
+                      is_parameter_events(InterfaceKind::kTopic, *wire_name);
   link_.take_offered(number_, *this);
 }
 
@@ -77,11 +81,23 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
 
 // Whether this origin of /parameter_events is a node whose parameters no rule opens.
 bool OfferedTopic::is_withheld(const OriginOffer& origin) const {
-  if (key_.second != kParameterEventType) return false;
-  const auto wire_name = context_.graph_options.names.to_wire(key_.first);
-  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
-  const Interface what{InterfaceKind::kTopic, *wire_name, key_.second, {}, origin.node};
+  if (!parameter_events_) return false;
+  const Interface what{
+      InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, origin.node};
   return !context_.policy.decide(Direction::kImport, what, link_.identity);
+}
+
+// Every node acts upon an event that tells its name, so an event is only of its origin's node, and
+// never of one that lives here.
+bool OfferedTopic::permits(const Mirror& mirror, const Payload& raw) const {
+  if (!parameter_events_) return true;
+  const auto told = node_of_parameter_event(raw.view());
+  const std::string& node = mirror.origin().node;
+  if (!told || (*told != node && *told != context_.graph_options.names.to_local(node)))
+    return false;
+  const TopicState* topic = context_.graph.find(key_);
+  return !topic || std::none_of(topic->publishers.begin(), topic->publishers.end(),
+                                [&](const Endpoint& e) { return node_of(e) == *told; });
 }
 
 bool OfferedTopic::recheck(const Now& now) {
@@ -156,9 +172,7 @@ void OfferedTopic::demand_again(const Now& now) {
 
 Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   wire_bytes_ += message.body.size();
-  // Of a demand that has ended some may still be under way when the next one is told. They are
-  // newer than the last samples with which that begins.
-  if (!demanded_ || message.demand != demand_) {
+  if (!wants(message.demand)) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};
   }
@@ -173,16 +187,30 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
   }
-  if (peer_.decoding().used() + message.body.size() > kDecodingBytesMax) {
+  if (peer_.decoding().used() + message.body.size() + sizeof(Waiting) > kDecodingBytesMax) {
     dropped_.add(DropReason::kQueueBytes);
     return Nothing{};
   }
   // A message of one part is a slice: it must not keep its whole packet while it waits.
   if (message.body.size() <= kPacketBytesMax) message.body = Payload::copy_of(message.body.view());
-  auto bytes = peer_.decoding().hold(message.body.size());
+  make_room(message);
+  auto bytes = peer_.decoding().hold(message.body.size() + sizeof(Waiting));
   waiting_.push_back({std::move(message), std::move(bytes)});
   if (!job_) start_job();
   return Nothing{};
+}
+
+// A worker that does not keep up must not make messages late without end: of volatile origins as
+// many wait as their depth. The first is with the worker.
+void OfferedTopic::make_room(const InMessage& message) {
+  const auto origin = origins_.find(message.subject.origin());
+  if (origin == origins_.end()) return;
+  const Qos& qos = origin->second->origin().qos;
+  if (qos.durability != Durability::kVolatile || qos.history == History::kKeepAll) return;
+  const std::size_t depth = std::max(qos.depth, context_.options.default_depth);
+  if (waiting_.size() <= depth) return;
+  waiting_.erase(std::next(waiting_.begin()));
+  dropped_.add(DropReason::kQueueDepth);
 }
 
 void OfferedTopic::start_job() {
@@ -216,6 +244,7 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   Mirror& mirror = *origin->second;
   if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
   if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
+  if (!permits(mirror, raw)) return dropped_.add(DropReason::kNotPermitted);
   const ClockEstimate* clock = link_.connection ? &link_.clock() : nullptr;
   if (clock && clock->known() && is_plausible(message.stamp)) {
     const Duration age(now.system - (message.stamp - clock->offset().count()));

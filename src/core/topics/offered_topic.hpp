@@ -46,6 +46,11 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Ends the demand for a moment, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
 
+  // Of a demand that has ended some may still be under way when the next one is told. They are
+  // newer than the last samples with which that begins.
+  [[nodiscard]] bool wants(std::uint16_t demand) const override {
+    return demanded_ && demand == demand_;
+  }
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Now& now) override;
@@ -68,12 +73,14 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
+  void make_room(const InMessage& message);
   void start_job();
   // Handles what waited behind a finished job, up to the next job.
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);
   void leave_mirrors(const Now& now);
   [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
+  [[nodiscard]] bool permits(const Mirror& mirror, const Payload& raw) const;
 
   PeerTopics& peer_;
   ImportContext& context_;
@@ -83,6 +90,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::string type_hash_;
   std::string action_type_;
   Decision decision_;
+  bool parameter_events_ = false;
   bool demanded_ = false;
   std::uint16_t demand_ = 0;             // its number, once the peer was told
   bool limited_ = false;                 // some origins have no mirror, for want of room

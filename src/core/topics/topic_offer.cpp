@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/topics/exported_topic.hpp"
+#include "core/topics/parameter_event.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -32,7 +33,7 @@ std::optional<Decision> TopicOffer::permission() const {
     const bool accepted = std::any_of(rules.begin(), rules.end(),
                                       [](const auto& rule) { return !rule.parameters.empty(); });
     if (!accepted || type != kParameterEventType) return std::nullopt;
-    return context_.policy.decide_parameter_events(link_.identity);
+    return context_.policy.decide_parameter_events(Direction::kExport, link_.identity);
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   if (!action_type) return std::nullopt;
@@ -43,16 +44,23 @@ std::optional<Decision> TopicOffer::permission() const {
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
-  const auto& [name, type] = topic_.key();
-  if (type != kParameterEventType) return false;
-  const NameMap& names = context_.graph_options.names;
-  const auto wire_name = names.to_wire(name);
-  if (!wire_name || !is_parameter_events(InterfaceKind::kTopic, *wire_name)) return false;
-  const auto node = names.to_wire(origin.node);
-  if (!node || !link_.accepts) return true;
-  const Interface what{InterfaceKind::kTopic, *wire_name, type, {}, *node};
-  return !context_.policy.decide(Direction::kExport, what, link_.identity) ||
-         !accepted_by(*link_.accepts, what);
+  return parameter_events_ && !opens(origin.node);
+}
+
+bool TopicOffer::opens(std::string_view node) const {
+  const auto wire_node = context_.graph_options.names.to_wire(std::string(node));
+  if (!wire_node || !link_.accepts) return false;
+  const Interface what{
+      InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
+  return context_.policy.decide(Direction::kExport, what, link_.identity) &&
+         accepted_by(*link_.accepts, what);
+}
+
+// A publisher may tell of any node, and not every middleware tells the publisher.
+bool TopicOffer::permits(const Payload& sample) const {
+  if (!parameter_events_) return true;
+  const auto node = node_of_parameter_event(sample.view());
+  return node && opens(*node);
 }
 
 std::set<OriginId> TopicOffer::withheld() const {
@@ -71,14 +79,16 @@ std::optional<ChannelOffer> TopicOffer::open() {
   auto decision = permission();
   if (!decision) return std::nullopt;
   decision_ = *std::move(decision);
+  const auto& [name, type] = topic_.key();
+  const auto wire_name = context_.graph_options.names.to_wire(name);
+  parameter_events_ = wire_name && is_parameter_events(InterfaceKind::kTopic, *wire_name);
   withheld_ = withheld();
   rate_ = RateLimit(treatment().max_rate, treatment().bytes_per_second_max);
   number_ = link_.open_channel(*this);
   configure_queue();
-  const auto& [name, type] = topic_.key();
   ChannelOffer offer;
   offer.channel = number_;
-  offer.name = context_.graph_options.names.to_wire(name).value_or(name);
+  offer.name = wire_name.value_or(name);
   offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
   offer.type = type;
   offer.type_hash = topic_.type_hash();
@@ -186,8 +196,13 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 
 // ---- samples
 
-bool TopicOffer::admit(OriginId origin, std::size_t bytes, const Now& now) {
+bool TopicOffer::admit(OriginId origin, const Payload& sample, const Now& now) {
+  const std::size_t bytes = sample.size();
   if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
+  if (!permits(sample)) {
+    drop(DropReason::kNotPermitted);
+    return false;
+  }
   if (bytes > link_.peer_message_bytes_max()) {
     if (dropped_.of(DropReason::kTooLarge) == 0)
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) +
@@ -202,9 +217,9 @@ bool TopicOffer::admit(OriginId origin, std::size_t bytes, const Now& now) {
   return false;
 }
 
-bool TopicOffer::admit_old(OriginId origin, std::size_t bytes) {
-  if (withheld_.contains(origin)) return false;
-  if (bytes <= link_.peer_message_bytes_max()) return true;
+bool TopicOffer::admit_old(OriginId origin, const Payload& sample) {
+  if (withheld_.contains(origin) || !permits(sample)) return false;
+  if (sample.size() <= link_.peer_message_bytes_max()) return true;
   drop(DropReason::kTooLarge);
   return false;
 }

@@ -39,9 +39,9 @@ class TopicOffer final : public OutgoingChannel {
   void on_decline(const Decline& decline, const Now& now) override;
 
   // Whether a sample just taken goes to this peer; one that does not for a limit is counted.
-  [[nodiscard]] bool admit(OriginId origin, std::size_t bytes, const Now& now);
+  [[nodiscard]] bool admit(OriginId origin, const Payload& sample, const Now& now);
   // The same for a sample of the past: a rate does not count for it.
-  [[nodiscard]] bool admit_old(OriginId origin, std::size_t bytes);
+  [[nodiscard]] bool admit_old(OriginId origin, const Payload& sample);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
@@ -55,6 +55,9 @@ class TopicOffer final : public OutgoingChannel {
  private:
   [[nodiscard]] std::optional<Decision> permission() const;
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
+  // Whether rules and Accepts open the parameters of a local node.
+  [[nodiscard]] bool opens(std::string_view node) const;
+  [[nodiscard]] bool permits(const Payload& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] Priority priority() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
@@ -67,6 +70,7 @@ class TopicOffer final : public OutgoingChannel {
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
   std::uint16_t demand_ = 0;  // the peer's number of it; 0: none
+  bool parameter_events_ = false;
   RateLimit rate_;
   std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;

@@ -63,12 +63,16 @@ TEST(Config, ClientNeedsOnlyUrlAndToken) {
       return config.policy.decide(direction, what, nobody).has_value();
     };
     const auto service = InterfaceKind::kService;
-    EXPECT_TRUE(allowed({service, "/a/s", "std_srvs/srv/SetBool"}));
-    EXPECT_TRUE(allowed({service, "/a/n/get_parameters", "rcl_interfaces/srv/GetParameters"}));
-    EXPECT_TRUE(allowed({topic, kParameterEvents, kParameterEventType, {}, "/a/n"}));
+    // The server calls nothing here, whatever its own rules say.
+    const bool imported = direction == Direction::kImport;
+    EXPECT_EQ(allowed({service, "/a/s", "std_srvs/srv/SetBool"}), imported);
+    EXPECT_EQ(allowed({service, "/a/n/get_parameters", "rcl_interfaces/srv/GetParameters"}),
+              imported);
+    EXPECT_EQ(allowed({topic, kParameterEvents, kParameterEventType, {}, "/a/n"}), imported);
     EXPECT_FALSE(allowed({service, "/_a/get_parameters", "rcl_interfaces/srv/GetParameters"}));
-    EXPECT_TRUE(
-        config.policy.decide(direction, InterfaceKind::kAction, "/f", "p/action/F", nobody));
+    EXPECT_EQ(config.policy.decide(direction, InterfaceKind::kAction, "/f", "p/action/F", nobody)
+                  .has_value(),
+              imported);
   }
   EXPECT_EQ(side_options(config).role, Role::kClient);
   EXPECT_EQ(side_options(config).login_method, "token");
@@ -138,6 +142,8 @@ rule:
     import_services: [/b]
     export_actions: [/c]
     import_actions: [/d]
+    export_parameters: [/g]
+    import_parameters: [/h]
     parameters: [/e, "/f/**"]
 )"),
                                   Role::kServer);
@@ -152,7 +158,8 @@ rule:
   EXPECT_EQ(texts(rule.import_services), "/b ");
   EXPECT_EQ(texts(rule.export_actions), "/c ");
   EXPECT_EQ(texts(rule.import_actions), "/d ");
-  EXPECT_EQ(texts(rule.parameters), "/e /f/** ");
+  EXPECT_EQ(texts(rule.export_parameters), "/g /e /f/** ");
+  EXPECT_EQ(texts(rule.import_parameters), "/h ");
   EXPECT_EQ(rule.treatment.calls_max, 64U);
   EXPECT_EQ(rule.treatment.server_queue, 10U);
   EXPECT_EQ(rule.treatment.call_timeout, kForever);
@@ -353,7 +360,7 @@ rule:
           "p/action/C only); the peer may offer the actions /d (p/srv/A or p/action/C only); at "
           "most 8 calls of a service at a time; requests handed to servers at once; calls given up "
           "after 500 ms\n"
-          "  tune: the peer may read and set (and offer its own) parameters of the nodes /e and "
+          "  tune: the peer may read and set parameters of the nodes /e and "
           "/f/**, if logged in as a member of crew; never /**/set_parameters*, if logged in as a "
           "member of crew, whatever rules allow\n"));
 }

@@ -55,6 +55,17 @@ class ReassemblyTest : public ::testing::Test {
   Reassembly reassembly_{small()};
 };
 
+// Somebody without any right may offer channels and begin messages on them.
+TEST_F(ReassemblyTest, WhatIsNotWantedIsCheckedButNotKept) {
+  const auto begun = reassembly_.on_message(frame(kOne, 1, 5, 20), packet_, false);
+  EXPECT_EQ(outcome_of(begun), "open");
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+  EXPECT_EQ(go_on(kOne, 16), "malformed");
+  EXPECT_EQ(go_on(kOne, 14), "open");
+  EXPECT_EQ(go_on(kOne, 1), "whole 0");
+  EXPECT_EQ(reassembly_.open_bytes(), 0U);
+}
+
 TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
   auto sent = frame(kOne, 1, 0, 10);
   sent.part = packet_.view().subspan(20, 10);

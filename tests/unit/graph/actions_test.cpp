@@ -10,6 +10,11 @@ namespace {
 constexpr char kFib[] = "p/action/Fib";
 constexpr char kEvents[] = "rcl_interfaces/msg/ParameterEvent";
 
+// As much of one as is looked at.
+Payload event(const std::string& node) {
+  return CdrWriter{}.u32(1).u32(2).string(node).take();
+}
+
 Rule acting(const std::string& pattern) {
   Rule result = rule({"/**"}, {"/**"});
   result.export_services = result.import_services = {Pattern::parse("/**").value()};
@@ -19,7 +24,7 @@ Rule acting(const std::string& pattern) {
 Rule parameters(const std::string& pattern) {
   Rule result = rule({"/**"}, {"/**"});
   result.export_services = result.import_services = {Pattern::parse("/**").value()};
-  result.parameters = {Pattern::parse(pattern).value()};
+  result.export_parameters = result.import_parameters = {Pattern::parse(pattern).value()};
   return result;
 }
 
@@ -157,11 +162,19 @@ TEST(SideParameters, EventsOfOpenedNodesAloneAreExported) {
   EXPECT_EQ(offer[0].origins[0].node, "/talker");
   s.demand(1, 1);
   s.did();
-  s.take(2, 2, "secret");
-  s.take(2, 1, "public");
+  const auto take = [&](std::uint8_t publisher, const Payload& sample) {
+    s.give(MessageTaken{{2}, gid(publisher), 1, sample});
+  };
+  take(2, event("/other"));
+  take(2, event("/talker"));
+  take(1, event("/other"));  // whoever publishes it
+  take(1, sample("no event"));
+  take(1, event("/talker"));
   s.graph({typed(events.pub(3, {}, "third"), kEvents)});
-  s.take(2, 3, "secret, too");
-  EXPECT_EQ(s.said(1), "1." + std::to_string(offer[0].origins[0].origin.value) + " public\n");
+  take(3, event("/third"));
+  const std::string origin = std::to_string(offer[0].origins[0].origin.value);
+  EXPECT_EQ(s.said(1), "1." + origin + " " + text_of(event("/talker").view()) + "\n");
+  EXPECT_EQ(s.dropped(DropReason::kNotPermitted), 2U);
   s.give(PolicyChanged{Policy({parameters("/other")})});
   const auto again = offered(s, 1);
   ASSERT_EQ(again.size(), 1U);
@@ -183,6 +196,32 @@ TEST(SideParameters, EventsOfOpenedNodesAloneAreImported) {
   s.give(PolicyChanged{Policy({parameters("/else")})});
   s.pass(300);
   EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+}
+
+// Every node acts upon an event with its name.
+TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
+  Script s(server({parameters("/**")}));
+  const auto local = typed(topic("/parameter_events").pub(1, {}, "amcl").sub(1), kEvents);
+  s.graph({local});
+  s.join(1);
+  s.pass(1000);
+  ChannelOffer events = channel(1, "/parameter_events", {origin(1, 5), origin(2, 6)});
+  events.type = kEvents;
+  events.origins[0].node = "/talker";
+  events.origins[1].node = "/amcl";
+  s.say(1, Offer{{events}, true});
+  s.said(1);
+  s.did();
+  const auto message = [&](std::uint32_t origin, const Payload& body) {
+    s.message(1, 1, origin, body, Codec::kNone, static_cast<std::uint32_t>(body.size()));
+  };
+  message(1, event("/amcl"));
+  message(2, event("/amcl"));
+  message(1, sample("no event"));
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kNotPermitted), 3U);
+  message(1, event("/talker"));
+  EXPECT_EQ(s.did(), "publish 2 " + text_of(event("/talker").view()) + "\n");
 }
 
 TEST(SideParameters, WithoutARuleNothingOfThemIsOffered) {

@@ -85,6 +85,7 @@ inline Bytes operator+(Bytes a, const Bytes& b) {
 // Notes as words what an open connection tells: "clock", "control", "message 1#5:100".
 class Recorder final : public ConnectionUser {
  public:
+  [[nodiscard]] bool wants(ChannelId, std::uint16_t) const override { return true; }
   [[nodiscard]] bool expects(ChannelId channel) const override {
     return expected.contains(channel);
   }

@@ -79,7 +79,7 @@ Rule rule(int keys, std::initializer_list<std::string_view> texts) {
   if (keys & kTopics) result.export_topics = result.import_topics = patterns(texts);
   if (keys & kServices) result.export_services = result.import_services = patterns(texts);
   if (keys & kActions) result.export_actions = result.import_actions = patterns(texts);
-  if (keys & kParameters) result.parameters = patterns(texts);
+  if (keys & kParameters) result.export_parameters = result.import_parameters = patterns(texts);
   return result;
 }
 
@@ -199,8 +199,8 @@ TEST(Rights, IdentitiesNarrowAllKinds) {
     EXPECT_EQ(decided(policy, kExport, what, kNobody), "denied");
     EXPECT_FALSE(accepted_by(policy.accepts(kNobody), what));
   }
-  EXPECT_TRUE(policy.decide_parameter_events(kOperator));
-  EXPECT_FALSE(policy.decide_parameter_events(kNobody));
+  EXPECT_TRUE(policy.decide_parameter_events(kExport, kOperator));
+  EXPECT_FALSE(policy.decide_parameter_events(kExport, kNobody));
 }
 
 TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
@@ -217,19 +217,19 @@ TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
       policy.decide(kExport, InterfaceKind::kAction, "/nav/fib", kFibonacci, kOperator);
   ASSERT_TRUE(whole);
   EXPECT_EQ(whole->treatment, first.treatment);
-  const auto events = policy.decide_parameter_events(kOperator);
+  const auto events = policy.decide_parameter_events(kExport, kOperator);
   ASSERT_TRUE(events);
   EXPECT_EQ(events->rule, "first");
 }
 
 TEST(Rights, ParameterEventsAsAWholeCanBeDenied) {
-  EXPECT_FALSE(Policy{}.decide_parameter_events(kOperator));
-  EXPECT_FALSE(Policy{{rule(kTopics, {"/**"})}}.decide_parameter_events(kOperator));
+  EXPECT_FALSE(Policy{}.decide_parameter_events(kExport, kOperator));
+  EXPECT_FALSE(Policy{{rule(kTopics, {"/**"})}}.decide_parameter_events(kExport, kOperator));
   auto open = rule(kParameters, {"/nav/node"});
-  EXPECT_TRUE(Policy{{open}}.decide_parameter_events(kOperator));
+  EXPECT_TRUE(Policy{{open}}.decide_parameter_events(kExport, kOperator));
   Rule closed;
   closed.deny = patterns({"/parameter_*"});
-  EXPECT_FALSE((Policy{{open, closed}}.decide_parameter_events(kOperator)));
+  EXPECT_FALSE((Policy{{open, closed}}.decide_parameter_events(kExport, kOperator)));
 }
 
 TEST(Accepts, IsWhatThisIdentityMayOffer) {
@@ -245,7 +245,7 @@ TEST(Accepts, IsWhatThisIdentityMayOffer) {
   Rule calls;
   calls.import_services = patterns({"/s"});
   calls.import_actions = patterns({"/a"});
-  calls.parameters = patterns({"/n", "/m/*"});
+  calls.import_parameters = patterns({"/n", "/m/*"});
   const Policy policy({drive, out, calls});
   const auto accepts = policy.accepts(kOperator);
   using Strings = std::vector<std::string>;
@@ -271,7 +271,7 @@ TEST(Accepts, WhatIsAcceptedIsWhatWouldBeAllowed) {
   wide.import_topics = patterns({"/robot/**"});
   wide.import_services = patterns({"/robot/**"});
   wide.import_actions = patterns({"/robot/**"});
-  wide.parameters = patterns({"/robot/*"});
+  wide.import_parameters = patterns({"/robot/*"});
   wide.deny = patterns({"/robot/secret/**", "/cmd_raw", "/robot/quiet/set_*"});
   const Policy policy({typed, wide});
   const auto accepts = policy.accepts(kOperator);

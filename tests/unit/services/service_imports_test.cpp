@@ -186,7 +186,7 @@ TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
 TEST(ServiceImports, ItsOwnParametersAreNotMirrored) {
   auto options = server({callable()});
   Rule rule;
-  rule.parameters = {Pattern::parse("/**").value()};
+  rule.export_parameters = rule.import_parameters = {Pattern::parse("/**").value()};
   options.policy = Policy({rule});
   options.node = "/connect";
   Script s(options);

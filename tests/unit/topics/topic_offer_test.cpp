@@ -7,6 +7,10 @@
 namespace connect_bridge::topics_test {
 namespace {
 
+Payload bytes(std::size_t size) {
+  return Payload::adopt(Bytes(size));
+}
+
 struct Offering : Exporting {
   explicit Offering(const Rule& rule = everything()) : Exporting({rule}) {
     see(topic("/a").pub(1, qos(5)));
@@ -61,7 +65,7 @@ TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
 TEST(TopicOffer, TakesNothingWithoutDemand) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
-  EXPECT_FALSE(s.offer.admit({1}, 10, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(10), ms(0)));
   s.offer.send({{1}, 0, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
@@ -72,10 +76,10 @@ TEST(TopicOffer, CountsWhatItsRateForbids) {
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand(1, ms(0));
-  EXPECT_TRUE(s.offer.admit({1}, 10, ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, 10, ms(10)));
+  EXPECT_TRUE(s.offer.admit({1}, bytes(10), ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(10), ms(10)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
-  EXPECT_TRUE(s.offer.admit_old({1}, 10));
+  EXPECT_TRUE(s.offer.admit_old({1}, bytes(10)));
 }
 
 TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
@@ -83,9 +87,9 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   s.peer.link.connection->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand(1, ms(0));
-  EXPECT_FALSE(s.offer.admit({1}, 101, ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, 102, ms(0)));
-  EXPECT_FALSE(s.offer.admit_old({1}, 103));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(101), ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(102), ms(0)));
+  EXPECT_FALSE(s.offer.admit_old({1}, bytes(103)));
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 3U);
   s.did();
   EXPECT_EQ(s.logged,
