@@ -8,20 +8,44 @@ set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
 set(slots 3)
 set(CONNECT_SIM_SEEDS 2000 CACHE STRING "Scenarios of the simulator in a test run")
 
-# unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core.
-file(GLOB unit_sources CONFIGURE_DEPENDS "${tests}/unit/*_test.cpp" "${tests}/unit/*/*_test.cpp" "${tests}/unit/*/*/*_test.cpp")
+# connect_quickly_compiled(<program>): of a program that is compiled far longer than it runs; what it tests is optimized all
+# the same. A third less than with -O2. The sanitizers have options of their own.
+function(connect_quickly_compiled name)
+  if(NOT CONNECT_SANITIZE)
+    target_compile_options(${name} PRIVATE "SHELL:-O0 -U_FORTIFY_SOURCE")
+  endif()
+endfunction()
+
+# unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core. Core has a
+# program of its own: it has no threads, so the thread sanitizer has nothing to look for in it, and it is all that the
+# mutants need. Files without _test in their name are shared by the tests.
+file(GLOB_RECURSE core_tests CONFIGURE_DEPENDS "${tests}/unit/*.cpp")
+set(unit_tests)
 foreach(layer config auth net ros run)
-  if(NOT TARGET connect_${layer})
-    list(FILTER unit_sources EXCLUDE REGEX "/tests/unit/${layer}/")
+  set(of_layer ${core_tests})
+  list(FILTER of_layer INCLUDE REGEX "/tests/unit/${layer}/")
+  list(FILTER core_tests EXCLUDE REGEX "/tests/unit/${layer}/")
+  if(TARGET connect_${layer})
+    list(APPEND unit_tests ${of_layer})
   endif()
 endforeach()
-if(unit_sources AND TARGET connect_core)
-  add_executable(unit_tests ${unit_sources})
-  connect_available(layers connect_run connect_ros connect_net connect_auth connect_config connect_core)
-  target_link_libraries(unit_tests PRIVATE ${layers} connect_options GTest::gmock GTest::gtest_main)
-  target_include_directories(unit_tests PRIVATE "${tests}")
-  target_compile_definitions(unit_tests PRIVATE CONNECT_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
-  gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120 PROCESSORS ${slots})
+
+# connect_unit_tests(<program> <layer>...): from the sources in the variable of that name.
+function(connect_unit_tests name)
+  connect_available(layers ${ARGN})
+  add_executable(${name} ${${name}})
+  target_link_libraries(${name} PRIVATE ${layers} connect_options GTest::gmock GTest::gtest_main)
+  target_include_directories(${name} PRIVATE "${tests}")
+  target_compile_definitions(${name} PRIVATE CONNECT_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}")
+  connect_quickly_compiled(${name})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120 PROCESSORS ${slots})
+endfunction()
+
+if(core_tests AND TARGET connect_core)
+  connect_unit_tests(core_tests connect_core)
+endif()
+if(unit_tests)
+  connect_unit_tests(unit_tests connect_run connect_ros connect_net connect_auth connect_config connect_core)
 endif()
 
 # sim: a program of its own that takes seeds, and every processor.
@@ -55,6 +79,7 @@ if(ros_sources AND TARGET connect_ros)
   add_executable(ros_tests ${ros_sources})
   target_link_libraries(ros_tests PRIVATE connect_ros connect_core connect_options GTest::gmock GTest::gtest_main)
   target_include_directories(ros_tests PRIVATE "${tests}")
+  connect_quickly_compiled(ros_tests)
   gtest_discover_tests(ros_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ros TIMEOUT 120 RUN_SERIAL ON
     ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
 endif()

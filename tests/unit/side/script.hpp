@@ -2,210 +2,80 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "core/compress/compress.hpp"
 #include "core/side/side.hpp"
-#include "core/wire/login.hpp"
 #include "unit/side/words.hpp"
 
 namespace connect_bridge::side_test {
 
-inline SideOptions server(std::vector<Rule> rules = {everything()}) {
-  SideOptions result;
-  result.node = "/own";
-  result.policy = Policy(std::move(rules));
-  return result;
-}
-inline SideOptions client(std::vector<Rule> rules = {everything()}) {
-  SideOptions result = server(std::move(rules));
-  result.role = Role::kClient;
-  return result;
-}
+SideOptions server(std::vector<Rule> rules = {everything()});
+SideOptions client(std::vector<Rule> rules = {everything()});
 
 // Time is in milliseconds and begins at 0. Every input but time is handled at the present moment;
 // peers that are on the line give a sign of life whenever time passes, unless they are silent.
 class Script {
  public:
-  explicit Script(SideOptions options) : side(std::move(options), 1) {}
+  explicit Script(SideOptions options);
+  ~Script();
 
   // ---- inputs
-  void give(Input input) { side.handle(std::move(input), flow_test::now_ms(at)); }
-  void graph(const std::vector<Topic>& topics, std::vector<ServiceState> services = {}) {
-    GraphChanged picture;
-    for (const auto& t : topics) picture.topics.push_back(t);
-    picture.services = std::move(services);
-    give(picture);
-  }
+  void give(Input input);
+  void graph(const std::vector<Topic>& topics, std::vector<ServiceState> services = {});
   // A sample of publisher n; its stamp is `stamp_ms`, or the present.
   void take(std::uint32_t subscription, std::uint8_t n, const std::string& text,
-            std::int64_t stamp_ms = -1, std::uint64_t number = 0) {
-    const Stamp stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
-    give(MessageTaken{{subscription}, gid(n), stamp, sample(text), number});
-  }
-  void claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins) {
-    Token128 token;
-    token.bytes.fill(side_id);
-    give(MessageTaken{{1}, gid(publisher), 0, serialize(Claim{token, std::move(origins)}, 0)});
-  }
-  void binary(std::uint32_t connection, const Bytes& packet) {
-    give(PacketReceived{{connection}, false, Payload::copy_of(packet)});
-  }
-  void say(std::uint32_t connection, const Control& control) {
-    const std::string text = encode(control);
-    give(PacketReceived{{connection}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
-  }
-  void demand(std::uint32_t connection, std::uint32_t channel, bool on = true) {
-    say(connection, Demand{{{channel}}, static_cast<std::uint16_t>(on ? 1 : 0)});
-  }
+            std::int64_t stamp_ms = -1, std::uint64_t number = 0);
+  void claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins);
+  void binary(std::uint32_t connection, const Bytes& packet);
+  void say(std::uint32_t connection, const Control& control);
+  void demand(std::uint32_t connection, std::uint32_t channel, bool on = true);
   // A message on a channel, for the demand that said() has read (the first one, if it has not). Its
   // number is its stamp, if that is given; sequences are counted here.
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
-               const std::string& text, std::int64_t stamp_ms = -1) {
-    const Payload body = sample(text);
-    message(connection, channel, origin, body, Codec::kNone,
-            static_cast<std::uint32_t>(body.size()), stamp_ms);
-  }
+               const std::string& text, std::int64_t stamp_ms = -1);
   void message(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
                const Payload& body, Codec codec, std::uint32_t raw_bytes,
-               std::int64_t stamp_ms = -1) {
-    MessageFrame frame;
-    frame.codec = codec;
-    frame.channel = {channel};
-    frame.subject = {origin};
-    frame.sequence = ++sequence_;
-    const auto demand = demands_.find({connection, frame.channel});
-    frame.demand = demand == demands_.end() ? 1 : demand->second;
-    frame.stamp = flow_test::at_ms(stamp_ms < 0 ? at : stamp_ms);
-    if (stamp_ms >= 0) frame.number = static_cast<std::uint64_t>(stamp_ms);
-    frame.raw_bytes = raw_bytes;
-    frame.body_bytes = static_cast<std::uint32_t>(body.size());
-    frame.part = body.view();
-    Bytes bytes;
-    append_header(frame, bytes);
-    bytes.insert(bytes.end(), body.view().begin(), body.view().end());
-    binary(connection, bytes);
-  }
+               std::int64_t stamp_ms = -1);
   // The same, compressed.
   void compressed(std::uint32_t connection, std::uint32_t channel, std::uint32_t origin,
-                  const std::string& text) {
-    const Payload raw = sample(text);
-    const auto body = compress(raw.view(), {Codec::kZstd, 3});
-    message(connection, channel, origin, Payload::adopt(body.value()), Codec::kZstd,
-            static_cast<std::uint32_t>(raw.size()));
-  }
-  void lose(std::uint32_t connection, std::optional<std::uint16_t> code = {}) {
-    living_.erase(connection);
-    give(ConnectionClosed{{connection}, code, "lost"});
-  }
-  void fall_silent(std::uint32_t connection) { living_.erase(connection); }
+                  const std::string& text);
+  void lose(std::uint32_t connection, std::optional<std::uint16_t> code = {});
+  void fall_silent(std::uint32_t connection);
   // Up to this moment, with an input at every deadline.
-  void pass_to(std::int64_t ms) {
-    while (at < ms) {
-      for (const auto connection : living_) binary(connection, {});
-      const std::int64_t step = std::min(at + 500, ms);
-      for (auto next = side.next_deadline(); next && *next <= flow_test::now_ms(step).steady;
-           next = side.next_deadline()) {
-        using std::chrono::milliseconds;
-        at = std::max(at, std::chrono::ceil<milliseconds>(*next - TimePoint{}).count());
-        give(TimePassed{});
-      }
-      at = step;
-    }
-  }
-  void pass(std::int64_t ms) { pass_to(at + ms); }
+  void pass_to(std::int64_t ms);
+  void pass(std::int64_t ms);
 
   // ---- whole logins; what is said during them is not kept
   // Server: connection and login; returns the session. Side ids of peers are 100 + connection, but
   // the same for the same session.
-  Token128 login(std::uint32_t connection, Token128 session = {}, const Identity& who = {}) {
-    give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection)});
-    const auto known = peers_.find(session);
-    const Token128 peer = known == peers_.end() ? peer_id(connection) : known->second;
-    binary(connection, encode(Hello{1, 1, peer, session, "/peer"}));
-    binary(connection, encode(Login{"none", {}}));
-    give(Authenticated{{connection}, who, ""});
-    session = welcomed(connection);
-    peers_[session] = peer;
-    return session;
-  }
+  Token128 login(std::uint32_t connection, Token128 session = {}, const Identity& who = {});
   // Client: the dial that is under way succeeds.
-  void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0) {
-    give(ConnectionOpened{{connection}, "10.0.0.1"});
-    while (side.next_packet({connection}, flow_test::now_ms(at))) {
-    }
-    Welcome welcome;
-    welcome.side = peer_id(100);
-    welcome.session = peer_id(77);
-    welcome.message_bytes_max = message_bytes_max;
-    binary(connection, encode(welcome));
-    living_.insert(connection);
-  }
+  void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0);
   // Login, and the peer accepts everything. What follows is the beginning of the test.
-  Token128 join(std::uint32_t connection, Token128 session = {}) {
-    session = login(connection, session);
-    say(connection, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-    did();
-    said(connection);
-    return session;
-  }
+  Token128 join(std::uint32_t connection, Token128 session = {});
 
   // ---- results
   // What was done since the last call, one word per line; logs are kept apart.
-  std::string did() {
-    std::string lines;
-    while (const auto action = side.next_action()) {
-      if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
-      const std::string word = word_of(*action);
-      if (!word.empty()) lines += word + "\n";
-    }
-    return lines;
-  }
+  std::string did();
   // What is said to a peer now, one packet per line; packets of acks and time frames are left out.
-  std::string said(std::uint32_t connection) {
-    std::string lines;
-    while (const auto packet = side.next_packet({connection}, flow_test::now_ms(at))) {
-      const std::string line = line_of(*packet);
-      if (const auto demand = demand_of(*packet); demand && demand->number)
-        for (const ChannelId channel : demand->channels)
-          demands_[{connection, channel}] = demand->number;
-      if (!packet->text) sent_bytes_[connection] += packet->size();
-      if (!line.empty()) lines += line + "\n";
-    }
-    return lines;
-  }
+  std::string said(std::uint32_t connection);
   // The peer has all that was said to it by now.
-  void acknowledge(std::uint32_t connection) {
-    Bytes bytes;
-    append_header(AckFrame{sent_bytes_[connection]}, bytes);
-    binary(connection, bytes);
-  }
-  [[nodiscard]] Status status() const { return side.status(flow_test::now_ms(at)); }
+  void acknowledge(std::uint32_t connection);
+  [[nodiscard]] Status status() const;
   // How many messages of the only topic of the first link were dropped for this reason.
-  [[nodiscard]] std::uint64_t dropped(DropReason reason, std::size_t link = 0) const {
-    return status().links.at(link).topics.at(0).dropped.of(reason);
-  }
-  static Token128 peer_id(std::uint32_t n) {
-    Token128 result;
-    result.bytes.fill(static_cast<std::uint8_t>(100 + n));
-    return result;
-  }
+  [[nodiscard]] std::uint64_t dropped(DropReason reason, std::size_t link = 0) const;
+  static Token128 peer_id(std::uint32_t n);
 
   Side side;
   std::int64_t at = 0;
   std::string logged;
 
  private:
-  Token128 welcomed(std::uint32_t connection) {
-    const auto packet = side.next_packet({connection}, flow_test::now_ms(at));
-    if (!packet) return {};
-    const auto welcome = decode_welcome(flow_test::joined(*packet));
-    living_.insert(connection);
-    return welcome ? welcome.value().session : Token128{};
-  }
+  Token128 welcomed(std::uint32_t connection);
 
   std::set<std::uint32_t> living_;
   std::map<Token128, Token128> peers_;  // by session

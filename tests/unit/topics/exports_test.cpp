@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include <algorithm>
-
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {

@@ -1,0 +1,253 @@
+#include "unit/side/words.hpp"
+
+#include <utility>
+#include <variant>
+
+#include "core/base/overloaded.hpp"
+#include "core/graph/claims.hpp"
+
+namespace connect_bridge::side_test {
+
+Gid gid(std::uint8_t n) {
+  Gid result;
+  result.bytes[0] = n;
+  return result;
+}
+
+std::string word_of(const Qos& qos) {
+  return std::string(qos.reliability == Reliability::kReliable ? "reliable" : "best_effort") +
+         (qos.durability == Durability::kVolatile ? " volatile " : " latched ") +
+         std::to_string(qos.depth) + (qos.history == History::kKeepAll ? " all" : "");
+}
+
+Payload sample(const std::string& text) {
+  Bytes bytes{0, 1, 0, 0};
+  bytes.insert(bytes.end(), text.begin(), text.end());
+  return Payload::adopt(std::move(bytes));
+}
+std::string text_of(ByteView raw) {
+  if (raw.size() < 4) return "?";
+  return {raw.begin() + 4, raw.end()};
+}
+
+std::string word_of(const Action& action) {
+  const auto id = [](auto i) { return std::to_string(i.value); };
+  return std::visit(
+      Overloaded{
+          [&](const CreateSubscription& a) {
+            return "subscribe " + id(a.id) + " " + a.topic + " " + word_of(a.qos);
+          },
+          [&](const DestroySubscription& a) { return "unsubscribe " + id(a.id); },
+          [&](const CreateMirror& a) {
+            return "mirror " + id(a.id) + " " + a.topic + " " + word_of(a.qos);
+          },
+          [&](const DestroyMirror& a) { return "unmirror " + id(a.id); },
+          [&](const Publish& a) {
+            const auto claim = parse_claim(a.payload.view());
+            if (!claim) return "publish " + id(a.mirror) + " " + text_of(a.payload.view());
+            return "claim [" + list_of(claim->origins, [](const Gid& g) { return g.bytes[0]; }) +
+                   "]";
+          },
+          [&](const CreateServiceMirror& a) {
+            return "mirror_service " + id(a.id) + " " + a.service;
+          },
+          [&](const DestroyServiceMirror& a) { return "unmirror_service " + id(a.id); },
+          [&](const SendResponse& a) {
+            return "respond " + id(a.mirror) + "." + id(a.request) + " " +
+                   text_of(a.payload.view());
+          },
+          [&](const DropRequest& a) {
+            return "drop_request " + id(a.mirror) + "." + id(a.request);
+          },
+          [&](const CreateServiceClient& a) {
+            return "call_service " + id(a.id) + " " + a.service;
+          },
+          [&](const DestroyServiceClient& a) { return "uncall_service " + id(a.id); },
+          [&](const SendRequest& a) {
+            return "invoke " + id(a.client) + "." + id(a.invocation) + " " +
+                   text_of(a.payload.view());
+          },
+          [&](const DropInvocation& a) {
+            return "drop_invocation " + id(a.client) + "." + id(a.invocation);
+          },
+          [&](const RefreshGraph&) -> std::string { return "refresh"; },
+          [&](const Dial& a) { return "dial " + id(a.connection); },
+          [&](const OpenGate& a) { return "gate " + id(a.connection); },
+          [&](const CloseConnection& a) {
+            return "close " + id(a.connection) + " " + std::to_string(static_cast<int>(a.code));
+          },
+          [&](const Authenticate& a) {
+            return "authenticate " + id(a.connection) + " " + a.method;
+          },
+          [&](const CompressJob& a) { return "compress " + id(a.job); },
+          [&](const DecompressJob& a) { return "decompress " + id(a.job); },
+          [&](const Log&) -> std::string { return ""; },
+          [&](const Stopped&) -> std::string { return "stopped"; },
+      },
+      action);
+}
+
+std::string word_of(const Control& control) {
+  const auto ids = [](const auto& list) { return list_of(list, [](auto i) { return i.value; }); };
+  const auto origins = [](const std::vector<OriginOffer>& list) {
+    return "[" + list_of(list, [](const OriginOffer& o) { return o.origin.value; }) + "]";
+  };
+  return std::visit(
+      Overloaded{
+          [&](const Offer& m) {
+            std::string line = "offer";
+            for (const auto& c : m.channels)
+              line += " " + std::to_string(c.channel.value) + c.name + origins(c.origins);
+            return line + (m.complete ? " complete" : "");
+          },
+          [&](const OriginsChanged& m) {
+            return "origins " + std::to_string(m.channel.value) + " +" + origins(m.added) + " -[" +
+                   ids(m.removed) + "]";
+          },
+          [&](const Withdraw& m) { return "withdraw " + ids(m.channels); },
+          [&](const Demand& m) {
+            return "demand " + ids(m.channels) + (m.number ? " on" : " off");
+          },
+          [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
+          [&](const Decline& m) {
+            return "decline " + std::to_string(m.channel.value) + " " + m.code;
+          },
+          [&](const Attach& m) {
+            return "attach " + std::to_string(m.channel.value) + " " +
+                   std::to_string(m.requests.value);
+          },
+          [&](const Attached& m) {
+            return "attached " + std::to_string(m.channel.value) + " " +
+                   std::to_string(m.requests.value) + " seen " + std::to_string(m.seen.value) +
+                   (m.calls.empty() ? "" : " open " + ids(m.calls));
+          },
+          [&](const Refuse& m) {
+            return "refuse " + std::to_string(m.channel.value) + " " + ids(m.calls) + " " + m.code;
+          },
+          [&](const Forget& m) {
+            return "forget " + std::to_string(m.channel.value) + " " + ids(m.calls);
+          },
+      },
+      control);
+}
+
+std::optional<Demand> demand_of(const Packet& packet) {
+  if (!packet.text) return std::nullopt;
+  const Bytes bytes = flow_test::joined(packet);
+  const auto control = decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto* demand = control ? std::get_if<Demand>(&control.value()) : nullptr;
+  return demand ? std::optional(*demand) : std::nullopt;
+}
+
+std::string line_of(const Packet& packet) {
+  const Bytes bytes = flow_test::joined(packet);
+  if (packet.text) {
+    const auto control =
+        decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    return control ? word_of(control.value()) : "MALFORMED";
+  }
+  std::string line;
+  FrameReader reader(bytes);
+  for (;;) {
+    const auto frame = reader.next();
+    if (!frame) return line + " MALFORMED";
+    if (!frame.value()) return line;
+    std::string word;
+    if (const auto* m = std::get_if<MessageFrame>(&*frame.value())) {
+      const char* codecs[] = {"", " lz4", " zstd"};
+      word = std::to_string(m->channel.value) + "." + std::to_string(m->subject.value) +
+             (m->codec == Codec::kNone ? " " + text_of(m->part)
+                                       : codecs[static_cast<std::size_t>(m->codec)]);
+    } else if (const auto* p = std::get_if<PartFrame>(&*frame.value())) {
+      word = std::to_string(p->channel.value) + (p->abort ? "!" : "+");
+    }
+    if (!word.empty()) line += (line.empty() ? "" : ", ") + word;
+  }
+}
+
+Topic& Topic::pub(std::uint8_t n, const Qos& qos, const std::string& node) {
+  publishers.push_back({gid(n), "/", node.empty() ? "n" + std::to_string(n) : node, qos});
+  return *this;
+}
+Topic& Topic::sub(std::uint8_t n, const Qos& qos) {
+  subscribers.push_back({gid(n), "/", "n" + std::to_string(n), qos});
+  return *this;
+}
+Topic topic(std::string name) {
+  Topic result;
+  result.name = std::move(name);
+  result.type = kType;
+  return result;
+}
+
+Qos qos(std::uint32_t depth) {
+  Qos result;
+  result.depth = depth;
+  return result;
+}
+Qos best_effort(std::uint32_t depth) {
+  Qos result = qos(depth);
+  result.reliability = Reliability::kBestEffort;
+  return result;
+}
+Qos latched(std::uint32_t depth) {
+  Qos result = qos(depth);
+  result.durability = Durability::kTransientLocal;
+  return result;
+}
+
+OriginOffer origin(std::uint32_t id, std::uint8_t publisher, const Qos& q) {
+  return {{id}, gid(publisher), "/peer_node", q};
+}
+ChannelOffer channel(std::uint32_t id, std::string name, std::vector<OriginOffer> origins) {
+  ChannelOffer result;
+  result.channel = {id};
+  result.name = std::move(name);
+  result.type = kType;
+  result.origins = std::move(origins);
+  return result;
+}
+
+Rule rule(const std::vector<std::string>& exported, const std::vector<std::string>& imported,
+          const std::vector<std::string>& denied) {
+  const auto patterns = [](const std::vector<std::string>& texts) {
+    std::vector<Pattern> result;
+    for (const auto& text : texts) result.push_back(Pattern::parse(text).value());
+    return result;
+  };
+  Rule result;
+  result.name = "rule";
+  result.export_topics = patterns(exported);
+  result.import_topics = patterns(imported);
+  result.deny = patterns(denied);
+  return result;
+}
+Rule callable() {
+  Rule result = rule({"/**"}, {"/**"});
+  result.export_services = result.import_services = {Pattern::parse("/**").value()};
+  return result;
+}
+
+ServiceState service(std::string name, const std::vector<std::uint8_t>& servers) {
+  ServiceState result;
+  result.name = std::move(name);
+  result.type = kServiceType;
+  for (const auto n : servers) result.servers.push_back({gid(n), "/", "n" + std::to_string(n)});
+  return result;
+}
+ChannelOffer service_channel(std::uint32_t id, std::string name, std::uint32_t epoch) {
+  ChannelOffer result;
+  result.channel = {id};
+  result.kind = InterfaceKind::kService;
+  result.name = std::move(name);
+  result.type = kServiceType;
+  result.node = "/robot/peer_node";
+  result.epoch = epoch;
+  return result;
+}
+
+Rule everything() {
+  return rule({"/**"}, {"/**"});
+}
+
+}  // namespace connect_bridge::side_test

@@ -1,0 +1,67 @@
+#include "unit/topics/one_link.hpp"
+
+#include <memory>
+#include <utility>
+#include <variant>
+
+#include "unit/link/script.hpp"
+
+namespace connect_bridge::topics_test {
+
+Now ms(std::int64_t at) {
+  return flow_test::now_ms(at);
+}
+
+OneLink::OneLink(std::uint32_t n) : link({n}, *this) {
+  link.node = "/peer";
+  link.address = "10.0.0." + std::to_string(n);
+  link.accepts = Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}};
+  link.connection =
+      std::make_unique<Connection>(link_test::options(false), ConnectionId{n}, link.address, ms(0));
+  while (link.connection->next_packet(ms(0))) {
+  }
+  const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
+  link.connection->on_packet(false, Payload::copy_of(welcome), ms(0));
+  link.connection->carry(link);
+}
+
+OneLink::~OneLink() = default;
+
+std::string OneLink::said(std::int64_t at) {
+  std::string lines;
+  while (const auto packet = link.connection->next_packet(ms(at)))
+    if (const std::string line = line_of(*packet); !line.empty()) lines += line + "\n";
+  return lines;
+}
+
+Result<Nothing> OneLink::on_offer(Link&, const Offer&, const Now&) {
+  return Nothing{};
+}
+Result<Nothing> OneLink::on_accepts(Link&, Accepts, const Now&) {
+  return Nothing{};
+}
+void OneLink::on_peer_time(const TimeReply&, Stamp) {}
+
+std::string Actions::did() {
+  std::string lines;
+  while (const auto action = outputs.next()) {
+    if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
+    if (const auto* job = std::get_if<CompressJob>(&*action)) last_job = job->job;
+    if (const auto* job = std::get_if<DecompressJob>(&*action)) last_job = job->job;
+    if (const std::string word = word_of(*action); !word.empty()) lines += word + "\n";
+  }
+  return lines;
+}
+
+void Actions::finish(Jobs& jobs, std::optional<Payload> result, std::int64_t at) {
+  JobDone done{last_job, std::move(result)};
+  jobs.on_done(done, ms(at));
+}
+
+GraphView picture(const std::vector<Topic>& topics) {
+  GraphChanged graph;
+  for (const auto& t : topics) graph.topics.push_back(t);
+  return GraphView(std::move(graph));
+}
+
+}  // namespace connect_bridge::topics_test
