@@ -8,88 +8,13 @@ from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from builtin_interfaces.msg import Time
 from connect_bridge_test_interfaces.action import Fibonacci
-from rclpy.action import ActionClient, ActionServer, CancelResponse, GoalResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
 from unique_identifier_msgs.msg import UUID
 
+from actions import Client, FibonacciServer, Goal
 from calls import OPEN_CALLS, servers_graph
 from graph import WAIT, until
 
 SERVER = OPEN_CALLS
-
-
-class FibonacciServer:
-    """Refuses a negative order, aborts one above 46, and can be cancelled."""
-
-    def __init__(self, graph, name, node=None):
-        self.goals = 0
-        self._graph, self._name, self._node = graph, name, node or graph.tester
-        self._server = None
-        self.start()
-
-    def start(self):
-        self._server = ActionServer(
-            self._node,
-            Fibonacci,
-            self._name,
-            self._execute,
-            goal_callback=self._goal,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
-            callback_group=ReentrantCallbackGroup(),
-        )
-
-    def stop(self):
-        self._server.destroy()
-
-    def _goal(self, goal):
-        return GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT
-
-    def _execute(self, handle):
-        self.goals += 1
-        sequence = [0, 1]
-        for _ in range(handle.request.order - 1):
-            if handle.is_cancel_requested:
-                handle.canceled()
-                return Fibonacci.Result(sequence=sequence)
-            if handle.request.order > 46 and len(sequence) > 5:
-                handle.abort()
-                return Fibonacci.Result(sequence=sequence)
-            sequence.append(sequence[-1] + sequence[-2])
-            handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))
-            time.sleep(handle.request.period_ms / 1000)
-        handle.succeed()
-        return Fibonacci.Result(sequence=sequence)
-
-
-class Goal:
-    """One goal as its client sees it."""
-
-    def __init__(self, client, order, period_ms=20):
-        self.feedback = []
-        goal = Fibonacci.Goal(order=order, period_ms=period_ms)
-        self._sent = client.send_goal_async(
-            goal, lambda message: self.feedback.append(list(message.feedback.sequence))
-        )
-        self._result = None
-
-    def sent(self):
-        return self._sent.done()
-
-    @property
-    def handle(self):
-        until(self._sent.done, "the goal is answered", step=0.001)
-        return self._sent.result()
-
-    def result(self, timeout=WAIT):
-        if self._result is None:
-            self._result = self.handle.get_result_async()
-        until(self._result.done, "a result", timeout, step=0.002)
-        return self._result.result()
-
-    def cancel(self):
-        future = self.handle.cancel_goal_async()
-        until(future.done, "an answer to the cancelling", step=0.002)
-        return future.result()
 
 
 @pytest.fixture
@@ -101,7 +26,7 @@ def action(request):
 def served(pair, robot, action):
     """(server, client) of an action that is ready."""
     server = FibonacciServer(robot, action)
-    client = ActionClient(pair.operator.tester, Fibonacci, action)
+    client = Client(pair.operator, action)
     until(client.server_is_ready, "the action is ready", step=0.002)
     yield server, client
     client.destroy()
@@ -191,9 +116,7 @@ def test_cancel_many(pair, served, action, which):
 def test_several_clients_and_goals_at_once(pair, served, action):
     """Each gets its own results; feedback goes to whom it belongs."""
     _, first = served
-    others = [
-        ActionClient(pair.operator.node(f"client_{n}"), Fibonacci, action) for n in range(2)
-    ]
+    others = [Client(pair.operator, action, pair.operator.node(f"client_{n}")) for n in range(2)]
     for client in others:
         until(client.server_is_ready, "the action is ready")
     goals = {}
@@ -222,7 +145,7 @@ def test_a_result_that_is_asked_for_late(served):
 def test_ready_as_a_whole_or_not_at_all(pair, robot, action):
     """The parts of an action come and go together, and within 200 ms."""
     server = FibonacciServer(robot, action)
-    client = ActionClient(pair.operator.tester, Fibonacci, action)
+    client = Client(pair.operator, action)
     until(client.server_is_ready, "ready")
     gone = []
     for _ in range(3):
@@ -266,7 +189,7 @@ def test_a_side_is_killed_during_goals(make_pair, which):
     robot = servers_graph(pair, 8)
     try:
         server = FibonacciServer(robot, "/a/killed")
-        client = ActionClient(pair.operator.tester, Fibonacci, "/a/killed")
+        client = Client(pair.operator, "/a/killed")
         until(client.server_is_ready, "ready")
         goals = [Goal(client, 46, period_ms=100) for _ in range(3)]
         assert all(goal.handle.accepted for goal in goals)
