@@ -3,9 +3,11 @@
 import contextlib
 import threading
 import time
+import traceback
 
 import rclpy
 from connect_bridge_test_interfaces.msg import Everything
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import (
     ExternalShutdownException,
     MultiThreadedExecutor,
@@ -15,6 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 WAIT = 20.0  # seconds that anything may take on a busy machine; a pass takes milliseconds
+_ended = {}  # graph -> why its callbacks run no longer
 
 
 def until(condition, what, timeout=WAIT, step=0.01):
@@ -24,6 +27,8 @@ def until(condition, what, timeout=WAIT, step=0.01):
         value = condition()
         if value:
             return value
+        if _ended:  # a wait for a callback would look like a message that was lost
+            raise AssertionError("\n".join(_ended.values()))
         if time.monotonic() > end:
             raise AssertionError(f"not within {timeout:g} s: {what() if callable(what) else what}")
         time.sleep(step)
@@ -67,6 +72,49 @@ class Collector:
         self._node.destroy_subscription(self._subscription)
 
 
+class _Pausing:
+    """An executor that can be kept from looking for what is ready. Callbacks are not affected."""
+
+    def __init__(self, *arguments, **options):
+        self._looks = False
+        self._pauses = 0
+        self._changed = threading.Condition()
+        super().__init__(*arguments, **options)
+
+    def wait_for_ready_callbacks(self, *arguments, **options):
+        with self._changed:
+            self._changed.wait_for(lambda: not self._pauses)
+            self._looks = True
+        try:
+            return super().wait_for_ready_callbacks(*arguments, **options)
+        finally:
+            with self._changed:
+                self._looks = False
+                self._changed.notify_all()
+
+    @contextlib.contextmanager
+    def paused(self):
+        with self._changed:
+            self._pauses += 1
+        try:
+            self.create_task(lambda: None)  # found at once, so the look ends
+            with self._changed:
+                self._changed.wait_for(lambda: not self._looks)
+            yield
+        finally:
+            with self._changed:
+                self._pauses -= 1
+                self._changed.notify_all()
+
+
+class _OneThread(_Pausing, SingleThreadedExecutor):
+    pass
+
+
+class _ManyThreads(_Pausing, MultiThreadedExecutor):
+    pass
+
+
 class Graph:
     """Nodes of one domain id. Callbacks run on a thread of its own; all else is the test's.
 
@@ -77,19 +125,35 @@ class Graph:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
         self._executor = (
-            SingleThreadedExecutor(context=self.context)
+            _OneThread(context=self.context)
             if threads == 1
-            else MultiThreadedExecutor(threads, context=self.context)
+            else _ManyThreads(threads, context=self.context)
         )
         self._nodes = []
+        self._closing = False
         self.tester = self.node(name)
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
 
     def _spin(self):
-        with contextlib.suppress(ExternalShutdownException):
+        try:
             while self.context.ok():
-                self._executor.spin_once(timeout_sec=0.2)
+                with contextlib.suppress(InvalidHandle):  # destroyed by a test just then
+                    self._executor.spin_once(timeout_sec=0.2)
+        except ExternalShutdownException:
+            pass
+        except Exception:
+            if not self._closing:
+                _ended[self] = f"the callbacks of domain {self.domain} have come to an end:\n" + (
+                    traceback.format_exc()
+                )
+
+    def still(self):
+        """A context in which nobody looks for callbacks that are ready. rclpy's actions need it to
+        come, go and ask: an executor that looks at one half made or half gone fails
+        (ros2/rclpy#1589), and an answer that is taken before the asking is over is lost
+        (ros2/rclpy#1123)."""
+        return self._executor.paused()
 
     def node(self, name, **options):
         options = {"enable_rosout": False, "start_parameter_services": False, **options}
@@ -134,6 +198,8 @@ class Graph:
         return self.publishers(topic)
 
     def close(self):
+        self._closing = True
+        _ended.pop(self, None)
         for node in list(self._nodes):
             self.remove(node)
         self.context.try_shutdown()

@@ -49,10 +49,10 @@ def test_a_request_in_parts_between_those_of_another(world, peer, service):
     # An aborted request is none, and its number counts.
     begun = list(mine.frames_for(names.requests, second, origin=2, part=1000))[:5]
     abort = part_of(names.requests, b"", True)
+    names.last = 2  # before the first answer can come: beyond it there are no calls
     mine.send_packet(parts[:20])
     mine.send_packet(parts[20:])
     mine.send_packet([*begun, abort])
-    names.last = 2
     assert mine.call(names, second, part=65536) == NO_VALUES
     mine.until(lambda: 1 in names.answers, "the first answer")
     assert [list(request.names) for request in real.requests] == [[texts[0]], [texts[1]]]
@@ -72,7 +72,8 @@ def test_a_large_answer_comes_in_parts(world, peer):
     long = attached(mine, "/s/long")
     assert answer_of(mine.call(long, TRUE)) == (False, text)
     parts = [kind for number, kind, _ in mine.frames if number == long.channel]
-    assert parts[0] == "message" and parts[1:] == ["part"] * (len(parts) - 1) and len(parts) > 4
+    # Their sizes follow the link's rate; none has more than 256 KiB.
+    assert parts[0] == "message" and parts[1:] == ["part"] * (len(parts) - 1) and len(parts) > 1
     in_graph(world, node.destroy_service, real)
 
 
