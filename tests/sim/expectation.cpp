@@ -7,6 +7,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// What a mirror keeps of an origin that keeps all.
+constexpr std::uint32_t kMirrorDepthMax = 10'000;
+
 Qos overridden(Qos qos, const QosOverride& by) {
   if (by.reliability) qos.reliability = *by.reliability;
   if (by.durability) qos.durability = *by.durability;
@@ -70,6 +73,10 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
       expected.qos.depth = expected.qos.durability == Durability::kTransientLocal
                                ? there.latched_depth
                                : there.default_depth;
+    }
+    if (expected.qos.history == History::kKeepAll) {
+      expected.qos.history = History::kKeepLast;
+      expected.qos.depth = kMirrorDepthMax;
     }
     const SideOptions& here = exporter.plan().options;
     expected.history = told.depth == 0 ? here.latched_depth : told.depth;

@@ -265,12 +265,15 @@ void Hostile::commit_offence() {
       send_text(offer(channel, "/hostile/a"));
       send_text(offer(channel, "/hostile/b"));
       break;
-    case 6:  // more unfinished messages than fit
-      for (std::uint32_t i = 0; i < 40; ++i) {
-        send_text(offer(channel + (i << 8), "/hostile/x" + std::to_string(i)));
-        send_binary(message(channel + (i << 8), 1, 2'500'000, body));
-      }
+    case 6: {  // more of a message than it has
+      send_text(offer(channel, "/hostile/a"));
+      send_binary(message(channel, 1, 150, body));
+      Bytes bytes;
+      append_header(PartFrame{{channel}, false, body}, bytes);
+      bytes.insert(bytes.end(), body.begin(), body.end());
+      send_binary(std::move(bytes));
       break;
+    }
     default:  // no JSON
       send_text("{\"offer\": [");
   }

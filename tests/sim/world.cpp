@@ -164,8 +164,7 @@ void World::run() {
   corner_.stop();
   run_for(kSettle);
   middleware_.calm();
-  // What was said in the chaos may still fill queues and workers.
-  for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);
+  drain();
   expectation_->settle();
   expectation_->check_links();
   expectation_->check_mirrors();
@@ -227,7 +226,13 @@ void World::check_delivery() {
   expectation_->check_qos();
 }
 
+// What was said before may still fill queues and workers.
+void World::drain() {
+  for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);
+}
+
 void World::check_late_subscribers() {
+  drain();
   expectation_->add_late_subscribers(crowd_);
   run_for(2s);
   expectation_->check_late_subscribers();

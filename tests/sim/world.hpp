@@ -56,6 +56,7 @@ class World : public Middleware::Listener, public Services::Listener {
   void build_strangers();
   void inspect();
   void run_for(Duration how_long) { schedule_.run_until(schedule_.now() + how_long); }
+  void drain();
   void check_delivery();
   void check_services();
   void renew_late_logins();

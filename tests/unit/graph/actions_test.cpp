@@ -2,6 +2,7 @@
 // name alone.
 #include <gtest/gtest.h>
 
+#include "core/base/cdr.hpp"
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -219,7 +220,8 @@ TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
   message(2, event("/amcl"));
   message(1, sample("no event"));
   EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.dropped(DropReason::kNotPermitted), 3U);
+  const auto& topics = s.status().links.at(0).topics;  // the local one is exported
+  EXPECT_EQ(topics.back().dropped.of(DropReason::kNotPermitted), 3U);
   message(1, event("/talker"));
   EXPECT_EQ(s.did(), "publish 2 " + text_of(event("/talker").view()) + "\n");
 }
