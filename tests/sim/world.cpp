@@ -232,9 +232,9 @@ void World::drain() {
 }
 
 void World::check_late_subscribers() {
-  drain();
   expectation_->add_late_subscribers(crowd_);
   run_for(2s);
+  drain();  // the last samples of all that nobody had demanded come at once
   expectation_->check_late_subscribers();
 }
 
