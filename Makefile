@@ -70,14 +70,15 @@ check: packages ## format, arrows between layers, sizes; whether the mutants app
 # Real nodes around the programs built with a sanitizer.
 smoke = -R '^e2e_topics$$'
 
-asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
-	@$(in_env) $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
+asan: setup ## by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
+	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
 
-tsan: setup ## unit and gateway tests, sim and an end-to-end smoke under the thread sanitizer
-	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests sim server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread -DCONNECT_SIM_SEEDS=100)
-	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros|sim' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke))
+# Neither core nor the simulator has threads.
+tsan: setup ## what has threads: unit tests but the core's, gateway tests and an end-to-end smoke under the thread sanitizer
+	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread)
+	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke))
 
 clang: setup ## build everything with the other compiler
 	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))
