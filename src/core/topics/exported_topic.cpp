@@ -198,12 +198,14 @@ void ExportedTopic::warn_mixed() {
   };
   const auto volatiles = std::count_if(origins_.begin(), origins_.end(), is_volatile);
   if (volatiles == 0 || volatiles == static_cast<std::ptrdiff_t>(origins_.size())) return;
-  if (std::exchange(warned_mixed_, true)) return;
-  context_.outputs.log(
-      LogLevel::kWarn,
-      key_.first +
-          " has transient-local and volatile publishers: it is subscribed as volatile, so "
-          "samples from before the subscription do not cross");
+  tell_once(
+      " has transient-local and volatile publishers: it is subscribed as volatile, so samples from "
+      "before the subscription do not cross");
+}
+
+void ExportedTopic::tell_once(const std::string& what) {
+  const std::string line = key_.first + what;
+  if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
 }
 
 // ---- samples
@@ -335,10 +337,7 @@ void ExportedTopic::drop_demanded(DropReason reason, std::uint64_t count) {
 
 void ExportedTopic::on_lost(const MessagesLost& lost) {
   drop_demanded(lost.too_large ? DropReason::kTooLarge : DropReason::kQueueDepth, lost.count);
-  if (lost.too_large && !std::exchange(warned_large_, true))
-    context_.outputs.log(LogLevel::kWarn, key_.first + ": " + std::to_string(lost.count) +
-                                              " message(s) larger than max_message_size were "
-                                              "dropped");
+  if (lost.too_large) tell_once(": messages larger than max_message_size are dropped");
 }
 
 // ---- status

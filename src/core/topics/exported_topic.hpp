@@ -71,6 +71,7 @@ class ExportedTopic {
   void unsubscribe();
   void end_subscription();
   void warn_mixed();
+  void tell_once(const std::string& what);
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
@@ -100,8 +101,6 @@ class ExportedTopic {
   std::map<Compression, Stream> streams_;
   std::deque<Parked> parked_;
   ExportTimers::Timer parked_until_;
-  bool warned_mixed_ = false;
-  bool warned_large_ = false;
 };
 
 }  // namespace connect_bridge

@@ -132,7 +132,6 @@ bool Mirror::may_exist() const {
 void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
   last_number_ = 0;
-  warned_qos_ = false;
   TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
   if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
@@ -204,16 +203,15 @@ bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
 }
 
 void Mirror::warn_incompatible() {
-  const TopicState* topic = id_ && !warned_qos_ ? context_.graph.find(key_.first) : nullptr;
+  const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
   if (!topic) return;
   for (const auto& subscriber : topic->subscribers) {
     const std::string policy = incompatible_policy(qos_, subscriber.qos);
     if (policy.empty()) continue;
-    warned_qos_ = true;
-    context_.outputs.log(LogLevel::kWarn, topic->name + ": the " + policy + " that " +
-                                              node_of(subscriber) + " requests is not offered by " +
-                                              origin_.node +
-                                              " on the other side: it receives nothing from it");
+    const std::string line = topic->name + ": the " + policy + " that " + node_of(subscriber) +
+                             " requests is not offered by " + origin_.node +
+                             " on the other side: it receives nothing from it";
+    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
     return;
   }
 }

@@ -106,7 +106,6 @@ class Mirror {
   std::uint64_t last_number_ = 0;  // of what was published
   bool is_local_ = false;          // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;            // until it is offered again
-  bool warned_qos_ = false;
 };
 
 }  // namespace connect_bridge

@@ -51,10 +51,10 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (is_withheld(origin)) return;
   Mirror* mirror = context_.mirror_of({key_, origin.gid});
   if (!mirror) {
-    if (!std::exchange(limited_, true))
-      context_.outputs.log(LogLevel::kWarn,
-                           "no more mirrors than " + std::to_string(context_.options.mirrors_max) +
-                               ": not all publishers of " + key_.first + " exist here");
+    const std::string line = "no more mirrors than " +
+                             std::to_string(context_.options.mirrors_max) +
+                             ": not all publishers of " + key_.first + " exist here";
+    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice

@@ -93,7 +93,6 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   bool parameter_events_ = false;
   bool demanded_ = false;
   std::uint16_t demand_ = 0;             // its number, once the peer was told
-  bool limited_ = false;                 // some origins have no mirror, for want of room
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
