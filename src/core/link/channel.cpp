@@ -7,7 +7,7 @@ bool IncomingChannel::wants(std::uint16_t) const {
 }
 
 Result<Nothing> IncomingChannel::on_origins(const OriginsChanged&, const Now&) {
-  return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
+  return Error{CloseCode::kUnknownChannel, "origins of a channel that is no topic"};
 }
 
 Result<Nothing> IncomingChannel::on_attached(const Attached&, const Now&) {

@@ -107,8 +107,10 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {
   const auto it = incoming_.find(change.channel);
-  if (it == incoming_.end() || it->second.service)
+  if (it == incoming_.end())
     return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
+  if (it->second.service)
+    return Error{CloseCode::kUnknownChannel, "origins of a channel that is no topic"};
   IncomingChannel* channel = it->second.channel;
   return channel ? channel->on_origins(change, now) : Nothing{};  // null: it was declined
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/cdr.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -10,12 +12,12 @@ constexpr double kRateMax = 100.0;
 // Two samples closer than this tell little about the rate.
 constexpr Stamp kRateBase = kSecond / 20;
 
-// rosgraph_msgs/msg/Clock as CDR: encapsulation, int32 seconds, uint32 nanoseconds.
+// rosgraph_msgs/msg/Clock: int32 seconds, uint32 nanoseconds.
 Payload clock_message(Stamp ros) {
-  Bytes bytes{0, 1, 0, 0};
-  for (const auto value : {ros / kSecond, ros % kSecond})
-    for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
-  return Payload::adopt(std::move(bytes));
+  return CdrWriter()
+      .u32(static_cast<std::uint32_t>(ros / kSecond))
+      .u32(static_cast<std::uint32_t>(ros % kSecond))
+      .take();
 }
 
 }  // namespace
