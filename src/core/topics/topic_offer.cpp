@@ -177,6 +177,7 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
 
 void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   if (!is_open()) return;
+  for (const OriginId origin : removed) withheld_.erase(origin);
   link_.send(OriginsChanged{number_, {}, removed});
   configure_queue();
 }

@@ -183,6 +183,19 @@ TEST(SideParameters, EventsOfOpenedNodesAloneAreExported) {
   EXPECT_EQ(again[0].origins[0].node, "/other");
 }
 
+TEST(SideParameters, ANodeThatIsNotOpenedLeavesWithoutATrace) {
+  Script s(server({parameters("/talker")}));
+  s.join(1);
+  const auto talker = topic("/parameter_events").pub(1, {}, "talker");
+  s.graph({typed(Topic(talker).pub(2, {}, "other"), kEvents)});
+  offered(s, 1);
+  s.graph({typed(talker, kEvents)});
+  s.pass(1000);
+  s.said(1);
+  s.give(PolicyChanged{Policy({parameters("/talker")})});  // nothing new, so nothing is withdrawn
+  EXPECT_EQ(s.said(1).find("withdraw"), std::string::npos);
+}
+
 TEST(SideParameters, EventsOfOpenedNodesAloneAreImported) {
   Script s(server({parameters("/talker")}));
   s.graph({});
