@@ -123,7 +123,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
     const Incoming ended = it->second;
     forget(number);
     if (ended.channel) ended.channel->on_withdraw(now);
-    if (ended.offered && !withdrawals_.take(now.steady))
+    if (ended.offered && !note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }
   return Nothing{};

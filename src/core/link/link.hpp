@@ -91,6 +91,8 @@ class Link final : public ConnectionUser {
   void let_go(ChannelId number);
   // The peer will not send on it any more.
   void forget(ChannelId number);
+  // The peer takes back what it offered. False: it does so too often.
+  [[nodiscard]] bool note_withdrawal(const Now& now) { return withdrawals_.take(now.steady); }
   [[nodiscard]] IncomingChannel* incoming(ChannelId number) const {
     const auto it = incoming_.find(number);
     return it == incoming_.end() ? nullptr : it->second.channel;
@@ -163,7 +165,8 @@ class Link final : public ConnectionUser {
   LogLimit declines_;          // of channels that were declined before
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
-  // What a peer offers and withdraws again costs this graph endpoints that come and go.
+  // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
+  // come and go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
 };
 

@@ -70,6 +70,8 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
     Mirror& mirror = *origin->second;
     origins_.erase(origin);
     context_.remove_candidate(mirror, link_.id, now);
+    if (!link_.note_withdrawal(now))
+      return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
   const auto fresh = std::count_if(change.added.begin(), change.added.end(),
                                    [&](const auto& o) { return !origins_.contains(o.origin); });

@@ -229,6 +229,19 @@ TEST(SideMirrors, AtTheLimitALostLinkGivesWay) {
   EXPECT_EQ(s.did(), "authenticate 3 none\nunmirror 2\ngate 3\nclaim []\n");
 }
 
+TEST(SideMirrors, OriginsThatComeAndGoTooOftenEndTheLink) {
+  Mirrors s;
+  std::uint32_t id = 2;
+  s.say(1, OriginsChanged{{1}, {origin(id, 12)}, {}});
+  for (; id < 12'001; ++id) {
+    s.say(1, OriginsChanged{{1}, {origin(id + 1, 12)}, {{id}}});
+    s.did();
+  }
+  EXPECT_TRUE(s.status().links.at(0).open);
+  for (int i = 0; i < 2; ++i, ++id) s.say(1, OriginsChanged{{1}, {origin(id + 1, 12)}, {{id}}});
+  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
 // The last samples that a new demand begins with would be older than what is under way.
 TEST(SideMirrors, WhatIsUnderWayOfAnEndedDemandIsNotTakenForTheNext) {
   Mirrors s;
