@@ -35,10 +35,12 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
   limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));
   limits.reassembly.message_bytes_max = to_u32(values.whole("max_message_size"));
-  // As many large messages may be unfinished at a time as with the core's own numbers.
+  // As many large messages may be unfinished at a time as with the core's own numbers, and not
+  // fewer where they are small: a peer sends a part of each topic's in turn.
   const ReassemblyOptions normal;
   limits.reassembly.open_bytes_max =
-      limits.reassembly.message_bytes_max * (normal.open_bytes_max / normal.message_bytes_max);
+      std::max(normal.open_bytes_max, limits.reassembly.message_bytes_max *
+                                          (normal.open_bytes_max / normal.message_bytes_max));
 }
 
 // Makes a Config, check by check; every check adds its problems and goes on.

@@ -182,7 +182,7 @@ auth: {token: 0123456789abcdef}
                                   Role::kServer);
   const SideOptions options = side_options(config);
   EXPECT_EQ(options.reassembly.message_bytes_max, 1048576U);
-  EXPECT_EQ(options.reassembly.open_bytes_max, 4 * 1048576U);
+  EXPECT_EQ(options.reassembly.open_bytes_max, 256U << 20);
   EXPECT_EQ(options.outbox.data_bytes_max, 8388608U);
   EXPECT_EQ(options.outbox.fragment_bytes, 4096U);
   EXPECT_EQ(options.outbox.packet_bytes, 4096U);
