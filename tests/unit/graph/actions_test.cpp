@@ -233,7 +233,7 @@ TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
   message(2, event("/amcl"));
   message(1, sample("no event"));
   EXPECT_EQ(s.did(), "");
-  const auto& topics = s.status().links.at(0).topics;  // the local one is exported
+  const auto topics = s.status().links.at(0).topics;  // the local one is exported
   EXPECT_EQ(topics.back().dropped.of(DropReason::kNotPermitted), 3U);
   message(1, event("/talker"));
   EXPECT_EQ(s.did(), "publish 2 " + text_of(event("/talker").view()) + "\n");

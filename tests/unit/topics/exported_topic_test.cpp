@@ -8,8 +8,8 @@ namespace connect_bridge::topics_test {
 namespace {
 
 TEST(ExportedTopic, IsSubscribedWhileALinkDemandsIt) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1));
   EXPECT_TRUE(s.offer(peer));
   EXPECT_FALSE(s.offer(peer));  // once
@@ -24,8 +24,8 @@ TEST(ExportedTopic, IsSubscribedWhileALinkDemandsIt) {
 }
 
 TEST(ExportedTopic, AsksForTheWeakestOfWhatItsPublishersOffer) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1, latched(3)).pub(2, latched(5)));
   s.offer(peer);
   s.demand(peer);
@@ -36,8 +36,8 @@ TEST(ExportedTopic, AsksForTheWeakestOfWhatItsPublishersOffer) {
 }
 
 TEST(ExportedTopic, IsSubscribedNotTooOften) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1));
   s.offer(peer);
   for (int i = 0; i < 11; ++i) {
@@ -52,8 +52,8 @@ TEST(ExportedTopic, IsSubscribedNotTooOften) {
 }
 
 TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1));
   s.offer(peer);
   s.demand(peer);
@@ -67,8 +67,8 @@ TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
 }
 
 TEST(ExportedTopic, ASampleOfNobodyIsDroppedAfterASecond) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1));
   s.offer(peer);
   s.demand(peer);
@@ -82,8 +82,8 @@ TEST(ExportedTopic, ASampleOfNobodyIsDroppedAfterASecond) {
 }
 
 TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
-  Exporting s;
   OneLink early(1), late(2);
+  Exporting s;
   s.see(topic("/a").pub(1, latched(2)));
   s.offer(early);
   s.offer(late);
@@ -97,8 +97,8 @@ TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
 TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
   Rule rule = everything();
   rule.treatment.compression = {Codec::kZstd, 3};
-  Exporting s({rule});
   OneLink one(1), two(2);
+  Exporting s({rule});
   s.see(topic("/a").pub(1));
   for (OneLink* peer : {&one, &two}) {
     s.offer(*peer);
@@ -115,8 +115,8 @@ TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
 }
 
 TEST(ExportedTopic, EndsWithItsLastOrigin) {
-  Exporting s;
   OneLink peer;
+  Exporting s;
   s.see(topic("/a").pub(1));
   s.offer(peer);
   s.demand(peer);

@@ -6,7 +6,8 @@
 
 namespace connect_bridge::topics_test {
 
-// From 1000 bytes on a worker compresses.
+// From 1000 bytes on a worker compresses. Peers are declared before it: at its end it takes back
+// what it has offered them.
 struct Exporting : Actions {
   explicit Exporting(std::vector<Rule> rules = {everything()}) : policy(std::move(rules)) {}
 
