@@ -38,7 +38,13 @@ std::optional<Encoder::Encoded> Encoder::next() {
 
 std::size_t Encoder::forget(LinkId link) {
   std::size_t count = at_work_ ? std::erase(at_work_->targets, link) : 0;
-  for (auto& sample : waiting_) count += std::erase(sample.targets, link);
+  std::erase_if(waiting_, [&](OutSample& sample) {
+    const std::size_t own = std::erase(sample.targets, link);
+    count += own;
+    const bool unwanted = own > 0 && sample.targets.empty();
+    if (unwanted) waiting_bytes_ -= sample.raw.size();
+    return unwanted;
+  });
   return count;
 }
 

@@ -202,15 +202,16 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   return Nothing{};
 }
 
-// A worker that does not keep up must not make messages late without end: of volatile origins as
-// many wait as their depth. The first is with the worker.
+// A worker that does not keep up must not make messages late without end: beyond the depth of a
+// volatile origin its new message takes the place of its oldest, if that is the next to be looked
+// at. What stands before that one is with the worker; other origins lose nothing to it.
 void OfferedTopic::make_room(const InMessage& message) {
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return;
   const Qos& qos = origin->second->origin().qos;
   if (qos.durability != Durability::kVolatile || qos.history == History::kKeepAll) return;
   const std::size_t depth = std::max(qos.depth, context_.options.default_depth);
-  if (waiting_.size() <= depth) return;
+  if (waiting_.size() <= depth || waiting_[1].message.subject != message.subject) return;
   waiting_.erase(std::next(waiting_.begin()));
   dropped_.add(DropReason::kQueueDepth);
 }

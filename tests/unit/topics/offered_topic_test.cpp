@@ -120,6 +120,24 @@ TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
   EXPECT_EQ(s.peer.decoding().used(), 0U);
 }
 
+TEST(OfferedTopic, BehindASlowWorkerNoMoreWaitThanTheOriginsDepth) {
+  Script s;
+  s.options.default_depth = 2;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7, qos(3)), origin(2, 8, latched(1))});
+  s.did();
+  s.give(s.large());
+  for (const char* text : {"a", "b", "c", "d"}) s.give(s.message(text));
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 1U);
+  auto kept = s.message("kept");  // of the transient-local one
+  kept.subject = OriginId{2};
+  s.give(std::move(kept));
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 1U);
+  EXPECT_EQ(s.did(), "decompress 1\n");
+  s.finish(s.jobs, sample("large"));
+  EXPECT_EQ(s.did(), "publish 1 large\npublish 1 b\npublish 1 c\npublish 1 d\npublish 2 kept\n");
+}
+
 TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
   Script s;
   s.listen();
