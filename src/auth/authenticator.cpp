@@ -13,7 +13,7 @@ class NoLogin : public Authenticator {
 };
 
 // Nothing slows attempts down: behind a proxy everybody has one address, and who has the right
-// token gets in whatever others do there. One of 16 characters is guessed at no rate.
+// token gets in whatever others do there. 16 random characters cannot be guessed at any rate.
 class TokenLogin : public Authenticator {
  public:
   explicit TokenLogin(TokenTable table) : table_(std::move(table)) {}

@@ -61,7 +61,7 @@ struct Config {
   std::string prefix;
   std::vector<NameMap::Pair> remap;
   std::string status_file;     // empty: none is written
-  bool default_rules = false;  // a client without rules: everything that the server accepts
+  bool default_rules = false;  // a client without rules: see default_rule()
   Duration clock_publish_period = Duration::zero();
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
   bool token_in_environment = false;  // as it was at start

@@ -182,8 +182,9 @@ std::string explain(const Config& config) {
         "clock: the peer's ROS time is published on /clock every {}, in place of its /clock\n",
         duration_text(config.clock_publish_period));
   }
-  text += config.default_rules ? "rules: none given, so everything that the server accepts\n"
-                               : "rules, the first that allows an interface decides:\n";
+  text += config.default_rules
+              ? "rules: none given, so all that the server allows, but from here topics only\n"
+              : "rules, the first that allows an interface decides:\n";
   for (const Rule& rule : config.policy.rules()) {
     // Rules with a dot were not written by the operator: the line "clock:" tells of them.
     if (rule.name.find('.') == std::string::npos) text += rule_text(rule);

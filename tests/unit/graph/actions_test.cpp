@@ -16,6 +16,14 @@ Payload event(const std::string& node) {
   return CdrWriter{}.u32(1).u32(2).string(node).take();
 }
 
+ChannelOffer events_of(const std::string& one, const std::string& other) {
+  ChannelOffer events = channel(1, "/parameter_events", {origin(1, 5), origin(2, 6)});
+  events.type = kEvents;
+  events.origins[0].node = one;
+  events.origins[1].node = other;
+  return events;
+}
+
 Rule acting(const std::string& pattern) {
   Rule result = rule({"/**"}, {"/**"});
   result.export_services = result.import_services = {Pattern::parse("/**").value()};
@@ -201,11 +209,7 @@ TEST(SideParameters, EventsOfOpenedNodesAloneAreImported) {
   s.graph({});
   s.join(1);
   s.pass(1000);
-  ChannelOffer events = channel(1, "/parameter_events", {origin(1, 5), origin(2, 6)});
-  events.type = kEvents;
-  events.origins[0].node = "/talker";
-  events.origins[1].node = "/other";
-  s.say(1, Offer{{events}, true});
+  s.say(1, Offer{{events_of("/talker", "/other")}, true});
   EXPECT_EQ(s.did(), "mirror 2 /parameter_events reliable volatile 10\nclaim [5]\n");
   s.give(PolicyChanged{Policy({parameters("/else")})});
   s.pass(300);
@@ -219,11 +223,7 @@ TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
   s.graph({local});
   s.join(1);
   s.pass(1000);
-  ChannelOffer events = channel(1, "/parameter_events", {origin(1, 5), origin(2, 6)});
-  events.type = kEvents;
-  events.origins[0].node = "/talker";
-  events.origins[1].node = "/amcl";
-  s.say(1, Offer{{events}, true});
+  s.say(1, Offer{{events_of("/talker", "/amcl")}, true});
   s.said(1);
   s.did();
   const auto message = [&](std::uint32_t origin, const Payload& body) {

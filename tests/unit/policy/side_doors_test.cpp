@@ -222,6 +222,19 @@ TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
   EXPECT_EQ(events->rule, "first");
 }
 
+TEST(Rights, ParametersHaveADirection) {
+  Rule out;
+  out.export_parameters = patterns({"/**"});
+  const Policy policy({out});
+  for (const auto& what : parameters()) {
+    EXPECT_TRUE(policy.decide(kExport, what, kOperator));
+    EXPECT_FALSE(policy.decide(kImport, what, kOperator));
+  }
+  EXPECT_TRUE(policy.decide_parameter_events(kExport, kOperator));
+  EXPECT_FALSE(policy.decide_parameter_events(kImport, kOperator));
+  EXPECT_TRUE(policy.accepts(kOperator).rules.empty());
+}
+
 TEST(Rights, ParameterEventsAsAWholeCanBeDenied) {
   EXPECT_FALSE(Policy{}.decide_parameter_events(kExport, kOperator));
   EXPECT_FALSE(Policy{{rule(kTopics, {"/**"})}}.decide_parameter_events(kExport, kOperator));

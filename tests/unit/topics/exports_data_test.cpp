@@ -15,6 +15,14 @@ Script demanding(const Treatment& treatment, SideOptions options = server()) {
   options.policy = Policy({treated});
   return Script(std::move(options));
 }
+// The same with zstd, from 1000 bytes on by a worker.
+Script compressing() {
+  Treatment treatment;
+  treatment.compression.codec = Codec::kZstd;
+  auto options = server();
+  options.compress_job_bytes = 1000;
+  return demanding(treatment, std::move(options));
+}
 void begin(Script& s, const Qos& q = qos()) {
   s.graph({topic("/a").pub(1, q)});
   s.join(1);
@@ -187,11 +195,7 @@ TEST(SideExportsData, WithoutAnOriginASampleIsTheOnlyPublishers) {
 }
 
 TEST(SideExportsData, OneCompressionServesAllLinks) {
-  Treatment treatment;
-  treatment.compression.codec = Codec::kZstd;
-  auto options = server();
-  options.compress_job_bytes = 1000;
-  auto s = demanding(treatment, options);
+  auto s = compressing();
   begin(s);
   s.join(2);
   s.demand(2, 1);
@@ -300,11 +304,7 @@ TEST(SideExportsData, AndLikewiseWhenTheyAreCompressed) {
 
 // It would come before the last samples, among which it is.
 TEST(SideExportsData, ASampleOfAnEndedDemandIsNotSentInTheNext) {
-  Treatment treatment;
-  treatment.compression.codec = Codec::kZstd;
-  auto options = server();
-  options.compress_job_bytes = 1000;
-  auto s = demanding(treatment, options);
+  auto s = compressing();
   begin(s, latched(2));
   s.join(2);
   s.demand(2, 1);

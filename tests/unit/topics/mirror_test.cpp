@@ -94,6 +94,23 @@ TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
   EXPECT_TRUE(s.mirror(7).publish(6, sample("six")));
 }
 
+// A peer must not make the middleware keep all, or watch what comes within a nanosecond.
+TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
+  Script s;
+  Qos hungry = qos(5);
+  hungry.history = History::kKeepAll;
+  hungry.deadline = hungry.lifespan = hungry.liveliness_lease = Duration{1};
+  s.offer(s.one, {origin(1, 7, hungry)});
+  std::optional<CreateMirror> made;
+  while (auto action = s.outputs.next())
+    if (auto* mirror = std::get_if<CreateMirror>(&*action)) made = *mirror;
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->qos.history, History::kKeepLast);
+  EXPECT_EQ(made->qos.depth, 10'000U);
+  for (const Duration period : {made->qos.deadline, made->qos.lifespan, made->qos.liveliness_lease})
+    EXPECT_EQ(period, std::chrono::milliseconds(1));
+}
+
 TEST(Mirror, AnotherQosMakesItAnew) {
   Rule changed = everything();
   changed.treatment.qos.depth = 3;
