@@ -274,8 +274,18 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .max = 16777216,
                   .unit = "bytes",
                   .help =
-                      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel. Small keeps urgent "
-                      "messages fast; 0 leaves it to the host."});
+                      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, on a slow link fewer. "
+                      "Small keeps urgent messages fast; 0 leaves it to the host."});
+  rows.push_back({.section = section,
+                  .key = "queue_delay_target",
+                  .type = ParameterType::kDouble,
+                  .fallback = seconds(OutboxOptions{}.queue_delay_target),
+                  .min = 0,
+                  .max = 1,
+                  .unit = "s",
+                  .help = "How long what is not urgent may make others wait in the queues on the "
+                          "way: it is sent as fast as the link delivers, no faster (docs/flow.md). "
+                          "0 sends as fast as TCP takes it."});
   rows.push_back({.section = section,
                   .key = "congestion_control",
                   .fallback = "auto",

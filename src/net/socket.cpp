@@ -1,5 +1,6 @@
 #include "net/socket.hpp"
 
+#include <algorithm>
 #include <span>
 
 #include "net/socket_tuning.hpp"
@@ -40,7 +41,8 @@ std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
 Socket::Socket(SocketSetup setup)
     : setup_(std::move(setup)),
       socket_(std::move(setup_.socket)),
-      deadline_(socket_->get_executor()) {
+      deadline_(socket_->get_executor()),
+      unsent_max_(setup_.options.unsent_bytes_max) {
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
   socket_->read_message_max(kGatePacketBytesMax);
@@ -116,6 +118,7 @@ void Socket::send() {
   packet_ = setup_.events->next_packet(setup_.id);
   if (!packet_ || state_ != State::kOpen) return;
   writing_ = true;
+  limit_unsent(packet_->unsent_bytes_max);
   gather(*packet_);
   socket_->text(packet_->text);
   socket_->async_write(std::span<const asio::const_buffer>{pieces_},
@@ -129,10 +132,19 @@ void Socket::send() {
 // is asked only when what we handed over since it was last asked could fill that little; waiting
 // for writability would cost two system calls per packet.
 bool Socket::has_room() {
-  const std::uint32_t limit = setup_.options.unsent_bytes_max;
-  if (limit == 0 || unsent_bound_ < limit) return true;
+  if (unsent_max_ == 0 || unsent_bound_ < unsent_max_) return true;
   unsent_bound_ = unsent_bytes(socket_->next_layer().socket().native_handle());
-  return unsent_bound_ < limit;
+  return unsent_bound_ < unsent_max_;
+}
+
+// What the kernel holds back (after a loss, say) delays an urgent message: on a slow link less may
+// wait there. A little more or less is not worth a system call.
+void Socket::limit_unsent(std::uint32_t bytes) {
+  if (unsent_max_ == 0 || bytes == 0) return;
+  const std::uint32_t wanted = std::min(bytes, setup_.options.unsent_bytes_max);
+  if (wanted <= unsent_max_ && wanted >= unsent_max_ - unsent_max_ / 4) return;
+  unsent_max_ = wanted;
+  set_unsent_bytes_max(socket_->next_layer().socket().native_handle(), wanted);
 }
 
 void Socket::wait_for_room() {

@@ -56,6 +56,10 @@ std::string tune_socket(int socket, const SocketOptions& options) {
   return refused;
 }
 
+void set_unsent_bytes_max(int socket, std::uint32_t bytes) {
+  set(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(bytes));
+}
+
 std::uint32_t unsent_bytes(int socket) {
   int bytes = 0;
   if (::ioctl(socket, SIOCOUTQNSD, &bytes) != 0 || bytes < 0) return 0;

@@ -12,6 +12,9 @@ namespace connect_bridge {
 // without any of them.
 std::string tune_socket(int socket, const SocketOptions& options);
 
+// TCP_NOTSENT_LOWAT: the socket is writable while fewer bytes than half of this wait unsent.
+void set_unsent_bytes_max(int socket, std::uint32_t bytes);
+
 // Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 where the kernel does not tell.
 std::uint32_t unsent_bytes(int socket);
 

@@ -60,7 +60,9 @@ Json to_value(const LinkStatus& link) {
                {"sent_bytes", link.sent_bytes},
                {"received_bytes", link.received_bytes},
                {"queued_bytes", link.queued_bytes},
-               {"unacknowledged_bytes", link.unacknowledged_bytes}};
+               {"unacknowledged_bytes", link.unacknowledged_bytes},
+               {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
+               {"path_queue_ms", milliseconds(link.path_queue)}};
   if (link.clock.known)
     json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
                      {"round_trip_ms", milliseconds(link.clock.round_trip)},

@@ -26,7 +26,9 @@ def encode_frame(frame):
     if kind == "part":
         return struct.pack("<BBHII", 2, frame["abort"], 0, frame["channel"], len(part)) + part
     if kind == "ack":
-        return struct.pack("<QQ", 3, frame["received_bytes"])
+        return struct.pack("<QQq", 3, frame["received_bytes"], frame["arrived"])
+    if kind == "ack_request":
+        return struct.pack("<Q", 6)
     if kind == "time_request":
         return struct.pack("<Qq", 4, frame["t1"])
     return struct.pack("<Qqqqq", 5, *(frame[key] for key in ("t1", "t2", "t3", "ros")))
@@ -81,11 +83,16 @@ def decode_packet(data):
             require((p == 0) == (flags == 1), "size of the part")
             part, at = _take_part(data, at, p)
             frames.append(dict(type="part", abort=flags == 1, channel=channel, part=part))
-        elif kind in (3, 4, 5):
-            (head, *values), at = _take(data, at, {3: "<QQ", 4: "<Qq", 5: "<Qqqqq"}[kind])
+        elif kind in (3, 4, 5, 6):
+            layouts = {3: "<QQq", 4: "<Qq", 5: "<Qqqqq", 6: "<Q"}
+            (head, *values), at = _take(data, at, layouts[kind])
             require(head == kind, "a zero field")
             if kind == 3:
-                frames.append(dict(type="ack", received_bytes=values[0]))
+                _stamps(values[1])
+                frames.append(dict(type="ack", received_bytes=values[0], arrived=values[1]))
+                continue
+            if kind == 6:
+                frames.append(dict(type="ack_request"))
                 continue
             _stamps(*values)
             names = ("t1", "t2", "t3", "ros")

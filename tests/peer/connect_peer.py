@@ -36,7 +36,7 @@ from connect_records import (
 SUBPROTOCOL = "ros2-connect.v1"
 WINDOW = 16 << 20
 ACK_BYTES, ACK_AFTER = 65536, 0.1
-TIMING = ("ack", "time_request", "time_reply")
+TIMING = ("ack", "ack_request", "time_request", "time_reply")
 
 
 class Sample:
@@ -98,7 +98,7 @@ class Peer(Calls):
         self._demands, self._demand_of = 0, {}  # of the channels of the peer
         self.samples, self.frames, self.times = {}, [], []
         self.seen = {} if seen is None else seen  # of the link: newest number per mirror
-        self.sent_bytes = self.acked = self.received_bytes = 0
+        self.sent_bytes = self.acked = self.received_bytes = self.arrived_ns = 0
         self.acks_received, self.acks_sent, self.asked_at = [], [], []
         self.closed = None  # code and reason
         self.mute = self.deaf = False  # for tests: send nothing by itself; send no ack
@@ -270,7 +270,10 @@ class Peer(Calls):
         if not self.deaf:
             self._acked_to_peer = self.received_bytes
             self.acks_sent.append(self.received_bytes)
-            self.send_packet([dict(type="ack", received_bytes=self.received_bytes)])
+            arrived = self.arrived_ns
+            self.send_packet(
+                [dict(type="ack", received_bytes=self.received_bytes, arrived=arrived)]
+            )
 
     def _control(self, text):
         message = decode_control(text)
@@ -345,6 +348,7 @@ class Peer(Calls):
     def _packet(self, data):
         arrival = time.time_ns()
         self.received_bytes += len(data)
+        self.arrived_ns = time.monotonic_ns()
         frames = decode_packet(data)
         for frame in frames:
             if frame["type"] in ("message", "part"):
@@ -355,6 +359,8 @@ class Peer(Calls):
                 )
                 self.acked = max(self.acked, frame["received_bytes"])
                 self.acks_received.append((time.monotonic(), frame["received_bytes"]))
+            elif frame["type"] == "ack_request":
+                continue
             elif frame["type"] == "time_request":
                 self.asked_at.append(time.monotonic())
                 if not self.mute:
@@ -367,8 +373,9 @@ class Peer(Calls):
                 self.times.append(dict(frame, t4=arrival))
         if any(frame["type"] not in TIMING for frame in frames):
             self._ack_due = self._ack_due or time.monotonic() + ACK_AFTER * 0.7
-            if self.received_bytes - self._acked_to_peer >= ACK_BYTES:
-                self._send_ack()
+        asked = any(frame["type"] == "ack_request" for frame in frames)
+        if asked or self.received_bytes - self._acked_to_peer >= ACK_BYTES:
+            self._send_ack()
 
     def _data(self, frame):
         number = frame["channel"]

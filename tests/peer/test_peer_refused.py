@@ -65,7 +65,7 @@ def test_the_good_peer_was_served_all_the_time(served):
         (4009, [message(1, 2, b"abcd"), message(1, 1, b"abcd")]),
         (4002, [message(1, 1, b"a", 4), part_of(1, b"abcd")]),
         (4006, [message(1, 1, b"a", (64 << 20) + 1)]),
-        (4009, [dict(type="ack", received_bytes=1 << 40)]),
+        (4009, [dict(type="ack", received_bytes=1 << 40, arrived=1)]),
         (4002, [dict(message(1, 1, b"\x10a"), codec="lz4", raw_bytes=5)]),
         (4002, [dict(message(1, 1, b"abcd"), codec="zstd", raw_bytes=5)]),
     ],

@@ -23,6 +23,7 @@ class ClassSchedule {
   // The queue has nothing to send any more, or goes away, or changes its class.
   void remove(ChannelQueue& queue);
 
+  [[nodiscard]] bool empty() const { return front() == nullptr; }
   // Whose turn it is; null when there is none.
   [[nodiscard]] ChannelQueue* front() const;
   // The front queue has sent so many bytes; the next of its class is on turn.

@@ -8,6 +8,8 @@
 namespace connect_bridge {
 namespace {
 
+constexpr std::uint64_t kAskBytesMin = 4096;
+
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
 // below what every receiver takes.
 OutboxOptions bounded(OutboxOptions options) {
@@ -23,7 +25,8 @@ OutboxOptions bounded(OutboxOptions options) {
 
 }  // namespace
 
-Outbox::Outbox(OutboxOptions options) : options_(bounded(options)) {}
+Outbox::Outbox(OutboxOptions options)
+    : options_(bounded(options)), pacer_(options_.queue_delay_target) {}
 
 template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
@@ -129,14 +132,30 @@ void Outbox::push_small(const Frame& frame) {
 }
 
 std::optional<Packet> Outbox::next(const Now& now) {
+  held_until_.reset();
   if (!controls_.empty()) return next_control();
   add_small();
-  add_data(now);
+  const bool holds_data = add_data(now);
   if (packet_.empty()) return std::nullopt;
-  part_size_.sent(unacknowledged_bytes() == 0, now.steady);
+  const bool more_waits = !schedule_.empty();
+  const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
+                    sent_bytes_ - asked_end_ >= ask_bytes();
+  if (asks) packet_.add(AckRequest{});
   sent_bytes_ += packet_.size();
+  if (asks) asked_end_ = sent_bytes_;
+  if (holds_data) {
+    pacer_.sent({sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks,
+                 more_waits});
+  }
   for (; unfinished_ > 0; --unfinished_) tracked_[tracked_.size() - unfinished_].end = sent_bytes_;
-  return packet_.finish();
+  auto packet = packet_.finish();
+  packet.unsent_bytes_max = pacer_.unsent_bytes();
+  return packet;
+}
+
+// Whatever the packets hold: the window must open again before it is full.
+std::uint64_t Outbox::ask_bytes() const {
+  return std::max<std::uint64_t>(options_.unacknowledged_bytes_max / 4, kAskBytesMin);
 }
 
 Packet Outbox::next_control() {
@@ -159,24 +178,36 @@ void Outbox::add_small() {
   aborts_.clear();
 }
 
-void Outbox::add_data(const Now& now) {
-  const std::uint32_t part_max = part_size_.bytes(options_.fragment_bytes, kUnprovenPartBytes);
-  const std::uint32_t gather_max = part_size_.bytes(options_.packet_bytes, kUnprovenPacketBytes);
+bool Outbox::add_data(const Now& now) {
+  const std::uint32_t part_max = pacer_.part_bytes(options_.fragment_bytes);
+  const std::uint32_t gather_max = pacer_.part_bytes(options_.packet_bytes);
+  bool added = false;
   while (packet_.size() < gather_max || packet_.empty()) {
     auto* queue = next_queue(now);
-    if (queue == nullptr) return;
+    if (queue == nullptr) break;
     const auto part = queue->next_part_bytes(part_max);
     const auto packet_bytes = packet_.size() + part;
     // What fits no packet ends this one; what fits the next one waits for it.
-    if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) return;
-    if (!window_allows(queue->priority(), packet_bytes)) return;
+    if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) break;
+    if (!may_leave(queue->priority(), packet_bytes, now)) break;
     take_part(*queue, part_max);
+    added = true;
     if (queue->empty()) {
       schedule_.sent_all(part);
     } else {
       schedule_.sent(part);
     }
   }
+  return added;
+}
+
+bool Outbox::may_leave(Priority priority, std::size_t packet_bytes, const Now& now) {
+  if (!window_allows(priority, packet_bytes)) return false;
+  if (priority == Priority::kUrgent) return true;
+  const auto at = pacer_.next_at(now.steady);
+  if (at <= now.steady) return true;
+  if (at != Pacer::kNever) held_until_ = at;
+  return false;
 }
 
 void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max) {
@@ -201,16 +232,15 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
 
 bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
   const auto reserve = priority == Priority::kUrgent ? kUrgentReserveBytes : 0;
-  return unacknowledged_bytes() + packet_bytes <= options_.unacknowledged_bytes_max + reserve;
+  return unacknowledged_bytes() + packet_bytes + kAckRequestBytes <= options_.unacknowledged_bytes_max + reserve;
 }
 
-bool Outbox::acknowledge(std::uint64_t received_bytes, const Now& now) {
-  if (received_bytes > sent_bytes_) return false;
-  if (received_bytes <= received_bytes_) return true;
-  const bool waiting = data_bytes_ + kept_bytes_ > 0;
-  part_size_.acknowledged(received_bytes - received_bytes_, waiting, now.steady);
-  received_bytes_ = received_bytes;
-  for (; !tracked_.empty() && tracked_.front().end <= received_bytes; tracked_.pop_front())
+bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
+  if (ack.received_bytes > sent_bytes_) return false;
+  if (ack.received_bytes <= received_bytes_) return true;
+  pacer_.acknowledged(ack, now.steady);
+  received_bytes_ = ack.received_bytes;
+  for (; !tracked_.empty() && tracked_.front().end <= received_bytes_; tracked_.pop_front())
     delivered_.push_back(tracked_.front().message);
   return true;
 }
@@ -232,7 +262,9 @@ void Outbox::reset() {
   received_bytes_ = 0;
   tracked_.clear();
   delivered_.clear();
-  part_size_ = {};
+  pacer_ = Pacer(options_.queue_delay_target);
+  held_until_.reset();
+  asked_end_ = 0;
 }
 
 ChannelCounts Outbox::counts(ChannelId channel) const {

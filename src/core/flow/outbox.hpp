@@ -15,19 +15,21 @@
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
 #include "core/flow/packet.hpp"
-#include "core/flow/part_size.hpp"
+#include "core/flow/pacer.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
 
 struct OutboxOptions {
-  // Largest part of a message in one packet; the rate of the link decides (PartSize), and before it
-  // is known kUnprovenPartBytes. The default keeps an urgent message 2 ms behind a part at 1
-  // Gbit/s. At most half of unacknowledged_bytes_max is used.
+  // Largest part of a message in one packet; the rate of the link decides (Pacer). The default
+  // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of unacknowledged_bytes_max
+  // is used.
   std::uint32_t fragment_bytes = 256 << 10;
-  // Small parts are gathered into a packet up to this size (likewise, kUnprovenPacketBytes); a part
-  // larger than it ends the packet.
+  // Small parts are gathered into a packet up to this size (likewise); a part larger than it ends
+  // the packet.
   std::uint32_t packet_bytes = 65536;
+  // How long what is not urgent may keep the queues on the way; zero: as long as they take it.
+  Duration queue_delay_target = std::chrono::milliseconds(2);
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
   // Of control texts; beyond: the link closes with kSlowPeer.
@@ -36,9 +38,6 @@ struct OutboxOptions {
   std::uint64_t data_bytes_max = 64 << 20;
 };
 
-// Limits for a link of which nothing tells yet that it is a fast one.
-inline constexpr std::uint32_t kUnprovenPartBytes = 65536;
-inline constexpr std::uint32_t kUnprovenPacketBytes = 16384;
 // By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait
 // for ever.
@@ -76,8 +75,16 @@ class Outbox {
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now);
 
-  // The peer has received this many packet bytes in total. False: more than was sent (kIllegal).
-  [[nodiscard]] bool acknowledge(std::uint64_t received_bytes, const Now& now);
+  // When next() has something to hand out that it held back for the sake of the link's rate.
+  // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return held_until_; }
+  // That time has come: who sends pulls as soon as it can.
+  void on_time(const Now& now) {
+    if (held_until_ && *held_until_ <= now.steady) held_until_.reset();
+  }
+
+  // What the peer has received in total. False: more than was sent (kIllegal).
+  [[nodiscard]] bool acknowledge(const Arrival& ack, const Now& now);
 
   // The tracked messages whose last byte the peer has acknowledged since the last call, in the
   // order in which they were sent.
@@ -100,14 +107,20 @@ class Outbox {
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
   [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
+  // What is known of the link's rate and queue.
+  [[nodiscard]] const Pacer& pacer() const { return pacer_; }
 
  private:
   Packet next_control();
   void add_small();
-  void add_data(const Now& now);
+  // Whether it added any.
+  bool add_data(const Now& now);
+  // Whether this data may leave now; else held_until_ tells when, as far as it is known.
+  bool may_leave(Priority priority, std::size_t packet_bytes, const Now& now);
   void take_part(ChannelQueue& queue, std::uint32_t part_max);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
+  [[nodiscard]] std::uint64_t ask_bytes() const;
   // Whether the window lets a packet of this size with data of this class go.
   [[nodiscard]] bool window_allows(Priority priority, std::size_t packet_bytes) const;
   // Makes room for what was just pushed with this priority.
@@ -136,6 +149,7 @@ class Outbox {
 
   std::uint64_t sent_bytes_ = 0;      // binary packets
   std::uint64_t received_bytes_ = 0;  // by the peer, of these
+  std::uint64_t asked_end_ = 0;       // sent_bytes_ behind the last one that asks for an ack
   // Tracked messages that are sent and not yet acknowledged; `end` is sent_bytes_ behind them. The
   // last `unfinished_` of them are in the packet that is being gathered. Bounded by the window.
   struct Tracked {
@@ -145,7 +159,8 @@ class Outbox {
   std::deque<Tracked> tracked_;
   std::size_t unfinished_ = 0;
   std::vector<Delivered> delivered_;
-  PartSize part_size_;
+  Pacer pacer_;
+  std::optional<TimePoint> held_until_;  // what waits may leave then
   PacketBuilder packet_;  // empty between calls
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "core/base/bytes.hpp"
@@ -13,6 +14,8 @@ namespace connect_bridge {
 struct Packet {
   bool text = false;
   std::vector<Payload> pieces;
+  // The next one is asked for when fewer bytes than this wait unsent below; 0: as the one before.
+  std::uint32_t unsent_bytes_max = 0;
   [[nodiscard]] std::size_t size() const;
 };
 

@@ -119,18 +119,22 @@ Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
 
 Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
-  bool holds_data = false;
+  Acknowledger::Contents contents;
   for (;;) {
     auto next = reader.next();
     if (!next) return next.error();
     if (!next.value()) break;
+    if (std::holds_alternative<AckRequest>(*next.value())) {
+      contents.asks = true;
+      continue;
+    }
     auto data = on_frame(*next.value(), packet, now);
     if (!data) return data.error();
     if (state_ != State::kOpen) return Nothing{};  // a message before has ended it
-    holds_data = holds_data || data.value();
+    contents.data = contents.data || data.value();
   }
-  acknowledger_.on_packet(packet.size(), holds_data, now.steady);
-  if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
+  acknowledger_.on_packet(packet.size(), contents, now.steady);
+  if (const auto ack = acknowledger_.take_due(now.steady)) outbox_.push_small(*ack);
   return Nothing{};
 }
 
@@ -154,7 +158,7 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
     return on_data(reassembly_.on_part(*part), now);
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
-    if (!outbox_.acknowledge(ack->received_bytes, now))
+    if (!outbox_.acknowledge({ack->received_bytes, ack->arrived}, now))
       return Error{CloseCode::kIllegal, "acknowledged more bytes than were sent"};
     for (const auto& whole : outbox_.take_delivered()) user_->on_delivered(whole, now);
     return false;
@@ -178,7 +182,8 @@ void Connection::on_time(const Now& now) {
   }
   if (now.steady >= last_heard_ + options_.dead_after)
     return fail(CloseCode::kSilent, "nothing heard from the peer");
-  if (auto count = acknowledger_.take_due(now.steady)) outbox_.push_small(AckFrame{*count});
+  if (const auto ack = acknowledger_.take_due(now.steady)) outbox_.push_small(*ack);
+  outbox_.on_time(now);
   if (now.steady >= next_time_request_) {
     outbox_.push_small(TimeRequest{now.system});
     if (time_asked_.size() == kTimeFramesMax) time_asked_.pop_front();
@@ -218,6 +223,7 @@ std::optional<TimePoint> Connection::deadline() const {
   if (state_ != State::kOpen) return login_deadline_;
   TimePoint first = std::min(last_heard_ + options_.dead_after, next_time_request_);
   if (auto ack = acknowledger_.deadline()) first = std::min(first, *ack);
+  if (auto paced = outbox_.deadline()) first = std::min(first, *paced);
   return first;
 }
 

@@ -54,6 +54,8 @@ LinkStatus Link::status() const {
   shown.received_bytes = connection->received_bytes();
   shown.queued_bytes = outbox.data_bytes() + outbox.kept_bytes();
   shown.unacknowledged_bytes = outbox.unacknowledged_bytes();
+  shown.rate = outbox.pacer().rate();
+  shown.path_queue = outbox.pacer().queue();
   const ClockEstimate& clock = connection->clock();
   shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
   return shown;

@@ -73,6 +73,8 @@ struct LinkStatus {
   std::uint64_t received_bytes = 0;
   std::uint64_t queued_bytes = 0;
   std::uint64_t unacknowledged_bytes = 0;
+  double rate = 0;        // bytes per second that the path there carries; 0: not known
+  Duration path_queue{};  // how long packets wait on it
   std::uint64_t connects = 0;
   ClockStatus clock;
   std::vector<TopicStatus> topics;

@@ -14,7 +14,8 @@ enum class FrameType : std::uint8_t {
   kPart = 2,
   kAck = 3,
   kTimeRequest = 4,
-  kTimeReply = 5
+  kTimeReply = 5,
+  kAckRequest = 6
 };
 
 constexpr std::uint8_t kAbortFlag = 1;
@@ -49,6 +50,7 @@ std::size_t header_bytes(FrameType type) {
     case FrameType::kAck: return kAckBytes;
     case FrameType::kTimeRequest: return kTimeRequestBytes;
     case FrameType::kTimeReply: return kTimeReplyBytes;
+    case FrameType::kAckRequest: return kAckRequestBytes;
   }
   return 0;
 }
@@ -111,7 +113,7 @@ Outcome read_part(ByteView& rest) {
   return std::optional<Frame>{frame};
 }
 
-// Ack and time frames: 7 zero bytes, then numbers.
+// Ack and time frames: 7 zero bytes, then numbers; a request for an ack has none.
 Outcome read_numbers(FrameType type, ByteView& rest) {
   if (!all_zero(rest.subspan(1, kZeroBytesBeforeNumbers - 1))) {
     return malformed("a reserved byte of an ack or time frame is not zero");
@@ -119,8 +121,14 @@ Outcome read_numbers(FrameType type, ByteView& rest) {
   const ByteView numbers = rest.subspan(kZeroBytesBeforeNumbers);
   const ByteView behind = rest.subspan(header_bytes(type));
   if (type == FrameType::kAck) {
+    const auto arrived = get_le<Stamp>(numbers, 8);
+    if (!is_stamp(arrived)) return malformed("an ack's time of arrival is out of range");
     rest = behind;
-    return std::optional<Frame>{AckFrame{get_le<std::uint64_t>(numbers, 0)}};
+    return std::optional<Frame>{AckFrame{get_le<std::uint64_t>(numbers, 0), arrived}};
+  }
+  if (type == FrameType::kAckRequest) {
+    rest = behind;
+    return std::optional<Frame>{AckRequest{}};
   }
   TimeReply frame;
   frame.t1 = get_le<Stamp>(numbers, 0);
@@ -178,7 +186,14 @@ void append(const PartFrame& frame, Bytes& out) {
 }
 
 void append(const AckFrame& frame, Bytes& out) {
-  Header<kAckBytes>{FrameType::kAck}.set(8, frame.received_bytes).append_to(out);
+  Header<kAckBytes>{FrameType::kAck}
+      .set(8, frame.received_bytes)
+      .set(16, wire_stamp(frame.arrived))
+      .append_to(out);
+}
+
+void append(const AckRequest&, Bytes& out) {
+  Header<kAckRequestBytes>{FrameType::kAckRequest}.append_to(out);
 }
 
 void append(const TimeRequest& frame, Bytes& out) {

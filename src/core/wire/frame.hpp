@@ -36,10 +36,15 @@ struct PartFrame {
   ByteView part;
 };
 
-// Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection.
+// Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection, and
+// when the last of them did: by a steady clock of the receiver, in ns from any beginning.
 struct AckFrame {
   std::uint64_t received_bytes = 0;
+  Stamp arrived = 0;
 };
+
+// The packet that holds it is to be acknowledged at once.
+struct AckRequest {};
 
 // Four-stamp clock measurement and sign of life (NTP, RFC 5905 section 8): t1 sent, t2 received,
 // t3 answered. System clock, ns.
@@ -53,7 +58,8 @@ struct TimeReply {
   Stamp ros = 0;  // ROS time of the answering node at t3; 0 when it has none
 };
 
-using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply>;
+using Frame =
+    std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
 
 // Every stamp on the wire is 0 (not known) to this (the year 2116), so that sums and differences of
 // two fit 64 bits. append_header writes any other value as 0.
@@ -64,9 +70,10 @@ inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
 inline constexpr std::size_t kMessageHeaderBytes = 44;
 inline constexpr std::size_t kPartHeaderBytes = 12;
-inline constexpr std::size_t kAckBytes = 16;
+inline constexpr std::size_t kAckBytes = 24;
 inline constexpr std::size_t kTimeRequestBytes = 16;
 inline constexpr std::size_t kTimeReplyBytes = 40;
+inline constexpr std::size_t kAckRequestBytes = 8;
 
 // Reads the frames of one packet in order. Parts refer to the packet's bytes. Never allocates
 // except for an error text.

@@ -19,6 +19,7 @@ std::string word_of(const Frame& frame) {
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
     return "ack " + std::to_string(ack->received_bytes);
   }
+  if (std::holds_alternative<AckRequest>(frame)) return "at once";
   return std::holds_alternative<TimeRequest>(frame) ? "ask" : "answer";
 }
 

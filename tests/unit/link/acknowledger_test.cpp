@@ -3,16 +3,25 @@
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "unit/flow/script.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr bool kData = true;
-constexpr bool kSmall = false;  // ack and time frames only
+constexpr Acknowledger::Contents kData{.data = true};
+constexpr Acknowledger::Contents kAsks{.data = true, .asks = true};
+constexpr Acknowledger::Contents kSmall{};  // ack and time frames only
 
 TimePoint ms(std::int64_t t) {
   return flow_test::now_ms(t).steady;
+}
+
+// The count that is due; 0: none.
+std::uint64_t due(Acknowledger& acknowledger, std::int64_t t) {
+  const auto ack = acknowledger.take_due(ms(t));
+  return ack ? ack->received_bytes : 0;
 }
 
 TEST(Acknowledger, NothingIsDueAtFirst) {
@@ -26,43 +35,45 @@ TEST(Acknowledger, DataIsAcknowledgedAHundredMillisecondsAfterTheFirst) {
   acknowledger.on_packet(10, kData, ms(1000));
   acknowledger.on_packet(20, kData, ms(1099));
   EXPECT_EQ(acknowledger.deadline(), ms(1100));
-  EXPECT_FALSE(acknowledger.take_due(ms(1099)));
-  EXPECT_EQ(acknowledger.take_due(ms(1100)), 30U);
+  EXPECT_EQ(due(acknowledger, 1099), 0U);
+  EXPECT_EQ(due(acknowledger, 1100), 30U);
   EXPECT_FALSE(acknowledger.deadline());
-  EXPECT_FALSE(acknowledger.take_due(ms(9000)));
+  EXPECT_EQ(due(acknowledger, 9000), 0U);
 }
 
 TEST(Acknowledger, TheDelayBeginsAnewAfterAnAcknowledgement) {
   Acknowledger acknowledger;
   acknowledger.on_packet(10, kData, ms(0));
-  EXPECT_EQ(acknowledger.take_due(ms(150)), 10U);
+  EXPECT_EQ(due(acknowledger, 150), 10U);
   acknowledger.on_packet(10, kData, ms(160));
   EXPECT_EQ(acknowledger.deadline(), ms(260));
 }
 
-TEST(Acknowledger, SixtyFourKibAreAcknowledgedAtOnce) {
+TEST(Acknowledger, WhatAsksIsAcknowledgedAtOnce) {
   Acknowledger acknowledger;
-  acknowledger.on_packet(65'535, kData, ms(0));
-  EXPECT_FALSE(acknowledger.take_due(ms(0)));
-  acknowledger.on_packet(1, kData, ms(1));
-  EXPECT_EQ(acknowledger.take_due(ms(1)), 65'536U);
-  acknowledger.on_packet(1 << 20, kData, ms(1));
-  EXPECT_EQ(acknowledger.take_due(ms(1)), 65'536U + (1 << 20));
+  acknowledger.on_packet(10, kAsks, ms(5));
+  EXPECT_EQ(due(acknowledger, 5), 10U);
+  acknowledger.on_packet(10, kData, ms(6));
+  acknowledger.on_packet(8, kAsks, ms(7));
+  EXPECT_EQ(due(acknowledger, 7), 28U);
+  EXPECT_FALSE(acknowledger.deadline());
 }
 
-TEST(Acknowledger, OnAFastLinkSixtyFourKibWaitForFiveMilliseconds) {
+TEST(Acknowledger, TellsWhenTheLastBytesArrived) {
   Acknowledger acknowledger;
-  acknowledger.on_packet(65'536, kData, ms(10));
-  EXPECT_EQ(acknowledger.take_due(ms(10)), 65'536U);
-  acknowledger.on_packet(65'536, kData, ms(11));
-  EXPECT_EQ(acknowledger.deadline(), ms(15));
-  acknowledger.on_packet(900'000, kData, ms(12));
-  EXPECT_FALSE(acknowledger.take_due(ms(14)));
-  EXPECT_EQ(acknowledger.take_due(ms(15)), 1'031'072U);
-  acknowledger.on_packet(1 << 20, kData, ms(16));  // a mebibyte does not wait
-  EXPECT_EQ(acknowledger.take_due(ms(16)), 1'031'072U + (1 << 20));
-  acknowledger.on_packet(65'536, kData, ms(40));
-  EXPECT_TRUE(acknowledger.take_due(ms(40)));
+  acknowledger.on_packet(10, kData, ms(20));
+  acknowledger.on_packet(10, kData, ms(40));
+  const auto ack = acknowledger.take_due(ms(120));
+  ASSERT_TRUE(ack);
+  EXPECT_EQ(ack->arrived, ms(40).time_since_epoch().count());
+}
+
+TEST(Acknowledger, AMebibyteIsAcknowledgedAtOnce) {
+  Acknowledger acknowledger;
+  acknowledger.on_packet((1 << 20) - 1, kData, ms(0));
+  EXPECT_EQ(due(acknowledger, 1), 0U);
+  acknowledger.on_packet(1, kData, ms(1));
+  EXPECT_EQ(due(acknowledger, 1), 1U << 20);
 }
 
 TEST(Acknowledger, SmallFramesStartNoTimerButCount) {
@@ -71,7 +82,7 @@ TEST(Acknowledger, SmallFramesStartNoTimerButCount) {
   acknowledger.on_packet(0, kSmall, ms(0));
   EXPECT_FALSE(acknowledger.deadline());
   acknowledger.on_packet(100, kData, ms(5000));
-  EXPECT_EQ(acknowledger.take_due(ms(5100)), 156U);
+  EXPECT_EQ(due(acknowledger, 5100), 156U);
   EXPECT_EQ(acknowledger.received_bytes(), 156U);
 }
 
@@ -82,15 +93,14 @@ TEST(Acknowledger, SmallFramesDoNotPutOffWhatIsDue) {
   EXPECT_EQ(acknowledger.deadline(), ms(100));
 }
 
-TEST(Acknowledger, AcksOfSmallFramesAreAcknowledgedEvery64KiB) {
+TEST(Acknowledger, AcksOfSmallFramesAreAcknowledgedEveryMebibyte) {
   Acknowledger acknowledger;
   std::vector<std::uint64_t> counts;
-  for (int i = 1; i <= 10'000; ++i) {
-    acknowledger.on_packet(16, kSmall, ms(i));
-    if (const auto count = acknowledger.take_due(ms(i))) counts.push_back(*count);
+  for (int i = 1; i <= 100'000; ++i) {
+    acknowledger.on_packet(32, kSmall, ms(i));
+    if (const auto count = due(acknowledger, i)) counts.push_back(count);
   }
-  EXPECT_EQ(counts, (std::vector<std::uint64_t>{65'536, 131'072}));
-  EXPECT_EQ(acknowledger.received_bytes(), 160'000U);
+  EXPECT_EQ(counts, (std::vector<std::uint64_t>{1 << 20, 2 << 20, 3 << 20}));
 }
 
 }  // namespace

@@ -87,14 +87,23 @@ TEST(ConnectionOpen, OnlyBinaryPacketsOfStateOpenCount) {
   EXPECT_EQ(script.sent(), "ask\n");  // the sign of life; the next one is due with the ack
   EXPECT_EQ(script.pass(100), "-");
   EXPECT_EQ(script.sent(), "ack 100 ask\n");
-  EXPECT_EQ(script.link.sent_bytes(), 48U);
+  EXPECT_EQ(script.link.sent_bytes(), 56U);
 }
 
 TEST(ConnectionOpen, ManyBytesAreAcknowledgedAtOnce) {
   auto script = open_client();
   script.expect(1);
-  script.binary(message(1, 1, 65'492));
-  EXPECT_EQ(script.sent(), "ack 65536\n");
+  for (int i = 1; i <= 15; ++i) script.binary(message(1, i, 65'492));
+  EXPECT_EQ(script.sent(), "");
+  script.binary(message(1, 16, 65'492));
+  EXPECT_EQ(script.sent(), "ack 1048576\n");
+}
+
+TEST(ConnectionOpen, WhatAsksIsAcknowledgedAtOnce) {
+  auto script = open_client();
+  script.expect(1);
+  script.binary(message(1, 1, 56) + bytes_of(AckRequest{}));
+  EXPECT_EQ(script.sent(), "ack 108\n");
 }
 
 TEST(ConnectionOpen, TimeRequestsAreAnsweredAtOnce) {

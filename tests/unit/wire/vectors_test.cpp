@@ -35,7 +35,10 @@ Json json_of(const PartFrame& frame) {
           {"part", to_hex(frame.part)}};
 }
 Json json_of(const AckFrame& frame) {
-  return {{"type", "ack"}, {"received_bytes", frame.received_bytes}};
+  return {{"type", "ack"}, {"received_bytes", frame.received_bytes}, {"arrived", frame.arrived}};
+}
+Json json_of(const AckRequest&) {
+  return {{"type", "ack_request"}};
 }
 Json json_of(const TimeRequest& frame) {
   return {{"type", "time_request"}, {"t1", frame.t1}};

@@ -1,0 +1,148 @@
+#include "core/flow/pacer.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kRateMin = 2000;  // bytes per second: slower, and nothing would be learnt
+constexpr double kRateMax = 1e11;
+constexpr std::uint64_t kWindowMin = 2048;
+constexpr std::uint32_t kPartBytesMin = 600;  // below that headers cost more than the delay is worth
+constexpr Duration kCredit = 1ms;  // what a late wake-up may catch up with
+constexpr Duration kDebtMax = 100ms;  // of urgent data, which is never held back
+constexpr Duration kEmptyPeriod = 5s;
+constexpr Duration kLonePeriod = 1s;
+
+double seconds(Duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+}  // namespace
+
+// ---- what may leave
+
+TimePoint Pacer::next_at(TimePoint now) const {
+  if (target_ <= Duration::zero()) return now;
+  if (path_.acked_bytes() < drain_end_ || path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
+  return rate_ == 0 || competes_ ? now : free_at_;
+}
+
+// What the path carries in a round trip, and a little more. When the path becomes slower this stops
+// the sender before anything is measured.
+std::uint64_t Pacer::window() const {
+  if (rate_ == 0) return static_cast<std::uint64_t>(Path::kFirstBytes);
+  const Duration round = path_.round_trip();
+  const Duration slack = starting_ ? round : 2 * target_ + path_.lateness();
+  const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
+  const double time = seconds(round + slack + ask_period()) * (competes_ ? 2 : 1) +
+                      (competes_ ? 2 * seconds(path_.queue()) : 0);
+  return static_cast<std::uint64_t>(std::max(std::max(carries(), rate_ / 2) * time, least));
+}
+
+bool Pacer::acks_are_late(TimePoint now) const {
+  const auto since = path_.waits_since();
+  if (starting_ || competes_ || !since) return false;
+  return now - *since > path_.round_trip() + ask_period() + 2 * target_ + 3 * path_.lateness();
+}
+
+// A small message alone tells little; its acknowledgement comes by itself.
+bool Pacer::wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const {
+  if (target_ <= Duration::zero()) return false;
+  const bool alone = !more_waits && bytes < kUnknownPartBytes && path_.in_flight_bytes() < kUnknownPartBytes;
+  if (alone) return now - path_.asked_at() >= kLonePeriod;
+  return !more_waits || now - path_.asked_at() >= ask_period() || path_.bytes_since_asked() >= window() / 4;
+}
+
+Duration Pacer::ask_period() const {
+  return std::clamp<Duration>(path_.round_trip() / 8, 2ms, 10ms);
+}
+
+std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
+  if (target_ <= Duration::zero()) return most;
+  if (rate_ == 0) return std::min(kUnknownPartBytes, most);
+  const double time = std::clamp(seconds(path_.round_trip()) / 24, 0.001, 0.004);
+  const double bytes = std::max<double>(path_.delivery() * time, kPartBytesMin);
+  return static_cast<std::uint32_t>(std::min<double>(bytes, most));
+}
+
+void Pacer::sent(const SentPacket& packet) {
+  if (path_.in_flight_bytes() == 0) {
+    full_ = {packet.at, Duration::zero()};
+    empty_at_ = packet.at;
+  }
+  path_.sent(packet);
+  if (rate_ == 0) return;
+  const auto cost = Duration(static_cast<std::int64_t>(packet.bytes * 1e9 / rate_));
+  free_at_ = std::min(std::max(free_at_, packet.at - kCredit) + cost, packet.at + kDebtMax);
+}
+
+// ---- what is learnt
+
+void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
+  const auto covered = path_.acknowledged(ack, now);
+  if (!covered || path_.delivery() == 0) return;
+  judge_queue(now);
+  round_limited_ = round_limited_ || covered->limited;
+  if (covered->end >= round_end_) {
+    end_round(round_limited_);
+    round_end_ = path_.sent_bytes();
+    round_limited_ = false;
+  }
+  const double before = rate_;
+  rate_ = std::clamp(gain() * carries(), kRateMin, kRateMax);
+  // What is owed are bytes.
+  if (free_at_ > now) free_at_ = now + Duration(static_cast<std::int64_t>(static_cast<double>((free_at_ - now).count()) * before / rate_));
+}
+
+// A queue of our own is gone a little after we send less. One that does not shrink is somebody
+// else's: to hold back would not make it shorter, and starve us.
+void Pacer::judge_queue(TimePoint now) {
+  const Duration queue = path_.queue();
+  if (queue > 2 * target_) starting_ = false;
+  if (seconds(queue) > target() / 2) boost_ = 0;
+  if (queue <= target_) empty_at_ = now;
+  if (queue <= 4 * target_) {
+    competes_ = false;
+    full_ = {now, Duration::zero()};
+  } else if (queue < full_.queue / 2) {
+    full_ = {now, queue};
+  } else if (full_.queue = std::max(full_.queue, queue); now - full_.since > 2 * full_.queue + 10 * path_.round_trip()) {
+    competes_ = true;
+  }
+  // What is taken for the shortest delay may be a queue: now and then the path is seen empty.
+  if (now - empty_at_ > kEmptyPeriod) {
+    drain_end_ = path_.sent_bytes();
+    empty_at_ = now;
+  }
+}
+
+void Pacer::end_round(bool limited) {
+  if (limited || starting_) return;
+  const double error = (target() - seconds(path_.queue())) / target();
+  trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -2.0, 1.0), -0.15, 0.05);
+  if (error > 0.5) {
+    boost_ = std::clamp(1.8 * boost_, 0.03, 1.0);
+  }
+}
+
+double Pacer::gain() const {
+  if (starting_) return 2;
+  const double missing = target() - seconds(path_.queue());
+  return 1 + trim_ + boost_ + std::clamp(0.3 * missing / (seconds(path_.round_trip()) + 0.005), -0.5, 0.1);
+}
+
+// A part waits for itself, too.
+double Pacer::target() const {
+  return std::max(seconds(target_), 1.5 * part_bytes(65536) / path_.delivery());
+}
+
+// While too much queues, what arrived last counts, else the best of a few round trips.
+double Pacer::carries() const {
+  const double most = path_.delivery();
+  return path_.queue() > 3 * target_ ? std::min(path_.latest_delivery(), most) : most;
+}
+
+}  // namespace connect_bridge

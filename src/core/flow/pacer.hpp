@@ -1,0 +1,76 @@
+// How fast what is not urgent may leave: as fast as the path delivers and no faster, so that the
+// queues on the way stay short. docs/flow.md tells the idea and where it comes from.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/time.hpp"
+#include "core/flow/path.hpp"
+
+namespace connect_bridge {
+
+// Belongs to one connection. Counts are bytes of binary packets since the connection opened.
+class Pacer {
+ public:
+  // `target`: the delay on the way that data which is not urgent may cause; zero: nothing is held
+  // back.
+  explicit Pacer(Duration target) : target_(target) {}
+
+  // When data that is not urgent may leave: now, or at a time to come; kNever: not before the next
+  // acknowledgement.
+  [[nodiscard]] TimePoint next_at(TimePoint now) const;
+  static constexpr TimePoint kNever = TimePoint::max();
+
+  // Whether a packet with data that is about to leave should ask for an acknowledgement at once.
+  [[nodiscard]] bool wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const;
+  void sent(const SentPacket& packet);
+  void acknowledged(const Arrival& ack, TimePoint now);
+
+  // A part that takes about kPartTime on the wire, at most `most` bytes.
+  [[nodiscard]] std::uint32_t part_bytes(std::uint32_t most) const;
+  // How much may wait in the kernel.
+  [[nodiscard]] std::uint32_t unsent_bytes() const { return 2 * part_bytes(kUnknownPartBytes); }
+
+  // ---- for people and tests
+  // Bytes per second that the path carries; 0: not known yet.
+  [[nodiscard]] double rate() const { return path_.delivery(); }
+  [[nodiscard]] Duration queue() const { return path_.queue(); }
+  [[nodiscard]] Duration round_trip() const { return path_.round_trip(); }
+  // Somebody else fills the queues of the path.
+  [[nodiscard]] bool competes() const { return competes_; }
+
+  static constexpr std::uint32_t kUnknownPartBytes = 16384;  // while the rate is not known
+
+ private:
+  void end_round(bool limited);
+  void judge_queue(TimePoint now);
+  [[nodiscard]] double gain() const;
+  [[nodiscard]] Duration ask_period() const;
+  [[nodiscard]] double target() const;
+  [[nodiscard]] double carries() const;
+  [[nodiscard]] std::uint64_t window() const;
+  // Acknowledgements are missing: the path has become slower, or stands.
+  [[nodiscard]] bool acks_are_late(TimePoint now) const;
+
+  Duration target_;
+  Path path_;
+  bool starting_ = true;
+  bool competes_ = false;
+  // Nothing leaves until so much is acknowledged, to see the path empty.
+  std::uint64_t drain_end_ = 0;
+  double trim_ = 0;      // what the control has learnt that the measured rate is wrong by
+  double boost_ = 0;     // while nothing queues: faster and faster
+  std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
+  bool round_limited_ = false;   // in it the traffic, not the path, made the rate
+  struct Episode {
+    TimePoint since{};
+    Duration queue{};
+  };
+  Episode full_;          // since when the queue is too long, and how long it was then
+  TimePoint empty_at_{};  // when the path was last seen nearly empty
+  double rate_ = 0;       // bytes per second at which packets leave; 0: not known
+  TimePoint free_at_{};   // when what has left is paid for
+};
+
+}  // namespace connect_bridge

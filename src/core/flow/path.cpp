@@ -1,0 +1,91 @@
+#include "core/flow/path.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kRateSpanMin = 10ms;
+constexpr Duration kRateWindowMin = 100ms;
+
+Duration nanoseconds(double count) {
+  return Duration(static_cast<std::int64_t>(count));
+}
+
+}  // namespace
+
+Duration Path::round_trip() const {
+  if (round_trip_.empty()) return kRoundTripUnknown;
+  return std::max(nanoseconds(round_trip_.get()), kRoundTripMin);
+}
+
+void Path::sent(const SentPacket& packet) {
+  if (flight_.empty()) {  // what was measured before the pause is over
+    arrivals_.clear();
+    waited_.clear();
+    queue_ = {};
+  }
+  sent_bytes_ = packet.end;
+  if (packet.asks) {
+    asked_at_ = packet.at;
+    asked_end_ = packet.end;
+    asks_.push_back(packet.at);
+  }
+  if (!packet.more_waits) limited_end_ = packet.end;
+  in_flight_bytes_ += packet.bytes;
+  flight_.push_back(packet);
+}
+
+std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint now) {
+  acked_bytes_ = ack.received_bytes;
+  std::optional<SentPacket> last;
+  Covered covered;
+  for (; !flight_.empty() && flight_.front().end <= ack.received_bytes; flight_.pop_front()) {
+    last = flight_.front();
+    in_flight_bytes_ -= last->bytes;
+    if (last->asks) asks_.pop_front();
+    covered.end = last->end;
+    covered.limited = covered.limited || last->end <= limited_end_;
+  }
+  if (!last) return std::nullopt;
+  measure_delay(*last, ack, now);
+  measure_rate(ack, covered.limited, now);
+  return covered;
+}
+
+// One way, by the peer's clock, so that what queues on the way back does not count.
+void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now) {
+  const auto one_way =
+      static_cast<double>(ack.at) - static_cast<double>(last.at.time_since_epoch().count());
+  one_way_.add(one_way, now, kBaseWindow);
+  waited_.add(one_way - one_way_.get(), now, round_trip());
+  queue_ = nanoseconds(std::max(waited_.get(), 0.0));
+  if (!last.asks) return;  // others are acknowledged when it suits the peer
+  const Duration took = now - last.at;
+  round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
+  lateness_ += (took - nanoseconds(round_trip_.get()) - lateness_) / 16;
+}
+
+// Between arrivals by the peer's clock, so that acknowledgements that come in a bunch do not look
+// like a fast path.
+void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
+  const auto span = std::max(round_trip() / 2, kRateSpanMin).count();
+  arrivals_.push_back({ack, limited});
+  while (arrivals_.size() > 2 && ack.at - arrivals_[1].arrival.at >= span) arrivals_.pop_front();
+  const Arrival& first = arrivals_.front().arrival;
+  const auto took = ack.at - first.at;
+  if (took < span / 2) return;
+  const double rate = static_cast<double>(ack.received_bytes - first.received_bytes) * 1e9 /
+                      static_cast<double>(took);
+  const bool any_limited = std::any_of(arrivals_.begin() + 1, arrivals_.end(),
+                                       [](const Counted& counted) { return counted.limited; });
+  // Little traffic tells nothing of what the path could carry.
+  const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();
+  if (any_limited && rate < std::max(delivery_.get(), first_rate)) return;
+  latest_delivery_ = rate;
+  delivery_.add(rate, now, std::max(4 * round_trip(), kRateWindowMin));
+}
+
+}  // namespace connect_bridge

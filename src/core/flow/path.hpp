@@ -1,0 +1,98 @@
+// What the acknowledgements tell of the path to the peer: its rate, its delay, its queue.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "core/base/time.hpp"
+#include "core/flow/window_extreme.hpp"
+
+namespace connect_bridge {
+
+// A packet with data that left. `end`: bytes sent up to its last one.
+struct SentPacket {
+  std::uint64_t end = 0;
+  std::uint32_t bytes = 0;
+  TimePoint at{};
+  bool asks = false;        // for an acknowledgement at once
+  bool more_waits = false;  // there was more to send behind it
+};
+
+// What the peer tells: so many bytes had arrived, the last of them at `at` by its steady clock, in
+// ns from any beginning.
+struct Arrival {
+  std::uint64_t received_bytes = 0;
+  Stamp at = 0;
+};
+
+// Belongs to one connection. Bounded by the window of what is not acknowledged.
+class Path {
+ public:
+  void sent(const SentPacket& packet);
+
+  // What an acknowledgement covers.
+  struct Covered {
+    std::uint64_t end = 0;
+    bool limited = false;  // the traffic, not the path, made the rate
+  };
+  // Nullopt: it tells nothing new.
+  std::optional<Covered> acknowledged(const Arrival& ack, TimePoint now);
+
+  [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
+  [[nodiscard]] std::uint64_t acked_bytes() const { return acked_bytes_; }
+  // Of packets with data.
+  [[nodiscard]] std::uint64_t in_flight_bytes() const { return in_flight_bytes_; }
+  [[nodiscard]] std::uint64_t bytes_since_asked() const { return sent_bytes_ - asked_end_; }
+  [[nodiscard]] TimePoint asked_at() const { return asked_at_; }
+  // Since when an acknowledgement is waited for that was asked for.
+  [[nodiscard]] std::optional<TimePoint> waits_since() const {
+    return asks_.empty() ? std::nullopt : std::optional(asks_.front());
+  }
+
+  // The shortest of the last kBaseWindow, at least kRoundTripMin; kRoundTripUnknown before.
+  [[nodiscard]] Duration round_trip() const;
+  // By how much acknowledgements come later than that, on the average.
+  [[nodiscard]] Duration lateness() const { return lateness_; }
+  // How long packets wait on the way there: the least of the last round trip.
+  [[nodiscard]] Duration queue() const { return queue_; }
+  // Bytes per second, the most of the last four round trips, and of the last half one. 0: not
+  // known.
+  [[nodiscard]] double delivery() const { return delivery_.get(); }
+  [[nodiscard]] double latest_delivery() const { return latest_delivery_; }
+
+  static constexpr Duration kBaseWindow = std::chrono::seconds(10);
+  static constexpr Duration kRoundTripMin = std::chrono::milliseconds(1);
+  static constexpr Duration kRoundTripUnknown = std::chrono::milliseconds(100);
+  // What may leave in a round trip while nothing is known (RFC 6928 allows TCP about half of it).
+  static constexpr double kFirstBytes = 32 << 10;
+
+ private:
+  struct Counted {
+    Arrival arrival;
+    bool limited = false;
+  };
+  void measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now);
+  void measure_rate(const Arrival& ack, bool limited, TimePoint now);
+
+  std::deque<SentPacket> flight_;
+  std::uint64_t sent_bytes_ = 0;
+  std::uint64_t acked_bytes_ = 0;
+  std::uint64_t in_flight_bytes_ = 0;
+  std::uint64_t limited_end_ = 0;  // up to here there was not always more to send
+  std::uint64_t asked_end_ = 0;
+  std::deque<TimePoint> asks_;  // when those of flight_ left that ask
+  TimePoint asked_at_{};
+
+  // Nanoseconds. The clocks' offset is unknown and does not matter: only differences count.
+  WindowExtreme<double> one_way_{-1};
+  WindowExtreme<double> round_trip_{-1};
+  WindowExtreme<double> waited_{-1};
+  WindowExtreme<double> delivery_{+1};
+  double latest_delivery_ = 0;
+  Duration lateness_{};
+  Duration queue_{};
+  std::deque<Counted> arrivals_;  // of the last half round trip, and one before
+};
+
+}  // namespace connect_bridge

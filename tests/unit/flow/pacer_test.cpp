@@ -1,0 +1,147 @@
+// What docs/flow.md promises, on a path in virtual time.
+#include "core/flow/pacer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "unit/flow/path_bed.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Robot to operator at 18 Mbit/s, back at 58; twice of what fits goes there.
+BedOptions thin_link() {
+  BedOptions options;
+  options.there.rate = megabits(18);
+  options.back.rate = megabits(58);
+  options.there.bulk_per_second = 10;
+  return options;
+}
+
+TEST(Pacer, UrgentMessagesHardlyWaitBesideAnOverload) {
+  const auto there = run_bed(thin_link()).there;
+  EXPECT_LT(there.percentile_ms(0.5), 2.5);
+  EXPECT_LT(there.percentile_ms(0.99), 6);
+  EXPECT_GT(there.bulk_share, 0.94);
+}
+
+TEST(Pacer, WithoutATargetTheyWaitForSeconds) {
+  auto options = thin_link();
+  options.target = {};
+  EXPECT_GT(run_bed(options).there.percentile_ms(0.5), 100);
+}
+
+TEST(Pacer, BothDirectionsMayBeFull) {
+  auto options = thin_link();
+  options.back.bulk_per_second = 20;
+  const auto both = run_bed(options);
+  for (const BedResult& one : {both.there, both.back}) {
+    EXPECT_LT(one.percentile_ms(0.5), 3);
+    EXPECT_LT(one.percentile_ms(0.99), 7);
+    EXPECT_GT(one.bulk_share, 0.92);
+  }
+}
+
+TEST(Pacer, WhatFitsIsNotSlowedDown) {
+  auto options = thin_link();
+  options.there.bulk_per_second = 3;
+  const auto there = run_bed(options).there;
+  EXPECT_GT(there.bulk_share, 3 * 500'000 * 8 / 18e6 * 0.98);
+}
+
+TEST(Pacer, FindsMoreRateAndGivesWay) {
+  auto options = thin_link();
+  options.there.rate = [](Duration at) {
+    return (at < 4s ? 58 : at < 8s ? 2 : 18) * 1e6 / 8;
+  };
+  options.there.bulk_per_second = 20;
+  options.lasts = 12s;
+  const auto there = run_bed(options).there;
+  // What was under way when the path became slower takes its time, whatever the sender does.
+  EXPECT_LT(there.worst_ms(5100ms, 8s), 20);
+  EXPECT_LT(there.worst_ms(9s, 12s), 10);
+  EXPECT_GT(there.bulk_share, 0.9);
+}
+
+TEST(Pacer, AcknowledgementsMayComeInBunches) {
+  auto options = thin_link();
+  options.there.bunch = options.back.bunch = 10ms;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.percentile_ms(0.99), 20);
+  EXPECT_GT(there.bulk_share, 0.9);
+}
+
+TEST(Pacer, AVeryThinLinkCarriesBoth) {
+  auto options = thin_link();
+  options.there.rate = options.back.rate = megabits(2);
+  options.there.delay = options.back.delay = 60ms;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.percentile_ms(0.5), 12);
+  EXPECT_GT(there.bulk_share, 0.85);
+}
+
+TEST(Pacer, AFastLinkIsFilled) {
+  auto options = thin_link();
+  options.there.rate = options.back.rate = megabits(400);
+  options.there.delay = options.back.delay = 20ms;
+  options.there.bulk_per_second = 200;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.percentile_ms(0.99), 10);
+  EXPECT_GT(there.bulk_share, 0.95);
+}
+
+TEST(Pacer, AStandingPathIsFollowedByFreshTraffic) {
+  auto options = thin_link();
+  options.there.rate = [](Duration at) { return at > 6s && at < 8s ? 0.0 : 18e6 / 8; };
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.worst_ms(8500ms, 15s), 10);
+  EXPECT_GT(there.bulk_share, 0.9);  // of what could be carried
+}
+
+// 1 to 40 Mbit/s, changing every 100 ms: the wildest of cells.
+TEST(Pacer, FollowsACellularDrive) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    std::mt19937_64 draw(seed);
+    std::normal_distribution<double> step(0, 0.45);
+    std::vector<double> rates{10e6 / 8};
+    while (rates.size() < 300)
+      rates.push_back(std::clamp(rates.back() * std::exp(step(draw)), 1e6 / 8, 40e6 / 8));
+    auto options = thin_link();
+    options.lasts = 30s;
+    options.there.delay = options.back.delay = 20ms;
+    options.there.bulk_per_second = 20;
+    options.there.rate = [&](Duration at) { return rates.at(static_cast<std::size_t>(at / 100ms)); };
+    const auto there = run_bed(options).there;
+    EXPECT_LT(there.percentile_ms(0.5), 6) << "seed " << seed;
+    EXPECT_LT(there.percentile_ms(0.9), 45) << "seed " << seed;
+    EXPECT_GT(there.bulk_share, 0.55) << "seed " << seed;
+  }
+}
+
+TEST(Pacer, AMessageAloneLeavesAtOnce) {
+  Pacer pacer(2ms);
+  const TimePoint now{1s};
+  EXPECT_EQ(pacer.next_at(now), now);
+  EXPECT_FALSE(pacer.wants_ack(56, false, TimePoint(100ms)));
+  EXPECT_TRUE(pacer.wants_ack(56, false, now));  // once a second
+}
+
+TEST(Pacer, WhoNeverAcknowledgesGetsLittle) {
+  Pacer pacer(2ms);
+  std::uint64_t sent = 0;
+  const TimePoint now{1s};
+  while (pacer.next_at(now) <= now && sent < 1 << 20) {
+    const auto bytes = pacer.part_bytes(256 << 10);
+    sent += bytes;
+    pacer.sent({sent, bytes, now, pacer.wants_ack(bytes, true, now), true});
+  }
+  EXPECT_EQ(sent, 32U << 10);
+  EXPECT_EQ(pacer.next_at(TimePoint(1h)), Pacer::kNever);
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test

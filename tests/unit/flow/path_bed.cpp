@@ -1,0 +1,183 @@
+#include "unit/flow/path_bed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <optional>
+
+#include "core/flow/pacer.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kStep = 20us;
+constexpr std::uint32_t kHeaders = 64;  // of TCP and below, per packet
+constexpr Stamp kClockOffset = 123'456'789;
+constexpr Duration kUrgentPeriod = 20ms;
+
+struct BedPacket {
+  std::uint32_t bytes = 0;
+  std::uint32_t bulk = 0;
+  std::optional<Duration> urgent;  // since when
+  std::optional<Arrival> ack;
+  bool asks = false;
+};
+
+class End {
+ public:
+  End(const BedDirection& out, Duration target) : out_(out), pacer_(target) {}
+
+  void produce(Duration now) {
+    if (out_.bulk_per_second > 0 && now >= next_bulk_) {
+      next_bulk_ += Duration(static_cast<std::int64_t>(1e9 / out_.bulk_per_second));
+      waiting_ = true;
+      if (bulk_left_ == 0) begin_bulk();
+    }
+    if (now < next_urgent_) return;
+    next_urgent_ += kUrgentPeriod;
+    urgent_.push_back(now);
+  }
+
+  std::optional<BedPacket> pull(Duration now) {
+    BedPacket packet;
+    if (ack_at_ && *ack_at_ <= now) {
+      ack_at_.reset();
+      packet.ack = received_;
+      packet.bytes = 24;
+      sent_bytes_ += packet.bytes;
+      return packet;
+    }
+    if (!urgent_.empty()) {
+      packet.urgent = urgent_.front();
+      urgent_.pop_front();
+      packet.bytes = 56;
+    } else if (bulk_left_ > 0 && pacer_.next_at(TimePoint(now)) <= TimePoint(now)) {
+      packet.bulk = std::min(bulk_left_, pacer_.part_bytes(256 << 10));
+      bulk_left_ -= packet.bulk;
+      if (bulk_left_ == 0 && waiting_) begin_bulk();
+      packet.bytes = packet.bulk + 12;
+    } else {
+      return std::nullopt;
+    }
+    const bool more_waits = bulk_left_ > 0;
+    packet.asks = pacer_.wants_ack(packet.bytes, more_waits, TimePoint(now));
+    sent_bytes_ += packet.bytes;
+    pacer_.sent({sent_bytes_, packet.bytes, TimePoint(now), packet.asks, more_waits});
+    return packet;
+  }
+
+  void arrive(const BedPacket& packet, Duration now) {
+    received_ = {received_.received_bytes + packet.bytes, now.count() + kClockOffset};
+    if (packet.ack) return pacer_.acknowledged(*packet.ack, TimePoint(now));
+    if (packet.asks) {
+      ack_at_ = now;
+    } else if (!ack_at_) {
+      ack_at_ = now + 100ms;
+    }
+  }
+
+ private:
+  void begin_bulk() {
+    bulk_left_ = out_.bulk_bytes;
+    waiting_ = false;
+  }
+
+  const BedDirection& out_;
+  Pacer pacer_;
+  std::deque<Duration> urgent_;
+  std::uint32_t bulk_left_ = 0;
+  bool waiting_ = false;
+  Duration next_bulk_{};
+  Duration next_urgent_{};
+  std::uint64_t sent_bytes_ = 0;
+  Arrival received_;
+  std::optional<Duration> ack_at_;
+};
+
+class Wire {
+ public:
+  explicit Wire(const BedDirection& direction) : direction_(direction) {}
+
+  void push(const BedPacket& packet) { queue_.push_back(packet); }
+
+  template <class Arrive>
+  void step(Duration now, bool judged, const Arrive& arrive) {
+    const double carries = direction_.rate(now) * std::chrono::duration<double>(kStep).count();
+    if (judged) carried_ += carries;
+    credit_ = queue_.empty() ? carries : credit_ + carries;
+    while (!queue_.empty() && credit_ >= queue_.front().bytes + kHeaders) {
+      credit_ -= queue_.front().bytes + kHeaders;
+      flying_.push_back({arrival(now + direction_.delay), queue_.front()});
+      queue_.pop_front();
+    }
+    for (; !flying_.empty() && flying_.front().at <= now; flying_.pop_front()) {
+      const BedPacket& packet = flying_.front().packet;
+      if (judged) bulk_ += packet.bulk;
+      if (judged && packet.urgent)
+        result_.waits.push_back({now, now - *packet.urgent - direction_.delay});
+      arrive(packet);
+    }
+  }
+
+  BedResult result() {
+    result_.bulk_share = bulk_ / carried_;
+    return result_;
+  }
+
+ private:
+  struct Flying {
+    Duration at;
+    BedPacket packet;
+  };
+  [[nodiscard]] Duration arrival(Duration at) const {
+    return direction_.bunch > 0s ? (at / direction_.bunch + 1) * direction_.bunch : at;
+  }
+
+  const BedDirection& direction_;
+  std::deque<BedPacket> queue_;
+  std::deque<Flying> flying_;
+  double credit_ = 0;
+  double carried_ = 0;
+  double bulk_ = 0;
+  BedResult result_;
+};
+
+}  // namespace
+
+double BedResult::percentile_ms(double share) const {
+  std::vector<Duration> sorted;
+  for (const Wait& one : waits) sorted.push_back(one.wait);
+  std::sort(sorted.begin(), sorted.end());
+  const auto at = std::min(sorted.size() - 1,
+                           static_cast<std::size_t>(share * static_cast<double>(sorted.size())));
+  return std::chrono::duration<double, std::milli>(sorted.at(at)).count();
+}
+
+double BedResult::worst_ms(Duration from, Duration to) const {
+  Duration worst{};
+  for (const Wait& one : waits)
+    if (one.at >= from && one.at < to) worst = std::max(worst, one.wait);
+  return std::chrono::duration<double, std::milli>(worst).count();
+}
+
+std::function<double(Duration)> megabits(double rate) {
+  return [rate](Duration) { return rate * 1e6 / 8; };
+}
+
+BedResults run_bed(const BedOptions& options) {
+  std::array<End, 2> ends{End(options.there, options.target), End(options.back, options.target)};
+  std::array<Wire, 2> wires{Wire(options.there), Wire(options.back)};
+  for (Duration now{}; now < options.lasts; now += kStep) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      ends[i].produce(now);
+      while (const auto packet = ends[i].pull(now)) wires[i].push(*packet);
+      wires[i].step(now, now >= options.warm_up,
+                    [&](const BedPacket& packet) { ends[1 - i].arrive(packet, now); });
+    }
+  }
+  return {wires[0].result(), wires[1].result()};
+}
+
+}  // namespace connect_bridge::flow_test

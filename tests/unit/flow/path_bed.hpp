@@ -1,0 +1,52 @@
+// A path between two pacers in virtual time: rate, delay, a queue, acknowledgements that come in
+// bunches. Urgent messages cross it beside bulk.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge::flow_test {
+
+struct BedDirection {
+  // Bytes per second at a time since the beginning.
+  std::function<double(Duration)> rate;
+  Duration delay = std::chrono::milliseconds(10);
+  Duration bunch{};                  // packets arrive at multiples of this only; zero: at any time
+  double bulk_per_second = 0;        // messages of bulk_bytes; a newer one displaces what waits
+  std::uint32_t bulk_bytes = 500'000;
+};
+
+struct BedOptions {
+  BedDirection there;
+  BedDirection back;
+  Duration lasts = std::chrono::seconds(15);
+  Duration warm_up = std::chrono::seconds(2);  // not judged
+  Duration target = std::chrono::milliseconds(2);
+};
+
+struct BedResult {
+  // Of urgent messages of 12 bytes at 50 Hz, one way, beyond the direction's delay; with when each
+  // arrived.
+  struct Wait {
+    Duration at;
+    Duration wait;
+  };
+  std::vector<Wait> waits;
+  double bulk_share = 0;  // of what the direction could carry
+  [[nodiscard]] double percentile_ms(double share) const;
+  [[nodiscard]] double worst_ms(Duration from, Duration to) const;
+};
+
+struct BedResults {
+  BedResult there;
+  BedResult back;
+};
+
+std::function<double(Duration)> megabits(double rate);
+
+BedResults run_bed(const BedOptions& options);
+
+}  // namespace connect_bridge::flow_test
