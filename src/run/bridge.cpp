@@ -36,7 +36,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    [this](bool on) { gateway_.set_use_sim_time(on); }}),
       network_(io_,
                {[this](Input&& input) { loop_.feed(std::move(input)); },
-                [this](ConnectionId id) { return side_.next_packet(id, loop_.now()); },
+                [this](ConnectionId id) { return loop_.next_packet(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_(node),

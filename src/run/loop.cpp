@@ -26,6 +26,12 @@ void Loop::feed(Input&& input) {
   });
 }
 
+std::optional<Packet> Loop::next_packet(ConnectionId connection) {
+  auto packet = side_.next_packet(connection, now());
+  if (!packet) set_timer();
+  return packet;
+}
+
 void Loop::handle(Input&& input) {
   side_.handle(std::move(input), now());
   while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));

@@ -30,6 +30,10 @@ class Loop {
   // waits until this step has handled what came before it.
   void feed(Input&& input);
 
+  // The next packet of a connection that can take one; nullopt: none now. What is held back for the
+  // sake of the link's rate is pulled again when its time has come.
+  std::optional<Packet> next_packet(ConnectionId connection);
+
   // One step with all the inputs that `source` gives to the function that it gets: so what was
   // ready together is packed together. Returns what `source` returns.
   template <class Source>
