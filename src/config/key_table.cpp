@@ -266,6 +266,10 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .used_by = UsedBy::kServer,
                   .unit = "s",
                   .help = "Time that a connection has to log in."});
+}
+
+void add_flow(Rows& rows, const SideOptions& core) {
+  const std::string section = "Connection";
   rows.push_back({.section = section,
                   .key = "not_sent_bytes",
                   .type = ParameterType::kInteger,
@@ -279,7 +283,7 @@ void add_times(Rows& rows, const SideOptions& core) {
   rows.push_back({.section = section,
                   .key = "queue_delay_target",
                   .type = ParameterType::kDouble,
-                  .fallback = seconds(OutboxOptions{}.queue_delay_target),
+                  .fallback = seconds(core.outbox.queue_delay_target),
                   .min = 0,
                   .max = 1,
                   .unit = "s",
@@ -306,6 +310,7 @@ const std::vector<KeySpec>& key_table() {
     add_names(rows);
     add_operation(rows);
     add_times(rows, core);
+    add_flow(rows, core);
     add_link_limits(rows, core);
     add_numbers(rows, core);
     rows.push_back({.section = "Rules",

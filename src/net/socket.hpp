@@ -79,7 +79,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   bool writing_ = false;
   bool waiting_for_room_ = false;
-  std::uint32_t unsent_max_;           // 0: what the kernel allows
+  std::uint32_t unsent_max_;        // 0: what the kernel allows
   std::uint64_t unsent_bound_ = 0;  // the kernel holds at most this many unsent bytes
   std::optional<Packet> packet_;    // being written
   std::vector<boost::asio::const_buffer> pieces_;

@@ -35,7 +35,7 @@ from connect_records import (
 
 SUBPROTOCOL = "ros2-connect.v1"
 WINDOW = 16 << 20
-ACK_BYTES, ACK_AFTER = 65536, 0.1
+ACK_BYTES, ACK_AFTER = 1 << 20, 0.1
 TIMING = ("ack", "ack_request", "time_request", "time_reply")
 
 
@@ -268,12 +268,9 @@ class Peer(Calls):
     def _send_ack(self):
         self._ack_due = None
         if not self.deaf:
-            self._acked_to_peer = self.received_bytes
-            self.acks_sent.append(self.received_bytes)
-            arrived = self.arrived_ns
-            self.send_packet(
-                [dict(type="ack", received_bytes=self.received_bytes, arrived=arrived)]
-            )
+            count = self._acked_to_peer = self.received_bytes
+            self.acks_sent.append(count)
+            self.send_packet([dict(type="ack", received_bytes=count, arrived=self.arrived_ns)])
 
     def _control(self, text):
         message = decode_control(text)
@@ -359,22 +356,18 @@ class Peer(Calls):
                 )
                 self.acked = max(self.acked, frame["received_bytes"])
                 self.acks_received.append((time.monotonic(), frame["received_bytes"]))
-            elif frame["type"] == "ack_request":
-                continue
             elif frame["type"] == "time_request":
                 self.asked_at.append(time.monotonic())
                 if not self.mute:
-                    reply = dict(
-                        type="time_reply", t1=frame["t1"], t2=arrival, t3=time.time_ns(), ros=0
-                    )
-                    self.send_packet([reply])
-            elif frame["t1"] in self._asked:
+                    reply = dict(t1=frame["t1"], t2=arrival, t3=time.time_ns(), ros=0)
+                    self.send_packet([dict(reply, type="time_reply")])
+            elif frame.get("t1") in self._asked:
                 self._asked.discard(frame["t1"])
                 self.times.append(dict(frame, t4=arrival))
         if any(frame["type"] not in TIMING for frame in frames):
             self._ack_due = self._ack_due or time.monotonic() + ACK_AFTER * 0.7
-        asked = any(frame["type"] == "ack_request" for frame in frames)
-        if asked or self.received_bytes - self._acked_to_peer >= ACK_BYTES:
+        open_bytes = self.received_bytes - self._acked_to_peer
+        if dict(type="ack_request") in frames or open_bytes >= ACK_BYTES:
             self._send_ack()
 
     def _data(self, frame):

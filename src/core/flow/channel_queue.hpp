@@ -19,6 +19,9 @@ namespace connect_bridge {
 // beyond them.
 struct QueueOptions {
   Priority priority = Priority::kNormal;
+  // A message of at most kLightBytes may leave right behind the urgent ones, within a budget of the
+  // link.
+  bool may_be_light = false;
   // Keep-last. 0: keep all, and refuse the newest where there is no room.
   std::uint32_t depth = 100;
   // Of bodies; one message always fits an empty queue. The first is kept to only when the oldest
@@ -47,6 +50,7 @@ struct OutMessage {
 };
 
 inline constexpr std::uint64_t kKeptMessageBytes = 128;
+inline constexpr std::size_t kLightBytes = 1024;
 inline constexpr Duration kStalled = std::chrono::milliseconds(250);
 
 // Counts of one channel, all since it was added. accepted = sent + dropped (all reasons) + queued.
@@ -91,6 +95,14 @@ class ChannelQueue {
 
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
+  // Whether the link's rate holds back what waits.
+  [[nodiscard]] bool is_held() const { return !light_ && priority() != Priority::kUrgent; }
+  [[nodiscard]] bool may_be_light(std::size_t body_bytes) const {
+    return options_.may_be_light && body_bytes <= kLightBytes && !open_;
+  }
+  [[nodiscard]] bool is_light() const { return light_; }
+  // Whether what waits leaves right behind the urgent messages. It must not be scheduled meanwhile.
+  void set_light(bool light) { light_ = light; }
   [[nodiscard]] bool keeps() const { return options_.keep; }
   [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
   [[nodiscard]] bool is_open() const { return open_.has_value(); }
@@ -126,7 +138,8 @@ class ChannelQueue {
   std::uint64_t waiting_bytes_ = 0;
   std::optional<Open> open_;
   std::uint32_t sequence_ = 0;  // of the last message started
-  bool scheduled_ = false;      // ClassSchedule's mark
+  bool light_ = false;
+  bool scheduled_ = false;  // ClassSchedule's mark
 };
 
 }  // namespace connect_bridge

@@ -7,11 +7,18 @@
 namespace connect_bridge {
 namespace {
 
-// Clock ticks per byte: the inverse of the weights 8 : 4 : 1. Urgent is strict and has no clock.
-constexpr std::array<std::uint64_t, kPriorities> kTicksPerByte = {0, 1, 2, 8};
+// Clock ticks per byte: the inverse of the weights 8 : 4 : 1. Urgent and light are strict and have
+// no clock.
+constexpr std::array<std::uint64_t, kPriorities + 1> kTicksPerByte = {0, 0, 1, 2, 8};
+constexpr std::size_t kLight = 1;
+constexpr std::size_t kStrict = 2;  // so many classes come before those that share
 
 std::size_t index_of(Priority priority) {
-  return static_cast<std::size_t>(priority);
+  return priority == Priority::kUrgent ? 0 : static_cast<std::size_t>(priority) + 1;
+}
+
+std::size_t index_of(const ChannelQueue& queue) {
+  return queue.is_light() ? kLight : index_of(queue.priority());
 }
 
 }  // namespace
@@ -19,7 +26,7 @@ std::size_t index_of(Priority priority) {
 void ClassSchedule::add(ChannelQueue& queue) {
   if (queue.scheduled_) return;
   queue.scheduled_ = true;
-  auto& in = classes_[index_of(queue.priority())];
+  auto& in = classes_[index_of(queue)];
   if (in.turns.empty()) in.clock = std::max(in.clock, present_);
   in.turns.push_back(&queue);
 }
@@ -27,29 +34,38 @@ void ClassSchedule::add(ChannelQueue& queue) {
 void ClassSchedule::remove(ChannelQueue& queue) {
   if (!queue.scheduled_) return;
   queue.scheduled_ = false;
-  std::erase(classes_[index_of(queue.priority())].turns, &queue);
+  std::erase(classes_[index_of(queue)].turns, &queue);
+}
+
+const std::deque<ChannelQueue*>& ClassSchedule::queues(Priority priority) const {
+  return classes_[index_of(priority)].turns;
+}
+
+const std::deque<ChannelQueue*>& ClassSchedule::light() const {
+  return classes_[kLight].turns;
 }
 
 std::size_t ClassSchedule::next_class() const {
-  if (!classes_[0].turns.empty()) return 0;
-  std::size_t best = kPriorities;
-  for (std::size_t i = 1; i < kPriorities; ++i) {
+  for (std::size_t i = 0; i < kStrict; ++i)
+    if (!classes_[i].turns.empty()) return i;
+  std::size_t best = classes_.size();
+  for (std::size_t i = kStrict; i < classes_.size(); ++i) {
     if (classes_[i].turns.empty()) continue;
-    if (best == kPriorities || classes_[i].clock < classes_[best].clock) best = i;
+    if (best == classes_.size() || classes_[i].clock < classes_[best].clock) best = i;
   }
   return best;
 }
 
 ChannelQueue* ClassSchedule::front() const {
   const auto i = next_class();
-  return i == kPriorities ? nullptr : classes_[i].turns.front();
+  return i == classes_.size() ? nullptr : classes_[i].turns.front();
 }
 
 ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
   const auto i = next_class();
-  CONNECT_CHECK(i < kPriorities);
+  CONNECT_CHECK(i < classes_.size());
   auto& from = classes_[i];
-  if (i > 0 && bytes > 0) {
+  if (i >= kStrict && bytes > 0) {
     present_ = from.clock;
     from.clock += bytes * kTicksPerByte[i];
   }

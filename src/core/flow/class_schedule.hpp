@@ -31,22 +31,22 @@ class ClassSchedule {
   // The front queue has nothing to send any more. With 0 bytes: it had nothing after all.
   void sent_all(std::size_t bytes);
 
-  // All queues of a class, in order of their turns.
-  [[nodiscard]] const std::deque<ChannelQueue*>& queues(Priority priority) const {
-    return classes_[static_cast<std::size_t>(priority)].turns;
-  }
+  // All queues of a class in order of their turns, but the light ones; and these, of any class.
+  [[nodiscard]] const std::deque<ChannelQueue*>& queues(Priority priority) const;
+  [[nodiscard]] const std::deque<ChannelQueue*>& light() const;
 
  private:
   struct Class {
     std::deque<ChannelQueue*> turns;
     std::uint64_t clock = 0;
   };
-  // Index of the class on turn, kPriorities when there is none.
+  // Index of the class on turn, the number of classes when there is none.
   [[nodiscard]] std::size_t next_class() const;
   // The class on turn, charged for what its front queue sent.
   Class& charge(std::size_t bytes);
 
-  std::array<Class, kPriorities> classes_;
+  // Urgent, light, then the classes that share.
+  std::array<Class, kPriorities + 1> classes_;
   std::uint64_t present_ = 0;  // clock of the class that sent last, when it was chosen
 };
 

@@ -9,6 +9,9 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
+constexpr double kLightShare = 0.1;      // of the link's rate
+constexpr double kLightRateMin = 10000;  // bytes per second
+constexpr Duration kLightSlack = std::chrono::milliseconds(50);
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
 // below what every receiver takes.
@@ -26,7 +29,9 @@ OutboxOptions bounded(OutboxOptions options) {
 }  // namespace
 
 Outbox::Outbox(OutboxOptions options)
-    : options_(bounded(options)), pacer_(options_.queue_delay_target) {}
+    : options_(bounded(options)),
+      pacer_(options_.queue_delay_target),
+      light_(kLightRateMin, kLightSlack) {}
 
 template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
@@ -78,9 +83,22 @@ void Outbox::clear_channel(ChannelId channel) {
 void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
+  judge_weight(at->second, message.body.size(), now);
   change(at->second,
          [&](ChannelQueue& queue) { queue.push(std::move(message), ++arrivals_, now); });
   if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+}
+
+void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
+  bool light = queue.may_be_light(body_bytes) && light_.ready(now.steady);
+  if (light) {
+    light_.set_rate(std::max(pacer_.rate() * kLightShare, kLightRateMin));
+    light_.take(static_cast<double>(kMessageHeaderBytes + body_bytes), now.steady);
+  }
+  if (light == queue.is_light()) return;
+  schedule_.remove(queue);
+  queue.set_light(light);
+  if (!queue.empty()) schedule_.add(queue);
 }
 
 void Outbox::keep_data_budget(Priority newest) {
@@ -96,12 +114,14 @@ void Outbox::keep_data_budget(Priority newest) {
 bool Outbox::drop_one_of(Priority priority) {
   ChannelQueue* oldest = nullptr;
   ChannelQueue* open = nullptr;
-  for (auto* queue : schedule_.queues(priority)) {
-    if (queue->keeps()) continue;
+  const auto look_at = [&](ChannelQueue* queue) {
+    if (queue->keeps() || queue->priority() != priority) return;
     if (queue->is_open()) open = queue;
     const auto arrival = queue->oldest_waiting();
     if (arrival && (oldest == nullptr || *arrival < *oldest->oldest_waiting())) oldest = queue;
-  }
+  };
+  for (auto* queue : schedule_.queues(priority)) look_at(queue);
+  for (auto* queue : schedule_.light()) look_at(queue);
   if (oldest != nullptr) {
     change(*oldest,
            [](ChannelQueue& queue) { queue.drop_oldest_waiting(DropReason::kQueueBytes); });
@@ -144,8 +164,8 @@ std::optional<Packet> Outbox::next(const Now& now) {
   sent_bytes_ += packet_.size();
   if (asks) asked_end_ = sent_bytes_;
   if (holds_data) {
-    pacer_.sent({sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks,
-                 more_waits});
+    pacer_.sent(
+        {sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks, more_waits});
   }
   for (; unfinished_ > 0; --unfinished_) tracked_[tracked_.size() - unfinished_].end = sent_bytes_;
   auto packet = packet_.finish();
@@ -189,7 +209,7 @@ bool Outbox::add_data(const Now& now) {
     const auto packet_bytes = packet_.size() + part;
     // What fits no packet ends this one; what fits the next one waits for it.
     if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) break;
-    if (!may_leave(queue->priority(), packet_bytes, now)) break;
+    if (!may_leave(*queue, packet_bytes, now)) break;
     take_part(*queue, part_max);
     added = true;
     if (queue->empty()) {
@@ -201,9 +221,9 @@ bool Outbox::add_data(const Now& now) {
   return added;
 }
 
-bool Outbox::may_leave(Priority priority, std::size_t packet_bytes, const Now& now) {
-  if (!window_allows(priority, packet_bytes)) return false;
-  if (priority == Priority::kUrgent) return true;
+bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now) {
+  if (!window_allows(queue.priority(), packet_bytes)) return false;
+  if (!queue.is_held()) return true;
   const auto at = pacer_.next_at(now.steady);
   if (at <= now.steady) return true;
   if (at != Pacer::kNever) held_until_ = at;
@@ -232,7 +252,8 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
 
 bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
   const auto reserve = priority == Priority::kUrgent ? kUrgentReserveBytes : 0;
-  return unacknowledged_bytes() + packet_bytes + kAckRequestBytes <= options_.unacknowledged_bytes_max + reserve;
+  const auto sent = unacknowledged_bytes() + packet_bytes + kAckRequestBytes;
+  return sent <= options_.unacknowledged_bytes_max + reserve;
 }
 
 bool Outbox::acknowledge(const Arrival& ack, const Now& now) {

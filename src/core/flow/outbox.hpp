@@ -14,16 +14,17 @@
 #include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
-#include "core/flow/packet.hpp"
 #include "core/flow/pacer.hpp"
+#include "core/flow/packet.hpp"
+#include "core/flow/rate_limit.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
 
 struct OutboxOptions {
   // Largest part of a message in one packet; the rate of the link decides (Pacer). The default
-  // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of unacknowledged_bytes_max
-  // is used.
+  // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of
+  // unacknowledged_bytes_max is used.
   std::uint32_t fragment_bytes = 256 << 10;
   // Small parts are gathered into a packet up to this size (likewise); a part larger than it ends
   // the packet.
@@ -113,10 +114,14 @@ class Outbox {
  private:
   Packet next_control();
   void add_small();
+  // A small message of a channel without a priority of its own leaves right behind the urgent ones,
+  // as long as such messages take little of what the link carries; else all that waits on the
+  // channel goes with its class.
+  void judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now);
   // Whether it added any.
   bool add_data(const Now& now);
   // Whether this data may leave now; else held_until_ tells when, as far as it is known.
-  bool may_leave(Priority priority, std::size_t packet_bytes, const Now& now);
+  bool may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now);
   void take_part(ChannelQueue& queue, std::uint32_t part_max);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
@@ -160,8 +165,9 @@ class Outbox {
   std::size_t unfinished_ = 0;
   std::vector<Delivered> delivered_;
   Pacer pacer_;
+  Throttle light_;                       // what small messages may take as urgent ones
   std::optional<TimePoint> held_until_;  // what waits may leave then
-  PacketBuilder packet_;  // empty between calls
+  PacketBuilder packet_;                 // empty between calls
 };
 
 }  // namespace connect_bridge

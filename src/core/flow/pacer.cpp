@@ -7,11 +7,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRateMin = 2000;  // bytes per second: slower, and nothing would be learnt
+constexpr double kRateMin = 2000;  // bytes per second: slower, nothing would be learnt
 constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
-constexpr std::uint32_t kPartBytesMin = 600;  // below that headers cost more than the delay is worth
-constexpr Duration kCredit = 1ms;  // what a late wake-up may catch up with
+constexpr std::uint32_t kPartBytesMin =
+    600;                              // below that headers cost more than the delay is worth
+constexpr Duration kCredit = 1ms;     // what a late wake-up may catch up with
 constexpr Duration kDebtMax = 100ms;  // of urgent data, which is never held back
 constexpr Duration kEmptyPeriod = 5s;
 constexpr Duration kLonePeriod = 1s;
@@ -20,14 +21,20 @@ double seconds(Duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
+Duration from_seconds(double time) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time));
+}
+
 }  // namespace
 
 // ---- what may leave
 
 TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
-  if (path_.acked_bytes() < drain_end_ || path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
-  return rate_ == 0 || competes_ ? now : free_at_;
+  if (path_.acked_bytes() < drain_end_) return kNever;
+  if (competes_) return now;  // TCP's own congestion control finds our share
+  if (path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
+  return rate_ == 0 ? now : free_at_;
 }
 
 // What the path carries in a round trip, and a little more. When the path becomes slower this stops
@@ -37,23 +44,23 @@ std::uint64_t Pacer::window() const {
   const Duration round = path_.round_trip();
   const Duration slack = starting_ ? round : 2 * target_ + path_.lateness();
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
-  const double time = seconds(round + slack + ask_period()) * (competes_ ? 2 : 1) +
-                      (competes_ ? 2 * seconds(path_.queue()) : 0);
+  const double time = seconds(round + slack + ask_period());
   return static_cast<std::uint64_t>(std::max(std::max(carries(), rate_ / 2) * time, least));
 }
 
 bool Pacer::acks_are_late(TimePoint now) const {
   const auto since = path_.waits_since();
-  if (starting_ || competes_ || !since) return false;
+  if (starting_ || !since) return false;
   return now - *since > path_.round_trip() + ask_period() + 2 * target_ + 3 * path_.lateness();
 }
 
 // A small message alone tells little; its acknowledgement comes by itself.
 bool Pacer::wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const {
   if (target_ <= Duration::zero()) return false;
-  const bool alone = !more_waits && bytes < kUnknownPartBytes && path_.in_flight_bytes() < kUnknownPartBytes;
+  const bool alone = !more_waits && path_.in_flight_bytes() + bytes < kUnknownPartBytes;
   if (alone) return now - path_.asked_at() >= kLonePeriod;
-  return !more_waits || now - path_.asked_at() >= ask_period() || path_.bytes_since_asked() >= window() / 4;
+  return !more_waits || now - path_.asked_at() >= ask_period() ||
+         path_.bytes_since_asked() >= window() / 4;
 }
 
 Duration Pacer::ask_period() const {
@@ -75,7 +82,7 @@ void Pacer::sent(const SentPacket& packet) {
   }
   path_.sent(packet);
   if (rate_ == 0) return;
-  const auto cost = Duration(static_cast<std::int64_t>(packet.bytes * 1e9 / rate_));
+  const auto cost = from_seconds(packet.bytes / rate_);
   free_at_ = std::min(std::max(free_at_, packet.at - kCredit) + cost, packet.at + kDebtMax);
 }
 
@@ -94,7 +101,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   const double before = rate_;
   rate_ = std::clamp(gain() * carries(), kRateMin, kRateMax);
   // What is owed are bytes.
-  if (free_at_ > now) free_at_ = now + Duration(static_cast<std::int64_t>(static_cast<double>((free_at_ - now).count()) * before / rate_));
+  if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
 }
 
 // A queue of our own is gone a little after we send less. One that does not shrink is somebody
@@ -109,8 +116,9 @@ void Pacer::judge_queue(TimePoint now) {
     full_ = {now, Duration::zero()};
   } else if (queue < full_.queue / 2) {
     full_ = {now, queue};
-  } else if (full_.queue = std::max(full_.queue, queue); now - full_.since > 2 * full_.queue + 10 * path_.round_trip()) {
-    competes_ = true;
+  } else {
+    full_.queue = std::max(full_.queue, queue);
+    competes_ = competes_ || now - full_.since > 2 * full_.queue + 10 * path_.round_trip();
   }
   // What is taken for the shortest delay may be a queue: now and then the path is seen empty.
   if (now - empty_at_ > kEmptyPeriod) {
@@ -131,7 +139,8 @@ void Pacer::end_round(bool limited) {
 double Pacer::gain() const {
   if (starting_) return 2;
   const double missing = target() - seconds(path_.queue());
-  return 1 + trim_ + boost_ + std::clamp(0.3 * missing / (seconds(path_.round_trip()) + 0.005), -0.5, 0.1);
+  const double loop = seconds(path_.round_trip()) + 0.005;  // how late its answer comes
+  return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
 }
 
 // A part waits for itself, too.

@@ -59,8 +59,8 @@ class Pacer {
   bool competes_ = false;
   // Nothing leaves until so much is acknowledged, to see the path empty.
   std::uint64_t drain_end_ = 0;
-  double trim_ = 0;      // what the control has learnt that the measured rate is wrong by
-  double boost_ = 0;     // while nothing queues: faster and faster
+  double trim_ = 0;              // what the control has learnt that the measured rate is wrong by
+  double boost_ = 0;             // while nothing queues: faster and faster
   std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
   bool round_limited_ = false;   // in it the traffic, not the path, made the rate
   struct Episode {

@@ -19,6 +19,8 @@ class Throttle {
 
   [[nodiscard]] bool ready(TimePoint now) const;
   void take(double amount, TimePoint now);
+  // From now on at another rate; what passed stays paid or owed as it is.
+  void set_rate(double per_second) { per_second_ = per_second; }
 
  private:
   double per_second_ = 0;  // 0: no limit

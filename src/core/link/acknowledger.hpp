@@ -19,8 +19,8 @@ class Acknowledger {
   static constexpr Duration kAckDelay = std::chrono::milliseconds(100);
 
   struct Contents {
-    bool data = false;      // there is more in it than acks and time frames
-    bool asks = false;      // for an acknowledgement
+    bool data = false;  // there is more in it than acks and time frames
+    bool asks = false;  // for an acknowledgement
   };
   void on_packet(std::size_t bytes, Contents contents, TimePoint now) {
     received_ += bytes;

@@ -181,6 +181,13 @@ Priority default_priority(InterfaceKind kind, std::string_view name, std::string
 }
 
 Priority default_priority(std::string_view topic, std::string_view type) {
+  // A person or a controller steers with these.
+  constexpr std::array<std::string_view, 6> kUrgent = {"geometry_msgs/msg/Twist",
+                                                       "geometry_msgs/msg/TwistStamped",
+                                                       "sensor_msgs/msg/Joy",
+                                                       "ackermann_msgs/msg/AckermannDrive",
+                                                       "ackermann_msgs/msg/AckermannDriveStamped",
+                                                       "rosgraph_msgs/msg/Clock"};
   constexpr std::array<std::string_view, 4> kHigh = {
       "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/JointState", "sensor_msgs/msg/MultiDOFJointState",
       kGoalStatus};
@@ -210,7 +217,8 @@ Priority default_priority(std::string_view topic, std::string_view type) {
       "foxglove_msgs/msg/CompressedVideo",
       "velodyne_msgs/msg/VelodyneScan",
       "moveit_msgs/msg/PlanningScene"};
-  if (topic == "/clock" || type == "rosgraph_msgs/msg/Clock") return Priority::kUrgent;
+  if (topic == "/clock") return Priority::kUrgent;
+  if (std::find(kUrgent.begin(), kUrgent.end(), type) != kUrgent.end()) return Priority::kUrgent;
   if (topic == "/tf" || topic == "/tf_static") return Priority::kHigh;
   if (std::find(kHigh.begin(), kHigh.end(), type) != kHigh.end()) return Priority::kHigh;
   if (std::find(kBulk.begin(), kBulk.end(), type) != kBulk.end()) return Priority::kBulk;

@@ -97,9 +97,10 @@ struct Opening {
 [[nodiscard]] Opening opening_of(const Interface& what);
 
 // Where a rule gives no priority. Services and parameters: high, calls are small and somebody
-// waits. Topics: /clock is urgent; /tf, /tf_static, joint states and the status of actions (small,
-// rare, and what an operator looks at) are high; images, point clouds, maps and other large
-// standard types are bulk; everything else, feedback too, is normal.
+// waits. Topics: /clock and what steers (Twist, Joy, AckermannDrive) are urgent; /tf, /tf_static,
+// joint states and the status of actions (small, rare, and what an operator looks at) are high;
+// images, point clouds, maps and other large standard types are bulk; everything else, feedback
+// too, is normal.
 [[nodiscard]] Priority default_priority(InterfaceKind kind, std::string_view name,
                                         std::string_view type);
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);

@@ -34,6 +34,7 @@ inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
 [[nodiscard]] inline QueueOptions queue_of_calls(const Decision& decision) {
   QueueOptions queue;
   queue.priority = decision.treatment.priority.value_or(Priority::kHigh);
+  queue.may_be_light = !decision.treatment.priority;
   queue.keep = true;
   return queue;
 }

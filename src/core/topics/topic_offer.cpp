@@ -112,6 +112,8 @@ Priority TopicOffer::priority() const {
 QueueOptions TopicOffer::queue_options() const {
   QueueOptions queue;
   queue.priority = priority();
+  queue.may_be_light = !treatment().priority && queue.priority != Priority::kUrgent &&
+                       queue.priority != Priority::kBulk;
   if (treatment().queue_bytes_max > 0) {
     queue.queue_bytes_max = treatment().queue_bytes_max;
   } else {

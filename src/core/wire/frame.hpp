@@ -58,8 +58,7 @@ struct TimeReply {
   Stamp ros = 0;  // ROS time of the answering node at t3; 0 when it has none
 };
 
-using Frame =
-    std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
+using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeReply, AckRequest>;
 
 // Every stamp on the wire is 0 (not known) to this (the year 2116), so that sums and differences of
 // two fit 64 bits. append_header writes any other value as 0.

@@ -179,6 +179,49 @@ TEST(OutboxOrder, BulkGetsItsShareBesideAFloodOfSmallMessages) {
   EXPECT_NEAR(static_cast<double>(bulk) / static_cast<double>(all), 0.2, 0.02);  // 1 of 4 + 1
 }
 
+QueueOptions may_be_light(Priority priority) {
+  auto options = queue(priority);
+  options.may_be_light = true;
+  return options;
+}
+
+TEST(OutboxLight, ASmallMessageOfNoPriorityLeavesBehindUrgentAndBeforeTheRest) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  outbox.add_channel(kB, may_be_light(Priority::kNormal));
+  outbox.add_channel(kC, queue(Priority::kUrgent));
+  outbox.push(kA, message(10), now_ms(0));
+  outbox.push(kB, message(20), now_ms(0));
+  outbox.push(kC, message(30), now_ms(0));
+  EXPECT_EQ(drain(outbox), "3#1:30\n2#1:20\n1#1:10\n");
+}
+
+TEST(OutboxLight, ALargeOneWaitsForItsTurnAndKeepsTheOrderOfItsChannel) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  outbox.add_channel(kB, may_be_light(Priority::kNormal));
+  outbox.push(kB, message(20), now_ms(0));
+  outbox.push(kB, message(kLightBytes + 1), now_ms(0));
+  outbox.push(kA, message(10), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:10");
+  EXPECT_EQ(next(outbox), "2#1:20");
+}
+
+TEST(OutboxLight, AFloodIsNotLight) {
+  Outbox outbox(one_by_one());
+  auto keep_all = may_be_light(Priority::kBulk);
+  keep_all.depth = 0;
+  outbox.add_channel(kB, keep_all);
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  for (int i = 0; i < 100; ++i) outbox.push(kB, message(100), now_ms(0));
+  outbox.push(kA, message(10), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:10");
+  drain(outbox);
+  outbox.push(kB, message(100), now_ms(10'000));  // paid off meanwhile
+  outbox.push(kA, message(10), now_ms(10'000));
+  EXPECT_EQ(next(outbox), "2#101:100");
+}
+
 TEST(OutboxOrder, UrgentIsFirstWhateverElseWaits) {
   Outbox outbox(OutboxOptions{});
   const Priority classes[] = {Priority::kUrgent, Priority::kHigh, Priority::kNormal,

@@ -55,9 +55,7 @@ TEST(Pacer, WhatFitsIsNotSlowedDown) {
 
 TEST(Pacer, FindsMoreRateAndGivesWay) {
   auto options = thin_link();
-  options.there.rate = [](Duration at) {
-    return (at < 4s ? 58 : at < 8s ? 2 : 18) * 1e6 / 8;
-  };
+  options.there.rate = [](Duration at) { return (at < 4s ? 58 : at < 8s ? 2 : 18) * 1e6 / 8; };
   options.there.bulk_per_second = 20;
   options.lasts = 12s;
   const auto there = run_bed(options).there;
@@ -114,7 +112,9 @@ TEST(Pacer, FollowsACellularDrive) {
     options.lasts = 30s;
     options.there.delay = options.back.delay = 20ms;
     options.there.bulk_per_second = 20;
-    options.there.rate = [&](Duration at) { return rates.at(static_cast<std::size_t>(at / 100ms)); };
+    options.there.rate = [&](Duration at) {
+      return rates.at(static_cast<std::size_t>(at / 100ms));
+    };
     const auto there = run_bed(options).there;
     EXPECT_LT(there.percentile_ms(0.5), 6) << "seed " << seed;
     EXPECT_LT(there.percentile_ms(0.9), 45) << "seed " << seed;

@@ -14,8 +14,8 @@ struct BedDirection {
   // Bytes per second at a time since the beginning.
   std::function<double(Duration)> rate;
   Duration delay = std::chrono::milliseconds(10);
-  Duration bunch{};                  // packets arrive at multiples of this only; zero: at any time
-  double bulk_per_second = 0;        // messages of bulk_bytes; a newer one displaces what waits
+  Duration bunch{};            // packets arrive at multiples of this only; zero: at any time
+  double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
   std::uint32_t bulk_bytes = 500'000;
 };
 

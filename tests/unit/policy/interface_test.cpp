@@ -164,7 +164,7 @@ TEST(DefaultPriority, TheClassesOfWellKnownTopics) {
   EXPECT_EQ(default_priority("/joint_states", "sensor_msgs/msg/JointState"), Priority::kHigh);
   EXPECT_EQ(default_priority("/camera/image", "sensor_msgs/msg/Image"), Priority::kBulk);
   EXPECT_EQ(default_priority("/map", "nav_msgs/msg/OccupancyGrid"), Priority::kBulk);
-  EXPECT_EQ(default_priority("/cmd_vel", "geometry_msgs/msg/Twist"), Priority::kNormal);
+  EXPECT_EQ(default_priority("/cmd_vel", "geometry_msgs/msg/Twist"), Priority::kUrgent);
   EXPECT_EQ(default_priority("/image", "std_msgs/msg/String"), Priority::kNormal);
 }
 
