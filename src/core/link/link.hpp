@@ -48,8 +48,9 @@ class Link final : public ConnectionUser {
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  Token128 peer_side;   // of the last connection
-  std::string address;  // of the last connection, for people
+  std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
+  Token128 peer_side;         // of the last connection
+  std::string address;        // of the last connection, for people
   std::string node;
 
   [[nodiscard]] bool open() const { return connection && connection->open(); }

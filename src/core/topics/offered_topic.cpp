@@ -48,12 +48,13 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (!origin.origin) return;
   if (const auto known = origins_.find(origin.origin); known != origins_.end())
     return known->second->name_node(origin.node, now);
-  if (is_withheld(origin)) return;
-  Mirror* mirror = context_.mirror_of({key_, origin.gid});
+  if (is_withheld(origin) || left_out_.contains(origin.origin)) return;
+  Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
-    const std::string line = "no more mirrors than " +
-                             std::to_string(context_.options.mirrors_max) +
-                             ": not all publishers of " + key_.first + " exist here";
+    left_out_.insert(origin.origin);
+    const std::string line = "no more mirrors for " + link_.label() +
+                             " (mirrors_max, topic_mirrors_max): not all publishers of " +
+                             key_.first + " exist here";
     if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
     return;
   }
@@ -65,6 +66,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
+    left_out_.erase(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     Mirror& mirror = *origin->second;
@@ -74,8 +76,8 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
   const auto fresh = std::count_if(change.added.begin(), change.added.end(),
-                                   [&](const auto& o) { return !origins_.contains(o.origin); });
-  if (origins_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
+                                   [&](const auto& o) { return !knows(o.origin); });
+  if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);
   return Nothing{};
@@ -254,7 +256,7 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
-  if (!mirror.publish(message.number, raw)) return dropped_.add(DropReason::kDuplicate);
+  if (const auto reason = mirror.publish(message.number, raw, now)) return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
 }
