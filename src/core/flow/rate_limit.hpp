@@ -34,6 +34,8 @@ class RateLimit {
 
   // Whether a message of this size may pass now; then it counts. A false is a drop (kRate).
   [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
+  // All that passed is paid off.
+  [[nodiscard]] bool idle(TimePoint now) const { return messages_.ready(now) && bytes_.ready(now); }
 
  private:
   Throttle messages_;

@@ -8,10 +8,12 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/flow/rate_limit.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/ports/status.hpp"
@@ -33,6 +35,12 @@ class LinkUser {
 
 class Link final : public ConnectionUser {
  public:
+  // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
+  // is thousands of times. What is beyond the first counts against the second, so that a few bytes
+  // a second cannot become gigabytes.
+  static constexpr std::uint64_t kUsualRatioMax = 32;
+  static constexpr double kInflatedBytesPerSecond = 64 << 20;
+
   Link(LinkId link, LinkUser& user) : id(link), user_(user) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
@@ -49,8 +57,12 @@ class Link final : public ConnectionUser {
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
   std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
-  Token128 peer_side;         // of the last connection
-  std::string address;        // of the last connection, for people
+  // What our rules have let through, by topic and type: who offers a topic anew gets no more.
+  std::map<std::pair<std::string, std::string>, RateLimit> rates;
+  // What may be decompressed beyond the size that messages usually have.
+  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
+  Token128 peer_side;   // of the last connection
+  std::string address;  // of the last connection, for people
   std::string node;
 
   [[nodiscard]] bool open() const { return connection && connection->open(); }
@@ -65,6 +77,15 @@ class Link final : public ConnectionUser {
   }
   void fail(Error error) {
     if (connection) connection->fail(error.code, std::move(error.message));
+  }
+
+  // Whether a body may be decompressed now; then it counts.
+  [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
+    const std::uint64_t usual = kUsualRatioMax * message.body.size();
+    if (message.codec == Codec::kNone || message.raw_bytes <= usual) return true;
+    if (!inflation.ready(now.steady)) return false;
+    inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
+    return true;
   }
 
   // ---- while there is a connection

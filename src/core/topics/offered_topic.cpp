@@ -13,6 +13,8 @@ namespace {
 
 // What the topics of one peer together may hold for decompression.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
+// Topics whose rates are remembered per link.
+constexpr std::size_t kRatesMax = 4096;
 
 // A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
 // identifier in two bytes, then two bytes of options.
@@ -40,6 +42,7 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
 
 OfferedTopic::~OfferedTopic() {
   link_.let_go(number_);
+  peer_.forget_name(key_);
 }
 
 // ---- origins
@@ -107,6 +110,7 @@ bool OfferedTopic::permits(const Mirror& mirror, const Payload& raw) const {
 bool OfferedTopic::recheck(const Now& now) {
   auto decision = context_.permission(link_, key_, action_type_);
   if (!decision) return false;
+  if (decision->treatment != treatment()) link_.rates.erase(key_);
   decision_ = *std::move(decision);
   for (auto it = origins_.begin(); it != origins_.end();) {
     Mirror& mirror = *it->second;
@@ -185,6 +189,10 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, message.body, now);
     return Nothing{};
   }
+  if (!link_.may_inflate(message, now)) {
+    dropped_.add(DropReason::kRate);
+    return Nothing{};
+  }
   if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
     auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
     if (!raw) return raw.error();
@@ -256,9 +264,21 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
+  if (!admits(raw.size(), now)) return dropped_.add(DropReason::kRate);
   if (const auto reason = mirror.publish(message.number, raw, now)) return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
+}
+
+bool OfferedTopic::admits(std::size_t bytes, const Now& now) {
+  if (treatment().max_rate == 0 && treatment().bytes_per_second_max == 0) return true;
+  auto& rates = link_.rates;
+  if (rates.size() >= kRatesMax && !rates.contains(key_)) {
+    std::erase_if(rates, [&](const auto& entry) { return entry.second.idle(now.steady); });
+    if (rates.size() >= kRatesMax) return false;
+  }
+  const RateLimit fresh(treatment().max_rate, treatment().bytes_per_second_max);
+  return rates.try_emplace(key_, fresh).first->second.admit(bytes, now.steady);
 }
 
 void OfferedTopic::on_publish_failed(std::uint64_t count) {

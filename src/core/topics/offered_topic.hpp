@@ -85,6 +85,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   }
   [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
   [[nodiscard]] bool permits(const Mirror& mirror, const Payload& raw) const;
+  // Whether our rule's rates let a message of this size through; then it counts.
+  [[nodiscard]] bool admits(std::size_t bytes, const Now& now);
 
   PeerTopics& peer_;
   ImportContext& context_;

@@ -198,7 +198,6 @@ TEST(SideMirrors, AClaimOfALargerSideIdIsNot) {
 TEST(SideMirrors, BesideAnotherBridgeANewMirrorWaitsForItsClaim) {
   Mirrors s;
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, Offer{{channel(2, "/map", {})}, false});
   s.say(1, Offer{{channel(3, "/b", {origin(1, 13)})}, false});
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1), topic("/b").sub(1)});
   s.did();
