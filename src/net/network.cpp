@@ -28,7 +28,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
-  std::uint32_t last_id = 0;
+  std::uint64_t last_id = 0;
   bool stopped = false;
 };
 

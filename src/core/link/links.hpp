@@ -118,8 +118,8 @@ class Links {
   Pending pending_;  // connections before login or welcome
   Dialer dialer_;
   ConnectionId dialing_;  // client: dial or connection under way
-  std::uint32_t last_link_ = 0;
-  std::uint32_t last_connection_ = 0;  // client
+  std::uint64_t last_link_ = 0;
+  std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
   std::string last_failure_;  // a client's; at a server of a link that was open
   LogLimit refusals_;

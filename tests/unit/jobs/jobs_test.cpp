@@ -55,6 +55,14 @@ TEST_F(JobsTest, AResultThatNobodyWantsIsIgnored) {
   EXPECT_TRUE(one.results.empty());
 }
 
+// A peer must not make this process use up its ids: MirrorId and JobId of 32 bits took weeks.
+TEST_F(JobsTest, WhatThisProcessCountsHas64Bits) {
+  EXPECT_EQ(sizeof(JobId), 8U);
+  EXPECT_EQ(sizeof(MirrorId), 8U);
+  EXPECT_EQ(sizeof(ConnectionId), 8U);
+  EXPECT_EQ(sizeof(ChannelId), 4U);  // as on the wire
+}
+
 TEST_F(JobsTest, LargeIsWhatAWorkerDoes) {
   EXPECT_FALSE(jobs.is_large(99));
   EXPECT_TRUE(jobs.is_large(100));
