@@ -42,7 +42,9 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       status_file_(node),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
-      workers_(1, [this](JobDone done) {
+      // Two, so that what takes seconds (a high level of zstd) does not hold up what takes
+      // milliseconds.
+      workers_(2, [this](JobDone done) {
         boost::asio::post(io_, [this, done = std::move(done)]() mutable {
           workers_.handled(done);
           loop_.feed(std::move(done));
@@ -75,6 +77,7 @@ void Bridge::carry_out(Action&& action) {
                  [&](Authenticate& a) { authenticate(a); },
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
                  [&](DecompressJob& a) { workers_.add(std::move(a)); },
+                 [&](CancelJob& a) { workers_.cancel(a.job); },
                  [&](Log& a) { node_.log(a.level, a.text); }, [&](Stopped&) { network_.stop(); },
                  [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
              },

@@ -228,7 +228,7 @@ void OfferedTopic::make_room(const InMessage& message) {
 
 void OfferedTopic::start_job() {
   const InMessage& message = waiting_.front().message;
-  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body);
+  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.id);
 }
 
 void OfferedTopic::on_job(std::optional<Payload> result, const Now& now) {
