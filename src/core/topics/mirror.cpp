@@ -19,6 +19,13 @@ constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 
+// Whether the newer link can be of the same client, started anew.
+bool is_successor(const Link& newer, const Link& older) {
+  return !newer.identity.name.empty() && newer.id > older.id &&
+         newer.peer_side != older.peer_side && newer.node == older.node &&
+         newer.identity.name == older.identity.name;
+}
+
 }  // namespace
 
 // ---- who offers it
@@ -30,6 +37,9 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   if (own == candidates_.end()) {
     candidates_.push_back({&link, &offered});
     ++link.mirrors;
+    // A client that was restarted while its old connection seems alive: nothing comes on that.
+    if (is_successor(link, *candidates_.front().link))
+      std::swap(candidates_.front(), candidates_.back());
   } else if (!own->offered) {
     own->offered = &offered;
   } else {
