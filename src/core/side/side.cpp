@@ -140,6 +140,7 @@ void Side::on(StopRequested&, const Now& now) {
 }
 
 void Side::on(TimePassed&, const Now& now) {
+  told_.on_time(now);
   links_.on_time(now);
   exports_.on_time(now);
   imports_.on_time(now);

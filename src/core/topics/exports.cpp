@@ -57,6 +57,7 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 }
 
 void Exports::on_time(const Now& now) {
+  context_.told.on_time(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);
