@@ -1,6 +1,9 @@
 #include "run/bridge.hpp"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
+#include <chrono>
+#include <cmath>
 #include <random>
 #include <utility>
 
@@ -9,6 +12,8 @@
 
 namespace connect_bridge {
 namespace {
+
+constexpr double kLagWorthALineMs = 500;
 
 std::uint64_t random_word() {
   std::random_device device;
@@ -106,6 +111,12 @@ void Bridge::on_wake() {
 }
 
 void Bridge::every_second(double lag_ms) {
+  lag_ms =
+      std::max(lag_ms, std::chrono::duration<double, std::milli>(loop_.take_longest()).count());
+  const auto times = lag_ms < kLagWorthALineMs ? std::nullopt : lags_.count(loop_.now());
+  if (times)
+    node_.log(LogLevel::kWarn, "the loop was held up for " + std::to_string(std::lround(lag_ms)) +
+                                   " ms: all links waited");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   const Config& config = parameters_.config();
