@@ -35,6 +35,7 @@ class LinkUser {
 
 class Link final : public ConnectionUser {
  public:
+  static constexpr std::size_t kOfferedMax = 4096;
   // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
   // is thousands of times. What is beyond the first counts against the second, so that a few bytes
   // a second cannot become gigabytes.
@@ -129,6 +130,8 @@ class Link final : public ConnectionUser {
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
+  // A peer takes so many channels at least, and may end the connection for more.
+  [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
   [[nodiscard]] OutgoingChannel* outgoing(ChannelId number) const {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;

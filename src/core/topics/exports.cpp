@@ -18,7 +18,8 @@ void Exports::recheck(const Link& link, const Now& now) {
 
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
   for (auto& [key, topic] : topics_)
-    if (auto offer = topic.offer_to(link)) offers.push_back(*std::move(offer));
+    if (auto offer = link.may_offer() ? topic.offer_to(link) : std::nullopt)
+      offers.push_back(*std::move(offer));
 }
 
 void Exports::on_link_lost(LinkId link, const Now& now) {
