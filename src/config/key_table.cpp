@@ -250,7 +250,17 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .min = 1,
                   .max = 10000,
                   .used_by = UsedBy::kServer,
-                  .help = "Clients at the same time."});
+                  .help = "Clients at the same time, those that were lost and may return among "
+                          "them."});
+  rows.push_back({.section = section,
+                  .key = "connections_per_identity_max",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(core.identity_links_max),
+                  .min = 0,
+                  .max = 10000,
+                  .used_by = UsedBy::kServer,
+                  .help = "The same that logged in as one identity: one token must not take all "
+                          "places. 0: half of connections_max, but 8 at least."});
 }
 
 void add_times(Rows& rows, const SideOptions& core) {

@@ -18,6 +18,9 @@ class Throttle {
   Throttle(double per_second, Duration slack);
 
   [[nodiscard]] bool ready(TimePoint now) const;
+  [[nodiscard]] TimePoint ready_at() const {
+    return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
+  }
   void take(double amount, TimePoint now);
 
  private:

@@ -142,6 +142,9 @@ class Link final : public ConnectionUser {
 
   // The connection is lost, and its channels with it.
   void forget_channels();
+  // What the peer accepts now is looked at when it is due.
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
   // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
   // channel it is, later ones are now and then.
@@ -168,6 +171,7 @@ class Link final : public ConnectionUser {
  private:
   Result<Nothing> on(Offer& offer, const Now& now) { return user_.on_offer(*this, offer, now); }
   Result<Nothing> on(Accepts& accepts, const Now& now);
+  Result<Nothing> take_accepts(const Now& now);
   Result<Nothing> on(OriginsChanged& change, const Now& now);
   Result<Nothing> on(Withdraw& withdraw, const Now& now);
   Result<Nothing> on(Demand& demand, const Now& now);
@@ -188,6 +192,11 @@ class Link final : public ConnectionUser {
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   LogLimit declines_;          // of channels that were declined before
+  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
+  // more patterns there are. What comes faster than this is put off, and the last one holds.
+  Throttle accepts_{100, std::chrono::seconds(5)};
+  std::optional<Accepts> new_accepts_;
+  std::optional<TimePoint> accepts_at_;  // when they are due
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
