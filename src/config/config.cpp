@@ -29,7 +29,12 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.latched_depth = to_u32(values.whole("latched_depth"));
   limits.history_bytes_max = static_cast<std::uint64_t>(values.whole("history_bytes_max"));
   limits.links_max = to_u32(values.whole("connections_max"));
+  limits.identity_links_max = to_u32(values.whole("connections_per_identity_max"));
   limits.channels_max = to_u32(values.whole("channels_max"));
+  limits.mirrors_max = to_u32(values.whole("mirrors_max"));
+  limits.topic_mirrors_max = to_u32(values.whole("topic_mirrors_max"));
+  limits.mirror_depth_max = to_u32(values.whole("mirror_depth_max"));
+  limits.mirror_bytes_max = static_cast<std::uint64_t>(values.whole("mirror_bytes_max"));
   limits.calls_max = to_u32(values.whole("calls_max"));
   limits.outbox.queue_delay_target = from_seconds(values.number("queue_delay_target"));
   limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));

@@ -191,6 +191,39 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .help = "The same for transient-local topics."});
 }
 
+// What a peer may make this side's graph hold.
+void add_mirror_limits(Rows& rows, const SideOptions& core) {
+  const auto add = [&](KeySpec spec) {
+    spec.section = "Limits of a link";
+    spec.type = ParameterType::kInteger;
+    spec.min = 1;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "mirrors_max",
+       .fallback = whole(core.mirrors_max),
+       .max = 16384,
+       .help = "Publishers of one peer that exist here. Each takes some 25 kB at this side and in "
+               "the processes that subscribe to it; the rest is left out and logged."});
+  add({.key = "topic_mirrors_max",
+       .fallback = whole(core.topic_mirrors_max),
+       .max = 1024,
+       .help = "The same of one topic."});
+  add({.key = "mirror_depth_max",
+       .fallback = whole(core.mirror_depth_max),
+       .max = 100000,
+       .unit = "messages",
+       .help = "Depth that a peer may ask for; keep-all becomes this depth. A rule's qos.depth may "
+               "be more."});
+  add({.key = "mirror_bytes_max",
+       .fallback = whole(core.mirror_bytes_max),
+       .max = 64 * kGiB,
+       .unit = "bytes",
+       .help = "What the middleware keeps here of one peer's transient-local topics for late "
+               "subscribers, by the largest sample of each. Where it does not suffice fewer "
+               "samples are kept than the depth says; one for which there is no room is dropped "
+               "and counted."});
+}
+
 // How many of what a peer may have.
 void add_numbers(Rows& rows, const SideOptions& core) {
   const std::string section = "Limits of a link";
@@ -217,7 +250,17 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .min = 1,
                   .max = 10000,
                   .used_by = UsedBy::kServer,
-                  .help = "Clients at the same time."});
+                  .help = "Clients at the same time, those that were lost and may return among "
+                          "them."});
+  rows.push_back({.section = section,
+                  .key = "connections_per_identity_max",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(core.identity_links_max),
+                  .min = 0,
+                  .max = 10000,
+                  .used_by = UsedBy::kServer,
+                  .help = "The same that logged in as one identity: one token must not take all "
+                          "places. 0: half of connections_max, but 8 at least."});
 }
 
 void add_times(Rows& rows, const SideOptions& core) {
@@ -313,6 +356,7 @@ const std::vector<KeySpec>& key_table() {
     add_flow(rows, core);
     add_link_limits(rows, core);
     add_numbers(rows, core);
+    add_mirror_limits(rows, core);
     rows.push_back({.section = "Rules",
                     .key = "rules",
                     .type = ParameterType::kStrings,

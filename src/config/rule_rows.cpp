@@ -86,14 +86,17 @@ void add_rule_treatment(Rows& rows) {
        .max = 1e6,
        .changeable = true,
        .unit = "Hz",
-       .help = "Messages per second of one topic; unset: all."});
+       .help =
+           "Messages per second of one topic: what is sent, and what is taken from each peer, its "
+           "last samples of a transient-local topic included; unset: all."});
   add({.key = "max_bytes_per_second",
        .type = ParameterType::kInteger,
        .min = 1,
        .max = 1e12,
        .changeable = true,
        .unit = "bytes/s",
-       .help = "Bandwidth of one topic; unset: no limit."});
+       .help = "Bandwidth of one topic, uncompressed, sent or taken as for max_rate; unset: no "
+               "limit."});
   add({.key = "max_age",
        .type = ParameterType::kDouble,
        .min = 0.001,
@@ -108,7 +111,8 @@ void add_rule_treatment(Rows& rows) {
        .changeable = true,
        .unit = "bytes",
        .help =
-           "What may wait of one topic; one message always fits. Of a transient-local topic "
+           "What may wait to be sent of one topic; one message always fits. Of a transient-local "
+           "topic "
            "at least history_bytes_max may. Unset: a quarter of the link's queue_bytes_max, but "
            "1 MiB while the oldest waits for more than 0.25 s: the link is too slow then."});
   add({.key = "clock",

@@ -209,6 +209,7 @@ void Acceptance::finish(Accepted accepted) {
 void Acceptance::abandon() {
   done_ = nullptr;
   deadline_.cancel();
+  slot_.reset();
   if (socket_) socket_->next_layer().abort();
 }
 

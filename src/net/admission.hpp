@@ -1,39 +1,55 @@
-// How many may be connected, and how many of one address before they have logged in. A slot is
-// given back when its last owner lets go of it, also after the Admission is gone.
+// Who may connect: how many may be open, and how many have not logged in yet.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <string>
-#include <unordered_map>
 
 namespace connect_bridge {
 
+// A place is given back when its last owner lets go of it, also after the Admission is gone. Where
+// there is none left, the oldest connection without a login gives way: one that means to log in
+// does so within a round trip. Single-threaded.
 class Admission {
  public:
+  // The place of a connection without a login.
+  struct Pending {
+    std::function<void()> give_way;  // closes the connection; set by its owner
+    bool open = false;               // a WebSocket: it has a place among the open ones, too
+  };
+
   Admission(std::size_t connections_max, std::size_t pending_per_address_max)
       : state_(std::make_shared<State>()),
         connections_max_(connections_max),
         pending_per_address_max_(pending_per_address_max) {}
 
-  // A place for an open WebSocket; null when all are taken.
+  // A place for an open WebSocket; null when all are taken by those who have logged in.
   std::shared_ptr<void> take_connection() {
+    if (state_->connections >= connections_max_)
+      give_way([](const Entry& entry) { return entry.place->open; });
     if (state_->connections >= connections_max_) return nullptr;
     ++state_->connections;
     return {state_.get(), [state = state_](void*) { --state->connections; }};
   }
 
-  // A place for a connection without a login; null when this address, or all together, have enough.
-  std::shared_ptr<void> take_pending(const std::string& address) {
-    if (state_->pending >= connections_max_ + kPendingSpare) return nullptr;
-    std::size_t& count = state_->by_address[address];
-    if (count >= pending_per_address_max_) return nullptr;
-    ++count;
-    ++state_->pending;
-    return {state_.get(), [state = state_, address](void*) {
-              --state->pending;
-              const auto found = state->by_address.find(address);
-              if (--found->second == 0) state->by_address.erase(found);
+  // A place for a connection without a login. `share`: how many times the usual number its address
+  // may have.
+  std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
+    std::size_t of_address = 0;
+    for (const auto& [number, entry] : state_->pending) of_address += entry.address == address;
+    if (of_address >= static_cast<std::size_t>(share) * pending_per_address_max_)
+      give_way([&](const Entry& entry) { return entry.address == address; });
+    if (state_->pending.size() >= connections_max_ + kPendingSpare)
+      give_way([](const Entry&) { return true; });
+    const std::uint64_t number = ++state_->last;
+    auto* place = new Pending;
+    state_->pending[number] = {address, place};
+    return {place, [state = state_, number](Pending* gone) {
+              state->pending.erase(number);
+              delete gone;
             }};
   }
 
@@ -41,11 +57,27 @@ class Admission {
   // Handshakes beyond those that could end in a connection: refusals in progress.
   static constexpr std::size_t kPendingSpare = 64;
 
+  struct Entry {
+    std::string address;
+    Pending* place = nullptr;
+  };
   struct State {
     std::size_t connections = 0;
-    std::size_t pending = 0;
-    std::unordered_map<std::string, std::size_t> by_address;
+    std::uint64_t last = 0;
+    std::map<std::uint64_t, Entry> pending;  // the oldest first
   };
+
+  // The oldest one that `may`.
+  template <class May>
+  void give_way(May may) {
+    for (auto it = state_->pending.begin(); it != state_->pending.end(); ++it) {
+      if (!may(it->second)) continue;
+      const auto close = std::move(it->second.place->give_way);
+      state_->pending.erase(it);
+      if (close) close();
+      return;
+    }
+  }
 
   std::shared_ptr<State> state_;
   std::size_t connections_max_;

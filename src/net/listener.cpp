@@ -8,6 +8,13 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::milliseconds kRetryTime{100};
+// Behind a proxy at this host is the whole world.
+constexpr int kLoopbackShare = 8;
+constexpr std::size_t kPacesMax = 4096;
+
+TimePoint steady_now() {
+  return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
+}
 
 // IPv4 peers of an IPv6 socket are shown, and counted, as what they are.
 asio::ip::address plain_address(const asio::ip::address& address) {
@@ -49,6 +56,8 @@ std::string Listener::open(const ListenOptions& options) {
     accept_options->tls = make_server_tls(*options.tls, problem);
     if (!accept_options->tls) return problem;
   }
+  pace_ = Pace(options.handshakes_at_once, options.handshake_period);
+  limits_ = options;
   admission_ =
       std::make_shared<Admission>(options.connections_max, options.pending_per_address_max);
   accept_options->reserve = [admission = admission_] { return admission->take_connection(); };
@@ -110,17 +119,37 @@ void Listener::on_accepted(const ErrorCode& error, TcpSocket socket) {
   if (!error) {
     ++accepted_;
     admit(std::move(socket));
-    return accept();
+    return accept_at(pace_.free_at());
   }
   if (error == asio::error::connection_aborted) return accept();
   // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
   // would spin.
   log(LogLevel::kWarn, "cannot accept connections now: " + error.message());
-  retry_.expires_after(kRetryTime);
+  accept_at(steady_now() + kRetryTime);
+}
+
+// Until then the kernel keeps them waiting.
+void Listener::accept_at(TimePoint when) {
+  if (when <= steady_now()) return accept();
+  retry_.expires_at(std::chrono::steady_clock::time_point(when.time_since_epoch()));
   retry_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
     const auto self = weak.lock();
     if (self && !cancelled && self->acceptor_.is_open()) self->accept();
   });
+}
+
+// A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
+// limited first, so that it cannot use up what all have together.
+bool Listener::take_handshake(const std::string& key, int share) {
+  const TimePoint now = steady_now();
+  if (paces_.size() >= kPacesMax)
+    std::erase_if(paces_, [&](const auto& entry) { return entry.second.idle(now); });
+  if (paces_.size() < kPacesMax || paces_.contains(key)) {
+    const Pace fresh(limits_.address_handshakes_at_once * share,
+                     limits_.address_handshake_period / share);
+    if (!paces_.try_emplace(key, fresh).first->second.take(now)) return false;
+  }
+  return pace_.take(now);
 }
 
 void Listener::admit(TcpSocket socket) {
@@ -129,14 +158,16 @@ void Listener::admit(TcpSocket socket) {
   if (error) return;  // gone already
   const auto address = plain_address(remote.address());
   const std::string peer = peer_text(address, remote.port());
-  auto slot = admission_->take_pending(limit_key(address));
-  if (!slot) {
+  const std::string key = limit_key(address);
+  const int share = address.is_loopback() ? kLoopbackShare : 1;
+  if (options_->tls && !take_handshake(key, share)) {
     ++refused_;
     ErrorCode ignored;
     socket.set_option(TcpSocket::linger(true, 0), ignored);
     socket.close(ignored);
-    return log(LogLevel::kDebug, peer + ": dropped, too many connections without a login");
+    return log(LogLevel::kDebug, peer + ": dropped, too many handshakes");
   }
+  const auto slot = admission_->take_pending(key, share);
   const std::string refused = tune_socket(socket.native_handle(), sockets_);
   if (!refused.empty() && !tuning_told_) {
     tuning_told_ = true;
@@ -144,16 +175,24 @@ void Listener::admit(TcpSocket socket) {
   }
   auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_);
   acceptances_.insert(acceptance);
-  acceptance->start([weak = weak_from_this(), key = std::weak_ptr{acceptance}, peer,
-                     slot = std::move(slot)](Accepted accepted) {
+  slot->give_way = [weak = weak_from_this(), handshake = std::weak_ptr{acceptance}] {
+    const auto self = weak.lock();
+    const auto oldest = handshake.lock();
+    if (!self || !oldest) return;
+    ++self->refused_;
+    self->acceptances_.erase(oldest);
+    oldest->abandon();
+  };
+  acceptance->start([weak = weak_from_this(), handshake = std::weak_ptr{acceptance}, peer,
+                     slot](Accepted accepted) {
     if (const auto self = weak.lock()) {
-      self->on_done(key.lock(), peer, slot, std::move(accepted));
+      self->on_done(handshake.lock(), peer, slot, std::move(accepted));
     }
   });
 }
 
 void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
-                       std::shared_ptr<void> pending_slot, Accepted accepted) {
+                       std::shared_ptr<Admission::Pending> pending_slot, Accepted accepted) {
   acceptances_.erase(acceptance);
   if (!accepted.socket) {
     ++refused_;

@@ -6,8 +6,10 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <unordered_set>
 
+#include "core/base/pace.hpp"
 #include "core/ports/ports.hpp"
 #include "net/accept.hpp"
 #include "net/admission.hpp"
@@ -20,7 +22,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   struct Arrival {
     std::shared_ptr<WebSocket> socket;
     std::string peer;
-    std::shared_ptr<void> pending_slot;
+    std::shared_ptr<Admission::Pending> pending_slot;
     std::shared_ptr<void> connection_slot;
   };
   struct Events {
@@ -48,8 +50,11 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void accept();
   void on_accepted(const ErrorCode& error, TcpSocket socket);
   void admit(TcpSocket socket);
+  // Whether a handshake may begin with this address; then it counts.
+  bool take_handshake(const std::string& key, int share);
+  void accept_at(TimePoint when);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
-               std::shared_ptr<void> pending_slot, Accepted accepted);
+               std::shared_ptr<Admission::Pending> pending_slot, Accepted accepted);
   void log(LogLevel level, const std::string& text);
 
   asio::io_context& io_;
@@ -60,6 +65,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::shared_ptr<Admission> admission_;
   std::shared_ptr<const AcceptOptions> options_;
   std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
+  std::unordered_map<std::string, Pace> paces_;  // of handshakes, by address
+  Pace pace_{1, Duration::zero()};               // of all of them
+  ListenOptions limits_;
   std::uint16_t port_ = 0;
   std::uint64_t accepted_ = 0;
   std::uint64_t refused_ = 0;

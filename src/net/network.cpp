@@ -14,7 +14,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
       : io(context), events(std::move(event_sinks)), sockets(std::move(socket_options)) {}
 
   void add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
-           std::shared_ptr<void> pending_slot, std::shared_ptr<void> connection_slot);
+           std::shared_ptr<Admission::Pending> pending_slot, std::shared_ptr<void> connection_slot);
   void on_arrival(Listener::Arrival arrival);
   void on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
                   std::string problem);
@@ -28,7 +28,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
-  std::uint32_t last_id = 0;
+  std::uint64_t last_id = 0;
   bool stopped = false;
 };
 
@@ -46,7 +46,7 @@ ConnectionId Network::State::free_id() {
 }
 
 void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
-                         std::shared_ptr<void> pending_slot,
+                         std::shared_ptr<Admission::Pending> pending_slot,
                          std::shared_ptr<void> connection_slot) {
   SocketSetup setup;
   setup.id = id;
@@ -57,10 +57,17 @@ void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std
     if (const auto self = weak.lock()) self->connections.erase(gone);
   };
   setup.options = sockets;
-  setup.pending_slot = std::move(pending_slot);
+  setup.pending_slot = pending_slot;
   setup.connection_slot = std::move(connection_slot);
   const auto connection = std::make_shared<Socket>(std::move(setup));
   connections[id] = connection;
+  if (pending_slot) {
+    pending_slot->open = true;
+    pending_slot->give_way = [weak = std::weak_ptr{connection}] {
+      if (const auto self = weak.lock()) self->give_way();
+    };
+    pending_slot.reset();
+  }
   connection->open();
 }
 

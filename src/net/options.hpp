@@ -51,8 +51,15 @@ struct ListenOptions {
   // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
   // Programs send no origin and are not concerned.
   std::vector<std::string> origins;
-  std::size_t connections_max = 64;          // beyond: HTTP 503
-  std::size_t pending_per_address_max = 16;  // connections without a login; beyond: dropped
+  std::size_t connections_max = 64;  // beyond: HTTP 503
+  // Connections without a login; beyond: the oldest is dropped. Of the loopback 8 times as many,
+  // and handshakes as often: a proxy there stands for all of the world.
+  std::size_t pending_per_address_max = 16;
+  // TLS handshakes of one address, beyond: dropped; and of all, beyond: accepted later.
+  int address_handshakes_at_once = 32;
+  std::chrono::milliseconds address_handshake_period{100};
+  int handshakes_at_once = 128;
+  std::chrono::milliseconds handshake_period{20};
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 

@@ -229,8 +229,6 @@ void Socket::fail(const ErrorCode& error) {
 void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool orderly) {
   if (state_ == State::kEnding) return;
   state_ = State::kEnding;
-  setup_.pending_slot.reset();
-  setup_.connection_slot.reset();
   set_deadline();
   const auto self = shared_from_this();
   Transport& transport = socket_->next_layer();
@@ -272,8 +270,18 @@ void Socket::abandon() {
 void Socket::forget() {
   if (forgotten_) return;
   forgotten_ = true;
+  setup_.pending_slot.reset();
+  setup_.connection_slot.reset();
   deadline_.cancel();
   setup_.gone(setup_.id);
+}
+
+void Socket::give_way() {
+  const auto self = shared_from_this();
+  socket_->next_layer().abort();
+  setup_.pending_slot.reset();
+  setup_.connection_slot.reset();
+  end(std::nullopt, "gave way to a newer connection without a login", false);
 }
 
 SocketFacts Socket::facts() const {

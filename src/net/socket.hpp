@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "net/admission.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
 
@@ -23,8 +24,8 @@ struct SocketSetup {
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
   SocketOptions options;
-  std::shared_ptr<void> pending_slot;     // given back by allow()
-  std::shared_ptr<void> connection_slot;  // given back with ConnectionClosed
+  std::shared_ptr<Admission::Pending> pending_slot;  // given back by allow()
+  std::shared_ptr<void> connection_slot;             // given back when the TCP connection is gone
 };
 
 // kOpen -> kClosing (our close frame is on its way) -> kEnding (ConnectionClosed delivered, TCP is
@@ -41,6 +42,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void close(std::uint16_t code, const std::string& reason);
   // Closes at once and delivers nothing more.
   void abandon();
+  // Closes at once and gives its places back, for another connection.
+  void give_way();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.

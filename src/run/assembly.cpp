@@ -15,7 +15,8 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::size_t kStrangersMax = 256;  // connections before login
+// Connections before login: those that the core keeps, and some whose end is under way.
+constexpr std::size_t kStrangersMax = 320;
 
 Now wall_clock() {
   Now now;

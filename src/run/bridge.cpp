@@ -1,6 +1,9 @@
 #include "run/bridge.hpp"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
+#include <chrono>
+#include <cmath>
 #include <random>
 #include <utility>
 
@@ -9,6 +12,8 @@
 
 namespace connect_bridge {
 namespace {
+
+constexpr double kLagWorthALineMs = 500;
 
 std::uint64_t random_word() {
   std::random_device device;
@@ -42,7 +47,9 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       status_file_(node),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
-      workers_(1, [this](JobDone done) {
+      // Two, so that what takes seconds (a high level of zstd) does not hold up what takes
+      // milliseconds.
+      workers_(2, [this](JobDone done) {
         boost::asio::post(io_, [this, done = std::move(done)]() mutable {
           workers_.handled(done);
           loop_.feed(std::move(done));
@@ -75,6 +82,7 @@ void Bridge::carry_out(Action&& action) {
                  [&](Authenticate& a) { authenticate(a); },
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
                  [&](DecompressJob& a) { workers_.add(std::move(a)); },
+                 [&](CancelJob& a) { workers_.cancel(a.job); },
                  [&](Log& a) { node_.log(a.level, a.text); }, [&](Stopped&) { network_.stop(); },
                  [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
              },
@@ -103,6 +111,12 @@ void Bridge::on_wake() {
 }
 
 void Bridge::every_second(double lag_ms) {
+  lag_ms =
+      std::max(lag_ms, std::chrono::duration<double, std::milli>(loop_.take_longest()).count());
+  const auto times = lag_ms < kLagWorthALineMs ? std::nullopt : lags_.count(loop_.now());
+  if (times)
+    node_.log(LogLevel::kWarn, "the loop was held up for " + std::to_string(std::lround(lag_ms)) +
+                                   " ms: all links waited");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   const Config& config = parameters_.config();

@@ -7,6 +7,7 @@
 
 #include "auth/authenticator.hpp"
 #include "config/config.hpp"
+#include "core/base/log_limit.hpp"
 #include "core/side/side.hpp"
 #include "net/network.hpp"
 #include "ros/gateway.hpp"
@@ -59,6 +60,7 @@ class Bridge {
   Network network_;
   StatusFile status_file_;
   HeapTrim heap_;
+  LogLimit lags_;
   Seconds seconds_;
   Stop stop_;
   Workers workers_;  // last, so its thread ends first

@@ -5,6 +5,12 @@
 namespace connect_bridge {
 namespace {
 
+// A deadline that is noticed so much later tells that the loop stood still; so much is enough to
+// read what the sockets have; and not more often than so, for a loop that is always late.
+constexpr Duration kLate = std::chrono::milliseconds(100);
+constexpr Duration kReadTime = std::chrono::milliseconds(20);
+constexpr Duration kReadPause = std::chrono::seconds(1);
+
 Stamp read_clock(clockid_t id) {
   timespec t{};
   clock_gettime(id, &t);
@@ -40,14 +46,25 @@ void Loop::handle(Input&& input) {
 // A timer that is set too early stays: deadlines move with every packet, and setting it costs more
 // than the few times that it fires for nothing.
 void Loop::set_timer() {
+  if (timer_at_ && *timer_at_ == reads_until_) return;
   const auto deadline = side_.next_deadline();
   if (!deadline || (timer_at_ && *timer_at_ <= *deadline)) return;
-  timer_at_ = deadline;
-  timer_.expires_at(std::chrono::steady_clock::time_point(deadline->time_since_epoch()));
+  wait_until(*deadline);
+}
+
+void Loop::wait_until(TimePoint when) {
+  timer_at_ = when;
+  timer_.expires_at(std::chrono::steady_clock::time_point(when.time_since_epoch()));
   timer_.async_wait([this](const boost::system::error_code& error) {
     if (error) return;
     timer_at_.reset();
     const auto due = side_.next_deadline();
+    // After a stall the sockets are read first, or peers would be taken for silent that were not.
+    const TimePoint at = now().steady;
+    if (due && at - *due > kLate && at - reads_until_ > kReadPause) {
+      reads_until_ = at + kReadTime;
+      return wait_until(reads_until_);
+    }
     if (due && *due <= now().steady) return feed(TimePassed{});
     set_timer();
   });

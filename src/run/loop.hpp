@@ -1,11 +1,14 @@
 // The loop of a side: docs/architecture.md, section 4.
 #pragma once
 
+#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <deque>
 #include <functional>
 #include <optional>
+#include <utility>
 
 #include "core/side/side.hpp"
 #include "ros/node/node.hpp"
@@ -23,6 +26,8 @@ class Loop {
   Loop(boost::asio::io_context& io, const ros::Node& node, Side& side, Ports ports)
       : node_(node), side_(side), ports_(std::move(ports)), timer_(io) {}
 
+  // The longest step since this was last asked.
+  [[nodiscard]] Duration take_longest() { return std::exchange(longest_, Duration::zero()); }
   // The time of an input that arrives now.
   [[nodiscard]] Now now() const;
 
@@ -38,6 +43,7 @@ class Loop {
   // ready together is packed together. Returns what `source` returns.
   template <class Source>
   auto step(Source&& source) {
+    const auto begin = std::chrono::steady_clock::now();
     stepping_ = true;
     const auto result = source([this](Input&& input) { handle(std::move(input)); });
     while (!waiting_.empty()) {
@@ -48,20 +54,24 @@ class Loop {
     stepping_ = false;
     ports_.send();
     set_timer();
+    longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - begin));
     return result;
   }
 
  private:
   void handle(Input&& input);
   void set_timer();
+  void wait_until(TimePoint when);
 
   const ros::Node& node_;
   Side& side_;
   const Ports ports_;
   boost::asio::steady_timer timer_;  // the core's next deadline
   std::optional<TimePoint> timer_at_;
+  TimePoint reads_until_{};  // sockets are read first, before the timer does its work
   std::deque<Input> waiting_;
   bool stepping_ = false;
+  Duration longest_{};
 };
 
 }  // namespace connect_bridge

@@ -3,16 +3,19 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
+#include <memory>
 
 namespace connect_bridge {
 
 std::string write_atomically(const std::string& file, const std::string& text) {
   const std::string part = file + ".part";
   {
-    std::ofstream out(part, std::ios::trunc);
-    out << text << '\n';
-    if (!out) return "cannot write " + part + ": " + std::strerror(errno);
+    // Made anew ("x"), so that a link that somebody else put there is not followed.
+    std::remove(part.c_str());
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(part.c_str(), "wx"),
+                                                              &std::fclose);
+    if (!out || std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0)
+      return "cannot write " + part + ": " + std::strerror(errno);
   }
   if (std::rename(part.c_str(), file.c_str()) != 0)
     return "cannot replace " + file + ": " + std::strerror(errno);

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <variant>
@@ -14,9 +15,10 @@
 
 namespace connect_bridge {
 
-// Jobs are pure; their results come back through `done`, called from a worker's thread. The core
-// bounds how many jobs it gives (one per channel at a time), so the queue needs no bound of its
-// own. Their results do: a few bytes can decompress to many, faster than the loop handles them.
+// Jobs are pure; their results come back through `done`, called from a worker's thread. Links take
+// turns. The core bounds how many jobs it gives (one per channel at a time) and cancels those of
+// channels that end, so the queue needs no bound of its own. Their results do: a few bytes can
+// decompress to many, faster than the loop handles them.
 class Workers {
  public:
   using Job = std::variant<CompressJob, DecompressJob>;
@@ -30,16 +32,20 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   void add(Job job);  // any thread
+  // Forgets it, if it has not begun; any thread.
+  void cancel(JobId job);
   // A result that `done` got has been handled. To be called once for each; any thread.
   void handled(const JobDone& done);
 
  private:
   void run();
+  [[nodiscard]] Job take_next();
 
   std::function<void(JobDone)> done_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Job> waiting_;
+  std::map<LinkId, std::deque<Job>> waiting_;  // by whose turn it is; no queue is empty
+  LinkId last_turn_;
   std::size_t unhandled_bytes_ = 0;
   std::atomic<bool> ending_ = false;
   std::vector<std::thread> threads_;

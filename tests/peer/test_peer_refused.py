@@ -138,13 +138,13 @@ def test_all_origins_of_a_topic_are_replaced(world, served):
     """Removed ones make room for added ones; more than 1024 at a time are refused."""
     mine = Peer(world.url, TOKEN)
     mine.until(lambda: mine.accepts, "accepts")
-    channel = mine.offer("/o/replaced", STRING, origins=origins(1, 600))
+    channel = mine.offer("/o/replaced", STRING, origins=origins(1, 250))
     change = {"type": "origins", "channel": channel}
-    mine.send_control(**change, added=origins(601, 600), removed=list(range(1, 601)))
-    until(lambda: world.graph.tester.count_publishers("/o/replaced") == 600, "600 mirrors")
+    mine.send_control(**change, added=origins(601, 250), removed=list(range(1, 251)))
+    until(lambda: world.graph.tester.count_publishers("/o/replaced") == 250, "250 mirrors")
     t1 = mine.ask_time()
     mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "a time reply")
-    mine.send_control(**change, added=origins(2000, 425), removed=[])
+    mine.send_control(**change, added=origins(2000, 775), removed=[])
     assert mine.wait_closed() == 4006
 
 

@@ -2,6 +2,8 @@
 
 #include <rosidl_typesupport_introspection_c/identifier.h>
 
+#include <chrono>
+#include <iostream>
 #include <random>
 
 #include "ros/service_fixture.hpp"
@@ -19,7 +21,7 @@ const rosidl_message_type_support_t& introspection(const std::string& type) {
 
 std::optional<std::string> check(const std::string& type, const Bytes& bytes,
                                  std::size_t memory_max = kMemoryMax) {
-  return check_cdr(bytes, introspection(std::string{kTestPackage} + type), memory_max);
+  return check_cdr(bytes, introspection(std::string{kTestPackage} + type), call_limits(memory_max));
 }
 
 Bytes leaf() {
@@ -93,8 +95,8 @@ TEST(CdrCheck, MemoryIsBounded) {
   cdr.u32(100000);  // empty strings take 24 bytes of memory each, and 4 here
   for (int i = 0; i < 100000; ++i) cdr.u32(0);
   const std::string type = "rcl_interfaces/srv/GetParameters_Request";
-  EXPECT_NE(std::nullopt, check_cdr(cdr.bytes(), introspection(type), 1000000));
-  EXPECT_EQ(std::nullopt, check_cdr(cdr.bytes(), introspection(type), 10000000));
+  EXPECT_NE(std::nullopt, check_cdr(cdr.bytes(), introspection(type), call_limits(1000000)));
+  EXPECT_EQ(std::nullopt, check_cdr(cdr.bytes(), introspection(type), call_limits(10000000)));
 }
 
 // A sequence of this many strings, empty ones but for the last.
@@ -110,7 +112,7 @@ TEST(CdrCheck, StringsAndSequencesAreBounded) {
   const std::string strings = "rcl_interfaces/srv/GetParameters_Request";
   constexpr std::size_t kRoomy = std::size_t{256} << 20;
   const auto problem = [&](const std::string& type, const Bytes& bytes) {
-    return check_cdr(bytes, introspection(type), kRoomy).value_or("");
+    return check_cdr(bytes, introspection(type), call_limits(kRoomy)).value_or("");
   };
   EXPECT_EQ("", problem(strings, texts(10000)));
   EXPECT_EQ("", problem(strings, texts(kBlocksMax - 1)));  // the sequence is the one missing
@@ -131,7 +133,8 @@ TEST(CdrCheck, StringsAndSequencesAreBounded) {
 TEST(CdrCheck, MessagesWithinAreBounded) {
   const auto points = [](std::uint32_t count) {
     return check_cdr(Cdr{}.u32(count).zeros(12 * count).bytes(),
-                     introspection("geometry_msgs/msg/Polygon"), std::size_t{256} << 20);
+                     introspection("geometry_msgs/msg/Polygon"),
+                     call_limits(std::size_t{256} << 20));
   };
   EXPECT_EQ(std::nullopt, points(kNestedMax));
   const auto problem = points(kNestedMax + 1);
@@ -140,6 +143,34 @@ TEST(CdrCheck, MessagesWithinAreBounded) {
 }
 
 // Our own are not held to it: what they cost has been paid when their bytes are looked at.
+// What a peer's sample takes to be checked before it is published: an image next to nothing, and
+// the worst that passes what the loop can bear.
+TEST(CdrCheck, ATopicsSampleCostsLittle) {
+  const auto milliseconds = [](const std::string& type, const Bytes& bytes) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto problem = check_cdr(bytes, introspection(type), sample_limits(bytes.size()));
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    EXPECT_EQ(problem, std::nullopt);
+    return took.count();
+  };
+  // rcl_interfaces/msg/ListParametersResult: names and prefixes, two lists of strings.
+  const double strings = milliseconds("rcl_interfaces/msg/ListParametersResult",
+                                      Cdr{}.u32(999'990).zeros(4 * 999'990).u32(0).bytes());
+  const double image = milliseconds(std::string{kTestPackage} + "/srv/Upload_Request",
+                                    Cdr{}.u32(8U << 20U).zeros(8U << 20U).bytes());
+  const double points =
+      milliseconds("geometry_msgs/msg/Polygon", Cdr{}.u32(5'000'000).zeros(12 * 5'000'000).bytes());
+  std::cout << "5,000,000 points: " << points << " ms, 1,000,000 strings: " << strings
+            << " ms, 8 MiB of bytes: " << image << " ms\n";
+  EXPECT_LT(image, 1);
+  EXPECT_LT(points, 2000);
+  EXPECT_LT(strings, 500);  // 15 where nothing else runs
+  Bytes many = Cdr{}.u32(1'000'010).zeros(4 * 1'000'010).u32(0).bytes();
+  EXPECT_NE(check_cdr(many, introspection("rcl_interfaces/msg/ListParametersResult"),
+                      sample_limits(many.size())),
+            std::nullopt);
+}
+
 TEST(CdrCheck, LargeMessagesOfOursHaveTheirPaddingCleared) {
   Bytes bytes = texts(kBlocksMax + 1);
   const auto size = bytes.size();

@@ -1,9 +1,13 @@
 #include "ros/gateway.hpp"
 
+#include <cstdlib>
 #include <filesystem>
 #include <set>
+#include <sstream>
 
 #include "ros/ros_fixture.hpp"
+#include "ros/types/type_supports.hpp"
+#include "unit/scratch.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -63,6 +67,29 @@ TEST_F(GatewayTest, PublishesOnMirrors) {
   EXPECT_EQ(sent, *received);
 }
 
+// A subscriber makes memory for as many elements as a sequence claims to have.
+TEST_F(GatewayTest, PublishesNothingThatIsNoMessageOfTheType) {
+  TestNode listener("listener");
+  TestSide side("connect_client");
+  RawSubscription subscription(listener, topic("chatter"));
+  mirror(side, topic("chatter"), qos_of_depth(5));
+  const auto seen = [](const TopicState& state) { return state.subscribers.size() == 1; };
+  ASSERT_TRUE(side.topic_state(topic("chatter"), seen));
+  Bytes bad = string_message(std::string(2000, 'x'));
+  bad[7] = 0xff;  // the length
+  side.gateway.apply(Publish{kMirror, Payload::copy_of(bad)});
+  const auto failed = side.next<PublishFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ(1u, failed->count);
+  const Bytes good = string_message(std::string(2000, 'x'));
+  std::optional<Bytes> received;
+  ASSERT_TRUE(side.until([&] {
+    side.gateway.apply(Publish{kMirror, Payload::copy_of(good)});
+    return (received = subscription.take()).has_value();
+  }));
+  EXPECT_EQ(good, *received);
+}
+
 TEST_F(GatewayTest, UnknownIdsAreIgnored) {
   TestSide side("connect_client");
   side.gateway.apply(DestroySubscription{kSubscription});
@@ -94,6 +121,34 @@ TEST_F(GatewayTest, RefusesTypesThatAreNotInstalled) {
   ASSERT_TRUE(failed);
   EXPECT_EQ("type_unknown", failed->code);
   EXPECT_NE(std::string::npos, failed->reason.find("ros-<distro>-nav-gadgets")) << failed->reason;
+}
+
+// A peer may ask for any package, and each search goes through the file system.
+TEST(TypeSupports, AMissingPackageIsNotSearchedForAgainAtOnce) {
+  namespace fs = std::filesystem;
+  const std::string type = "made_up/msg/Thing";
+  const std::string before = std::getenv("AMENT_PREFIX_PATH");
+  const fs::path prefix = test::scratch_folder();
+  ::setenv("AMENT_PREFIX_PATH", prefix.c_str(), 1);
+  const auto reason = [&](TypeSupports& types) {
+    const auto found = types.message(type, "");
+    return std::get<Refusal>(found).reason;
+  };
+  TypeSupports types;
+  EXPECT_NE(std::string::npos, reason(types).find("is not known here"));
+  fs::create_directories(prefix / "share/ament_index/resource_index/packages/made_up");
+  fs::create_directories(prefix / "lib");
+  std::stringstream prefixes(before);
+  for (std::string each; std::getline(prefixes, each, ':');) {
+    const fs::path library = fs::path(each) / "lib/libstd_msgs__rosidl_typesupport_c.so";
+    if (fs::exists(library))
+      fs::copy_file(library, prefix / "lib/libmade_up__rosidl_typesupport_c.so",
+                    fs::copy_options::skip_existing);
+  }
+  EXPECT_NE(std::string::npos, reason(types).find("is not known here"));
+  TypeSupports others;
+  EXPECT_NE(std::string::npos, reason(others).find("has no message"));
+  ::setenv("AMENT_PREFIX_PATH", before.c_str(), 1);
 }
 
 TEST_F(GatewayTest, RefusesTypesWithAnotherHash) {

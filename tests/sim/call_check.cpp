@@ -8,7 +8,7 @@ namespace {
 // The importer gives the exporter a second to say why.
 constexpr Duration kTimeLimitSlack = std::chrono::milliseconds(1200);
 
-std::string text(int caller, std::uint32_t number) {
+std::string text(int caller, std::uint64_t number) {
   return "call " + std::to_string(number) + " of client " + std::to_string(caller);
 }
 

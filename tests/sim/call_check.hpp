@@ -77,7 +77,7 @@ class CallCheck {
  private:
   struct CallKey {
     int caller = 0;
-    std::uint32_t number = 0;
+    std::uint64_t number = 0;
     auto operator<=>(const CallKey&) const = default;
   };
   struct Call {

@@ -8,7 +8,7 @@ namespace {
 using namespace std::chrono_literals;
 
 // What a mirror keeps of an origin that keeps all.
-constexpr std::uint32_t kMirrorDepthMax = 10'000;
+constexpr std::uint32_t kMirrorDepthMax = 1'000;
 // As many of its messages a topic's queue must hold, if none is to be dropped while a link that has
 // just opened finds its rate.
 constexpr std::uint64_t kMessagesWaiting = 8;

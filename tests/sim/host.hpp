@@ -168,11 +168,12 @@ class Host : public Party {
   void act(const Authenticate& action);
   void act(const CompressJob& action);
   void act(const DecompressJob& action);
+  void act(const CancelJob&) {}  // a worker may have begun it: its result comes
   void act(const Log& action);
   void act(const Stopped& action);
 
   EndpointSpec endpoint(const std::string& topic, const std::string& type,
-                        const std::string& type_hash, const Qos& qos, std::uint32_t handle) const;
+                        const std::string& type_hash, const Qos& qos, std::uint64_t handle) const;
   Payload counted(Bytes bytes) const;
   void forget_entities();
   void tell(const std::string& what) const;  // a line of the log of a verbose run

@@ -25,7 +25,7 @@ void Host::tell(const std::string& what) const {
 
 EndpointSpec Host::endpoint(const std::string& topic, const std::string& type,
                             const std::string& type_hash, const Qos& qos,
-                            std::uint32_t handle) const {
+                            std::uint64_t handle) const {
   const std::string& node = plan_.options.node;
   const std::size_t slash = node.rfind('/');
   EndpointSpec spec;

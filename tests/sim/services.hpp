@@ -38,7 +38,7 @@ struct Caller {
 // Which request of whom; the middleware's header of a request.
 struct RequestKey {
   int caller = 0;
-  std::uint32_t number = 0;
+  std::uint64_t number = 0;
   auto operator<=>(const RequestKey&) const = default;
 };
 

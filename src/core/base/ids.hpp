@@ -8,25 +8,29 @@
 
 namespace connect_bridge {
 
-template <class Tag>
+// What stands on the wire has 32 bits; what only this process counts has 64, which no peer can make
+// it use up.
+template <class Tag, class Value = std::uint64_t>
 struct Id {
-  std::uint32_t value = 0;  // 0 means "none"
+  Value value = 0;  // 0 means "none"
   auto operator<=>(const Id&) const = default;
   explicit operator bool() const { return value != 0; }
 };
 
-using ConnectionId = Id<struct ConnectionTag>;      // one WebSocket, unique in this process
-using LinkId = Id<struct LinkTag>;                  // one peer, unique in this process
-using SubscriptionId = Id<struct SubscriptionTag>;  // a subscription held by an exporter
-using MirrorId = Id<struct MirrorTag>;              // a publisher held by an importer
-using ChannelId = Id<struct ChannelTag>;            // chosen by the exporter, unique on one link
-using OriginId = Id<struct OriginTag>;              // chosen by the exporter, unique in one channel
+using ConnectionId = Id<struct ConnectionTag>;        // one WebSocket, unique in this process
+using LinkId = Id<struct LinkTag>;                    // one peer, unique in this process
+using SubscriptionId = Id<struct SubscriptionTag>;    // a subscription held by an exporter
+using MirrorId = Id<struct MirrorTag>;                // a publisher held by an importer
 using ServiceMirrorId = Id<struct ServiceMirrorTag>;  // a service server held by an importer
 using ServiceClientId = Id<struct ServiceClientTag>;  // a service client held by an exporter
 using RequestId = Id<struct RequestTag>;              // a request taken at a service mirror
 using InvocationId = Id<struct InvocationTag>;        // a request handed to a real service
-using CallId = Id<struct CallTag>;  // chosen by the importer, rising on one channel
-using JobId = Id<struct JobTag>;    // a piece of work given to a worker
+using JobId = Id<struct JobTag>;                      // a piece of work given to a worker
+
+// On the wire.
+using ChannelId = Id<struct ChannelTag, std::uint32_t>;  // of its sender, unique on one link
+using OriginId = Id<struct OriginTag, std::uint32_t>;    // of the exporter, unique in one channel
+using CallId = Id<struct CallTag, std::uint32_t>;        // of the importer, rising on one channel
 
 // What a message is about: the origin of a sample, or a call. The channel tells which of the two.
 struct Subject {
@@ -56,9 +60,9 @@ struct Token128 {
 
 }  // namespace connect_bridge
 
-template <class Tag>
-struct std::hash<connect_bridge::Id<Tag>> {
-  std::size_t operator()(connect_bridge::Id<Tag> id) const noexcept { return id.value; }
+template <class Tag, class Value>
+struct std::hash<connect_bridge::Id<Tag, Value>> {
+  std::size_t operator()(connect_bridge::Id<Tag, Value> id) const noexcept { return id.value; }
 };
 
 template <>

@@ -19,6 +19,8 @@ class Pace {
     paid_until_ = std::max(paid_until_, now) + period_;
     return true;
   }
+  // All that happened is paid for.
+  [[nodiscard]] bool idle(TimePoint now) const { return paid_until_ <= now; }
   // When the next one may happen.
   [[nodiscard]] TimePoint free_at() const { return paid_until_ - (at_once_ - 1) * period_; }
 

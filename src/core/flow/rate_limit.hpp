@@ -18,6 +18,9 @@ class Throttle {
   Throttle(double per_second, Duration slack);
 
   [[nodiscard]] bool ready(TimePoint now) const;
+  [[nodiscard]] TimePoint ready_at() const {
+    return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
+  }
   void take(double amount, TimePoint now);
   // From now on at another rate; what passed stays paid or owed as it is.
   void set_rate(double per_second) { per_second_ = per_second; }
@@ -36,6 +39,8 @@ class RateLimit {
 
   // Whether a message of this size may pass now; then it counts. A false is a drop (kRate).
   [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
+  // All that passed is paid off.
+  [[nodiscard]] bool idle(TimePoint now) const { return messages_.ready(now) && bytes_.ready(now); }
 
  private:
   Throttle messages_;

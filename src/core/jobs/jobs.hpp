@@ -31,7 +31,7 @@ class JobOwner {
 // The jobs under way. Single-threaded; outlives the jobs it gives out.
 class Jobs {
  public:
-  // One job under way. Destroyed before it is done: its result is wanted no more and is ignored.
+  // One job under way. Destroyed before it is done: it is cancelled, and a result is ignored.
   class Job {
    public:
     Job() = default;
@@ -46,7 +46,7 @@ class Jobs {
     ~Job() { cancel(); }
 
     void cancel() {
-      if (jobs_) jobs_->owners_.erase(id_);
+      if (jobs_ && jobs_->owners_.erase(id_) > 0) jobs_->outputs_.push(CancelJob{id_});
       jobs_ = nullptr;
     }
     // Under way; its owner resets it when the result has come.
@@ -69,15 +69,17 @@ class Jobs {
     return bytes >= options_.compress_job_bytes;
   }
 
-  [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw) {
+  // `turn`: the link that the work is for; none: all of them.
+  [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw,
+                             LinkId turn = {}) {
     const JobId id = begin(owner);
-    outputs_.push(CompressJob{id, how, std::move(raw)});
+    outputs_.push(CompressJob{id, how, std::move(raw), turn});
     return Job(this, id);
   }
-  [[nodiscard]] Job decompress(JobOwner& owner, Codec codec, std::uint32_t raw_bytes,
-                               Payload body) {
+  [[nodiscard]] Job decompress(JobOwner& owner, Codec codec, std::uint32_t raw_bytes, Payload body,
+                               LinkId turn) {
     const JobId id = begin(owner);
-    outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body)});
+    outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body), turn});
     return Job(this, id);
   }
   // A worker is done: tells the owner, if it still wants the result.

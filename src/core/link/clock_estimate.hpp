@@ -20,14 +20,17 @@ class ClockEstimate {
   // Peer's system clock minus ours, of the best sample.
   [[nodiscard]] Duration offset() const { return best().offset; }
   [[nodiscard]] Duration round_trip() const { return best().round_trip; }
-  // The offset is true within this bound, as far as neither clock was set meanwhile.
+  // The offset is true within this bound, as far as neither clock was set since the last reply.
   [[nodiscard]] Duration error_bound() const { return (round_trip() + Duration(1)) / 2; }
 
  private:
   struct Sample {
     Duration offset{0};
     Duration round_trip{0};
+    Stamp at = 0;  // by our clock
   };
+  // Whether both can be true of the same two clocks.
+  [[nodiscard]] static bool agree(const Sample& a, const Sample& b);
   [[nodiscard]] const Sample& best() const;
 
   static constexpr std::size_t kSamples = 16;

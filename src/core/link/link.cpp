@@ -1,5 +1,6 @@
 #include "core/link/link.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
@@ -10,6 +11,16 @@ namespace {
 // so within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
+// What an `accepts` costs beside its patterns, in patterns.
+constexpr double kAcceptsPrice = 25;
+
+std::size_t count_of_patterns(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  return count;
+}
 
 }  // namespace
 
@@ -33,6 +44,8 @@ void Link::forget_channels() {
   incoming_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
+  new_accepts_.reset();
+  accepts_at_.reset();
 }
 
 bool Link::note_decline(std::string& declined, const Decline& decline, const Now& now) {
@@ -104,7 +117,20 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
-  return user_.on_accepts(*this, std::move(accepted), now);
+  new_accepts_ = std::move(accepted);
+  accepts_at_ = std::max(now.steady, accepts_.ready_at());
+  return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
+}
+
+Result<Nothing> Link::take_accepts(const Now& now) {
+  accepts_at_.reset();
+  accepts_.take(kAcceptsPrice + static_cast<double>(count_of_patterns(*new_accepts_)), now.steady);
+  return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
+}
+
+void Link::on_time(const Now& now) {
+  if (!accepts_at_ || *accepts_at_ > now.steady) return;
+  if (const auto result = take_accepts(now); !result) fail(result.error());
 }
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {

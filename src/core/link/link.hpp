@@ -8,10 +8,12 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/flow/rate_limit.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/ports/status.hpp"
@@ -33,6 +35,13 @@ class LinkUser {
 
 class Link final : public ConnectionUser {
  public:
+  static constexpr std::size_t kOfferedMax = 4096;
+  // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
+  // is thousands of times. What is beyond the first counts against the second, so that a few bytes
+  // a second cannot become gigabytes.
+  static constexpr std::uint64_t kUsualRatioMax = 32;
+  static constexpr double kInflatedBytesPerSecond = 64 << 20;
+
   Link(LinkId link, LinkUser& user) : id(link), user_(user) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
@@ -48,6 +57,11 @@ class Link final : public ConnectionUser {
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
+  std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
+  // What our rules have let through, by topic and type: who offers a topic anew gets no more.
+  std::map<std::pair<std::string, std::string>, RateLimit> rates;
+  // What may be decompressed beyond the size that messages usually have.
+  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   Token128 peer_side;   // of the last connection
   std::string address;  // of the last connection, for people
   std::string node;
@@ -64,6 +78,15 @@ class Link final : public ConnectionUser {
   }
   void fail(Error error) {
     if (connection) connection->fail(error.code, std::move(error.message));
+  }
+
+  // Whether a body may be decompressed now; then it counts.
+  [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
+    const std::uint64_t usual = kUsualRatioMax * message.body.size();
+    if (message.codec == Codec::kNone || message.raw_bytes <= usual) return true;
+    if (!inflation.ready(now.steady)) return false;
+    inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
+    return true;
   }
 
   // ---- while there is a connection
@@ -107,6 +130,8 @@ class Link final : public ConnectionUser {
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
+  // A peer takes so many channels at least, and may end the connection for more.
+  [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
   [[nodiscard]] OutgoingChannel* outgoing(ChannelId number) const {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;
@@ -117,6 +142,9 @@ class Link final : public ConnectionUser {
 
   // The connection is lost, and its channels with it.
   void forget_channels();
+  // What the peer accepts now is looked at when it is due.
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
   // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
   // channel it is, later ones are now and then.
@@ -143,6 +171,7 @@ class Link final : public ConnectionUser {
  private:
   Result<Nothing> on(Offer& offer, const Now& now) { return user_.on_offer(*this, offer, now); }
   Result<Nothing> on(Accepts& accepts, const Now& now);
+  Result<Nothing> take_accepts(const Now& now);
   Result<Nothing> on(OriginsChanged& change, const Now& now);
   Result<Nothing> on(Withdraw& withdraw, const Now& now);
   Result<Nothing> on(Demand& demand, const Now& now);
@@ -163,6 +192,11 @@ class Link final : public ConnectionUser {
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   LogLimit declines_;          // of channels that were declined before
+  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
+  // more patterns there are. What comes faster than this is put off, and the last one holds.
+  Throttle accepts_{100, std::chrono::seconds(5)};
+  std::optional<Accepts> new_accepts_;
+  std::optional<TimePoint> accepts_at_;  // when they are due
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that

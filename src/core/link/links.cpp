@@ -9,6 +9,9 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kPendingMax = 256;  // connections before login
+// When half of these places are taken: who logs in does so within a round trip.
+constexpr Duration kShortLogin = std::chrono::seconds(1);
+constexpr std::uint32_t kIdentityLinksMin = 8;
 // After a reconnect the peer has this long for its first round of offers.
 constexpr Duration kOffersTime = std::chrono::seconds(30);
 // A link that lives this long has come to something: the back-off begins anew after it.
@@ -68,11 +71,16 @@ void Links::close(ConnectionId connection, CloseCode code, const std::string& re
 // ---- before the login
 
 void Links::on(ConnectionOpened& input, const Now& now) {
-  if (pending_.size() >= kPendingMax)
-    return close(input.connection, CloseCode::kTooManyConnections,
-                 "too many connections without login");
+  // The oldest gives way: who means to log in has done so before 255 more have come. Ids rise.
+  if (pending_.size() >= kPendingMax) {
+    refuse(pending_.begin(), {CloseCode::kTooManyConnections, "too many connections without login"},
+           now);
+  }
+  ConnectionOptions options = connection_options();
+  if (pending_.size() >= kPendingMax / 2)
+    options.login_timeout = std::min(options.login_timeout, kShortLogin);
   pending_[input.connection] =
-      std::make_unique<Connection>(connection_options(), input.connection, input.peer, now);
+      std::make_unique<Connection>(std::move(options), input.connection, input.peer, now);
 }
 
 void Links::on(DialFailed& input, const Now& now) {
@@ -141,17 +149,31 @@ Link* Links::link_for_login(const Connection& connection, const Identity& identi
     if (connection.peer().session && link.session == connection.peer().session &&
         link.identity.name == identity.name)
       return &link;
-  if (links_.size() >= options_.links_max) {
-    // A link that waits for its client's return gives way to one that is here.
-    const auto lost = std::find_if(links_.begin(), links_.end(),
-                                   [](const auto& l) { return l.second.forgotten_at.has_value(); });
-    if (lost == links_.end()) return nullptr;
-    user_.on_link_dead(lost->second, now);
-    links_.erase(lost);
-  }
+  const auto own = [&](const Link& link) { return link.identity.name == identity.name; };
+  const std::uint32_t own_max = options_.identity_links_max > 0
+                                    ? options_.identity_links_max
+                                    : std::max(options_.links_max / 2, kIdentityLinksMin);
+  if (!identity.name.empty() && !make_room(own_max, now, own)) return nullptr;
+  if (!make_room(options_.links_max, now, [](const Link&) { return true; })) return nullptr;
   Link& link = make_link();
   link.session = make_token(random_, options_.secret_random);
   return &link;
+}
+
+template <class Counts>
+bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
+  std::size_t counted = 0;
+  auto lost = links_.end();
+  for (auto it = links_.begin(); it != links_.end(); ++it) {
+    if (!counts(it->second)) continue;
+    ++counted;
+    if (it->second.forgotten_at && lost == links_.end()) lost = it;
+  }
+  if (counted < links_max) return true;
+  if (lost == links_.end()) return false;
+  user_.on_link_dead(lost->second, now);
+  links_.erase(lost);
+  return true;
 }
 
 // ---- while a connection carries a link
@@ -273,6 +295,7 @@ void Links::on_time(const Now& now) {
     Link& link = it->second;
     const Stamp expires = link.identity.expires;
     if (link.connection) link.connection->on_time(now);
+    link.on_time(now);
     if (link.open() && expires != 0 && now.system >= expires)
       link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
     if (link.orphans_end_at && *link.orphans_end_at <= now.steady) {
@@ -315,6 +338,7 @@ std::optional<TimePoint> Links::deadline() const {
   for (const auto& [id, link] : links_) {
     if (link.connection) first = earliest(first, link.connection->deadline());
     first = earliest(first, earliest(link.forgotten_at, link.orphans_end_at));
+    first = earliest(first, link.deadline());
   }
   return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
 }

@@ -32,6 +32,8 @@ struct LinkOptions {
   Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
   Duration dial_timeout = std::chrono::seconds(5);
   std::uint32_t links_max = 64;  // server
+  std::uint32_t identity_links_max =
+      0;  // server: of one identity, if it has a name; 0: half of them
   // Source of session secrets; the seeded generator when empty (simulation). Give it a
   // cryptographic one.
   std::function<std::uint64_t()> secret_random;
@@ -95,6 +97,10 @@ class Links {
   [[nodiscard]] Link* link_of(ConnectionId connection);
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
                                      const Now& now);
+  // Room for one more among the links that `counts` counts: one that is lost gives way to one that
+  // is here. False: there is none.
+  template <class Counts>
+  [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
   [[nodiscard]] Link& make_link();
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
@@ -118,8 +124,8 @@ class Links {
   Pending pending_;  // connections before login or welcome
   Dialer dialer_;
   ConnectionId dialing_;  // client: dial or connection under way
-  std::uint32_t last_link_ = 0;
-  std::uint32_t last_connection_ = 0;  // client
+  std::uint64_t last_link_ = 0;
+  std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
   std::string last_failure_;  // a client's; at a server of a link that was open
   LogLimit refusals_;

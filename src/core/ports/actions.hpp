@@ -106,16 +106,23 @@ struct Authenticate {
   std::string method;
   Bytes credential;
 };
+// Links take turns, so that one that gives much to do does not hold up the others.
 struct CompressJob {
   JobId job;
   Compression how;
   Payload raw;
+  LinkId turn = {};  // whose it is; none: for all links
 };
 struct DecompressJob {
   JobId job;
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;
   Payload body;
+  LinkId turn = {};
+};
+// The result is not wanted any longer; it may come nevertheless.
+struct CancelJob {
+  JobId job;
 };
 
 // ---- core -> log
@@ -131,6 +138,6 @@ using Action = std::variant<CreateSubscription, DestroySubscription, CreateMirro
                             Publish, CreateServiceMirror, DestroyServiceMirror, SendResponse,
                             DropRequest, CreateServiceClient, DestroyServiceClient, SendRequest,
                             DropInvocation, RefreshGraph, Dial, OpenGate, CloseConnection,
-                            Authenticate, CompressJob, DecompressJob, Log, Stopped>;
+                            Authenticate, CompressJob, DecompressJob, CancelJob, Log, Stopped>;
 
 }  // namespace connect_bridge

@@ -26,20 +26,17 @@ class Outputs {
   MirrorId new_mirror() { return {++last_mirror_}; }
   ServiceMirrorId new_service_mirror() { return {++last_service_mirror_}; }
   ServiceClientId new_service_client() { return {++last_service_client_}; }
-  InvocationId new_invocation() {
-    if (++last_invocation_ == 0) ++last_invocation_;  // calls of half a year at 270 a second
-    return {last_invocation_};
-  }
+  InvocationId new_invocation() { return {++last_invocation_}; }
   JobId new_job() { return {++last_job_}; }
 
  private:
   std::deque<Action> actions_;
-  std::uint32_t last_subscription_ = 0;
-  std::uint32_t last_mirror_ = 0;
-  std::uint32_t last_service_mirror_ = 0;
-  std::uint32_t last_service_client_ = 0;
-  std::uint32_t last_invocation_ = 0;
-  std::uint32_t last_job_ = 0;
+  std::uint64_t last_subscription_ = 0;
+  std::uint64_t last_mirror_ = 0;
+  std::uint64_t last_service_mirror_ = 0;
+  std::uint64_t last_service_client_ = 0;
+  std::uint64_t last_invocation_ = 0;
+  std::uint64_t last_job_ = 0;
 };
 
 }  // namespace connect_bridge

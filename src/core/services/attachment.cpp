@@ -184,7 +184,9 @@ void Attachment::take(InMessage message, const Now& now) {
   const CallId id = message.subject.call();
   ++counts_.calls;
   counts_.request_bytes += message.raw_bytes;
-  if (const std::string why = no_room_for_request(message.body.size()); !why.empty()) {
+  std::string why = no_room_for_request(message.body.size());
+  if (why.empty() && !link_.may_inflate(message, now)) why = "too much is compressed too well";
+  if (!why.empty()) {
     note_refusal("refused", why, now);
     return refuse(id, "limit", why);
   }

@@ -56,7 +56,8 @@ void ServedCall::begin(const Now& now) {
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
   if (serving_.jobs.is_large(request.raw_bytes)) {
     set_state(State::kDecoding);
-    job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body);
+    job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
+                                    attachment_.caller().link);
     return;
   }
   auto raw = decompress(request.body.view(), request.codec, request.raw_bytes);
@@ -81,7 +82,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (serving_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // if it shrinks
-    job_ = serving_.jobs.compress(*this, how, answer_.body);
+    job_ = serving_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
     return;
   }
   auto body = compress(answer_.body.view(), how);

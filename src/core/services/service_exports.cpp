@@ -37,7 +37,8 @@ void ServiceExports::go_on(const Now& now) {
 
 void ServiceExports::collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now) {
   for (auto& [key, service] : services_)
-    if (auto offer = service.offer(link, now)) offers.push_back(std::move(*offer));
+    if (auto offer = link.may_offer() ? service.offer(link, now) : std::nullopt)
+      offers.push_back(std::move(*offer));
 }
 
 void ServiceExports::on_link_lost(LinkId link) {

@@ -140,6 +140,7 @@ void Side::on(StopRequested&, const Now& now) {
 }
 
 void Side::on(TimePassed&, const Now& now) {
+  told_.on_time(now);
   links_.on_time(now);
   exports_.on_time(now);
   imports_.on_time(now);
@@ -236,6 +237,11 @@ void Side::send_offers(Link& link, const Now& now) {
   std::vector<ChannelOffer> offers;
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
+  if (!link.may_offer()) {
+    const std::string line = "not all interfaces here are offered to " + link.node +
+                             ": no more than " + std::to_string(Link::kOfferedMax) + " at a time";
+    if (told_.first(line)) outputs_.log(LogLevel::kWarn, line);
+  }
   if (offers.empty() && link.offers_complete) return;
   for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));
   link.offers_complete = true;

@@ -18,7 +18,8 @@ void Exports::recheck(const Link& link, const Now& now) {
 
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
   for (auto& [key, topic] : topics_)
-    if (auto offer = topic.offer_to(link)) offers.push_back(*std::move(offer));
+    if (auto offer = link.may_offer() ? topic.offer_to(link) : std::nullopt)
+      offers.push_back(*std::move(offer));
 }
 
 void Exports::on_link_lost(LinkId link, const Now& now) {
@@ -57,6 +58,7 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 }
 
 void Exports::on_time(const Now& now) {
+  context_.told.on_time(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);

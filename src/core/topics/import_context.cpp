@@ -1,12 +1,35 @@
 #include "core/topics/import_context.hpp"
 
+#include <algorithm>
+
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 
-Mirror* ImportContext::mirror_of(const MirrorKey& key) {
-  if (mirrors.size() >= options.mirrors_max && !mirrors.contains(key)) return nullptr;
+// What the link has offered before a reconnect counts until it is forgotten: who reconnects again
+// and again gets no more by that.
+Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
+  const auto known = mirrors.find(key);
+  const bool is_known = known != mirrors.end();
+  if (is_known && known->second.candidate(link.id)) return &known->second;
+  if (link.mirrors >= options.mirrors_max) return nullptr;
+  std::uint32_t of_topic = 0;
+  for (auto it = mirrors.lower_bound({key.first, Gid{}});
+       it != mirrors.end() && it->first.first == key.first; ++it)
+    if (it->second.candidate(link.id)) ++of_topic;
+  if (of_topic >= options.topic_mirrors_max) return nullptr;
+  if (!is_known && mirrors.size() >= options.all_mirrors_max) return nullptr;
   return &mirrors.try_emplace(key, *this, key).first->second;
+}
+
+std::uint64_t ImportContext::mirror_room(const Mirror& mirror) const {
+  const Link* feeder = mirror.candidates().front().link;
+  std::uint64_t used = 0;
+  for (const auto& [key, other] : mirrors)
+    if (&other != &mirror && !other.candidates().empty() &&
+        other.candidates().front().link == feeder)
+      used += other.kept_bytes();
+  return options.mirror_bytes_max - std::min(used, options.mirror_bytes_max);
 }
 
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {

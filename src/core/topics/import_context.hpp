@@ -31,8 +31,10 @@ struct ImportContext {
   Timers<Mirror*> timers{};
   std::map<MirrorKey, Mirror> mirrors{};
 
-  // The mirror of this origin, made if need be. Null: there are too many.
-  [[nodiscard]] Mirror* mirror_of(const MirrorKey& key);
+  // The mirror of this origin that the link offers, made if need be. Null: there are too many.
+  [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
+  // The bytes that the mirror may keep beside the others that its link feeds.
+  [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
   // Whether our rules let this peer offer a topic, by its name on the wire.

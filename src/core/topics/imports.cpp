@@ -82,6 +82,7 @@ void Imports::on_publish_failed(const PublishFailed& failed) {
 }
 
 void Imports::on_time(const Now& now) {
+  context_.told.on_time(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     Mirror& mirror = **due;
     mirror.on_time(now);

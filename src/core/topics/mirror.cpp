@@ -1,6 +1,7 @@
 #include "core/topics/mirror.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
@@ -15,10 +16,15 @@ constexpr Duration kSettle = std::chrono::milliseconds(250);
 constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 // By then the graph has told of the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
-// A peer cannot make a mirror keep more samples than this.
-constexpr std::uint32_t kDepthMax = 10'000;
-// Nor make the middleware watch shorter periods.
+// A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
+
+// Whether the newer link can be of the same client, started anew.
+bool is_successor(const Link& newer, const Link& older) {
+  return !newer.identity.name.empty() && newer.id > older.id &&
+         newer.peer_side != older.peer_side && newer.node == older.node &&
+         newer.identity.name == older.identity.name;
+}
 
 }  // namespace
 
@@ -30,6 +36,10 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
                                 [&](const Candidate& c) { return c.link == &link; });
   if (own == candidates_.end()) {
     candidates_.push_back({&link, &offered});
+    ++link.mirrors;
+    // A client that was restarted while its old connection seems alive: nothing comes on that.
+    if (is_successor(link, *candidates_.front().link))
+      std::swap(candidates_.front(), candidates_.back());
   } else if (!own->offered) {
     own->offered = &offered;
   } else {
@@ -68,6 +78,7 @@ void Mirror::lose_topic(LinkId link, const Now& now) {
 
 void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
+  --candidate(link)->link->mirrors;
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
   if (candidates_.empty()) {
     ends_ = context_.timers.set(now.steady + kLinger, this);
@@ -131,12 +142,14 @@ bool Mirror::may_exist() const {
 // known to claim anything, so that a start takes longer.
 void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
-  last_number_ = 0;
+  last_number_ = sample_bytes_ = 0;
   TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
   if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
   const auto& [topic, type] = key_.first;
-  context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos_,
+  Qos qos = qos_;
+  qos.depth = depth();
+  context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
                                      context_.graph_options.owner_of(origin_.node)});
   context_.claim_changed = true;
   warn_incompatible();
@@ -176,17 +189,17 @@ void Mirror::on_time(const Now& now) {
 }
 
 Qos Mirror::qos_under(const Treatment& treatment) const {
-  Qos qos = with_override(origin_.qos, treatment.qos);
+  // A peer's wish has a limit, or a transient-local mirror would keep all that the peer ever sends,
+  // and any other would hold up the loop for a subscriber that does not take.
+  const std::uint32_t depth_max = context_.options.mirror_depth_max;
+  const bool keep_all = origin_.qos.history == History::kKeepAll;
+  Qos qos = origin_.qos;
+  qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
+  qos.history = History::kKeepLast;
+  qos = with_override(qos, treatment.qos);
   const bool latched = qos.durability == Durability::kTransientLocal;
   if (qos.depth == 0)
     qos.depth = latched ? context_.options.latched_depth : context_.options.default_depth;
-  qos.depth = std::min(qos.depth, kDepthMax);
-  // Or a transient-local mirror would keep all that the peer ever sends, and any other would hold
-  // up the loop for a subscriber that does not take.
-  if (qos.history == History::kKeepAll) {
-    qos.history = History::kKeepLast;
-    qos.depth = kDepthMax;
-  }
   for (Duration* period : {&qos.deadline, &qos.lifespan, &qos.liveliness_lease})
     *period = std::max(*period, kPeriodMin);
   return qos;
@@ -257,11 +270,31 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 // transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
 // the feeding one, it may be behind the first. The number is the origin's own, so it tells whatever
 // way a sample came.
-bool Mirror::publish(std::uint64_t number, const Payload& raw) {
-  if (number != 0 && number <= last_number_) return false;
+std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
+                                          const Now& now) {
+  if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
+  if (keeps_samples() && raw.size() > sample_bytes_) {
+    const std::uint32_t fitting = depth_for(raw.size());
+    if (fitting == 0) return DropReason::kQueueBytes;
+    if (fitting < depth()) {
+      depth_max_ = fitting;
+      destroy();
+      update(now);
+      if (is_latched()) return DropReason::kQueueBytes;  // it comes again
+    }
+    sample_bytes_ = raw.size();
+  }
   last_number_ = std::max(last_number_, number);
   context_.outputs.push(Publish{id_, raw});
-  return true;
+  return std::nullopt;
+}
+
+// How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
+// power of two, so that a peer whose samples grow and grow makes the publisher anew a few times
+// only.
+std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
+  const std::uint64_t fitting = context_.mirror_room(*this) / sample_bytes;
+  return fitting >= depth() ? depth() : static_cast<std::uint32_t>(std::bit_floor(fitting));
 }
 
 }  // namespace connect_bridge

@@ -1,6 +1,8 @@
 // The local publisher that stands for one origin of the peers.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -72,8 +74,15 @@ class Mirror {
   // ---- data
   // Why nothing that comes from this link is published.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
-  // False: the sample was published before.
-  bool publish(std::uint64_t number, const Payload& raw);
+  // Why it is not: it was published before, or is more than may be kept for late subscribers. Where
+  // fewer samples of its size may be kept than now, the publisher is made anew with less depth, and
+  // the exporter asked for the last samples.
+  [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
+                                                  const Now& now);
+  // What the middleware may keep for late subscribers, by the largest sample seen.
+  [[nodiscard]] std::uint64_t kept_bytes() const {
+    return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
+  }
 
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
@@ -88,6 +97,11 @@ class Mirror {
   void update_demands(const Now& now) const;
   void ask_for_last_samples(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
+  [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
+  [[nodiscard]] std::uint32_t depth_for(std::uint64_t sample_bytes) const;
+  [[nodiscard]] bool keeps_samples() const {
+    return qos_.durability == Durability::kTransientLocal;
+  }
   [[nodiscard]] bool is_latched() const {
     return origin_.qos.durability == Durability::kTransientLocal;
   }
@@ -103,9 +117,12 @@ class Mirror {
   Timer settles_;                      // no demand before
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
-  std::uint64_t last_number_ = 0;  // of what was published
-  bool is_local_ = false;          // the origin lives, or lived, in the local graph: a loop
-  bool failed_ = false;            // until it is offered again
+  std::uint64_t last_number_ = 0;   // of what was published
+  std::uint64_t sample_bytes_ = 0;  // of the largest that was published
+  // Of the size of its samples so many may be kept.
+  std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
+  bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
+  bool failed_ = false;    // until it is offered again
 };
 
 }  // namespace connect_bridge

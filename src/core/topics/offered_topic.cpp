@@ -13,6 +13,8 @@ namespace {
 
 // What the topics of one peer together may hold for decompression.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
+// Topics whose rates are remembered per link.
+constexpr std::size_t kRatesMax = 4096;
 
 // A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
 // identifier in two bytes, then two bytes of options.
@@ -40,6 +42,7 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
 
 OfferedTopic::~OfferedTopic() {
   link_.let_go(number_);
+  peer_.forget_name(key_);
 }
 
 // ---- origins
@@ -48,12 +51,13 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (!origin.origin) return;
   if (const auto known = origins_.find(origin.origin); known != origins_.end())
     return known->second->name_node(origin.node, now);
-  if (is_withheld(origin)) return;
-  Mirror* mirror = context_.mirror_of({key_, origin.gid});
+  if (is_withheld(origin) || left_out_.contains(origin.origin)) return;
+  Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
-    const std::string line = "no more mirrors than " +
-                             std::to_string(context_.options.mirrors_max) +
-                             ": not all publishers of " + key_.first + " exist here";
+    left_out_.insert(origin.origin);
+    const std::string line = "no more mirrors for " + link_.label() +
+                             " (mirrors_max, topic_mirrors_max): not all publishers of " +
+                             key_.first + " exist here";
     if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
     return;
   }
@@ -65,6 +69,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
+    left_out_.erase(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     Mirror& mirror = *origin->second;
@@ -74,8 +79,8 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
   const auto fresh = std::count_if(change.added.begin(), change.added.end(),
-                                   [&](const auto& o) { return !origins_.contains(o.origin); });
-  if (origins_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
+                                   [&](const auto& o) { return !knows(o.origin); });
+  if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);
   return Nothing{};
@@ -105,6 +110,7 @@ bool OfferedTopic::permits(const Mirror& mirror, const Payload& raw) const {
 bool OfferedTopic::recheck(const Now& now) {
   auto decision = context_.permission(link_, key_, action_type_);
   if (!decision) return false;
+  if (decision->treatment != treatment()) link_.rates.erase(key_);
   decision_ = *std::move(decision);
   for (auto it = origins_.begin(); it != origins_.end();) {
     Mirror& mirror = *it->second;
@@ -183,6 +189,10 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, message.body, now);
     return Nothing{};
   }
+  if (!link_.may_inflate(message, now)) {
+    dropped_.add(DropReason::kRate);
+    return Nothing{};
+  }
   if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
     auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
     if (!raw) return raw.error();
@@ -218,7 +228,7 @@ void OfferedTopic::make_room(const InMessage& message) {
 
 void OfferedTopic::start_job() {
   const InMessage& message = waiting_.front().message;
-  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body);
+  job_ = context_.jobs.decompress(*this, message.codec, message.raw_bytes, message.body, link_.id);
 }
 
 void OfferedTopic::on_job(std::optional<Payload> result, const Now& now) {
@@ -254,9 +264,21 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
-  if (!mirror.publish(message.number, raw)) return dropped_.add(DropReason::kDuplicate);
+  if (!admits(raw.size(), now)) return dropped_.add(DropReason::kRate);
+  if (const auto reason = mirror.publish(message.number, raw, now)) return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
+}
+
+bool OfferedTopic::admits(std::size_t bytes, const Now& now) {
+  if (treatment().max_rate == 0 && treatment().bytes_per_second_max == 0) return true;
+  auto& rates = link_.rates;
+  if (rates.size() >= kRatesMax && !rates.contains(key_)) {
+    std::erase_if(rates, [&](const auto& entry) { return entry.second.idle(now.steady); });
+    if (rates.size() >= kRatesMax) return false;
+  }
+  const RateLimit fresh(treatment().max_rate, treatment().bytes_per_second_max);
+  return rates.try_emplace(key_, fresh).first->second.admit(bytes, now.steady);
 }
 
 void OfferedTopic::on_publish_failed(std::uint64_t count) {

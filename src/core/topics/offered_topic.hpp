@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "core/base/budget.hpp"
@@ -79,8 +80,13 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);
   void leave_mirrors(const Now& now);
+  [[nodiscard]] bool knows(OriginId origin) const {
+    return origins_.contains(origin) || left_out_.contains(origin);
+  }
   [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
   [[nodiscard]] bool permits(const Mirror& mirror, const Payload& raw) const;
+  // Whether our rule's rates let a message of this size through; then it counts.
+  [[nodiscard]] bool admits(std::size_t bytes, const Now& now);
 
   PeerTopics& peer_;
   ImportContext& context_;
@@ -94,6 +100,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   bool demanded_ = false;
   std::uint16_t demand_ = 0;             // its number, once the peer was told
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
+  std::set<OriginId> left_out_;          // for which there was no mirror
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
   std::uint64_t published_ = 0;

@@ -18,6 +18,9 @@ void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const std::string local = names.to_local(offer.name);
   if (names.to_wire(local) != offer.name)
     return decline(offer.channel, "not_permitted", "another name is mapped to its name here");
+  // What rules and limits say of a topic they say of one channel.
+  if (!names_.emplace(local, offer.type).second)
+    return decline(offer.channel, "limit", "the topic is offered on another channel");
   OfferedTopic& topic = topics_
                             .try_emplace(offer.channel, *this, TopicKey{local, offer.type}, offer,
                                          *std::move(decision))

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "core/topics/offered_topic.hpp"
@@ -25,6 +26,7 @@ class PeerTopics {
   void change_demand(const OfferedTopic& topic, bool on);
   void send_demands();
   void erase(ChannelId number) { topics_.erase(number); }
+  void forget_name(const TopicKey& key) { names_.erase(key); }
 
   [[nodiscard]] ImportContext& context() const { return context_; }
   [[nodiscard]] Link& link() const { return link_; }
@@ -42,6 +44,7 @@ class PeerTopics {
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   std::uint16_t demands_ = 0;  // how many were told, without 0 when it begins anew
+  std::set<TopicKey> names_;   // of these:
   std::map<ChannelId, OfferedTopic> topics_;
 };
 

@@ -44,8 +44,8 @@ Json json_of(const std::vector<OriginOffer>& origins) {
   return json;
 }
 
-template <class Tag>
-Json json_of(const std::vector<Id<Tag>>& ids) {
+template <class Tag, class Value>
+Json json_of(const std::vector<Id<Tag, Value>>& ids) {
   Json json = Json::array();
   for (const auto& id : ids) json.push_back(id.value);
   return json;

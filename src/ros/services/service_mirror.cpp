@@ -68,7 +68,7 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
                         std::to_string(shared_.message_bytes_max));
     return std::nullopt;
   }
-  if (++last_request_ == 0) ++last_request_;
+  ++last_request_;
   request.request = RequestId{last_request_};
   requests_.insert_or_assign(request.request,
                              Request{info.request_id, std::chrono::steady_clock::now()});

@@ -61,7 +61,7 @@ class ServiceMirror final : public Entity {
   ProxyNodes::Handle node_;  // has the server
   rcl_service_t service_ = rcl_get_zero_initialized_service();
   bool open_ = false;
-  std::uint32_t last_request_ = 0;
+  std::uint64_t last_request_ = 0;
   std::unordered_map<RequestId, Request> requests_;
   std::unordered_set<Gid> callers_;  // in the graph when we last looked
   bool new_callers_ = false;

@@ -5,8 +5,16 @@
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/types/cdr_check.hpp"
 
 namespace connect_bridge::ros {
+namespace {
+
+// A subscriber makes memory for as many elements as a sequence claims to have, before it looks for
+// them: at most as many as the message has bytes. Below this size that is little.
+constexpr std::size_t kUncheckedBytesMax = 1024;
+
+}  // namespace
 
 Mirror::Mirror(Shared& shared, Create create)
     : Entity(shared.ready), shared_(shared), create_(std::move(create)) {}
@@ -27,6 +35,7 @@ std::optional<Refusal> Mirror::open() {
                                               create_.topic.c_str(), &options);
   if (result != RCL_RET_OK) return failure("cannot publish on " + create_.topic, result);
   open_ = true;
+  introspection_ = introspection_of(std::get<0>(type));
   shared_.node.own().add(publisher_);
   incompatible_.open(&publisher_, RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,
                      &ReadyList::on_incompatible, slot());
@@ -34,14 +43,22 @@ std::optional<Refusal> Mirror::open() {
 }
 
 void Mirror::publish(ByteView bytes) {
+  if (introspection_ != nullptr && bytes.size() > kUncheckedBytesMax) {
+    if (const auto problem = check_cdr(bytes, *introspection_, sample_limits(bytes.size())))
+      return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
+                    *problem);
+  }
   const rcl_serialized_message_t message = as_serialized(bytes);
   const rcl_ret_t result = rcl_publish_serialized_message(&publisher_, &message, nullptr);
   if (result == RCL_RET_OK) {
     ++shared_.counters.published;
     return;
   }
-  shared_.node.log(shared_.unpublished, LogLevel::kWarn,
-                   error_text("cannot publish on " + create_.topic, result));
+  refuse(error_text("cannot publish on " + create_.topic, result));
+}
+
+void Mirror::refuse(const std::string& text) {
+  shared_.node.log(shared_.unpublished, LogLevel::kWarn, text);
   if (unpublished_++ == 0) ReadyList::mark(slot(), kReadyFailed);
 }
 

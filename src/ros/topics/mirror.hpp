@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
@@ -23,14 +24,18 @@ class Mirror final : public Entity {
 
   // Why there is no publisher, or nothing.
   std::optional<Refusal> open();
-  // The bytes are not copied here. What the middleware refuses is reported with the next step.
+  // The bytes are not copied here. What is no message of the type, or is refused by the middleware,
+  // is reported with the next step.
   void publish(ByteView bytes);
   std::optional<Input> step(Batch& batch) override;
 
  private:
+  void refuse(const std::string& text);
+
   Shared& shared_;
   const Create create_;
-  ProxyNodes::Handle node_;  // has the publisher
+  const rosidl_message_type_support_t* introspection_ = nullptr;  // null: not installed
+  ProxyNodes::Handle node_;                                       // has the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
   std::uint64_t unpublished_ = 0;  // samples, not reported yet

@@ -3,10 +3,12 @@
 #include <rosidl_runtime_c/string.h>
 #include <rosidl_runtime_c/u16string.h>
 #include <rosidl_typesupport_introspection_c/field_types.h>
+#include <rosidl_typesupport_introspection_c/identifier.h>
 #include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 #include <algorithm>
-#include <limits>
+
+#include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -44,16 +46,10 @@ std::size_t primitive_size(std::uint8_t type) {
   }
 }
 
-// What may still come.
-struct Room {
-  std::size_t memory = std::numeric_limits<std::size_t>::max();
-  std::size_t blocks = std::numeric_limits<std::size_t>::max();
-  std::size_t nested = std::numeric_limits<std::size_t>::max();
-};
-
 class Walk {
  public:
-  Walk(ByteView body, bool little, const Room& room) : body_(body), little_(little), room_(room) {}
+  Walk(ByteView body, bool little, const CdrLimits& limits)
+      : body_(body), little_(little), limits_(limits), room_(limits) {}
 
   // Each returns false at the first thing that is wrong, and leaves a sentence in `problem`.
   bool message(const Members& type) {
@@ -161,7 +157,7 @@ class Walk {
   // A string or a sequence.
   bool block(std::size_t bytes) {
     if (room_.blocks == 0) {
-      problem = "more strings and sequences than allowed (" + std::to_string(kBlocksMax) + ")";
+      problem = "more strings and sequences than allowed (" + std::to_string(limits_.blocks) + ")";
       return false;
     }
     if (bytes + kBlockBytes > room_.memory) {
@@ -175,7 +171,7 @@ class Walk {
 
   bool nest() {
     if (room_.nested == 0) {
-      problem = "more messages within it than allowed (" + std::to_string(kNestedMax) + ")";
+      problem = "more messages within it than allowed (" + std::to_string(limits_.nested) + ")";
       return false;
     }
     --room_.nested;
@@ -186,19 +182,27 @@ class Walk {
 
   const ByteView body_;
   const bool little_;
-  Room room_;
+  const CdrLimits limits_;
+  CdrLimits room_;  // what may still come
   std::size_t place_ = 0;
 };
 
 }  // namespace
 
+const rosidl_message_type_support_t* introspection_of(const rosidl_message_type_support_t* type) {
+  const auto* found =
+      get_message_typesupport_handle(type, rosidl_typesupport_introspection_c__identifier);
+  if (found == nullptr) ignore_error(RCL_RET_ERROR);
+  return found;
+}
+
 std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_support_t& type,
-                                     std::size_t memory_max) {
+                                     const CdrLimits& limits) {
   // Other encapsulations exist (parameter lists, XCDR2); no ROS middleware writes them.
   if (bytes.size() < kHeaderSize || bytes[0] != 0 || bytes[1] > 1) {
     return "the bytes are not plain CDR";
   }
-  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {memory_max, kBlocksMax, kNestedMax});
+  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, limits);
   if (walk.message(members_of(type))) return std::nullopt;
   return walk.problem;
 }

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,18 +22,40 @@ namespace connect_bridge::ros {
 inline constexpr std::size_t kBlocksMax = 200'000;
 inline constexpr std::size_t kNestedMax = 1'000'000;
 
+struct CdrLimits {
+  std::size_t memory = std::numeric_limits<std::size_t>::max();  // bytes of strings and sequences
+  std::size_t blocks = std::numeric_limits<std::size_t>::max();  // how many of these
+  std::size_t nested = std::numeric_limits<std::size_t>::max();  // messages within it
+};
+
+// For a request or a response, which this process makes.
+inline CdrLimits call_limits(std::size_t memory) {
+  return {memory, kBlocksMax, kNestedMax};
+}
+
+// For a sample of a topic, which this process does not make, but its subscribers do. A string takes
+// some 15 ns to check, a message within it less, so these are 15 and up to 100 ms of the loop
+// (`ros_tests --gtest_filter=CdrCheck.ATopicsSampleCostsLittle` measures). What they take where
+// they are made follows their size.
+inline CdrLimits sample_limits(std::size_t bytes) {
+  return {(16U << 20U) + 8 * bytes, 1'000'000, 8'000'000};
+}
+
+// The introspection type support of a type; nullptr: it is not installed.
+[[nodiscard]] const rosidl_message_type_support_t* introspection_of(
+    const rosidl_message_type_support_t* type);
+
 // Whether bytes of a peer can be a message of a type, found out before memory is made for them.
 // Follows the fields of `type` (its introspection type support) through the bytes: plain CDR behind
 // its 4-byte header, of either byte order. rmw_deserialize() makes memory for as many elements as a
 // sequence claims to have before it looks for them, so a few hostile bytes would cost gigabytes;
 // here every length must be covered by bytes that are there, and keep the bounds of its field.
-// Strings and sequences may take `memory_max` bytes of memory in all, and there may be kBlocksMax
-// and kNestedMax of what takes time whatever its size. Bytes behind the last field are ignored, as
+// Bytes behind the last field are ignored, as
 // the middlewares do. Time: the number of strings and nested messages. Returns what is wrong, or
 // nothing.
 [[nodiscard]] std::optional<std::string> check_cdr(ByteView bytes,
                                                    const rosidl_message_type_support_t& type,
-                                                   std::size_t memory_max);
+                                                   const CdrLimits& limits);
 
 // Clears the bytes between the fields of a message that we have serialized ourselves: middlewares
 // leave there what was in the memory before, and a peer must not read that. Returns where the

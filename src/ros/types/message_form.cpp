@@ -53,7 +53,7 @@ class InstalledForm final : public MessageForm {
   }
 
   std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) override {
-    if (auto problem = check_cdr(bytes, *introspection_, memory_max)) {
+    if (auto problem = check_cdr(bytes, *introspection_, call_limits(memory_max))) {
       return std::string{"not a "} + members_.message_name_ + ": " + *problem;
     }
     size_ = bytes.size();
@@ -92,12 +92,8 @@ class InstalledForm final : public MessageForm {
 }  // namespace
 
 std::unique_ptr<MessageForm> installed_form(const rosidl_message_type_support_t* type) {
-  const auto* introspection =
-      get_message_typesupport_handle(type, rosidl_typesupport_introspection_c__identifier);
-  if (introspection == nullptr) {
-    ignore_error(RCL_RET_ERROR);
-    return nullptr;
-  }
+  const auto* introspection = introspection_of(type);
+  if (introspection == nullptr) return nullptr;
   return std::make_unique<InstalledForm>(type, introspection);
 }
 

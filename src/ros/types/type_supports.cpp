@@ -13,6 +13,9 @@
 namespace connect_bridge::ros {
 namespace {
 
+constexpr std::size_t kMissingMax = 1024;
+constexpr std::chrono::seconds kMissingTime{10};
+
 struct TypeName {
   std::string package, kind, name;
 };
@@ -132,29 +135,37 @@ std::variant<std::unique_ptr<ServiceType>, Refusal> TypeSupports::load_service(
   return made;
 }
 
+void* TypeSupports::library_of(const std::string& package) {
+  if (const auto known = libraries_.find(package); known != libraries_.end()) return known->second;
+  const auto now = std::chrono::steady_clock::now();
+  if (const auto missing = missing_.find(package); missing != missing_.end()) {
+    if (now < missing->second) return nullptr;
+    missing_.erase(missing);
+  }
+  if (void* opened = open_library(package)) return libraries_[package] = opened;
+  if (missing_.size() >= kMissingMax) missing_.clear();
+  missing_[package] = now + kMissingTime;
+  return nullptr;
+}
+
 std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
                                                       const std::string& kind) {
   const auto name = parse(type);
   if (!name) {
     return Refusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
   }
-  auto library = libraries_.find(name->package);
-  if (library == libraries_.end()) {
-    void* opened = open_library(name->package);
-    if (opened == nullptr) {
-      std::string ros_package = name->package;
-      std::replace(ros_package.begin(), ros_package.end(), '_', '-');
-      return Refusal{"type_unknown", "the type " + type +
-                                         " is not known here: install the package " +
-                                         name->package + " (ros-<distro>-" + ros_package +
-                                         ") or source the workspace that has it"};
-    }
-    library = libraries_.emplace(name->package, opened).first;
+  void* library = library_of(name->package);
+  if (library == nullptr) {
+    std::string ros_package = name->package;
+    std::replace(ros_package.begin(), ros_package.end(), '_', '-');
+    return Refusal{"type_unknown", "the type " + type + " is not known here: install the package " +
+                                       name->package + " (ros-<distro>-" + ros_package +
+                                       ") or source the workspace that has it"};
   }
   const std::string symbol = "rosidl_typesupport_c__get_" + kind + "_type_support_handle__" +
                              name->package + "__" + name->kind + "__" + name->name;
   using Function = const void* (*)();
-  const auto function = reinterpret_cast<Function>(dlsym(library->second, symbol.c_str()));
+  const auto function = reinterpret_cast<Function>(dlsym(library, symbol.c_str()));
   const void* handle = function ? function() : nullptr;
   if (handle == nullptr) {
     return Refusal{"type_unknown", "the installed package " + name->package + " has no " + kind +

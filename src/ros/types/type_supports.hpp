@@ -4,6 +4,7 @@
 #include <rosidl_runtime_c/message_type_support_struct.h>
 #include <rosidl_runtime_c/service_type_support_struct.h>
 
+#include <chrono>
 #include <map>
 #include <memory>
 #include <string>
@@ -45,7 +46,13 @@ class TypeSupports {
 
   std::map<std::string, MessageType, std::less<>> messages_;
   std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;
+  // The library of a package; null: not installed.
+  void* library_of(const std::string& package);
+
   std::map<std::string, void*, std::less<>> libraries_;  // by package
+  // Packages that were looked for in vain, and when they are looked for again. A peer may ask for
+  // any, and each takes a search of the file system.
+  std::map<std::string, std::chrono::steady_clock::time_point, std::less<>> missing_;
 };
 
 }  // namespace connect_bridge::ros

@@ -41,6 +41,11 @@ TEST(Config, ServerDefaults) {
   EXPECT_EQ(made.reassembly.message_bytes_max, core.reassembly.message_bytes_max);
   EXPECT_EQ(made.reassembly.open_bytes_max, core.reassembly.open_bytes_max);
   EXPECT_EQ(made.links_max, core.links_max);
+  EXPECT_EQ(made.identity_links_max, core.identity_links_max);
+  EXPECT_EQ(made.mirrors_max, core.mirrors_max);
+  EXPECT_EQ(made.topic_mirrors_max, core.topic_mirrors_max);
+  EXPECT_EQ(made.mirror_depth_max, core.mirror_depth_max);
+  EXPECT_EQ(made.mirror_bytes_max, core.mirror_bytes_max);
   EXPECT_EQ(made.calls_max, core.calls_max);
   EXPECT_EQ(made.proxy_nodes, core.proxy_nodes);
 }
@@ -175,6 +180,11 @@ queue_bytes_max: 8388608
 fragment_bytes: 4096
 dead_after: 5
 connections_max: 2
+connections_per_identity_max: 1
+mirrors_max: 3
+topic_mirrors_max: 4
+mirror_depth_max: 5
+mirror_bytes_max: 6
 prefix: /robot1
 remap: ["/scan:=/laser"]
 auth: {token: 0123456789abcdef}
@@ -188,6 +198,11 @@ auth: {token: 0123456789abcdef}
   EXPECT_EQ(options.outbox.packet_bytes, 4096U);
   EXPECT_EQ(options.dead_after, std::chrono::seconds(5));
   EXPECT_EQ(options.links_max, 2U);
+  EXPECT_EQ(options.identity_links_max, 1U);
+  EXPECT_EQ(options.mirrors_max, 3U);
+  EXPECT_EQ(options.topic_mirrors_max, 4U);
+  EXPECT_EQ(options.mirror_depth_max, 5U);
+  EXPECT_EQ(options.mirror_bytes_max, 6U);
   EXPECT_EQ(options.calls_max, 7U);
   EXPECT_TRUE(options.proxy_nodes);
   EXPECT_EQ(options.names.to_local("/odom"), "/robot1/odom");

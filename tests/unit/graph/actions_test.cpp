@@ -239,6 +239,26 @@ TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
   EXPECT_EQ(s.did(), "publish 2 " + text_of(event("/talker").view()) + "\n");
 }
 
+// ROS reads more than middlewares write: what this side cannot read it does not let through.
+TEST(SideParameters, AnEventInAnotherRepresentationIsNobodys) {
+  Script s(server({parameters("/**")}));
+  s.graph({typed(topic("/parameter_events").sub(1), kEvents)});
+  s.join(1);
+  s.pass(1000);
+  s.say(1, Offer{{events_of("/talker", "/amcl")}, true});
+  s.said(1);
+  s.did();
+  const Payload plain = event("/talker");
+  for (std::uint8_t kind = 0; kind <= 0x0b; ++kind) {
+    Bytes bytes(plain.view().begin(), plain.view().end());
+    bytes[1] = kind;
+    s.message(1, 1, 1, Payload::copy_of(bytes), Codec::kNone,
+              static_cast<std::uint32_t>(bytes.size()));
+  }
+  EXPECT_EQ(s.did(), "publish 2 " + text_of(plain.view()) + "\n");
+  EXPECT_EQ(s.dropped(DropReason::kNotPermitted), 11U);
+}
+
 TEST(SideParameters, WithoutARuleNothingOfThemIsOffered) {
   Script s(server({callable()}));
   s.join(1);

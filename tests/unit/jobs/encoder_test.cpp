@@ -31,8 +31,12 @@ struct Script final : JobOwner {
   }
   void clear() { drop(encoder.clear()); }
   std::string took_place() {
-    while (const auto action = outputs.next())
-      say("job " + std::to_string(std::get<CompressJob>(*action).job.value));
+    while (const auto action = outputs.next()) {
+      if (const auto* job = std::get_if<CompressJob>(&*action))
+        say("job " + std::to_string(job->job.value));
+      if (const auto* job = std::get_if<CancelJob>(&*action))
+        say("cancel " + std::to_string(job->job.value));
+    }
     return std::exchange(line, {});
   }
 
@@ -152,7 +156,7 @@ TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
   script.push(2, 10);
   script.push(3, 1000);
   script.clear();
-  EXPECT_EQ(script.took_place(), "1! 2! 3! job 1");
+  EXPECT_EQ(script.took_place(), "1! 2! 3! job 1 cancel 1");
   EXPECT_EQ(script.encoder.bytes(), 0U);
   script.done(1);
   script.push(4, 1000);

@@ -35,7 +35,7 @@ class JobsTest : public ::testing::Test {
 
 TEST_F(JobsTest, TheOwnerAndNobodyElseIsTold) {
   auto first = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));
-  auto second = jobs.decompress(other, Codec::kLz4, 300, Payload::copy_of(Bytes(20)));
+  auto second = jobs.decompress(other, Codec::kLz4, 300, Payload::copy_of(Bytes(20)), {7});
   const JobId a = asked();
   const JobId b = asked();
   finish(b, Payload::copy_of(Bytes(300)));
@@ -51,8 +51,20 @@ TEST_F(JobsTest, AResultThatNobodyWantsIsIgnored) {
     const auto gone = jobs.compress(one, {Codec::kZstd, 1}, Payload::copy_of(Bytes(200)));
     EXPECT_TRUE(gone);
   }
-  finish(asked(), std::nullopt);
+  const JobId id = asked();
+  const auto cancelled = outputs.next();
+  ASSERT_TRUE(cancelled);
+  EXPECT_EQ(std::get<CancelJob>(*cancelled).job, id);
+  finish(id, std::nullopt);
   EXPECT_TRUE(one.results.empty());
+}
+
+// A peer must not make this process use up its ids: MirrorId and JobId of 32 bits took weeks.
+TEST_F(JobsTest, WhatThisProcessCountsHas64Bits) {
+  EXPECT_EQ(sizeof(JobId), 8U);
+  EXPECT_EQ(sizeof(MirrorId), 8U);
+  EXPECT_EQ(sizeof(ConnectionId), 8U);
+  EXPECT_EQ(sizeof(ChannelId), 4U);  // as on the wire
 }
 
 TEST_F(JobsTest, LargeIsWhatAWorkerDoes) {

@@ -60,10 +60,20 @@ TEST(ClockEstimate, TheShortestRoundTripIsBelieved) {
 TEST(ClockEstimate, OnlySixteenSamplesAreRemembered) {
   ClockEstimate clock;
   measure(clock, 0, 1, 0, 1, 0);
-  for (int i = 1; i <= 15; ++i) measure(clock, i * 1000, 50, 0, 50, 400);
+  for (int i = 1; i <= 15; ++i) measure(clock, i * 1000, 50, 0, 50, 40);
   EXPECT_EQ(clock.offset(), milliseconds(0));
-  measure(clock, 16'000, 50, 0, 50, 400);  // the clock was set meanwhile: the old best goes at last
-  EXPECT_EQ(clock.offset(), milliseconds(400));
+  measure(clock, 16'000, 50, 0, 50, 40);
+  EXPECT_EQ(clock.offset(), milliseconds(40));
+}
+
+// Messages must not seem old, or new, for sixteen more seconds.
+TEST(ClockEstimate, AClockThatIsSetIsNoticedAtOnce) {
+  ClockEstimate clock;
+  for (int i = 0; i < 5; ++i) measure(clock, i * 1000, 1, 0, 1, 7000);
+  measure(clock, 5000, 20, 0, 30, 7500);  // the peer's was set
+  EXPECT_EQ(clock.offset(), milliseconds(7495));
+  measure(clock, 6000 - 500'000, 2, 0, 2, 507'500);  // ours was set back
+  EXPECT_EQ(clock.offset(), milliseconds(507'500));
 }
 
 TEST(ClockEstimate, ImpossibleStampsAreIgnored) {

@@ -43,6 +43,28 @@ class Tls : public testing::Test {
   }
 };
 
+// A handshake costs the loop a signature. Of the loopback 8 times as many.
+TEST_F(Tls, HandshakesOfAnAddressAreLimited) {
+  ListenOptions options = server_of(good());
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 800s;
+  Pair pair{options};
+  for (std::uint64_t i = 1; i <= 8; ++i)
+    EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{i})) << i;
+  EXPECT_FALSE(pair.connect(trusting(pair), ConnectionId{9}));
+}
+
+TEST_F(Tls, HandshakesOfAllAreSpreadOverTime) {
+  ListenOptions options = server_of(good());
+  options.handshakes_at_once = 2;
+  options.handshake_period = 200ms;
+  Pair pair{options};
+  const auto begin = std::chrono::steady_clock::now();
+  for (std::uint64_t i = 1; i <= 4; ++i)
+    EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{i})) << i;
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 400ms);
+}
+
 TEST_F(Tls, CarriesPacketsBothWays) {
   Pair pair{server_of(good())};
   pair.server.echo = true;

@@ -117,5 +117,17 @@ TEST(StatusJson, TheFileIsReplacedInOneStep) {
   EXPECT_EQ(write_atomically(folder / "taken", "{}").find("cannot replace"), 0U);
 }
 
+// Others may write to the folder.
+TEST(StatusFile, ALinkInItsPlaceIsNotFollowed) {
+  const std::filesystem::path folder = test::scratch_folder();
+  const auto victim = folder / "victim";
+  std::ofstream(victim) << "precious";
+  std::filesystem::create_symlink(victim, folder / "status.part");
+  EXPECT_EQ(write_atomically(folder / "status", "{}"), "");
+  std::string text;
+  std::ifstream(victim) >> text;
+  EXPECT_EQ(text, "precious");
+}
+
 }  // namespace
 }  // namespace connect_bridge

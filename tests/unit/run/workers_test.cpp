@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <future>
 #include <map>
+#include <vector>
 
 #include "core/compress/compress.hpp"
 
@@ -28,13 +30,13 @@ struct Results {
     std::unique_lock lock(mutex);
     return changed.wait_for(lock, time, [&] { return by_job.size() >= count; });
   }
-  JobDone of(std::uint32_t job) {
+  JobDone of(std::uint64_t job) {
     const std::lock_guard lock(mutex);
     return {{job}, by_job[job]};
   }
   std::mutex mutex;
   std::condition_variable changed;
-  std::map<std::uint32_t, std::optional<Payload>> by_job;
+  std::map<std::uint64_t, std::optional<Payload>> by_job;
 };
 
 TEST(Workers, CompressAndDecompress) {
@@ -81,6 +83,55 @@ TEST(Workers, ResultsWaitUntilTheOnesBeforeAreHandled) {
   EXPECT_FALSE(results.wait_for(5, std::chrono::milliseconds(50)));
   for (std::uint32_t job = 1; job <= 4; ++job) workers.handled(results.of(job));
   EXPECT_TRUE(results.wait_for(8));
+}
+
+// The worker stands in its first job until the others are added.
+struct Order {
+  Order()
+      : workers(1, [this](const JobDone& done) {
+          gate.wait();
+          results.taker()(done);
+          const std::lock_guard lock(mutex);
+          order.push_back(done.job.value);
+        }) {}
+  void add(std::uint64_t job, std::uint64_t link) {
+    workers.add(CompressJob{{job}, kHow, Payload::adopt(Bytes(kRaw)), {link}});
+  }
+  std::vector<std::uint64_t> done(std::size_t count) {
+    all_added.set_value();
+    EXPECT_TRUE(results.wait_for(count));
+    const std::lock_guard lock(mutex);
+    return order;
+  }
+
+  std::promise<void> all_added;
+  std::shared_future<void> gate = all_added.get_future().share();
+  Results results;
+  std::mutex mutex;
+  std::vector<std::uint64_t> order;
+  Workers workers;
+};
+
+TEST(Workers, LinksTakeTurns) {
+  Order order;
+  order.add(1, 1);
+  for (std::uint64_t job = 2; job <= 9; ++job) order.add(job, 1);
+  order.add(10, 2);
+  order.add(11, 0);
+  const auto done = order.done(11);
+  const auto place = [&](std::uint64_t job) {
+    return std::find(done.begin(), done.end(), job) - done.begin();
+  };
+  EXPECT_LT(place(10), 4);
+  EXPECT_LT(place(11), 4);
+}
+
+TEST(Workers, WhatIsCancelledDoesNotBegin) {
+  Order order;
+  for (std::uint64_t job = 1; job <= 9; ++job) order.add(job, job % 3);
+  for (std::uint64_t job = 3; job <= 9; ++job) order.workers.cancel({job});
+  const auto done = order.done(1);
+  EXPECT_LE(done.size(), 2U);
 }
 
 TEST(Workers, TheEndForgetsWhatWaits) {

@@ -129,6 +129,7 @@ TEST(Attachment, ACallThatEndsCancelsItsJob) {
   s.request(1, "not really compressed", Codec::kZstd);
   EXPECT_EQ(s.did(), "decompress 1\n");
   EXPECT_TRUE(s.peer.link.outgoing({1})->on_forget(Forget{{1}, {{1}}}, ms(0)));
+  EXPECT_EQ(s.did(), "cancel 1\n");
   s.finish(s.jobs, sample("a"));
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.held(), "0 0 0");

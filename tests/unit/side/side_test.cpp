@@ -136,53 +136,6 @@ TEST(Side, ARefusedOrExpiredLoginIsClosedWithTheSameWords) {
   EXPECT_TRUE(s.status().links.empty());
 }
 
-// Each of them can be made by anybody, as often as they like.
-TEST(Side, RefusedStrangersWriteALineNowAndThen) {
-  Script s(server());
-  s.give(TimePassed{});
-  s.did();
-  for (std::uint32_t stranger = 1; stranger <= 1000; ++stranger) {
-    s.give(ConnectionOpened{{stranger}, "10.0.0.4"});
-    s.binary(stranger, {1, 2, 3});
-  }
-  s.did();
-  EXPECT_EQ(std::count(s.logged.begin(), s.logged.end(), '\n'), 1);
-  s.pass(10'000);
-  s.give(ConnectionOpened{{1001}, "10.0.0.4"});
-  s.binary(1001, {1, 2, 3});
-  s.did();
-  EXPECT_NE(s.logged.find("1000 refused since the last line"), std::string::npos) << s.logged;
-}
-
-TEST(Side, WhatAPeerSaysAtTheEndIsTextInTheLog) {
-  Script s(server());
-  s.join(1);
-  s.did();
-  s.give(ConnectionClosed{{1}, 1000, "bye\n[ERROR] forged\x1b[2J"});
-  s.did();
-  EXPECT_NE(s.logged.find("bye?[ERROR] forged?[2J"), std::string::npos) << s.logged;
-}
-
-// Nobody has a right to that channel, and its message is never finished.
-TEST(Side, BodiesOfADeclinedChannelTakeNoMemory) {
-  Script s(server());
-  s.join(1);
-  s.say(1, Offer{{channel(1, "/forbidden", {origin(1, 7)})}, true});
-  MessageFrame frame;
-  frame.channel = {1};
-  frame.subject = {1};
-  frame.sequence = 1;
-  frame.raw_bytes = frame.body_bytes = 64 << 20;
-  const Bytes part(100'000);
-  frame.part = part;
-  Bytes packet;
-  append_header(frame, packet);
-  packet.insert(packet.end(), part.begin(), part.end());
-  s.binary(1, packet);
-  EXPECT_TRUE(s.status().links.at(0).open);
-  EXPECT_EQ(s.status().memory_bytes, 0U);
-}
-
 TEST(Side, AnIdentityThatExpiresEndsTheLink) {
   Script s(server());
   s.login(1, {}, {"anna", {}, flow_test::at_ms(5000)});
@@ -191,27 +144,6 @@ TEST(Side, AnIdentityThatExpiresEndsTheLink) {
   EXPECT_EQ(s.did(), "");
   s.pass(1500);  // seen with the next deadline of the link
   EXPECT_EQ(s.did(), "close 1 4013\n");
-}
-
-TEST(Side, ASlowLoginIsClosed) {
-  Script s(server());
-  s.give(ConnectionOpened{{1}, "10.0.0.4"});
-  s.did();
-  s.pass(4999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "close 1 4004\n");
-}
-
-TEST(Side, ConnectionsWithoutLoginHaveALimit) {
-  Script s(server());
-  for (std::uint32_t c = 1; c <= 256; ++c) s.give(ConnectionOpened{{c}, "10.0.0.4"});
-  s.did();
-  s.give(ConnectionOpened{{257}, "10.0.0.4"});
-  EXPECT_EQ(s.did(), "close 257 4012\n");
-  s.lose(1);
-  s.give(ConnectionOpened{{258}, "10.0.0.4"});
-  EXPECT_EQ(s.did(), "");
 }
 
 TEST(Side, ANewerConnectionOfASessionReplacesTheOlder) {

@@ -81,6 +81,7 @@ std::string word_of(const Action& action) {
           },
           [&](const CompressJob& a) { return "compress " + id(a.job); },
           [&](const DecompressJob& a) { return "decompress " + id(a.job); },
+          [&](const CancelJob& a) { return "cancel " + id(a.job); },
           [&](const Log&) -> std::string { return ""; },
           [&](const Stopped&) -> std::string { return "stopped"; },
       },

@@ -88,10 +88,10 @@ TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
 TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
   Script s;
   s.offer(s.one, {origin(1, 7, latched())});
-  EXPECT_TRUE(s.mirror(7).publish(5, sample("five")));
-  EXPECT_FALSE(s.mirror(7).publish(5, sample("five")));
-  EXPECT_FALSE(s.mirror(7).publish(4, sample("four")));
-  EXPECT_TRUE(s.mirror(7).publish(6, sample("six")));
+  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), ms(0)), DropReason::kDuplicate);
+  EXPECT_EQ(s.mirror(7).publish(4, sample("four"), ms(0)), DropReason::kDuplicate);
+  EXPECT_EQ(s.mirror(7).publish(6, sample("six"), ms(0)), std::nullopt);
 }
 
 // A peer must not make the middleware keep all, or watch what comes within a nanosecond.
@@ -106,9 +106,56 @@ TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
     if (auto* mirror = std::get_if<CreateMirror>(&*action)) made = *mirror;
   ASSERT_TRUE(made);
   EXPECT_EQ(made->qos.history, History::kKeepLast);
-  EXPECT_EQ(made->qos.depth, 10'000U);
+  EXPECT_EQ(made->qos.depth, 1'000U);
   for (const Duration period : {made->qos.deadline, made->qos.lifespan, made->qos.liveliness_lease})
     EXPECT_EQ(period, std::chrono::milliseconds(1));
+}
+
+// What the middleware keeps for late subscribers is bounded in bytes: by the depth, which follows
+// the largest sample, of all mirrors that a link feeds.
+TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
+  Script s;
+  s.options.mirror_bytes_max = 1000;
+  s.offer(s.one, {origin(1, 7, latched(100)), origin(2, 8, latched(100))});
+  s.demanded();
+  EXPECT_EQ(s.did(), "mirror 1 /a reliable latched 100\nmirror 2 /a reliable latched 100\n");
+  const std::string ten(6, 'x');  // with the header of a sample
+  EXPECT_EQ(s.mirror(7).publish(1, sample(ten), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).kept_bytes(), 1000U);
+  EXPECT_EQ(s.mirror(8).publish(1, sample(ten), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.did(), "publish 1 " + ten + "\n");
+  // A larger one takes the place of several; the exporter is asked to send the last ones again.
+  const std::string larger(96, 'x');
+  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.did(), "unmirror 1\nmirror 3 /a reliable latched 8\n");
+  EXPECT_EQ(s.demanded(), "1: demand 1 off\n2: ");
+  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).kept_bytes(), 800U);
+  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.did(), "publish 3 " + larger + "\nunmirror 2\nmirror 4 /a reliable latched 2\n");
+  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), ms(0)), std::nullopt);
+}
+
+TEST(Mirror, APeerHasNoMoreThanItsShare) {
+  Script s;
+  s.options.mirrors_max = 3;
+  s.options.topic_mirrors_max = 2;
+  s.options.all_mirrors_max = 4;
+  s.offer(s.one, {origin(1, 7), origin(2, 8), origin(3, 9)});
+  EXPECT_EQ(s.context.mirrors.size(), 2U);
+  // A reconnect gives no new share while the old one waits.
+  s.one.on_link_lost(ms(0));
+  s.one.on_offer(channel(2, "/b", {origin(1, 10), origin(2, 11)}), ms(0));
+  EXPECT_EQ(s.context.mirrors.size(), 3U);
+  EXPECT_EQ(s.first.link.mirrors, 3U);
+  // Another peer has a share of its own, of which those that exist already are a part.
+  s.offer(s.two, {origin(1, 7), origin(2, 12), origin(3, 13)});
+  EXPECT_EQ(s.context.mirrors.size(), 4U);
+  EXPECT_EQ(s.second.link.mirrors, 2U);
+  s.context.remove_candidate(s.mirror(7), {2}, ms(0));
+  EXPECT_EQ(s.second.link.mirrors, 1U);
+  s.did();
+  EXPECT_NE(s.logged.find("no more mirrors for /peer at 10.0.0.1"), std::string::npos);
 }
 
 TEST(Mirror, AnotherQosMakesItAnew) {

@@ -64,7 +64,7 @@ TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
   s.finish(s.jobs, sample("large"));
   s.give(s.message("under way", 1));
   s.give(s.message("hello", 2));
-  EXPECT_EQ(s.did(), "publish 1 hello\n");
+  EXPECT_EQ(s.did(), "cancel 1\npublish 1 hello\n");
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 2U);
 }
 
@@ -158,8 +158,73 @@ TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
   s.channel_1().on_withdraw(ms(0));
   EXPECT_EQ(s.one.link.incoming({1}), nullptr);
   EXPECT_EQ(s.peer.decoding().used(), 0U);
+  EXPECT_EQ(s.did(), "cancel 1\n");
   s.finish(s.jobs, sample("late"));
   EXPECT_EQ(s.did(), "");
+}
+
+// What a rule says of a peer's rates holds at the importer: the peer's own rules are the peer's.
+TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 10;
+  Script s;
+  s.policy = Policy({limited});
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  for (std::int64_t at = 0; at < 1000; at += 5) s.give(s.message("x"), at);
+  EXPECT_EQ(s.dropped(DropReason::kRate), 189U);  // 10 and a little slack pass
+  // To offer the topic anew, or twice, gives no more.
+  s.peer.on_offer(channel(2, "/a", {origin(1, 8)}), ms(1000));
+  s.peer.send_demands();
+  EXPECT_EQ(s.one.said(), "decline 2 limit\ndemand 1 on\n");
+  s.channel_1().on_withdraw(ms(1000));
+  s.offer(s.peer, {origin(1, 7)}, 1000);
+  s.did();
+  s.give(s.message("x"), 1000);
+  EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
+  s.give(s.message("x"), 1100);
+  EXPECT_EQ(s.did(), "publish 1 x\n");
+}
+
+TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
+  Rule limited = everything();
+  limited.treatment.bytes_per_second_max = 1000;
+  Script s;
+  s.policy = Policy({limited});
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  for (std::int64_t at = 0; at < 1000; at += 10) s.give(s.message(std::string(96, 'x')), at);
+  EXPECT_EQ(s.dropped(DropReason::kRate), 89U);
+}
+
+// A body that grows by thousands is decompressed now and then: two kilobytes on the wire must not
+// be gigabytes a second here.
+TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  InMessage bomb = s.message("");
+  bomb.codec = Codec::kZstd;
+  bomb.raw_bytes = 64 << 20;
+  bomb.body = Payload::adopt(Bytes(2000, 0));
+  std::string jobs;
+  for (std::int64_t at = 0; at < 10'000; at += 10) {
+    s.give(bomb, at);
+    if (const std::string did = s.did(); !did.empty()) {
+      jobs += did;
+      s.finish(s.jobs, sample("large"), at);
+      s.did();
+    }
+  }
+  EXPECT_EQ(std::count(jobs.begin(), jobs.end(), '\n'), 12);
+  EXPECT_EQ(s.dropped(DropReason::kRate), 988U);
+  // What shrinks as messages do is not held up by that.
+  bomb.raw_bytes = 60'000;
+  s.give(bomb, 10'000);
+  EXPECT_EQ(s.did(), "decompress 13\n");
 }
 
 TEST(OfferedTopic, OriginsAreReplacedInOneMessage) {

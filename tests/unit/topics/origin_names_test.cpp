@@ -100,8 +100,15 @@ std::vector<OriginOffer> numbered(std::uint32_t first, std::uint32_t count) {
   return origins;
 }
 
+// A server that makes mirrors of all that a channel may have.
+SideOptions roomy() {
+  SideOptions options = server();
+  options.topic_mirrors_max = kChannelOriginsMax;
+  return options;
+}
+
 TEST(OriginNames, NamesDoNotCountAsOrigins) {
-  Script s(server());
+  Script s(roomy());
   s.graph({});
   s.pass(1000);
   s.join(1);
@@ -115,7 +122,7 @@ TEST(OriginNames, NamesDoNotCountAsOrigins) {
 
 // docs/protocol.md, "origins": what is removed makes room for what is added.
 TEST(OriginNames, AllPublishersOfATopicCanBeReplacedAtOnce) {
-  Script s(server());
+  Script s(roomy());
   s.graph({});
   s.pass(1000);
   s.join(1);
@@ -128,6 +135,21 @@ TEST(OriginNames, AllPublishersOfATopicCanBeReplacedAtOnce) {
   EXPECT_EQ(s.status().links.at(0).topics.at(0).origins, 600U);
   // One beyond the limit still ends the connection.
   s.say(1, OriginsChanged{{1}, numbered(2000, kChannelOriginsMax - 600 + 1), {}});
+  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
+// Those without a mirror count, too.
+TEST(OriginNames, OriginsThatAreLeftOutCount) {
+  SideOptions options = server();
+  options.topic_mirrors_max = 10;
+  Script s(options);
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", numbered(1, kChannelOriginsMax))}, true});
+  s.say(1, OriginsChanged{{1}, numbered(2000, 1), {{kChannelOriginsMax}}});
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.say(1, OriginsChanged{{1}, numbered(3000, 1), {}});
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
 }
 
