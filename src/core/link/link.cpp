@@ -35,10 +35,15 @@ void Link::forget_channels() {
   offered_ = ended_ = 0;
 }
 
-bool Link::note_decline(std::string& declined, const Decline& decline, const Now& now) {
+std::optional<std::string> Link::note_decline(std::string& declined, const std::string& what,
+                                              const Decline& decline, const Now& now) {
   std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
-  if (declined == reason) return false;
-  return std::exchange(declined, std::move(reason)).empty() || declines_.count(now);
+  if (declined == reason) return std::nullopt;
+  std::string line =
+      label() + " does not import " + what + ", and says: " + reason + " (" + decline.code + ")";
+  const bool again = !std::exchange(declined, std::move(reason)).empty();
+  if (again ? !declines_.count(now) : !told_.first(line)) return std::nullopt;
+  return line;
 }
 
 LinkStatus Link::status() const {

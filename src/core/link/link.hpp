@@ -12,6 +12,7 @@
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/base/tell_once.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/ports/status.hpp"
@@ -118,9 +119,10 @@ class Link final : public ConnectionUser {
   // The connection is lost, and its channels with it.
   void forget_channels();
 
-  // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
-  // channel it is, later ones are now and then.
-  bool note_decline(std::string& declined, const Decline& decline, const Now& now);
+  // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
+  // the first time of a channel it is, later ones are now and then, and nothing is told twice.
+  std::optional<std::string> note_decline(std::string& declined, const std::string& what,
+                                          const Decline& decline, const Now& now);
 
   // ---- for people
   // The link's own part of its status.
@@ -163,6 +165,7 @@ class Link final : public ConnectionUser {
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   LogLimit declines_;          // of channels that were declined before
+  TellOnce told_;
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that

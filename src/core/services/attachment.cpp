@@ -123,9 +123,10 @@ void Attachment::send_attached(const Now& now) {
 // ---- what the peer says
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
-  if (!link_.note_decline(counts_.declined, decline, now)) return;
-  serving_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + service_.key().first +
-                                            ": " + decline.reason + " (" + decline.code + ")");
+  const auto& [name, type] = service_.key();
+  const std::string what = shown(InterfaceKind::kService, name, type);
+  if (const auto line = link_.note_decline(counts_.declined, what, decline, now))
+    serving_.outputs.log(LogLevel::kWarn, *line);
 }
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {

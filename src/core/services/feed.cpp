@@ -234,7 +234,7 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     if (call == calls_.end() || call->second.has_answer()) continue;
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
     log_calls(mirroring_.outputs, load_.refusals, "refused by " + link_.label(), service_.key(),
-              refuse.reason + " (" + refuse.code + ")", now);
+              "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
   }
   return Nothing{};

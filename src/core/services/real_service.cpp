@@ -161,7 +161,8 @@ void RealService::on_ready(const ServiceReady& ready, const Now& now) {
 
 void RealService::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
   serving_.by_client.erase(client_);
-  serving_.outputs.log(LogLevel::kError, "cannot call " + key_.first + ": " + failed.reason);
+  const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
+  serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
   failed_ = true;
   invocations_.clear();  // the gateway has none of them any more
   note_action_use(false);

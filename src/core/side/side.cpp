@@ -107,11 +107,9 @@ void Side::on(MirrorFailed& input, const Now& now) {
 }
 
 void Side::on(QosIncompatible& input, const Now&) {
-  const std::string text =
-      input.topic + ": " +
-      (input.at_mirror ? "a subscriber here requests" : "a publisher here offers") +
-      " an incompatible " + input.policy + "; they exchange nothing";
-  if (told_.first(text)) outputs_.log(LogLevel::kWarn, text);
+  const std::string text = input.topic + ": a publisher here offers an incompatible " +
+                           input.policy + "; nothing of it crosses";
+  outputs_.log_once(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "core/base/random.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/flow/packet.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"

@@ -204,8 +204,7 @@ void ExportedTopic::warn_mixed() {
 }
 
 void ExportedTopic::tell_once(const std::string& what) {
-  const std::string line = key_.first + what;
-  if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
+  context_.outputs.log_once(LogLevel::kWarn, key_.first + what);
 }
 
 // ---- samples

@@ -36,7 +36,7 @@ void Imports::on_graph(const Now& now) {
   if (!context_.graph_since) context_.graph_since = now.steady;
   for (auto& [key, mirror] : context_.mirrors) {
     mirror.update(now);
-    mirror.warn_incompatible();
+    mirror.warn_incompatible(now);
   }
 }
 

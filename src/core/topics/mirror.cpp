@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -15,6 +16,8 @@ constexpr Duration kSettle = std::chrono::milliseconds(250);
 constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 // By then the graph has told of the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
+// A graph knows an endpoint before the name of its node, if that ever has one.
+constexpr Duration kNaming = std::chrono::seconds(2);
 // A peer cannot make a mirror keep more samples than this.
 constexpr std::uint32_t kDepthMax = 10'000;
 // Nor make the middleware watch shorter periods.
@@ -55,7 +58,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
 void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
-  if (!context_.graph_options.proxy_nodes || !id_) return;
+  if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);
   destroy();
   update(now);
 }
@@ -139,7 +142,7 @@ void Mirror::create(const Now& now) {
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos_,
                                      context_.graph_options.owner_of(origin_.node)});
   context_.claim_changed = true;
-  warn_incompatible();
+  warn_incompatible(now);
 }
 
 void Mirror::destroy() {
@@ -147,12 +150,15 @@ void Mirror::destroy() {
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
   settles_.cancel();
+  unnamed_.cancel();
   context_.claim_changed = true;
 }
 
 void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
-  const std::string line = "cannot mirror " + key_.first.first + ": " + reason;
-  if (context_.told.first(line)) context_.outputs.log(LogLevel::kError, line);
+  const auto& [topic, type] = key_.first;
+  std::string what = shown(InterfaceKind::kTopic, topic, type);
+  if (code == "type_mismatch" && !origin_.node.empty()) what += " of " + origin_.node;
+  context_.outputs.log_once(LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
   settles_.cancel();
@@ -166,6 +172,8 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
+  if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
+  if (naming_ && naming_.at() <= now.steady && !id_) update(now);
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
     if (!*timer || timer->at() > now.steady) continue;
@@ -202,18 +210,25 @@ bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
   return existed;
 }
 
-void Mirror::warn_incompatible() {
+void Mirror::warn_incompatible(const Now& now) {
   const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
   if (!topic) return;
+  const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   for (const auto& subscriber : topic->subscribers) {
     const std::string policy = incompatible_policy(qos_, subscriber.qos);
     if (policy.empty()) continue;
-    const std::string line = topic->name + ": the " + policy + " that " + node_of(subscriber) +
-                             " requests is not offered by " + origin_.node +
-                             " on the other side: it receives nothing from it";
-    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
-    return;
+    const std::string node = node_of(subscriber);
+    if (patient && (node.empty() || origin_.node.empty())) {
+      if (!unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
+      continue;
+    }
+    const std::string line =
+        topic->name + ": the " + policy + " that " + (node.empty() ? "a subscriber here" : node) +
+        " requests is not offered by " + (origin_.node.empty() ? "a publisher" : origin_.node) +
+        " on the other side: it receives nothing from it";
+    context_.outputs.log_once(LogLevel::kWarn, line);
   }
+  if (!patient) unnamed_.cancel();
 }
 
 // ---- demand

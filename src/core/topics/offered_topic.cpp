@@ -54,7 +54,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
     const std::string line = "no more mirrors than " +
                              std::to_string(context_.options.mirrors_max) +
                              ": not all publishers of " + key_.first + " exist here";
-    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
+    context_.outputs.log_once(LogLevel::kWarn, line);
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice

@@ -190,9 +190,10 @@ void TopicOffer::on_demand(std::uint16_t number, const Now& now) {
 }
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
-  if (!link_.note_decline(declined_, decline, now)) return;
-  context_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + topic_.key().first +
-                                            ": " + decline.reason + " (" + decline.code + ")");
+  const auto& [name, type] = topic_.key();
+  const std::string what = shown(InterfaceKind::kTopic, name, type);
+  if (const auto line = link_.note_decline(declined_, what, decline, now))
+    context_.outputs.log(LogLevel::kWarn, *line);
 }
 
 // ---- samples

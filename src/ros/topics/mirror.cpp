@@ -13,7 +13,6 @@ Mirror::Mirror(Shared& shared, Create create)
 
 Mirror::~Mirror() {
   if (!open_) return;
-  incompatible_.close();
   ignore_error(rcl_publisher_fini(&publisher_, node_.get()));
 }
 
@@ -28,8 +27,6 @@ std::optional<Refusal> Mirror::open() {
   if (result != RCL_RET_OK) return failure("cannot publish on " + create_.topic, result);
   open_ = true;
   shared_.node.own().add(publisher_);
-  incompatible_.open(&publisher_, RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,
-                     &ReadyList::on_incompatible, slot());
   return std::nullopt;
 }
 
@@ -46,14 +43,8 @@ void Mirror::publish(ByteView bytes) {
 }
 
 std::optional<Input> Mirror::step(Batch&) {
-  if (has_to(kReadyFailed)) {
-    done(kReadyFailed);
-    return PublishFailed{create_.id, std::exchange(unpublished_, 0)};
-  }
-  done(kReadyIncompatible);
-  const auto policy = incompatible_.take_policy();
-  if (!policy) return std::nullopt;
-  return QosIncompatible{create_.topic, *policy, true};
+  done(kReadyFailed);
+  return PublishFailed{create_.id, std::exchange(unpublished_, 0)};
 }
 
 }  // namespace connect_bridge::ros

@@ -79,7 +79,7 @@ std::optional<Input> Subscription::step(Batch& batch) {
     done(kReadyIncompatible);
     const auto policy = incompatible_.take_policy();
     if (!policy) return std::nullopt;
-    return QosIncompatible{create_.topic, *policy, false};
+    return QosIncompatible{create_.topic, *policy};
   }
   if (has_to(kReadyLost)) {
     done(kReadyLost);

@@ -362,10 +362,10 @@ TEST(Side, InputsOfNobodyAreBorne) {
 
 TEST(Side, AnIncompatiblePairIsToldOnce) {
   Script s(server());
-  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability", true});
+  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability"});
   s.did();
   EXPECT_EQ(s.logged,
-            "/a: a subscriber here requests an incompatible durability; they exchange nothing\n");
+            "/a: a publisher here offers an incompatible durability; nothing of it crosses\n");
 }
 
 TEST(Side, TheSameSeedAndInputsGiveTheSameActions) {

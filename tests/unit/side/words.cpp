@@ -169,8 +169,8 @@ Topic& Topic::pub(std::uint8_t n, const Qos& qos, const std::string& node) {
   publishers.push_back({gid(n), "/", node.empty() ? "n" + std::to_string(n) : node, qos});
   return *this;
 }
-Topic& Topic::sub(std::uint8_t n, const Qos& qos) {
-  subscribers.push_back({gid(n), "/", "n" + std::to_string(n), qos});
+Topic& Topic::sub(std::uint8_t n, const Qos& qos, const std::string& node) {
+  subscribers.push_back({gid(n), "/", node.empty() ? "n" + std::to_string(n) : node, qos});
   return *this;
 }
 Topic topic(std::string name) {
