@@ -1,8 +1,10 @@
 #include "ros/gateway.hpp"
+#include "core/graph/graph_view.hpp"
 
 #include <filesystem>
 #include <set>
 
+#include "core/graph/graph_view.hpp"
 #include "ros/ros_fixture.hpp"
 
 namespace connect_bridge::ros {
@@ -115,6 +117,25 @@ TEST_F(GatewayTest, RefusesTypesWithAnotherHash) {
   EXPECT_EQ("type_mismatch", failed->code);
   EXPECT_EQ(1u, side.gateway.counters().mirrors);
   EXPECT_EQ(0u, side.gateway.counters().subscriptions);
+}
+
+// What a process of Fast DDS cannot have; other middlewares may.
+TEST_F(GatewayTest, TellsBothTypesOfATopic) {
+  TestNode other("counter");
+  TestSide side("connect_client");
+  RawPublisher publisher(other, topic("chatter"));
+  mirror(side, topic("chatter"), qos_of_depth(1));
+  ASSERT_TRUE(side.topic_state(topic("chatter"), [](const TopicState& state) {
+    return node_of(state.publishers.at(0)) == "/counter";
+  }));
+  side.gateway.apply(CreateSubscription{kSubscription, topic("chatter"), "std_msgs/msg/Int32", "",
+                                        qos_of_depth(1)});
+  const auto failed = side.next<SubscriptionFailed>(1s);
+  if (!failed) GTEST_SKIP() << "this middleware has both";
+  EXPECT_EQ("type_mismatch", failed->code);
+  for (const char* word : {"has the type std_msgs/msg/String (", "/counter", "/connect_client",
+                           "cannot have the type std_msgs/msg/Int32"})
+    EXPECT_NE(std::string::npos, failed->reason.find(word)) << failed->reason;
 }
 
 TEST_F(GatewayTest, RefusesNamesThatAreNone) {

@@ -5,6 +5,7 @@
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/topics/topic_types.hpp"
 
 namespace connect_bridge::ros {
 
@@ -24,7 +25,8 @@ std::optional<Refusal> Mirror::open() {
   options.qos = to_rmw(create_.qos);
   const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), std::get<0>(type),
                                               create_.topic.c_str(), &options);
-  if (result != RCL_RET_OK) return failure("cannot publish on " + create_.topic, result);
+  if (result != RCL_RET_OK)
+    return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
   shared_.node.own().add(publisher_);
   return std::nullopt;
