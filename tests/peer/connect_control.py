@@ -180,6 +180,10 @@ def decode_control(text):
             number(channel)
         if kind == "demand":
             require(0 <= member(message, "number", int) < 65536, "number of a demand")
+        elif "code" in message:
+            _check_code(message)
+        else:
+            string(message, "reason", 512, "")
     elif kind == "decline":
         number(member(message, "channel", int))
         _check_code(message)

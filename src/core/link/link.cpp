@@ -86,6 +86,12 @@ void Link::add_past(TopicStatus& topic) const {
   if (past != past_.end()) topic.add_past(past->second);
 }
 
+std::string Link::line_of(const Withdraw& withdraw, const std::string& what) const {
+  if (withdraw.code.empty()) return {};
+  return label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
+         withdraw.code + ")";
+}
+
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
@@ -129,7 +135,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
     const Incoming ended = it->second;
     forget(number);
-    if (ended.channel) ended.channel->on_withdraw(now);
+    if (ended.channel) ended.channel->on_withdraw(withdraw, now);
     if (ended.offered && !note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }

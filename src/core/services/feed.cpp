@@ -35,7 +35,11 @@ void Feed::on_link_lost() {
   attached_ = false;
 }
 
-void Feed::on_withdraw(const Now& now) {
+void Feed::on_withdraw(const Withdraw& why, const Now& now) {
+  const auto& [name, type] = service_.key();
+  const std::string what = shown(InterfaceKind::kService, name, type);
+  if (const std::string line = link_.line_of(why, what); !line.empty())
+    mirroring_.outputs.log_once(LogLevel::kWarn, line);
   service_.on_withdraw(link_.id, now);
 }
 

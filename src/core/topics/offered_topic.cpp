@@ -132,7 +132,10 @@ void OfferedTopic::decline(const Now& now) {
   leave_mirrors(now);
 }
 
-void OfferedTopic::on_withdraw(const Now& now) {
+void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
+  const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
+  if (const std::string line = link_.line_of(why, what); !line.empty())
+    context_.outputs.log_once(LogLevel::kWarn, line);
   leave_mirrors(now);
   peer_.erase(number_);
 }

@@ -150,11 +150,11 @@ void TopicOffer::configure_queue() {
 
 // ---- changes
 
-void TopicOffer::withdraw() {
+void TopicOffer::withdraw(const std::string& code, const std::string& reason) {
   if (!is_open()) return;
   link_.close_channel(number_);
   if (link_.connection) link_.outbox().remove_channel(number_);
-  link_.send(Withdraw{{number_}});
+  link_.send(Withdraw{{number_}, code, reason});
   number_ = {};
   demand_ = 0;
 }

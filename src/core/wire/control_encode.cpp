@@ -88,6 +88,9 @@ void put(const OriginsChanged& message, Json& json) {
 void put(const Withdraw& message, Json& json) {
   json["type"] = "withdraw";
   json["channels"] = json_of(message.channels);
+  if (message.code.empty()) return;
+  json["code"] = message.code;
+  json["reason"] = to_text(message.reason, kReasonBytesMax);
 }
 
 void put(const Demand& message, Json& json) {

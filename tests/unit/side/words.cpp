@@ -104,7 +104,9 @@ std::string word_of(const Control& control) {
             return "origins " + std::to_string(m.channel.value) + " +" + origins(m.added) + " -[" +
                    ids(m.removed) + "]";
           },
-          [&](const Withdraw& m) { return "withdraw " + ids(m.channels); },
+          [&](const Withdraw& m) {
+            return "withdraw " + ids(m.channels) + (m.code.empty() ? "" : " " + m.code);
+          },
           [&](const Demand& m) {
             return "demand " + ids(m.channels) + (m.number ? " on" : " off");
           },

@@ -49,6 +49,24 @@ TEST(SideImports, ALocalSubscriberMakesTheDemand) {
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
+TEST(SideImports, ATopicThatThePeerCannotServeGoesAndTheLogSaysWhy) {
+  Script s(server());
+  s.graph({topic("/a").sub(1)});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.did();
+  s.logged.clear();
+  for (int i = 0; i < 2; ++i) {
+    s.say(1, Withdraw{{{1}}, "type_unknown", "the type p/msg/T is not known here"});
+    s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, false});
+  }
+  s.did();
+  EXPECT_EQ(s.logged,
+            "/peer at 10.0.0.1 cannot export /a, and says: the type p/msg/T is not known here "
+            "(type_unknown)\n");
+}
+
 TEST(SideImports, WhatTheMiddlewareRefusesIsADrop) {
   Imports s;
   s.offer(1, {channel(1, "/a", {origin(1, 11)})});
