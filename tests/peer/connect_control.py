@@ -134,6 +134,7 @@ def _check_accepts(message):
                 entries += len(rule[key])
     require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
+    member(message, "ros_time", bool, False)
 
 
 def _check_code(message):

@@ -52,9 +52,25 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
+  follow_clock();
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) publish_claim(now);
+}
+
+// A peer that publishes our ROS time means the time of our graph: of its /clock, where it has one.
+// Nobody else asks for it, so it is followed only then.
+void Side::follow_clock() {
+  bool follows = false;
+  for (const auto& [id, link] : links_.all()) {
+    if (!link.open() || !link.accepts || !link.accepts->ros_time) continue;
+    const TopicState* clock = graph_.find({"/clock", kClockType});
+    const auto wire_name = options_.names.to_wire("/clock");
+    follows = follows || (clock && !clock->publishers.empty() && wire_name &&
+                          policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
+                                         kClockType, link.identity));
+  }
+  if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -200,6 +216,7 @@ void Side::on_offers_over(Link& link, const Now& now) {
 void Side::send_accepts(Link& link) const {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
+  accepts.ros_time = options_.clock_publish_period > Duration::zero();
   link.send(accepts);
 }
 

@@ -94,6 +94,7 @@ struct Accepts {
   std::vector<AcceptedNames> rules;
   std::vector<std::string> deny;        // patterns, win over all rules
   std::uint32_t message_bytes_max = 0;  // largest message that this side takes; 0: not told
+  bool ros_time = false;                // this side publishes the peer's ROS time
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
 // status).

@@ -184,6 +184,7 @@ Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
+  accepts.ros_time = reader.flag(json, "ros_time", true);
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {

@@ -113,6 +113,7 @@ void put(const Accepts& message, Json& json) {
   }
   json["deny"] = message.deny;
   if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
+  if (message.ros_time) json["ros_time"] = true;
 }
 
 void put(const Decline& message, Json& json) {

@@ -70,6 +70,9 @@ std::string word_of(const Action& action) {
           [&](const DropInvocation& a) {
             return "drop_invocation " + id(a.client) + "." + id(a.invocation);
           },
+          [&](const FollowClock& a) -> std::string {
+            return std::string("clock ") + (a.on ? "followed" : "not followed");
+          },
           [&](const RefreshGraph&) -> std::string { return "refresh"; },
           [&](const Dial& a) { return "dial " + id(a.connection); },
           [&](const OpenGate& a) { return "gate " + id(a.connection); },

@@ -110,6 +110,9 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
   EXPECT_EQ(read<Accepts>(encode(Accepts{{}, {}, 4'000'000'000})).message_bytes_max,
             4'000'000'000U);
 
+  EXPECT_FALSE(accepts.ros_time);
+  EXPECT_TRUE(read<Accepts>(encode(Accepts{{}, {}, 0, true})).ros_time);
+
   const auto decline = read<Decline>(encode(Decline{{5}, "qos", "no"}));
   EXPECT_EQ(decline.channel.value, 5U);
   EXPECT_EQ(decline.code, "qos");
