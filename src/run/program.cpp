@@ -10,6 +10,7 @@
 #include "config/key_search.hpp"
 #include "run/assembly.hpp"
 #include "run/heap.hpp"
+#include "run/stop.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -66,7 +67,7 @@ bool asks_for_help(int argc, char** argv) {
   return false;
 }
 
-int start(ros::Node& node, Role role, int argc, char** argv) {
+int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
   std::vector<std::string> problems;
   const auto config = read_config(node, role, problems);
   if (!config) return refuse(problems);
@@ -79,6 +80,7 @@ int start(ros::Node& node, Role role, int argc, char** argv) {
   const std::string problem = bridge.open();
   if (!problem.empty()) return refuse({problem});
   bridge.run();
+  last_steps.begin();
   return 0;
 }
 
@@ -91,13 +93,14 @@ int run_program(Role role, int argc, char** argv) {
   }
   std::signal(SIGPIPE, SIG_IGN);
   tune_heap();
+  LastSteps last_steps;
   try {
     ros::NodeOptions options;
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
     ros::Node node(options);
-    return start(node, role, argc, argv);
+    return start(node, role, argc, argv, last_steps);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "Not started: %s\n", error.what());
     return kExitRos;

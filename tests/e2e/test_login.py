@@ -231,6 +231,16 @@ def test_both_end_within_a_second(make_pair, how):
         assert time.monotonic() - begin < 1.2, f"{side.name} took longer"
 
 
+def test_one_ctrl_c_may_come_as_many_signals(make_pair):
+    """From `ros2 launch` and from the terminal; also in the last steps of the program."""
+    pair = make_pair()
+    for side in (pair.client, pair.server):
+        while side.running():
+            side.process.send_signal(signal.SIGINT)
+            time.sleep(0.002)
+        assert side.process.returncode == 0, side.text()
+
+
 @pytest.mark.alone
 def test_a_client_that_is_still_dialing_ends_within_a_second(domains, make_side):
     with socket.create_server(("127.0.0.1", 0)) as silent:  # accepts, and says nothing
