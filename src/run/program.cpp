@@ -30,14 +30,12 @@ int refuse(const std::vector<std::string>& problems) {
 }
 
 // A node that was given another name finds nothing in a file that is written for the usual one.
-void check_section(const ros::Node& node, Role role, std::vector<std::string>& problems) {
-  const auto& given = node.parameter_overrides();
-  if (std::any_of(given.begin(), given.end(), [](const auto& p) { return !is_ros_key(p.first); }))
-    return;
+std::optional<std::string> other_section(const ros::Node& node, Role role) {
   for (const auto& other : node.others_with_parameters())
     if (other.ends_with(default_name(role)))
-      problems.push_back("the parameter file has nothing for " + node.full_name() + ", only for " +
-                         other + ": write " + node.full_name() + " or /** there");
+      return "the parameter file has nothing for " + node.full_name() + ", only for " + other +
+             ": write " + node.full_name() + " or /** there";
+  return std::nullopt;
 }
 
 std::optional<Config> read_config(const ros::Node& node, Role role,
@@ -47,8 +45,13 @@ std::optional<Config> read_config(const ros::Node& node, Role role,
     // What stands behind := may be a token.
     problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
                        "\": parameters are given behind --ros-args, see " + program + " --help");
-  check_section(node, role, problems);
-  Parsed parsed = parse_config(node.parameter_overrides(), role, surroundings());
+  const auto& given = node.parameter_overrides();
+  const auto other = other_section(node, role);
+  const bool is_empty =
+      std::all_of(given.begin(), given.end(), [](const auto& p) { return is_ros_key(p.first); });
+  Parsed parsed = parse_config(given, role, surroundings());
+  if (other && (is_empty || !parsed.problems.empty())) problems.push_back(*other);
+  if (other && is_empty) return std::nullopt;  // what else is missing stands in that section
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }

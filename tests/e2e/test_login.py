@@ -192,6 +192,20 @@ def test_a_client_without_what_it_needs(domains, make_side, parameters, key):
     assert key in refusal(make_side("client", domains(1)[0], parameters))
 
 
+@pytest.mark.parametrize("more", [(), ("-p", "listen.port:=0")])
+def test_a_file_that_is_for_another_name(domains, make_side, more):
+    """It is said first, and alone if nothing else was given."""
+    side = make_side(
+        "server",
+        domains(1)[0],
+        server_parameters(free_port()),
+        arguments=("--ros-args", "-r", "__node:=other", *more),
+    )
+    lines = refusal(side).splitlines()
+    assert "nothing for /other, only for connect_server: write /other or /** there" in lines[1]
+    assert len(lines) == (3 if more else 2), lines
+
+
 def test_a_public_address_needs_login_and_tls(domains, make_side):
     domain, port = domains(1)[0], free_port()
     public = {"listen": {"address": "0.0.0.0", "port": port}}
