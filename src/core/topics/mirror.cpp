@@ -54,7 +54,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   return true;
 }
 
-// A mirror that shall belong to its origin's node is made anew when that has a name at last.
+// A mirror that shall belong to its origin's node is made when that has a name, or made anew.
 void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
@@ -105,7 +105,7 @@ bool Mirror::refresh(const Now& now) {
   // either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_) {
+  if (exists && !id_ && has_waited_for_name(now)) {
     taken_over = true;
     create(now);
   }
@@ -117,6 +117,13 @@ bool Mirror::refresh(const Now& now) {
 void Mirror::update(const Now& now, const OfferedTopic* sends) {
   const bool anew = refresh(now);
   if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
+}
+
+// What is made under our own node and then anew under the proxy loses the samples in between.
+bool Mirror::has_waited_for_name(const Now& now) {
+  if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
+  if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
+  return naming_.at() <= now.steady;
 }
 
 bool Mirror::may_exist() const {

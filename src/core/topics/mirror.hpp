@@ -85,6 +85,7 @@ class Mirror {
 
   void create(const Now& now);
   [[nodiscard]] bool may_exist() const;
+  [[nodiscard]] bool has_waited_for_name(const Now& now);
   void update_demands(const Now& now) const;
   void ask_for_last_samples(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
