@@ -182,7 +182,8 @@ class ConfigMaker {
 
   void read_names() {
     config_.prefix = values_.text("prefix");
-    config_.limits.proxy_nodes = values_.text("graph") == "nodes";
+    const std::string graph = values_.text("graph");
+    config_.limits.proxy_nodes = graph.empty() ? !is_server() : graph == "nodes";
     config_.status_file = values_.text("status_file");
     std::set<std::string> wires;
     std::set<std::string> locals;

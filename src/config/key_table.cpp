@@ -119,12 +119,11 @@ void add_names(Rows& rows) {
                   .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
   rows.push_back({.section = section,
                   .key = "graph",
-                  .fallback = "merged",
                   .words = {"merged", "nodes"},
                   .help =
                       "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
-                      "of the peer's, with its name, so that `ros2 node` and `ros2 param` find "
-                      "it; each costs memory and discovery."});
+                      "of the peer's, with its name, so that `ros2 node`, `ros2 param` and `ros2 "
+                      "lifecycle` find it. Unset: `nodes` at a client, `merged` at a server."});
 }
 
 void add_operation(Rows& rows) {

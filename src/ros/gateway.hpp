@@ -53,9 +53,10 @@ class Gateway {
   void apply(const DestroyServiceClient& action) { services_.destroy_client(action.id); }
   void apply(const SendRequest& action);
   void apply(const DropInvocation& action);
+  void apply(const FollowClock& action) { time_.follow(action.on); }
   void apply(const RefreshGraph&) { graph_.refresh(); }
 
-  // Whether Node::ros_now() follows /clock.
+  // Whether Node::ros_now() follows /clock, also where the core does not ask for it.
   void set_use_sim_time(bool on) { time_.set(on); }
 
   [[nodiscard]] GatewayCounters counters() const;

@@ -10,6 +10,7 @@
 #include "config/key_search.hpp"
 #include "run/assembly.hpp"
 #include "run/heap.hpp"
+#include "run/stop.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -29,14 +30,12 @@ int refuse(const std::vector<std::string>& problems) {
 }
 
 // A node that was given another name finds nothing in a file that is written for the usual one.
-void check_section(const ros::Node& node, Role role, std::vector<std::string>& problems) {
-  const auto& given = node.parameter_overrides();
-  if (std::any_of(given.begin(), given.end(), [](const auto& p) { return !is_ros_key(p.first); }))
-    return;
+std::optional<std::string> other_section(const ros::Node& node, Role role) {
   for (const auto& other : node.others_with_parameters())
     if (other.ends_with(default_name(role)))
-      problems.push_back("the parameter file has nothing for " + node.full_name() + ", only for " +
-                         other + ": write " + node.full_name() + " or /** there");
+      return "the parameter file has nothing for " + node.full_name() + ", only for " + other +
+             ": write " + node.full_name() + " or /** there";
+  return std::nullopt;
 }
 
 std::optional<Config> read_config(const ros::Node& node, Role role,
@@ -46,8 +45,13 @@ std::optional<Config> read_config(const ros::Node& node, Role role,
     // What stands behind := may be a token.
     problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
                        "\": parameters are given behind --ros-args, see " + program + " --help");
-  check_section(node, role, problems);
-  Parsed parsed = parse_config(node.parameter_overrides(), role, surroundings());
+  const auto& given = node.parameter_overrides();
+  const auto other = other_section(node, role);
+  const bool is_empty =
+      std::all_of(given.begin(), given.end(), [](const auto& p) { return is_ros_key(p.first); });
+  Parsed parsed = parse_config(given, role, surroundings());
+  if (other && (is_empty || !parsed.problems.empty())) problems.push_back(*other);
+  if (other && is_empty) return std::nullopt;  // what else is missing stands in that section
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }
@@ -66,7 +70,7 @@ bool asks_for_help(int argc, char** argv) {
   return false;
 }
 
-int start(ros::Node& node, Role role, int argc, char** argv) {
+int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
   std::vector<std::string> problems;
   const auto config = read_config(node, role, problems);
   if (!config) return refuse(problems);
@@ -79,6 +83,7 @@ int start(ros::Node& node, Role role, int argc, char** argv) {
   const std::string problem = bridge.open();
   if (!problem.empty()) return refuse({problem});
   bridge.run();
+  last_steps.begin();
   return 0;
 }
 
@@ -91,13 +96,14 @@ int run_program(Role role, int argc, char** argv) {
   }
   std::signal(SIGPIPE, SIG_IGN);
   tune_heap();
+  LastSteps last_steps;
   try {
     ros::NodeOptions options;
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
     ros::Node node(options);
-    return start(node, role, argc, argv);
+    return start(node, role, argc, argv, last_steps);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "Not started: %s\n", error.what());
     return kExitRos;

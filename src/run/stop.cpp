@@ -1,11 +1,14 @@
 #include "run/stop.hpp"
 
+#include <unistd.h>
+
 #include <csignal>
 
 namespace connect_bridge {
 namespace {
 
 constexpr auto kStopTime = std::chrono::milliseconds(800);
+constexpr unsigned kLastStepsTime = 4;  // seconds; `ros2 launch` waits for 5
 
 }  // namespace
 
@@ -15,13 +18,30 @@ Stop::Stop(boost::asio::io_context& io, std::function<void()> begin)
 void Stop::wait_for_signal() {
   signals_.async_wait([this](const boost::system::error_code& error, int) {
     if (error) return;
-    if (begun_) return io_.stop();
     begun_ = true;
     deadline_.expires_after(kStopTime);
     deadline_.async_wait([this](const boost::system::error_code&) { io_.stop(); });
     begin_();
-    wait_for_signal();
   });
+}
+
+void LastSteps::begin() {
+  signals_.add(SIGINT);
+  signals_.add(SIGTERM);
+  alarm(kLastStepsTime);
+}
+
+// Behind this only the libraries' own destructors follow. For a moment nobody handles the signals,
+// so the only thread that is left has none delivered.
+LastSteps::~LastSteps() {
+  sigset_t stops;
+  sigemptyset(&stops);
+  sigaddset(&stops, SIGINT);
+  sigaddset(&stops, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &stops, nullptr);
+  boost::system::error_code ignored;
+  signals_.clear(ignored);
+  for (const int number : {SIGINT, SIGTERM}) std::signal(number, SIG_IGN);
 }
 
 }  // namespace connect_bridge

@@ -23,9 +23,10 @@ def seconds(message):
 
 
 class Simulator:
-    """Publishes /clock at 100 Hz, from 1000 s on, at half the speed of real time."""
+    """Publishes /clock at 100 Hz, from 1000 s on, at a speed of its own."""
 
-    def __init__(self, graph):
+    def __init__(self, graph, speed=0.5):
+        self._speed = speed
         self._publisher = graph.publisher(Clock, "/clock", qos(1))
         self._begin = time.monotonic()
         self._stop = threading.Event()
@@ -33,7 +34,7 @@ class Simulator:
         self._thread.start()
 
     def now(self):
-        return 1000 + (time.monotonic() - self._begin) / 2
+        return 1000 + (time.monotonic() - self._begin) * self._speed
 
     def _run(self):
         while not self._stop.wait(0.01):
@@ -88,6 +89,18 @@ def test_publish_the_robots_simulated_time(make_pair):
     check(collector, simulator.now, 0.05)
     simulator.stop()
     assert len(pair.operator.publishers("/clock")) == 1
+
+
+def test_publish_the_time_of_the_robots_clock(make_pair):
+    """Though the server itself does not use simulated time; also to reliable subscribers."""
+    pair = make_pair(client=PUBLISH)
+    collector = pair.operator.collector(Clock, "/clock", 10)
+    collector.wait_for(lambda m: abs(seconds(m) - time.time()) < 1, "system time")
+    simulator = Simulator(pair.robot, speed=2.0)
+    collector.wait_for(lambda m: seconds(m) < 10_000, "simulated time")
+    check(collector, simulator.now, 0.05)
+    simulator.stop()
+    assert not pair.robot.publishers("/clock")[1:], "nothing goes back"
 
 
 def test_publish_the_robots_system_time(make_pair):

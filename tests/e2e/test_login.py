@@ -192,6 +192,20 @@ def test_a_client_without_what_it_needs(domains, make_side, parameters, key):
     assert key in refusal(make_side("client", domains(1)[0], parameters))
 
 
+@pytest.mark.parametrize("more", [(), ("-p", "listen.port:=0")])
+def test_a_file_that_is_for_another_name(domains, make_side, more):
+    """It is said first, and alone if nothing else was given."""
+    side = make_side(
+        "server",
+        domains(1)[0],
+        server_parameters(free_port()),
+        arguments=("--ros-args", "-r", "__node:=other", *more),
+    )
+    lines = refusal(side).splitlines()
+    assert "nothing for /other, only for connect_server: write /other or /** there" in lines[1]
+    assert len(lines) == (3 if more else 2), lines
+
+
 def test_a_public_address_needs_login_and_tls(domains, make_side):
     domain, port = domains(1)[0], free_port()
     public = {"listen": {"address": "0.0.0.0", "port": port}}
@@ -229,6 +243,16 @@ def test_both_end_within_a_second(make_pair, how):
         begin = time.monotonic()
         assert side.stop(how) == 0, side.text()
         assert time.monotonic() - begin < 1.2, f"{side.name} took longer"
+
+
+def test_one_ctrl_c_may_come_as_many_signals(make_pair):
+    """From `ros2 launch` and from the terminal; also in the last steps of the program."""
+    pair = make_pair()
+    for side in (pair.client, pair.server):
+        while side.running():
+            side.process.send_signal(signal.SIGINT)
+            time.sleep(0.002)
+        assert side.process.returncode == 0, side.text()
 
 
 @pytest.mark.alone

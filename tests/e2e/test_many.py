@@ -80,3 +80,26 @@ def test_300_topics(make_pair):
     for publisher in publishers.values():
         pair.robot.tester.destroy_publisher(publisher)
     until(lambda: not mirrored(), lambda: f"all vanish, there are {len(mirrored())}", 40, 0.1)
+
+
+@pytest.mark.slow
+def test_300_nodes(make_pair):
+    """The operator's graph lists them all, each with what it has; they go as they came."""
+    pair = make_pair()
+    publishers = {}
+    for i in range(300):
+        node = pair.robot.node(f"node_{i}", namespace="/many")
+        publishers[node] = pair.robot.publisher(String, f"/t/of_node_{i}", 10, node)
+
+    def listed():
+        nodes = pair.operator.tester.get_node_names_and_namespaces()
+        return sum(namespace == "/many" for _, namespace in nodes)
+
+    until(lambda: listed() == 300, lambda: f"300 nodes, there are {listed()}", 60, 0.1)
+    used, resident = pair.client.cpu_seconds(), pair.client.resident_bytes() / 1e6
+    print(f"300 nodes: the client used {used:.1f} s of processor time and has {resident:.0f} MB")
+    (mirror,) = pair.operator.wait_publishers("/t/of_node_7", 1)
+    assert (mirror.node_namespace, mirror.node_name) == ("/many", "node_7")
+    for node in publishers:
+        pair.robot.remove(node)
+    until(lambda: listed() == 0, lambda: f"all vanish, there are {listed()}", 60, 0.1)

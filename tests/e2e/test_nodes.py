@@ -100,15 +100,15 @@ def names_in(graph):
 
 
 def test_graph_of_nodes(make_pair):
-    """`graph: nodes`: remote nodes are listed, and own the mirrors of what they have."""
-    pair = make_pair(server=SERVER, client={"graph": "nodes"})
+    """The operator's graph lists the robot's nodes, and they own the mirrors of what they have."""
+    pair = make_pair(server=SERVER)
     node = robot_node(pair, "arm")
     publisher = pair.robot.publisher(String, "/open/state", 10, node)
     node.create_service(Trigger, "/open/reset", lambda _, response: response)
     collector = pair.operator.collector(String, "/open/state")
     connect(publisher, collector, String(data="x"))
     until(lambda: "/open/arm" in names_in(pair.operator), "the remote node is listed")
-    (mirror,) = pair.operator.publishers("/open/state")
+    (mirror,) = pair.operator.wait_publishers("/open/state", 1)
     assert (mirror.node_namespace, mirror.node_name) == ("/open", "arm")
     client = pair.operator.tester.create_client(Trigger, "/open/reset")
     until(client.service_is_ready, "the service")
@@ -126,10 +126,21 @@ def test_graph_of_nodes(make_pair):
     until(lambda: "/open/arm" not in names_in(pair.operator), "the proxy is gone")
 
 
-def test_merged_graph_has_one_bridge_node(pair):
+def test_the_robots_graph_need_not_show_the_operators_nodes(make_pair):
+    pair = make_pair()
+    node = pair.operator.node("joystick")
+    publisher = pair.operator.publisher(String, "/o/joystick", 10, node)
+    connect(publisher, pair.robot.collector(String, "/o/joystick"), String(data="x"))
+    (mirror,) = pair.robot.wait_publishers("/o/joystick", 1)
+    assert mirror.node_name == "connect_server"
+    assert "/joystick" not in names_in(pair.robot)
+
+
+def test_merged_graph_has_one_bridge_node(make_pair):
+    pair = make_pair(server=SERVER, client={"graph": "merged"})
     node = robot_node(pair, "hidden_one")
     publisher = pair.robot.publisher(String, "/open/merged", 10, node)
     connect(publisher, pair.operator.collector(String, "/open/merged"), String(data="x"))
-    (mirror,) = pair.operator.publishers("/open/merged")
+    (mirror,) = pair.operator.wait_publishers("/open/merged", 1)
     assert mirror.node_name == "connect_client"
     assert "/open/hidden_one" not in names_in(pair.operator)

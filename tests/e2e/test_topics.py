@@ -146,14 +146,15 @@ def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
     pair.robot.publisher(String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT))
     pair.operator.wait_publishers(topic, 1)
     pair.operator.collector(String, topic, qos(10, reliability=ReliabilityPolicy.RELIABLE))
-    until(
-        lambda: [
-            line
-            for line in pair.client.text().splitlines()
-            if topic in line and "reliability" in line.lower()
-        ],
-        "a warning that names topic and policy",
-    )
+
+    def warnings():
+        lines = pair.client.text().splitlines()
+        return [line for line in lines if topic in line and "reliability" in line.lower()]
+
+    until(warnings, "a warning that names topic and policy")
+    time.sleep(1)
+    (line,) = warnings()
+    assert "that /tester requests is not offered by /tester" in line
 
 
 def test_names_types_and_publisher_counts_are_equal(pair):

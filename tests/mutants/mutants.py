@@ -184,5 +184,6 @@ MUTANTS = [
            "if (!feeds_.contains(link)) return false;", "if (feeds_.contains(link)) return false;"),
     Mutant("calls are dropped by a full queue", "queue.keep = true;", "queue.keep = false;"),
     Mutant("mirrors stay with the wrong node",
-           "if (!context_.graph_options.proxy_nodes || !id_) return;", "if (id_) return;"),
+           "if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);",
+           "if (id_) return;"),
 ]

@@ -134,6 +134,7 @@ def _check_accepts(message):
                 entries += len(rule[key])
     require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
+    member(message, "ros_time", bool, False)
 
 
 def _check_code(message):
@@ -180,6 +181,10 @@ def decode_control(text):
             number(channel)
         if kind == "demand":
             require(0 <= member(message, "number", int) < 65536, "number of a demand")
+        elif "code" in message:
+            _check_code(message)
+        else:
+            string(message, "reason", 512, "")
     elif kind == "decline":
         number(member(message, "channel", int))
         _check_code(message)

@@ -27,7 +27,7 @@ struct ExpectedMirror {
   int ways = 1;                       // pairs of sides that can carry it
   bool certain = true;                // all pairs of sides that can carry it would treat it alike
   bool limited = false;               // rules or limits may drop messages even on a quiet link
-  bool unreachable = false;           // mirrored, but the exporter cannot subscribe to its type
+  bool unreachable = false;           // the exporter cannot subscribe to its type
   std::size_t bytes_max = 0;          // largest message that both sides accept
   std::uint64_t queue_bytes_max = 0;  // how much may wait at once
   std::uint64_t room = 0;             // how much of the topic a link always holds

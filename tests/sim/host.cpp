@@ -100,7 +100,7 @@ void Host::report_trouble() {
   if (rng_.chance(500)) {
     input(MessagesLost{it->first, rng_.below(10), rng_.chance(300)});
   } else {
-    input(QosIncompatible{it->second.made.topic, "reliability", rng_.chance(500)});
+    input(QosIncompatible{it->second.made.topic, "reliability"});
   }
 }
 

@@ -161,6 +161,7 @@ class Host : public Party {
   void act(const DestroyServiceClient& action);
   void act(const SendRequest& action);
   void act(const DropInvocation& action);
+  void act(const FollowClock& action);
   void act(const RefreshGraph& action);
   void act(const Dial& action);
   void act(const OpenGate& action);

@@ -105,6 +105,10 @@ void Host::act(const Publish& action) {
   world_.middleware.publish(it->second.writer, Payload::copy_of(action.payload.view()));
 }
 
+void Host::act(const FollowClock& action) {
+  tell(action.on ? "follows /clock" : "no longer follows /clock");
+}
+
 void Host::act(const RefreshGraph&) {
   on_graph_change();
 }

@@ -21,7 +21,7 @@ class IncomingChannel {
   [[nodiscard]] virtual bool wants(std::uint16_t demand) const;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer ends the channel. The link has forgotten the number already; `this` may end within.
-  virtual void on_withdraw(const Now& now) = 0;
+  virtual void on_withdraw(const Withdraw& why, const Now& now) = 0;
 
   virtual Result<Nothing> on_origins(const OriginsChanged& change, const Now& now);
   virtual Result<Nothing> on_attached(const Attached& attached, const Now& now);

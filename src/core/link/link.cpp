@@ -48,10 +48,15 @@ void Link::forget_channels() {
   accepts_at_.reset();
 }
 
-bool Link::note_decline(std::string& declined, const Decline& decline, const Now& now) {
+std::optional<std::string> Link::note_decline(std::string& declined, const std::string& what,
+                                              const Decline& decline, const Now& now) {
   std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
-  if (declined == reason) return false;
-  return std::exchange(declined, std::move(reason)).empty() || declines_.count(now);
+  if (declined == reason) return std::nullopt;
+  std::string line =
+      label() + " does not import " + what + ", and says: " + reason + " (" + decline.code + ")";
+  const bool again = !std::exchange(declined, std::move(reason)).empty();
+  if (again ? !declines_.count(now) : !told_.first(line)) return std::nullopt;
+  return line;
 }
 
 LinkStatus Link::status() const {
@@ -94,6 +99,12 @@ void Link::add_past(TopicStatus& topic) const {
   if (past != past_.end()) topic.add_past(past->second);
 }
 
+std::string Link::line_of(const Withdraw& withdraw, const std::string& what) const {
+  if (withdraw.code.empty()) return {};
+  return label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
+         withdraw.code + ")";
+}
+
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
@@ -129,6 +140,7 @@ Result<Nothing> Link::take_accepts(const Now& now) {
 }
 
 void Link::on_time(const Now& now) {
+  told_.on_time(now);
   if (!accepts_at_ || *accepts_at_ > now.steady) return;
   if (const auto result = take_accepts(now); !result) fail(result.error());
 }
@@ -150,7 +162,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
     const Incoming ended = it->second;
     forget(number);
-    if (ended.channel) ended.channel->on_withdraw(now);
+    if (ended.channel) ended.channel->on_withdraw(withdraw, now);
     if (ended.offered && !note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }

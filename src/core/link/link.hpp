@@ -13,6 +13,7 @@
 
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
@@ -146,9 +147,10 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
-  // Notes why the peer declines a channel. Whether that is worth a line: the first time of a
-  // channel it is, later ones are now and then.
-  bool note_decline(std::string& declined, const Decline& decline, const Now& now);
+  // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
+  // the first time of a channel it is, later ones are now and then, and nothing is told twice.
+  std::optional<std::string> note_decline(std::string& declined, const std::string& what,
+                                          const Decline& decline, const Now& now);
 
   // ---- for people
   // The link's own part of its status.
@@ -157,6 +159,8 @@ class Link final : public ConnectionUser {
   // What was counted on a connection that is lost belongs to the topic for as long as the link is.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
+  // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason.
+  [[nodiscard]] std::string line_of(const Withdraw& withdraw, const std::string& what) const;
 
   // ---- what arrives
   [[nodiscard]] bool expects(ChannelId channel) const override {
@@ -197,6 +201,7 @@ class Link final : public ConnectionUser {
   Throttle accepts_{100, std::chrono::seconds(5)};
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
+  TellOnce told_;
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that

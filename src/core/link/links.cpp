@@ -216,7 +216,8 @@ void Links::on(PacketReceived& input, const Now& now) {
 void Links::on(ConnectionClosed& input, const Now& now) {
   // What the peer's close frame says is any bytes.
   const std::string said = to_text(input.reason, kReasonBytesMax);
-  const std::string reason = said.empty() ? "the connection was closed" : said;
+  const std::string reason =
+      said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;
   const bool refused = input.code == static_cast<std::uint16_t>(CloseCode::kLoginRefused);
   if (pending_.erase(input.connection) > 0) {
     if (options_.role == Role::kServer) return;

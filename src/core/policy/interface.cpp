@@ -124,6 +124,11 @@ std::optional<PartOfAction> part_of_action(InterfaceKind kind, std::string_view 
   return std::nullopt;
 }
 
+std::string shown(InterfaceKind kind, const std::string& name, std::string_view type) {
+  const auto part = part_of_action(kind, name, type);
+  return part ? "the action " + std::string(part->action) : name;
+}
+
 bool is_parameter_service_name(std::string_view name) {
   return parameter_service(name) != nullptr;
 }

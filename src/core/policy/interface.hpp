@@ -58,6 +58,9 @@ struct PartOfAction {
 // Whether the name has a token "_action": such a name is a part of an action or nothing at all.
 [[nodiscard]] bool has_action_token(std::string_view name);
 
+// What a person calls it: an action's parts are its own.
+[[nodiscard]] std::string shown(InterfaceKind kind, const std::string& name, std::string_view type);
+
 // ---- parameters
 // ----------------------------------------------------------------------------------
 

@@ -77,6 +77,10 @@ struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;
 };
+// Whether the ROS time of this side is that of /clock.
+struct FollowClock {
+  bool on = false;
+};
 // Ask for a fresh GraphChanged (a sample came from a publisher not seen yet).
 struct RefreshGraph {};
 
@@ -134,10 +138,11 @@ struct Log {
 };
 struct Stopped {};
 
-using Action = std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror,
-                            Publish, CreateServiceMirror, DestroyServiceMirror, SendResponse,
-                            DropRequest, CreateServiceClient, DestroyServiceClient, SendRequest,
-                            DropInvocation, RefreshGraph, Dial, OpenGate, CloseConnection,
-                            Authenticate, CompressJob, DecompressJob, CancelJob, Log, Stopped>;
+using Action =
+    std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror, Publish,
+                 CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
+                 CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
+                 FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
+                 CompressJob, DecompressJob, CancelJob, Log, Stopped>;
 
 }  // namespace connect_bridge

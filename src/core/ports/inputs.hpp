@@ -82,11 +82,11 @@ struct PublishFailed {
   MirrorId mirror;
   std::uint64_t count = 0;
 };
-// The middleware reports an incompatible pair at one of our endpoints (QoS event), by policy name.
+// A publisher offers less than one of our subscriptions requests (QoS event), by policy name. Of
+// mirrors the graph tells more: who it is that requests more than they offer.
 struct QosIncompatible {
   std::string topic;
   std::string policy;
-  bool at_mirror = false;  // at a mirror (publisher), else at a subscription
 };
 
 // A request came to a service mirror. Every request ends by SendResponse or DropRequest.

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/tell_once.hpp"
 #include "core/ports/actions.hpp"
 
 namespace connect_bridge {
@@ -14,6 +15,13 @@ class Outputs {
  public:
   void push(Action action) { actions_.push_back(std::move(action)); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
+  // For what comes back as often as its cause does, and for what several parts say alike.
+  void log_once(LogLevel level, const std::string& text) {
+    if (told_.first(text)) log(level, text);
+  }
+
+  // To be called now and then.
+  void on_time(const Now& now) { told_.on_time(now); }
 
   std::optional<Action> next() {
     if (actions_.empty()) return std::nullopt;
@@ -31,6 +39,7 @@ class Outputs {
 
  private:
   std::deque<Action> actions_;
+  TellOnce told_;
   std::uint64_t last_subscription_ = 0;
   std::uint64_t last_mirror_ = 0;
   std::uint64_t last_service_mirror_ = 0;

@@ -77,14 +77,14 @@ void Attachment::on_link_lost() {
   channel_ = requests_ = {};
 }
 
-void Attachment::end(const Now& now) {
+void Attachment::end(const Now& now, const ServiceClientFailed* why) {
   end_calls(now);
   // Requests may be on their way: they are expected until the peer says that none follow.
   if (requests_) link_.let_go(requests_);
   if (channel_) {
     link_.close_channel(channel_);
     if (link_.connection) link_.outbox().remove_channel(channel_);
-    link_.send(Withdraw{{channel_}});
+    link_.send(why ? Withdraw{{channel_}, why->code, why->reason} : Withdraw{{channel_}});
   }
   channel_ = requests_ = {};
   held_ = attached_ = false;
@@ -123,9 +123,10 @@ void Attachment::send_attached(const Now& now) {
 // ---- what the peer says
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
-  if (!link_.note_decline(counts_.declined, decline, now)) return;
-  serving_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + service_.key().first +
-                                            ": " + decline.reason + " (" + decline.code + ")");
+  const auto& [name, type] = service_.key();
+  const std::string what = shown(InterfaceKind::kService, name, type);
+  if (const auto line = link_.note_decline(counts_.declined, what, decline, now))
+    serving_.outputs.log(LogLevel::kWarn, *line);
 }
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
@@ -142,7 +143,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   return Nothing{};
 }
 
-void Attachment::on_withdraw(const Now& now) {
+void Attachment::on_withdraw(const Withdraw&, const Now& now) {
   detach(now);
   link_.outbox().clear_channel(channel_);
 }

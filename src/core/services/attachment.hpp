@@ -44,8 +44,9 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void on_link_lost();
   // Nothing is known that a further connection could need.
   [[nodiscard]] bool is_idle() const { return !held_ && calls_.empty(); }
-  // Both channels end, and all calls.
-  void end(const Now& now);
+  // Both channels end, and all calls. The peer is told why, if the service cannot be called at all.
+  void end(const Now& now, const ServiceClientFailed* why = nullptr);
+  [[nodiscard]] bool is_offered() const { return bool(channel_); }
   // The server can be called.
   void on_ready(const Now& now);
   // Attached on this connection or the one before: the service needs its client.
@@ -60,7 +61,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void on_delivered(CallId call, const Now& now) override;
   // May destroy the attachment: the call numbers have come to their end.
   Result<Nothing> on_message(InMessage message, const Now& now) override;
-  void on_withdraw(const Now& now) override;
+  void on_withdraw(const Withdraw& why, const Now& now) override;
 
   // ---- its calls
   // The gate lets the call begin.

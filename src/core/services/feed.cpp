@@ -35,7 +35,11 @@ void Feed::on_link_lost() {
   attached_ = false;
 }
 
-void Feed::on_withdraw(const Now& now) {
+void Feed::on_withdraw(const Withdraw& why, const Now& now) {
+  const auto& [name, type] = service_.key();
+  const std::string what = shown(InterfaceKind::kService, name, type);
+  if (const std::string line = link_.line_of(why, what); !line.empty())
+    mirroring_.outputs.log_once(LogLevel::kWarn, line);
   service_.on_withdraw(link_.id, now);
 }
 
@@ -234,7 +238,7 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     if (call == calls_.end() || call->second.has_answer()) continue;
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
     log_calls(mirroring_.outputs, load_.refusals, "refused by " + link_.label(), service_.key(),
-              refuse.reason + " (" + refuse.code + ")", now);
+              "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
   }
   return Nothing{};

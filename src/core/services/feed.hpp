@@ -66,7 +66,7 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   // ---- what the peer says. Errors end the connection
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   // Destroys the feed, and maybe its service.
-  void on_withdraw(const Now& now) override;
+  void on_withdraw(const Withdraw& why, const Now& now) override;
   Result<Nothing> on_attached(const Attached& attached, const Now& now) override;
   Result<Nothing> on_refuse(const Refuse& refuse, const Now& now) override;
   void on_delivered(CallId call, const Now& now) override;

@@ -16,8 +16,4 @@ void Mirroring::update_all(const Now& now) {
   for (auto it = services.begin(); it != services.end();) update(*(it++)->second, now);
 }
 
-void Mirroring::tell_once(LogLevel level, const std::string& text) {
-  if (told.first(text)) outputs.log(level, text);
-}
-
 }  // namespace connect_bridge

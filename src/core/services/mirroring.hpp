@@ -9,7 +9,6 @@
 
 #include "core/base/budget.hpp"
 #include "core/base/log_limit.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
@@ -50,15 +49,12 @@ struct Mirroring {
   std::optional<TimePoint> graph_since{};  // no mirror before the local graph has been discovered
   std::optional<TimePoint> settles_at{};   // when the first claim without a mirror has settled
   bool claim_changed = false;
-  TellOnce told{};
 
   ~Mirroring();
   // Does what follows for the service from what is known now; one that nobody offers any longer is
   // destroyed.
   void update(MirroredService& service, const Now& now);
   void update_all(const Now& now);
-  // For what a peer can make happen as often as it likes.
-  void tell_once(LogLevel level, const std::string& text);
 };
 
 }  // namespace connect_bridge

@@ -36,7 +36,8 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
                         std::none_of(servers_.begin(), servers_.end(), stays);
   // The graph tells servers' ids for some services only, and only while there is a client.
   if (servers.empty() || servers == servers_) return;
-  failed_ = false;
+  if (std::exchange(failed_, false))
+    std::erase_if(attachments_, [](const auto& e) { return !e.second.is_offered(); });
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);
   end(now);
@@ -75,7 +76,7 @@ std::optional<Decision> RealService::permission(const Link& link) const {
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
-  if (failed_) return std::nullopt;
+  if (failed_ && attachments_.contains(link.id)) return std::nullopt;
   return attachments_.try_emplace(link.id, *this, link, serving_).first->second.offer(now);
 }
 
@@ -116,7 +117,8 @@ void RealService::consider_callers() {
 // ---- the client
 
 void RealService::use_client() {
-  if (client_ || failed_) return;
+  if (client_) return;
+  failed_ = false;
   // While there was no client the graph told no ids: those known may be of servers long gone.
   servers_.clear();
   if (const auto it = serving_.graph.services().find(key_); it != serving_.graph.services().end())
@@ -161,12 +163,13 @@ void RealService::on_ready(const ServiceReady& ready, const Now& now) {
 
 void RealService::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
   serving_.by_client.erase(client_);
-  serving_.outputs.log(LogLevel::kError, "cannot call " + key_.first + ": " + failed.reason);
+  const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
+  serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
   failed_ = true;
   invocations_.clear();  // the gateway has none of them any more
   note_action_use(false);
   serving_.gate.server_gone(client_);
-  end_attachments(now);
+  for (auto& [link, attachment] : attachments_) attachment.end(now, &failed);
   serving_.gate.close(client_);
   client_ = {};
 }

@@ -82,7 +82,8 @@ class RealService {
   bool warned_several_ = false;
   ServiceClientId client_;  // none: nobody is attached
   bool ready_ = false;
-  bool failed_ = false;  // the client could not be made; tried again when servers change
+  // The client could not be made. Tried again when servers change, or for a link that comes later.
+  bool failed_ = false;
   std::string type_hash_;
   std::unordered_map<InvocationId, ServedCall*> invocations_;  // that the gateway has
   std::map<LinkId, Attachment> attachments_;

@@ -91,7 +91,6 @@ void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed) {
 }
 
 void ServiceImports::on_time(const Now& now) {
-  mirroring_.told.on_time(now);
   while (const auto call = mirroring_.timers.take_due(now.steady))
     (*call)->feed().on_timeout(**call, now);
   if (!mirroring_.settles_at || *mirroring_.settles_at > now.steady) return;

@@ -52,9 +52,25 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
+  follow_clock();
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) publish_claim(now);
+}
+
+// A peer that publishes our ROS time means the time of our graph: of its /clock, where it has one.
+// Nobody else asks for it, so it is followed only then.
+void Side::follow_clock() {
+  bool follows = false;
+  for (const auto& [id, link] : links_.all()) {
+    if (!link.open() || !link.accepts || !link.accepts->ros_time) continue;
+    const TopicState* clock = graph_.find({"/clock", kClockType});
+    const auto wire_name = options_.names.to_wire("/clock");
+    follows = follows || (clock && !clock->publishers.empty() && wire_name &&
+                          policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
+                                         kClockType, link.identity));
+  }
+  if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -107,11 +123,9 @@ void Side::on(MirrorFailed& input, const Now& now) {
 }
 
 void Side::on(QosIncompatible& input, const Now&) {
-  const std::string text =
-      input.topic + ": " +
-      (input.at_mirror ? "a subscriber here requests" : "a publisher here offers") +
-      " an incompatible " + input.policy + "; they exchange nothing";
-  if (told_.first(text)) outputs_.log(LogLevel::kWarn, text);
+  const std::string text = input.topic + ": a publisher here offers an incompatible " +
+                           input.policy + "; nothing of it crosses";
+  outputs_.log_once(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
@@ -140,7 +154,7 @@ void Side::on(StopRequested&, const Now& now) {
 }
 
 void Side::on(TimePassed&, const Now& now) {
-  told_.on_time(now);
+  outputs_.on_time(now);
   links_.on_time(now);
   exports_.on_time(now);
   imports_.on_time(now);
@@ -203,6 +217,7 @@ void Side::on_offers_over(Link& link, const Now& now) {
 void Side::send_accepts(Link& link) const {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
+  accepts.ros_time = options_.clock_publish_period > Duration::zero();
   link.send(accepts);
 }
 
@@ -238,9 +253,9 @@ void Side::send_offers(Link& link, const Now& now) {
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
   if (!link.may_offer()) {
-    const std::string line = "not all interfaces here are offered to " + link.node +
-                             ": no more than " + std::to_string(Link::kOfferedMax) + " at a time";
-    if (told_.first(line)) outputs_.log(LogLevel::kWarn, line);
+    outputs_.log_once(LogLevel::kWarn, "not all interfaces here are offered to " + link.node +
+                                           ": no more than " + std::to_string(Link::kOfferedMax) +
+                                           " at a time");
   }
   if (offers.empty() && link.offers_complete) return;
   for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));

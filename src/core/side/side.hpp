@@ -7,7 +7,6 @@
 #include <string>
 
 #include "core/base/random.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/flow/packet.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"
@@ -92,6 +91,7 @@ class Side final : private LinksUser {
   void start(const Now& now);
   void settle(const Now& now);
   void hold_actions(const Now& now);
+  void follow_clock();
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const Now& now);
@@ -119,7 +119,7 @@ class Side final : private LinksUser {
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
-  TellOnce told_;
+  bool follows_clock_ = false;
 };
 
 }  // namespace connect_bridge

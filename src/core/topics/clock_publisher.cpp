@@ -26,9 +26,9 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
   if (mirror_) return;
   mirror_ = outputs.new_mirror();
   Qos qos;
-  qos.reliability = Reliability::kBestEffort;  // as simulators offer it (rclcpp::ClockQoS)
-  qos.depth = 1;
-  outputs.push(CreateMirror{mirror_, topic, "rosgraph_msgs/msg/Clock", "", qos});
+  // Reliable, since that serves subscribers of both kinds; as deep as a subscriber's default.
+  qos.depth = 10;
+  outputs.push(CreateMirror{mirror_, topic, kClockType, "", qos});
   next_ = now.steady;
   sample_.reset();
   rate_ = 1.0;

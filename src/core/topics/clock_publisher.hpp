@@ -10,6 +10,8 @@
 
 namespace connect_bridge {
 
+inline constexpr char kClockType[] = "rosgraph_msgs/msg/Clock";
+
 // Extrapolates between the answers to time requests, at the measured rate of the peer's ROS time (a
 // simulation may run at half speed or stand still). Never runs backwards, except for a jump of the
 // peer's time by more than a second (a restarted simulation).

@@ -6,7 +6,6 @@
 #include <unordered_map>
 
 #include "core/base/budget.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
@@ -25,7 +24,6 @@ struct ExportContext {
   Jobs& jobs;
   Outputs& outputs;
 
-  TellOnce told{};
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
   Budget parked{};  // bytes of samples whose publishers are not known yet

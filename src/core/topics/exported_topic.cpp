@@ -21,6 +21,10 @@ bool serves(const Qos& present, const Qos& wanted) {
          (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
 }
 
+bool is_closed(const std::pair<const LinkId, TopicOffer>& offer) {
+  return !offer.second.is_open();
+}
+
 }  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
@@ -33,7 +37,7 @@ void ExportedTopic::on_graph(const Now& now) {
   if (state && !state->type_hash.empty()) type_hash_ = state->type_hash;
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
-    failed_ = false;
+    if (std::exchange(failed_, false)) std::erase_if(offers_, is_closed);  // they are made anew
     for (auto& [link, offer] : offers_) offer.add_origins(told);
     warn_mixed();
     update_subscription(now);
@@ -84,6 +88,7 @@ void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
 
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
   const bool subscribed = bool(subscription_);
+  if (offer.demanded()) failed_ = false;
   if (!offer.demanded()) offer.drop(DropReason::kNoDemand, forget_encoding(link));
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
@@ -185,11 +190,13 @@ void ExportedTopic::unsubscribe() {
   parked_until_.cancel();
 }
 
-void ExportedTopic::on_subscription_failed(const std::string& reason) {
-  context_.outputs.log(LogLevel::kError, "cannot subscribe to " + key_.first + ": " + reason);
+void ExportedTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
+  const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
+  context_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + reason);
   context_.by_subscription.erase(subscription_);
   subscription_ = {};
   failed_ = true;
+  for (auto& [link, offer] : offers_) offer.withdraw(code, reason);
 }
 
 void ExportedTopic::warn_mixed() {
@@ -204,8 +211,7 @@ void ExportedTopic::warn_mixed() {
 }
 
 void ExportedTopic::tell_once(const std::string& what) {
-  const std::string line = key_.first + what;
-  if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
+  context_.outputs.log_once(LogLevel::kWarn, key_.first + what);
 }
 
 // ---- samples

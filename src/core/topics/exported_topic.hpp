@@ -36,7 +36,8 @@ class ExportedTopic {
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
-  void on_subscription_failed(const std::string& reason);
+  // Withdrawn until its publishers change, or from links that come later until they demand it.
+  void on_subscription_failed(const std::string& code, const std::string& reason);
   void on_time(const Now& now);
 
   [[nodiscard]] const TopicKey& key() const { return key_; }
@@ -92,7 +93,7 @@ class ExportedTopic {
   std::map<LinkId, TopicOffer> offers_;
   SubscriptionId subscription_;  // none: nobody wants it
   Qos subscription_qos_;
-  bool failed_ = false;  // could not be subscribed; tried again when origins change
+  bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
   // A peer may switch its demand on and off as it likes; it makes a reader of the middleware only
   // so often.
   Pace subscriptions_{10, std::chrono::seconds(1)};

@@ -54,11 +54,11 @@ void Exports::on_lost(const MessagesLost& lost) {
 }
 
 void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
-  if (auto* topic = find(failed.subscription)) topic->on_subscription_failed(failed.reason);
+  if (auto* topic = find(failed.subscription))
+    topic->on_subscription_failed(failed.code, failed.reason);
 }
 
 void Exports::on_time(const Now& now) {
-  context_.told.on_time(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "core/base/tell_once.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
@@ -25,7 +24,6 @@ struct ImportContext {
   Jobs& jobs;
   Outputs& outputs;
 
-  TellOnce told{};
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
   Timers<Mirror*> timers{};

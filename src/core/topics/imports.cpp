@@ -36,7 +36,7 @@ void Imports::on_graph(const Now& now) {
   if (!context_.graph_since) context_.graph_since = now.steady;
   for (auto& [key, mirror] : context_.mirrors) {
     mirror.update(now);
-    mirror.warn_incompatible();
+    mirror.warn_incompatible(now);
   }
 }
 
@@ -82,7 +82,6 @@ void Imports::on_publish_failed(const PublishFailed& failed) {
 }
 
 void Imports::on_time(const Now& now) {
-  context_.told.on_time(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     Mirror& mirror = **due;
     mirror.on_time(now);

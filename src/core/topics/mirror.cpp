@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -16,6 +17,8 @@ constexpr Duration kSettle = std::chrono::milliseconds(250);
 constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 // By then the graph has told of the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
+// A graph knows an endpoint before the name of its node, if that ever has one.
+constexpr Duration kNaming = std::chrono::seconds(2);
 // A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 
@@ -61,11 +64,11 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   return true;
 }
 
-// A mirror that shall belong to its origin's node is made anew when that has a name at last.
+// A mirror that shall belong to its origin's node is made when that has a name, or made anew.
 void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
-  if (!context_.graph_options.proxy_nodes || !id_) return;
+  if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);
   destroy();
   update(now);
 }
@@ -113,7 +116,7 @@ bool Mirror::refresh(const Now& now) {
   // either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_) {
+  if (exists && !id_ && has_waited_for_name(now)) {
     taken_over = true;
     create(now);
   }
@@ -125,6 +128,13 @@ bool Mirror::refresh(const Now& now) {
 void Mirror::update(const Now& now, const OfferedTopic* sends) {
   const bool anew = refresh(now);
   if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
+}
+
+// What is made under our own node and then anew under the proxy loses the samples in between.
+bool Mirror::has_waited_for_name(const Now& now) {
+  if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
+  if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
+  return naming_.at() <= now.steady;
 }
 
 bool Mirror::may_exist() const {
@@ -152,7 +162,7 @@ void Mirror::create(const Now& now) {
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
                                      context_.graph_options.owner_of(origin_.node)});
   context_.claim_changed = true;
-  warn_incompatible();
+  warn_incompatible(now);
 }
 
 void Mirror::destroy() {
@@ -160,12 +170,15 @@ void Mirror::destroy() {
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
   settles_.cancel();
+  unnamed_.cancel();
   context_.claim_changed = true;
 }
 
 void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
-  const std::string line = "cannot mirror " + key_.first.first + ": " + reason;
-  if (context_.told.first(line)) context_.outputs.log(LogLevel::kError, line);
+  const auto& [topic, type] = key_.first;
+  std::string what = shown(InterfaceKind::kTopic, topic, type);
+  if (code == "type_mismatch" && !origin_.node.empty()) what += " of " + origin_.node;
+  context_.outputs.log_once(LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
   settles_.cancel();
@@ -179,6 +192,8 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
+  if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
+  if (naming_ && naming_.at() <= now.steady && !id_) update(now);
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
     if (!*timer || timer->at() > now.steady) continue;
@@ -215,18 +230,25 @@ bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
   return existed;
 }
 
-void Mirror::warn_incompatible() {
+void Mirror::warn_incompatible(const Now& now) {
   const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
   if (!topic) return;
+  const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   for (const auto& subscriber : topic->subscribers) {
     const std::string policy = incompatible_policy(qos_, subscriber.qos);
     if (policy.empty()) continue;
-    const std::string line = topic->name + ": the " + policy + " that " + node_of(subscriber) +
-                             " requests is not offered by " + origin_.node +
-                             " on the other side: it receives nothing from it";
-    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
-    return;
+    const std::string node = node_of(subscriber);
+    if (patient && (node.empty() || origin_.node.empty())) {
+      if (!unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
+      continue;
+    }
+    const std::string line =
+        topic->name + ": the " + policy + " that " + (node.empty() ? "a subscriber here" : node) +
+        " requests is not offered by " + (origin_.node.empty() ? "a publisher" : origin_.node) +
+        " on the other side: it receives nothing from it";
+    context_.outputs.log_once(LogLevel::kWarn, line);
   }
+  if (!patient) unnamed_.cancel();
 }
 
 // ---- demand

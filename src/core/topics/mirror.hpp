@@ -60,8 +60,8 @@ class Mirror {
   void destroy();
   void on_failed(const std::string& code, const std::string& reason, const Now& now);
   void on_time(const Now& now);
-  // Tells once of a subscriber here that can get nothing from it.
-  void warn_incompatible();
+  // Tells once of each subscriber here that can get nothing from it.
+  void warn_incompatible(const Now& now);
 
   // ---- demand
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
@@ -94,6 +94,7 @@ class Mirror {
 
   void create(const Now& now);
   [[nodiscard]] bool may_exist() const;
+  [[nodiscard]] bool has_waited_for_name(const Now& now);
   void update_demands(const Now& now) const;
   void ask_for_last_samples(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
@@ -117,6 +118,8 @@ class Mirror {
   Timer settles_;                      // no demand before
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
+  Timer naming_;    // until then it is not made before its origin's node has a name
+  Timer unnamed_;   // what a warning would name has no name yet; then it is told without
   std::uint64_t last_number_ = 0;   // of what was published
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
   // Of the size of its samples so many may be kept.

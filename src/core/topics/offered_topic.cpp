@@ -55,10 +55,10 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.insert(origin.origin);
-    const std::string line = "no more mirrors for " + link_.label() +
-                             " (mirrors_max, topic_mirrors_max): not all publishers of " +
-                             key_.first + " exist here";
-    if (context_.told.first(line)) context_.outputs.log(LogLevel::kWarn, line);
+    context_.outputs.log_once(LogLevel::kWarn,
+                              "no more mirrors for " + link_.label() +
+                                  " (mirrors_max, topic_mirrors_max): not all publishers of " +
+                                  key_.first + " exist here");
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice
@@ -138,7 +138,10 @@ void OfferedTopic::decline(const Now& now) {
   leave_mirrors(now);
 }
 
-void OfferedTopic::on_withdraw(const Now& now) {
+void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
+  const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
+  if (const std::string line = link_.line_of(why, what); !line.empty())
+    context_.outputs.log_once(LogLevel::kWarn, line);
   leave_mirrors(now);
   peer_.erase(number_);
 }

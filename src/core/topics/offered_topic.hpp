@@ -54,7 +54,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   }
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
-  void on_withdraw(const Now& now) override;
+  void on_withdraw(const Withdraw& why, const Now& now) override;
 
   // The middleware refused what was counted as published.
   void on_publish_failed(std::uint64_t count);

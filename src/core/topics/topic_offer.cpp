@@ -152,11 +152,11 @@ void TopicOffer::configure_queue() {
 
 // ---- changes
 
-void TopicOffer::withdraw() {
+void TopicOffer::withdraw(const std::string& code, const std::string& reason) {
   if (!is_open()) return;
   link_.close_channel(number_);
   if (link_.connection) link_.outbox().remove_channel(number_);
-  link_.send(Withdraw{{number_}});
+  link_.send(Withdraw{{number_}, code, reason});
   number_ = {};
   demand_ = 0;
 }
@@ -192,9 +192,10 @@ void TopicOffer::on_demand(std::uint16_t number, const Now& now) {
 }
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
-  if (!link_.note_decline(declined_, decline, now)) return;
-  context_.outputs.log(LogLevel::kWarn, link_.label() + " does not import " + topic_.key().first +
-                                            ": " + decline.reason + " (" + decline.code + ")");
+  const auto& [name, type] = topic_.key();
+  const std::string what = shown(InterfaceKind::kTopic, name, type);
+  if (const auto line = link_.note_decline(declined_, what, decline, now))
+    context_.outputs.log(LogLevel::kWarn, *line);
 }
 
 // ---- samples

@@ -29,8 +29,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<ChannelOffer> open();
   // Whether rules and Accepts still say what they said when it was opened.
   [[nodiscard]] bool is_current() const;
-  // Ends the channel, and tells the peer.
-  void withdraw();
+  // Ends the channel, and tells the peer; with a code: that and why the topic cannot be had.
+  void withdraw(const std::string& code = {}, const std::string& reason = {});
   // Tells the peer of origins of the topic that are new, have a name now, or are gone.
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);

@@ -26,8 +26,8 @@ inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accep
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns and types of one accepts
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
-inline constexpr std::size_t kCodeBytesMax = 32;           // a decline's or refuse's code
-inline constexpr std::size_t kReasonBytesMax = 512;        // a decline's or refuse's sentence
+inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
+inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence beside it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol, known to the peer only. Decline it with "unsupported".
@@ -69,9 +69,12 @@ struct OriginsChanged {
   std::vector<OriginOffer> added;
   std::vector<OriginId> removed;
 };
-// "withdraw": these channels are gone; no frame for them follows.
+// "withdraw": these channels are gone; no frame for them follows. Why, if the exporter cannot serve
+// them: as in a decline.
 struct Withdraw {
   std::vector<ChannelId> channels;
+  std::string code = {};
+  std::string reason = {};
 };
 // "demand": the importer wants (or no longer wants) the messages of these channels.
 struct Demand {
@@ -91,6 +94,7 @@ struct Accepts {
   std::vector<AcceptedNames> rules;
   std::vector<std::string> deny;        // patterns, win over all rules
   std::uint32_t message_bytes_max = 0;  // largest message that this side takes; 0: not told
+  bool ros_time = false;                // this side publishes the peer's ROS time
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
 // status).

@@ -154,8 +154,22 @@ OriginsChanged read_origins_changed(Reader& reader, const Json& json) {
   return changed;
 }
 
+std::string read_code(Reader& reader, const Json& json) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  std::string code = reader.string(json, "code", kCodeBytesMax);
+  if (code.empty() || !std::all_of(code.begin(), code.end(), allowed)) {
+    reader.fail("code", "is no word of [a-z0-9_]");
+  }
+  return code;
+}
+
 Withdraw read_withdraw(Reader& reader, const Json& json) {
-  return {read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax)};
+  Withdraw withdraw{read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax)};
+  if (json.contains("code")) withdraw.code = read_code(reader, json);
+  withdraw.reason = reader.optional_string(json, "reason", kReasonBytesMax);
+  return withdraw;
 }
 
 Demand read_demand(Reader& reader, const Json& json) {
@@ -170,6 +184,7 @@ Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
+  accepts.ros_time = reader.flag(json, "ros_time", true);
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {
@@ -187,17 +202,6 @@ Accepts read_accepts(Reader& reader, const Json& json) {
     reader.fail("rules", "and \"deny\" have too many entries together", CloseCode::kTooLarge);
   }
   return accepts;
-}
-
-std::string read_code(Reader& reader, const Json& json) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  std::string code = reader.string(json, "code", kCodeBytesMax);
-  if (code.empty() || !std::all_of(code.begin(), code.end(), allowed)) {
-    reader.fail("code", "is no word of [a-z0-9_]");
-  }
-  return code;
 }
 
 Decline read_decline(Reader& reader, const Json& json) {

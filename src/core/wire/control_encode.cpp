@@ -88,6 +88,9 @@ void put(const OriginsChanged& message, Json& json) {
 void put(const Withdraw& message, Json& json) {
   json["type"] = "withdraw";
   json["channels"] = json_of(message.channels);
+  if (message.code.empty()) return;
+  json["code"] = message.code;
+  json["reason"] = to_text(message.reason, kReasonBytesMax);
 }
 
 void put(const Demand& message, Json& json) {
@@ -110,6 +113,7 @@ void put(const Accepts& message, Json& json) {
   }
   json["deny"] = message.deny;
   if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
+  if (message.ros_time) json["ros_time"] = true;
 }
 
 void put(const Decline& message, Json& json) {

@@ -9,16 +9,7 @@ namespace connect_bridge::ros {
 
 void QosEvent::open(const rcl_subscription_t* subscription, rcl_subscription_event_type_t type,
                     rcl_event_callback_t callback, ReadyList::Slot* slot) {
-  listen(rcl_subscription_event_init(&event_, subscription, type), callback, slot);
-}
-
-void QosEvent::open(const rcl_publisher_t* publisher, rcl_publisher_event_type_t type,
-                    rcl_event_callback_t callback, ReadyList::Slot* slot) {
-  listen(rcl_publisher_event_init(&event_, publisher, type), callback, slot);
-}
-
-void QosEvent::listen(rcl_ret_t opened, rcl_event_callback_t callback, ReadyList::Slot* slot) {
-  open_ = ignore_error(opened);
+  open_ = ignore_error(rcl_subscription_event_init(&event_, subscription, type));
   listening_ = open_ && callback != nullptr;
   if (listening_) ignore_error(rcl_event_set_callback(&event_, callback, slot));
 }

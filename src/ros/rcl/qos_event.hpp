@@ -1,4 +1,4 @@
-// One QoS event of a subscription or publisher; where the middleware lacks it, it never happens.
+// One QoS event of a subscription; where the middleware lacks it, it never happens.
 #pragma once
 
 #include <rcl/event.h>
@@ -10,7 +10,7 @@
 
 namespace connect_bridge::ros {
 
-// Thread: the loop's. Close it before its subscription or publisher. Without a callback it can only
+// Thread: the loop's. Close it before its subscription. Without a callback it can only
 // be asked.
 class QosEvent {
  public:
@@ -21,8 +21,6 @@ class QosEvent {
 
   void open(const rcl_subscription_t* subscription, rcl_subscription_event_type_t type,
             rcl_event_callback_t callback, ReadyList::Slot* slot);
-  void open(const rcl_publisher_t* publisher, rcl_publisher_event_type_t type,
-            rcl_event_callback_t callback, ReadyList::Slot* slot);
   void close();
   // `status` is the rmw structure of this type of event.
   bool take(void* status);
@@ -30,8 +28,6 @@ class QosEvent {
   std::optional<std::string> take_policy();
 
  private:
-  void listen(rcl_ret_t opened, rcl_event_callback_t callback, ReadyList::Slot* slot);
-
   rcl_event_t event_ = rcl_get_zero_initialized_event();
   bool open_ = false;
   bool listening_ = false;

@@ -5,6 +5,7 @@
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/topics/topic_types.hpp"
 #include "ros/types/cdr_check.hpp"
 
 namespace connect_bridge::ros {
@@ -21,7 +22,6 @@ Mirror::Mirror(Shared& shared, Create create)
 
 Mirror::~Mirror() {
   if (!open_) return;
-  incompatible_.close();
   ignore_error(rcl_publisher_fini(&publisher_, node_.get()));
 }
 
@@ -33,12 +33,11 @@ std::optional<Refusal> Mirror::open() {
   options.qos = to_rmw(create_.qos);
   const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), std::get<0>(type),
                                               create_.topic.c_str(), &options);
-  if (result != RCL_RET_OK) return failure("cannot publish on " + create_.topic, result);
+  if (result != RCL_RET_OK)
+    return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
   introspection_ = introspection_of(std::get<0>(type));
   shared_.node.own().add(publisher_);
-  incompatible_.open(&publisher_, RCL_PUBLISHER_OFFERED_INCOMPATIBLE_QOS,
-                     &ReadyList::on_incompatible, slot());
   return std::nullopt;
 }
 
@@ -63,14 +62,8 @@ void Mirror::refuse(const std::string& text) {
 }
 
 std::optional<Input> Mirror::step(Batch&) {
-  if (has_to(kReadyFailed)) {
-    done(kReadyFailed);
-    return PublishFailed{create_.id, std::exchange(unpublished_, 0)};
-  }
-  done(kReadyIncompatible);
-  const auto policy = incompatible_.take_policy();
-  if (!policy) return std::nullopt;
-  return QosIncompatible{create_.topic, *policy, true};
+  done(kReadyFailed);
+  return PublishFailed{create_.id, std::exchange(unpublished_, 0)};
 }
 
 }  // namespace connect_bridge::ros

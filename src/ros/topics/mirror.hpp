@@ -9,7 +9,6 @@
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
-#include "ros/rcl/qos_event.hpp"
 
 namespace connect_bridge::ros {
 
@@ -39,7 +38,6 @@ class Mirror final : public Entity {
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
   std::uint64_t unpublished_ = 0;  // samples, not reported yet
-  QosEvent incompatible_;
 };
 
 }  // namespace connect_bridge::ros

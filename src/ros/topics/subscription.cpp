@@ -8,6 +8,7 @@
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/topics/topic_types.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -43,7 +44,9 @@ std::optional<Refusal> Subscription::open() {
   rcl_ret_t result = rcl_subscription_init(&subscription_, shared_.node.handle(), std::get<0>(type),
                                            create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;
-  if (result != RCL_RET_OK) refusal = failure("cannot subscribe to " + create_.topic, result);
+  if (result != RCL_RET_OK)
+    refusal =
+        endpoint_failure(shared_.node, create_.topic, create_.type, "cannot subscribe to", result);
   ignore_error(rcl_subscription_options_fini(&options));
   if (refusal) return refusal;
   open_ = true;
@@ -79,7 +82,7 @@ std::optional<Input> Subscription::step(Batch& batch) {
     done(kReadyIncompatible);
     const auto policy = incompatible_.take_policy();
     if (!policy) return std::nullopt;
-    return QosIncompatible{create_.topic, *policy, false};
+    return QosIncompatible{create_.topic, *policy};
   }
   if (has_to(kReadyLost)) {
     done(kReadyLost);

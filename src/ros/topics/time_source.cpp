@@ -59,7 +59,8 @@ class ClockSubscription final : public Subscription {
 
 }  // namespace
 
-void TimeSource::set(bool on) {
+void TimeSource::update() {
+  const bool on = use_sim_time_ || asked_;
   if (on == (clock_ != nullptr)) return;
   if (!on) {
     clock_.reset();
@@ -68,7 +69,7 @@ void TimeSource::set(bool on) {
   }
   clock_ = std::make_unique<ClockSubscription>(shared_);
   if (const auto refusal = clock_->open()) {
-    shared_.node.log(LogLevel::kError, "use_sim_time has no effect: " + refusal->reason);
+    shared_.node.log(LogLevel::kError, "the time of /clock cannot be followed: " + refusal->reason);
     clock_.reset();
     return;
   }

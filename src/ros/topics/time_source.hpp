@@ -1,4 +1,4 @@
-// Lets the node's clock follow /clock while use_sim_time is on.
+// Lets the node's clock follow /clock while use_sim_time is on, or the core asks for it.
 #pragma once
 
 #include <memory>
@@ -16,10 +16,21 @@ class TimeSource {
  public:
   explicit TimeSource(Shared& shared) : shared_(shared) {}
 
-  void set(bool on);
+  void set(bool use_sim_time) {
+    use_sim_time_ = use_sim_time;
+    update();
+  }
+  void follow(bool asked) {
+    asked_ = asked;
+    update();
+  }
 
  private:
+  void update();
+
   Shared& shared_;
+  bool use_sim_time_ = false;
+  bool asked_ = false;
   std::unique_ptr<Subscription> clock_;
 };
 

@@ -67,6 +67,12 @@ void* open_library(const std::string& package) {
   return dlopen(library_name(package).c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
+// What a person must look for: of the types that ROS derives from an action's, the action's own.
+std::string to_install(const TypeName& type) {
+  const auto end = type.kind == "action" ? type.name.find('_') : std::string::npos;
+  return type.package + "/" + type.kind + "/" + type.name.substr(0, end);
+}
+
 // Nothing, or why `type` here is not the one with the hash `wanted`.
 std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
                                 const std::string& wanted) {
@@ -158,8 +164,9 @@ std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
   if (library == nullptr) {
     std::string ros_package = name->package;
     std::replace(ros_package.begin(), ros_package.end(), '_', '-');
-    return Refusal{"type_unknown", "the type " + type + " is not known here: install the package " +
-                                       name->package + " (ros-<distro>-" + ros_package +
+    return Refusal{"type_unknown", "the type " + to_install(*name) +
+                                       " is not known here: install the package " + name->package +
+                                       " (ros-<distro>-" + ros_package +
                                        ") or source the workspace that has it"};
   }
   const std::string symbol = "rosidl_typesupport_c__get_" + kind + "_type_support_handle__" +
@@ -168,8 +175,9 @@ std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
   const auto function = reinterpret_cast<Function>(dlsym(library, symbol.c_str()));
   const void* handle = function ? function() : nullptr;
   if (handle == nullptr) {
-    return Refusal{"type_unknown", "the installed package " + name->package + " has no " + kind +
-                                       " " + type + ": install the version that the peer has"};
+    return Refusal{"type_unknown", "the installed package " + name->package + " has no type " +
+                                       to_install(*name) +
+                                       ": install the version that the peer has"};
   }
   return handle;
 }

@@ -57,6 +57,9 @@ TEST(Config, ClientNeedsOnlyUrlAndToken) {
   EXPECT_EQ(config.dial.port, 443);
   EXPECT_EQ(config.dial.target, "/connect");
   EXPECT_TRUE(config.default_rules);
+  EXPECT_TRUE(side_options(config).proxy_nodes);
+  const Config merged = config_of({{"url", "ws://localhost"}, {"graph", "merged"}}, Role::kClient);
+  EXPECT_FALSE(side_options(merged).proxy_nodes);
   const Identity nobody;
   const auto topic = InterfaceKind::kTopic;
   const std::string type = "std_msgs/msg/String";

@@ -65,7 +65,7 @@ TEST(Attachment, HoldsAClientWhileThePeerIsAttached) {
   EXPECT_EQ(s.did(), "");
   s.attach();
   EXPECT_TRUE(s.subject.client());
-  s.peer.link.incoming({1})->on_withdraw(ms(0));
+  s.peer.link.incoming({1})->on_withdraw({}, ms(0));
   EXPECT_EQ(s.did(), "uncall_service 1\n");
 }
 

@@ -145,7 +145,7 @@ TEST(Feed, AWithdrawEndsTheMirrorAndItsService) {
   s.request(7, "a");
   IncomingChannel* channel = s.peer.link.incoming({1});
   s.peer.link.forget({1});
-  channel->on_withdraw(ms(0));
+  channel->on_withdraw({}, ms(0));
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
   EXPECT_TRUE(s.mirroring.services.empty());
   EXPECT_EQ(s.held(), "0 0");

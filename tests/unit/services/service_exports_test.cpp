@@ -216,13 +216,33 @@ TEST(ServiceExports, AServiceThatCannotBeCalledIsWithdrawnUntilItsServersChange)
   s.say(1, Attach{{1}, {1}});
   s.did();
   s.give(ServiceClientFailed{{1}, "type_unknown", "no such type"});
-  EXPECT_EQ(s.said(1), "withdraw 1\n");
+  EXPECT_EQ(s.said(1), "withdraw 1 type_unknown\n");
+  s.did();
+  EXPECT_NE(s.logged.find("cannot export /s: no such type\n"), std::string::npos);
   s.say(1, Withdraw{{{1}}});
   s.graph({}, {service("/s", {1})});
   EXPECT_EQ(s.said(1), "");
+  s.give(PolicyChanged{Policy({callable()})});
+  EXPECT_EQ(s.said(1).find("offer"), std::string::npos);
   s.graph({}, {service("/s", {1, 2})});
   EXPECT_EQ(s.said(1), "offer 2/s[]\n");
   EXPECT_EQ(s.did(), "");
+}
+
+TEST(ServiceExports, AServiceThatCannotBeCalledIsTriedAgainForALinkThatComesLater) {
+  Script s(server({callable()}));
+  s.graph({}, {service("/s", {1})});
+  s.join(1);
+  s.say(1, Attach{{1}, {1}});
+  s.give(ServiceClientFailed{{1}, "type_unknown", "no such type"});
+  s.said(1);
+  s.did();
+  s.join(2);
+  s.say(2, Attach{{1}, {1}});
+  EXPECT_EQ(s.did(), "call_service 2 /s\n");
+  s.give(ServiceClientFailed{{2}, "type_unknown", "no such type"});
+  EXPECT_EQ(s.said(2), "withdraw 1 type_unknown\n");
+  EXPECT_EQ(s.said(1), "");
 }
 
 // A server that is killed and started anew is in the graph twice, until the first is forgotten: the

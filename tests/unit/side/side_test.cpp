@@ -228,22 +228,6 @@ TEST(Side, ChangedRulesRenewMirrorsOfAnotherQos) {
   EXPECT_EQ(s.said(1), "demand 1 on\n");
 }
 
-TEST(Side, ThePeersClockIsPublishedWhereTheRuleSaysSo) {
-  auto options = client();
-  options.clock_publish_period = std::chrono::milliseconds(10);
-  options.names = NameMap("/robot", {});
-  Script s(options);
-  s.give(TimePassed{});
-  s.did();
-  s.be_welcomed(1);
-  EXPECT_EQ(s.did(), "gate 1\nmirror 2 /robot/clock best_effort volatile 1\n");
-  s.lose(1, 4008);
-  s.pass(2900);
-  EXPECT_EQ(s.did().find("unmirror"), std::string::npos);
-  s.pass(200);
-  EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
-}
-
 TEST(Side, StopsOnceAndForAll) {
   Script s(server());
   s.graph({topic("/a").pub(1), topic("/b").sub(2)});
@@ -294,10 +278,10 @@ TEST(Side, InputsOfNobodyAreBorne) {
 
 TEST(Side, AnIncompatiblePairIsToldOnce) {
   Script s(server());
-  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability", true});
+  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability"});
   s.did();
   EXPECT_EQ(s.logged,
-            "/a: a subscriber here requests an incompatible durability; they exchange nothing\n");
+            "/a: a publisher here offers an incompatible durability; nothing of it crosses\n");
 }
 
 TEST(Side, TheSameSeedAndInputsGiveTheSameActions) {

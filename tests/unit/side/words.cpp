@@ -70,6 +70,9 @@ std::string word_of(const Action& action) {
           [&](const DropInvocation& a) {
             return "drop_invocation " + id(a.client) + "." + id(a.invocation);
           },
+          [&](const FollowClock& a) -> std::string {
+            return std::string("clock ") + (a.on ? "followed" : "not followed");
+          },
           [&](const RefreshGraph&) -> std::string { return "refresh"; },
           [&](const Dial& a) { return "dial " + id(a.connection); },
           [&](const OpenGate& a) { return "gate " + id(a.connection); },
@@ -105,7 +108,9 @@ std::string word_of(const Control& control) {
             return "origins " + std::to_string(m.channel.value) + " +" + origins(m.added) + " -[" +
                    ids(m.removed) + "]";
           },
-          [&](const Withdraw& m) { return "withdraw " + ids(m.channels); },
+          [&](const Withdraw& m) {
+            return "withdraw " + ids(m.channels) + (m.code.empty() ? "" : " " + m.code);
+          },
           [&](const Demand& m) {
             return "demand " + ids(m.channels) + (m.number ? " on" : " off");
           },
@@ -170,8 +175,8 @@ Topic& Topic::pub(std::uint8_t n, const Qos& qos, const std::string& node) {
   publishers.push_back({gid(n), "/", node.empty() ? "n" + std::to_string(n) : node, qos});
   return *this;
 }
-Topic& Topic::sub(std::uint8_t n, const Qos& qos) {
-  subscribers.push_back({gid(n), "/", "n" + std::to_string(n), qos});
+Topic& Topic::sub(std::uint8_t n, const Qos& qos, const std::string& node) {
+  subscribers.push_back({gid(n), "/", node.empty() ? "n" + std::to_string(n) : node, qos});
   return *this;
 }
 Topic topic(std::string name) {

@@ -44,7 +44,7 @@ std::string list_of(const Numbers& numbers, Number&& number) {
 // Topics of the graph, told in one line: topic("/a").pub(1).sub(2).
 struct Topic : TopicState {
   Topic& pub(std::uint8_t n, const Qos& qos = {}, const std::string& node = "");
-  Topic& sub(std::uint8_t n, const Qos& qos = {});
+  Topic& sub(std::uint8_t n, const Qos& qos = {}, const std::string& node = "");
 };
 inline constexpr char kType[] = "p/msg/T";
 Topic topic(std::string name);

@@ -52,8 +52,8 @@ TEST(ClockPublisher, ItsMirrorComesAndGoes) {
   const auto created = std::get<CreateMirror>(outputs.next().value());
   EXPECT_EQ(created.topic, "/robot/clock");
   EXPECT_EQ(created.type, "rosgraph_msgs/msg/Clock");
-  EXPECT_EQ(created.qos.reliability, Reliability::kBestEffort);
-  EXPECT_EQ(created.qos.depth, 1U);
+  EXPECT_EQ(created.qos.reliability, Reliability::kReliable);  // serves best effort, too
+  EXPECT_EQ(created.qos.depth, 10U);
   EXPECT_EQ(clock.deadline(), now_ms(7).steady);
   clock.stop(outputs);
   EXPECT_EQ(std::get<DestroyMirror>(outputs.next().value()).id, created.id);

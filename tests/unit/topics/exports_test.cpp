@@ -213,13 +213,32 @@ TEST(SideExports, AFailedSubscriptionIsTriedAgainWhenPublishersChange) {
   s.demand(1, 1);
   s.did();
   s.give(SubscriptionFailed{{2}, "type_unknown", "no such type"});
-  s.demand(1, 1, false);
-  s.demand(1, 1);
+  EXPECT_EQ(s.said(1), "withdraw 1 type_unknown\n");
+  s.demand(1, 1);  // it crossed the withdraw
   s.graph({topic("/a").pub(1)});
   EXPECT_EQ(s.did(), "");
-  EXPECT_NE(s.logged.find("no such type"), std::string::npos);
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_NE(s.logged.find("cannot export /a: no such type\n"), std::string::npos);
   s.graph({topic("/a").pub(1).pub(2)});
+  EXPECT_EQ(s.said(1), "offer 2/a[1 2]\n");
+  s.demand(1, 2);
   EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
+}
+
+TEST(SideExports, AFailedSubscriptionIsTriedAgainForALinkThatComesLater) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.demand(1, 1);
+  s.give(SubscriptionFailed{{2}, "type_unknown", "no such type"});
+  s.said(1);
+  s.did();
+  s.join(2);
+  s.demand(2, 1);
+  EXPECT_EQ(s.did(), "subscribe 3 /a reliable volatile 100\n");
+  s.give(SubscriptionFailed{{3}, "type_unknown", "no such type"});
+  EXPECT_EQ(s.said(2), "withdraw 1 type_unknown\n");
+  EXPECT_EQ(s.said(1), "");
 }
 
 TEST(SideExports, OriginsComeAndGoAndTheTopicWithTheLast) {

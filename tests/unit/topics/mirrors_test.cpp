@@ -302,5 +302,60 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
   EXPECT_EQ(s.did(), "publish 3 c\n");
 }
 
+// ---- subscribers that get nothing
+
+constexpr char kNoName[] = "_NODE_NAME_UNKNOWN_";
+constexpr char kNothing[] = " on the other side: it receives nothing from it\n";
+
+TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
+  Mirrors s(best_effort());
+  s.did();
+  s.logged.clear();
+  s.graph({topic("/map").sub(1).sub(2, qos(), kNoName).sub(3, best_effort())});
+  s.did();
+  EXPECT_EQ(s.logged, "");
+  s.graph({topic("/map").sub(1).sub(2, qos(), "rviz").sub(3, best_effort())});
+  const std::string told =
+      std::string("/map: the reliability that /rviz requests is not offered by /peer_node") +
+      kNothing;
+  s.did();
+  EXPECT_EQ(s.logged, told);
+  s.pass(5000);
+  s.did();
+  EXPECT_EQ(s.logged, told);
+}
+
+TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenTheOriginsNameIsKnown) {
+  Mirrors s;
+  s.logged.clear();
+  OriginOffer nameless = origin(2, 12, best_effort());
+  nameless.node.clear();
+  s.say(1, OriginsChanged{{1}, {nameless}, {}});
+  s.did();
+  EXPECT_EQ(s.logged, "");
+  nameless.node = "/late";
+  s.say(1, OriginsChanged{{1}, {nameless}, {}});
+  s.did();
+  EXPECT_EQ(
+      s.logged,
+      std::string("/map: the reliability that /n1 requests is not offered by /late") + kNothing);
+}
+
+TEST(SideMirrors, TellOfASubscriberThatNeverHasAName) {
+  Mirrors s;
+  s.say(1, OriginsChanged{{1}, {origin(2, 12, best_effort())}, {}});
+  s.did();
+  s.logged.clear();
+  s.graph({topic("/map").sub(1, qos(), kNoName)});
+  s.did();
+  EXPECT_EQ(s.logged, "");
+  s.pass(5000);
+  s.did();
+  EXPECT_EQ(s.logged,
+            std::string("/map: the reliability that a subscriber here requests is not offered by "
+                        "/peer_node") +
+                kNothing);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

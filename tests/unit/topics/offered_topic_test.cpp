@@ -155,7 +155,7 @@ TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
   s.offer(s.peer, {origin(1, 7)});
   s.give(s.large());
   s.did();
-  s.channel_1().on_withdraw(ms(0));
+  s.channel_1().on_withdraw({}, ms(0));
   EXPECT_EQ(s.one.link.incoming({1}), nullptr);
   EXPECT_EQ(s.peer.decoding().used(), 0U);
   EXPECT_EQ(s.did(), "cancel 1\n");

@@ -38,6 +38,8 @@ TEST(OriginNames, NodesAreNamedAsOnTheWire) {
   EXPECT_EQ(nodes, (std::set<std::string>{"/n1", "/n2"}));  // n2 is outside the prefix
 }
 
+constexpr std::int64_t kPatience = 2000;  // with an origin whose node has no name, in milliseconds
+
 // The nodes for which mirrors were made since the last call.
 std::vector<std::string> nodes_of_mirrors(Script& s) {
   std::vector<std::string> nodes;
@@ -64,11 +66,22 @@ struct WithProxies : Script {
   }
 };
 
+TEST(OriginNames, AMirrorIsMadeWhenItsOriginsNodeHasAName) {
+  WithProxies s;
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {s.nameless()})}, true});
+  s.pass(1000);
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{});
+  s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
+  EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});
+}
+
 TEST(OriginNames, AMirrorMovesToItsOriginsNodeOnce) {
   WithProxies s;
   s.join(1);
   const OriginOffer nameless = s.nameless();
   s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
+  s.pass(kPatience);
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
   for (int i = 0; i < 2; ++i) s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});
@@ -81,6 +94,7 @@ TEST(OriginNames, WhicheverLinkTellsTheName) {
   const OriginOffer nameless = s.nameless();
   s.say(1, Offer{{channel(1, "/a", {nameless})}, true});
   s.say(2, Offer{{channel(1, "/a", {nameless})}, true});
+  s.pass(kPatience);
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{""});
   s.say(2, OriginsChanged{{1}, {origin(1, 11)}, {}});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});

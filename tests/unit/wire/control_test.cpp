@@ -91,7 +91,11 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
   EXPECT_EQ(changed.added.size(), 2U);
   EXPECT_EQ(changed.removed, (std::vector<OriginId>{{8}, {9}}));
 
-  EXPECT_EQ(read<Withdraw>(encode(Withdraw{{{1}, {2}}})).channels.size(), 2U);
+  const auto withdraw = read<Withdraw>(encode(Withdraw{{{1}, {2}}, "type_unknown", "no"}));
+  EXPECT_EQ(withdraw.channels.size(), 2U);
+  EXPECT_EQ(withdraw.code, "type_unknown");
+  EXPECT_EQ(withdraw.reason, "no");
+  EXPECT_EQ(encode(Withdraw{{{1}}}), R"({"type":"withdraw","channels":[1]})");
 
   const auto demand = read<Demand>(encode(Demand{{{1}}, 65535}));
   EXPECT_EQ(demand.number, 65535U);
@@ -105,6 +109,9 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
   EXPECT_EQ(accepts.message_bytes_max, 0U);
   EXPECT_EQ(read<Accepts>(encode(Accepts{{}, {}, 4'000'000'000})).message_bytes_max,
             4'000'000'000U);
+
+  EXPECT_FALSE(accepts.ros_time);
+  EXPECT_TRUE(read<Accepts>(encode(Accepts{{}, {}, 0, true})).ros_time);
 
   const auto decline = read<Decline>(encode(Decline{{5}, "qos", "no"}));
   EXPECT_EQ(decline.channel.value, 5U);

@@ -1,0 +1,20 @@
+// Why the middleware refuses an endpoint of a topic.
+#pragma once
+
+#include <rcl/types.h>
+
+#include <string>
+
+#include "ros/node/node.hpp"
+#include "ros/rcl/rcl_result.hpp"
+
+namespace connect_bridge::ros {
+
+// `what` failed for an endpoint of this topic and type. A process of Fast DDS cannot have one topic
+// with two types: where the graph shows another one, that is told (code "type_mismatch"), else the
+// words of the middleware. Thread: the loop's.
+[[nodiscard]] Refusal endpoint_failure(const Node& node, const std::string& topic,
+                                       const std::string& type, const std::string& what,
+                                       rcl_ret_t result);
+
+}  // namespace connect_bridge::ros

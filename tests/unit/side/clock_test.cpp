@@ -1,0 +1,49 @@
+// The ROS time of one graph as the time of the other.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(SideClock, ThePeersClockIsPublishedWhereTheRuleSaysSo) {
+  auto options = client();
+  options.clock_publish_period = std::chrono::milliseconds(10);
+  options.names = NameMap("/robot", {});
+  Script s(options);
+  s.give(TimePassed{});
+  s.did();
+  s.be_welcomed(1);
+  EXPECT_EQ(s.did(), "gate 1\nmirror 2 /robot/clock reliable volatile 10\n");
+  s.lose(1, 4008);
+  s.pass(2900);
+  EXPECT_EQ(s.did().find("unmirror"), std::string::npos);
+  s.pass(200);
+  EXPECT_NE(s.did().find("unmirror 2\n"), std::string::npos);
+}
+
+// Its graph's /clock is followed while a peer publishes its time and may have that topic.
+TEST(SideClock, ItsClockIsFollowedForAPeerThatPublishesIt) {
+  Script s(server({rule({"/clock"}, {})}));
+  Topic clock = topic("/clock");
+  clock.type = kClockType;
+  s.join(1);
+  s.graph({clock.pub(1)});
+  s.did();
+  Accepts accepts;
+  accepts.ros_time = true;
+  s.say(1, accepts);
+  EXPECT_EQ(s.did(), "clock followed\n");
+  s.graph({});
+  EXPECT_EQ(s.did(), "clock not followed\n");
+  s.graph({clock});
+  EXPECT_EQ(s.did(), "clock followed\n");
+  s.give(PolicyChanged{Policy({rule({"/odom"}, {})})});
+  EXPECT_EQ(s.did(), "clock not followed\n");
+  s.give(PolicyChanged{Policy({rule({"/clock"}, {})})});
+  s.lose(1);
+  EXPECT_EQ(s.did(), "clock followed\nclock not followed\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

@@ -1,0 +1,84 @@
+// What an operator reads when a type is missing: one line for each cause, on both sides.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+constexpr char kUnknown[] = "the type p/action/Fib is not known here";
+
+template <class State>
+State typed(State state, const std::string& type) {
+  state.type = type;
+  return state;
+}
+
+Rule acting() {
+  Rule result = callable();
+  result.export_actions = result.import_actions = {Pattern::parse("/**").value()};
+  return result;
+}
+
+// A graph with a server of the action /fib.
+void serve_action(Script& s) {
+  s.graph({typed(topic("/fib/_action/feedback").pub(1), "p/action/Fib_FeedbackMessage"),
+           typed(topic("/fib/_action/status").pub(2), "action_msgs/msg/GoalStatusArray")},
+          {typed(service("/fib/_action/send_goal"), "p/action/Fib_SendGoal"),
+           typed(service("/fib/_action/cancel_goal"), "action_msgs/srv/CancelGoal"),
+           typed(service("/fib/_action/get_result"), "p/action/Fib_GetResult")});
+}
+
+ChannelOffer part(ChannelOffer offer, const std::string& type) {
+  offer.type = type;
+  offer.action_type = "p/action/Fib";
+  return offer;
+}
+
+TEST(Lines, AnActionWhoseTypeThePeerLacksIsOne) {
+  Script s(server({acting()}));
+  serve_action(s);
+  s.join(1);
+  s.did();
+  s.logged.clear();
+  for (std::uint32_t channel = 1; channel <= 5; ++channel)
+    s.say(1, Decline{{channel}, "type_unknown", kUnknown});
+  s.did();
+  EXPECT_EQ(s.logged, std::string("/peer at 10.0.0.1 does not import the action /fib, and says: ") +
+                          kUnknown + " (type_unknown)\n");
+}
+
+TEST(Lines, AnActionWhoseTypeIsMissingHereIsOne) {
+  Script s(server({acting()}));
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{part(channel(1, "/fib/_action/feedback", {origin(1, 11)}),
+                       "p/action/Fib_FeedbackMessage"),
+                  part(service_channel(2, "/fib/_action/send_goal"), "p/action/Fib_SendGoal")},
+                 true});
+  s.say(1, Attached{{2}, {1}, {0}});
+  s.did();
+  s.logged.clear();
+  s.give(MirrorFailed{{2}, "type_unknown", kUnknown});
+  s.give(ServiceMirrorFailed{{1}, "type_unknown", kUnknown});
+  s.did();
+  EXPECT_EQ(s.logged, std::string("cannot mirror the action /fib: ") + kUnknown + "\n");
+}
+
+TEST(Lines, APeersWordsAreToldAsItsOwn) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  s.logged.clear();
+  s.say(1, Decline{{1}, "type_unknown", "the type p/msg/T is not known here"});
+  s.lose(1, 4002);
+  s.did();
+  EXPECT_EQ(s.logged,
+            "/peer at 10.0.0.1 does not import /a, and says: the type p/msg/T is not known here "
+            "(type_unknown)\n"
+            "lost the link with /peer at 10.0.0.1: it says: lost\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
