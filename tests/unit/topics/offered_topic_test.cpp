@@ -178,7 +178,7 @@ TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
   s.peer.on_offer(channel(2, "/a", {origin(1, 8)}), ms(1000));
   s.peer.send_demands();
   EXPECT_EQ(s.one.said(), "decline 2 limit\ndemand 1 on\n");
-  s.channel_1().on_withdraw(ms(1000));
+  s.channel_1().on_withdraw({}, ms(1000));
   s.offer(s.peer, {origin(1, 7)}, 1000);
   s.did();
   s.give(s.message("x"), 1000);
