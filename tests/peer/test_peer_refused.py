@@ -193,7 +193,7 @@ def test_what_is_accepted(world, peer):
     mine.send_control(type="offer", channels=[], complete=True)
     mine.send_control(type="origins", channel=1, added=[], removed=[9])
     mine.send_raw(b"")
-    mine.send_packet([dict(type="ack", received_bytes=0)])
+    mine.send_packet([dict(type="ack", received_bytes=0, arrived=0)])
     mine.send_packet([dict(type="time_reply", t1=1, t2=2, t3=3, ros=4)])
     mine.send_packet([message(1, 5, b"no cdr"), dict(message(1, 7, cdr_string("x")), origin=9)])
     mine.send_packet([message(1, 8, b"a", 100), part_of(1, b"bc"), part_of(1, b"", True)])

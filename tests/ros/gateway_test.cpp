@@ -149,7 +149,7 @@ TEST(TypeSupports, AMissingPackageIsNotSearchedForAgainAtOnce) {
   }
   EXPECT_NE(std::string::npos, reason(types).find("is not known here"));
   TypeSupports others;
-  EXPECT_NE(std::string::npos, reason(others).find("has no message"));
+  EXPECT_NE(std::string::npos, reason(others).find("has no type"));
   ::setenv("AMENT_PREFIX_PATH", before.c_str(), 1);
 }
 

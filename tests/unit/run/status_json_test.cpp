@@ -49,6 +49,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.received_bytes = 2;
   link.queued_bytes = 3;
   link.unacknowledged_bytes = 4;
+  link.rate = 2250000;
+  link.path_queue = std::chrono::microseconds(1500);
   link.connects = 5;
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
@@ -76,6 +78,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   EXPECT_EQ(json.at("links"), Json::parse(R"([{
     "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
     "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3, "unacknowledged_bytes": 4,
+    "rate_bytes_per_second": 2250000, "path_queue_ms": 1.5,
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25},
     "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
