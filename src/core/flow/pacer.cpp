@@ -11,7 +11,13 @@ constexpr double kRateMin = 2000;  // bytes per second: slower, nothing would be
 constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 constexpr std::uint32_t kPartBytesMin =
-    600;                              // below that headers cost more than the delay is worth
+    600;  // below that headers cost more than the delay is worth
+// A path this fast is not what makes others wait, but the processors at its ends; nor is one this
+// short while its rate is not known: what is sent at once is soon through.
+constexpr double kFastRate = 100e6;  // bytes per second
+constexpr Duration kNear = 2ms;      // round trip
+constexpr double kNearFirstBytes = 512 << 10;
+constexpr std::uint32_t kNearPartBytes = 65536;
 constexpr Duration kCredit = 1ms;     // what a late wake-up may catch up with
 constexpr Duration kDebtMax = 100ms;  // of urgent data, which is never held back
 constexpr Duration kEmptyPeriod = 5s;
@@ -33,6 +39,7 @@ TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
   if (path_.acked_bytes() < drain_end_) return kNever;
   if (competes_) return now;  // TCP's own congestion control finds our share
+  if (path_.delivery() >= kFastRate) return now;
   if (path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
   return rate_ == 0 ? now : free_at_;
 }
@@ -40,7 +47,8 @@ TimePoint Pacer::next_at(TimePoint now) const {
 // What the path carries in a round trip, and a little more. When the path becomes slower this stops
 // the sender before anything is measured.
 std::uint64_t Pacer::window() const {
-  if (rate_ == 0) return static_cast<std::uint64_t>(Path::kFirstBytes);
+  const bool near = path_.round_trip() < kNear;
+  if (rate_ == 0) return static_cast<std::uint64_t>(near ? kNearFirstBytes : Path::kFirstBytes);
   const Duration round = path_.round_trip();
   const Duration slack = starting_ ? round : 2 * target_ + path_.lateness();
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
@@ -69,7 +77,8 @@ Duration Pacer::ask_period() const {
 
 std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
   if (target_ <= Duration::zero()) return most;
-  if (rate_ == 0) return std::min(kUnknownPartBytes, most);
+  if (rate_ == 0)
+    return std::min(path_.round_trip() < kNear ? kNearPartBytes : kUnknownPartBytes, most);
   const double time = std::clamp(seconds(path_.round_trip()) / 24, 0.001, 0.004);
   const double bytes = std::max<double>(path_.delivery() * time, kPartBytesMin);
   return static_cast<std::uint32_t>(std::min<double>(bytes, most));
