@@ -73,8 +73,8 @@ void add_rule_treatment(Rows& rows) {
        .words = texts(kPriorityWords),
        .changeable = true,
        .help = "Urgent goes before everything; the others share 8 : 4 : 1. Unset: by name and type "
-               "(/clock urgent; services, /tf and joint states high; images, clouds and maps "
-               "bulk)."});
+               "(/clock, Twist and Joy urgent; services, /tf and joint states high; images, clouds "
+               "and maps bulk), and small messages go right behind the urgent ones."});
   add({.key = "compression",
        .fallback = "none",
        .syntax = check_compression,

@@ -117,10 +117,11 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
 // else's: to hold back would not make it shorter, and starve us.
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
-  if (queue > 2 * target_) starting_ = false;
-  if (seconds(queue) > target() / 2) boost_ = 0;
-  if (queue <= target_) empty_at_ = now;
-  if (queue <= 4 * target_) {
+  const Duration target = from_seconds(this->target());
+  if (queue > 2 * target) starting_ = false;
+  if (queue > target / 2) boost_ = 0;
+  if (queue <= target) empty_at_ = now;
+  if (queue <= 4 * target) {
     competes_ = false;
     full_ = {now, Duration::zero()};
   } else if (queue < full_.queue / 2) {
@@ -152,15 +153,17 @@ double Pacer::gain() const {
   return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
 }
 
-// A part waits for itself, too.
+// A part waits for itself, too. And where the delay shakes without us, to hold back would not make
+// it shorter.
 double Pacer::target() const {
-  return std::max(seconds(target_), 1.5 * part_bytes(65536) / path_.delivery());
+  return std::max(
+      {seconds(target_), 1.5 * part_bytes(65536) / path_.delivery(), seconds(path_.jitter()) / 3});
 }
 
 // While too much queues, what arrived last counts, else the best of a few round trips.
 double Pacer::carries() const {
   const double most = path_.delivery();
-  return path_.queue() > 3 * target_ ? std::min(path_.latest_delivery(), most) : most;
+  return seconds(path_.queue()) > 3 * target() ? std::min(path_.latest_delivery(), most) : most;
 }
 
 }  // namespace connect_bridge

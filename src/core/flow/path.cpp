@@ -9,6 +9,8 @@ using namespace std::chrono_literals;
 
 constexpr Duration kRateSpanMin = 10ms;
 constexpr Duration kRateWindowMin = 100ms;
+constexpr Duration kJitterMax = 25ms;  // more is an event, not a habit
+constexpr std::size_t kArrivalsMax = 512;
 
 Duration nanoseconds(double count) {
   return Duration(static_cast<std::int64_t>(count));
@@ -25,6 +27,7 @@ void Path::sent(const SentPacket& packet) {
   if (flight_.empty()) {  // what was measured before the pause is over
     arrivals_.clear();
     waited_.clear();
+    waited_most_.clear();
     queue_ = {};
   }
   sent_bytes_ = packet.end;
@@ -60,7 +63,11 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   const auto one_way =
       static_cast<double>(ack.at) - static_cast<double>(last.at.time_since_epoch().count());
   one_way_.add(one_way, now, kBaseWindow);
-  waited_.add(one_way - one_way_.get(), now, round_trip());
+  const double waited = one_way - one_way_.get();
+  waited_.add(waited, now, round_trip());
+  waited_most_.add(waited, now, round_trip());
+  const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
+  jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;
   queue_ = nanoseconds(std::max(waited_.get(), 0.0));
   if (!last.asks) return;  // others are acknowledged when it suits the peer
   const Duration took = now - last.at;
@@ -73,7 +80,10 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
 void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   const auto span = std::max(round_trip() / 2, kRateSpanMin).count();
   arrivals_.push_back({ack, limited});
-  while (arrivals_.size() > 2 && ack.at - arrivals_[1].arrival.at >= span) arrivals_.pop_front();
+  // A peer whose clock stands would fill the memory.
+  while (arrivals_.size() > 2 &&
+         (ack.at - arrivals_[1].arrival.at >= span || arrivals_.size() > kArrivalsMax))
+    arrivals_.pop_front();
   const Arrival& first = arrivals_.front().arrival;
   const auto took = ack.at - first.at;
   if (took < span / 2) return;

@@ -56,6 +56,8 @@ class Path {
   [[nodiscard]] Duration lateness() const { return lateness_; }
   // How long packets wait on the way there: the least of the last round trip.
   [[nodiscard]] Duration queue() const { return queue_; }
+  // By how much the delay shakes within a round trip, on the average: what the path does by itself.
+  [[nodiscard]] Duration jitter() const { return jitter_; }
   // Bytes per second, the most of the last four round trips, and of the last half one. 0: not
   // known.
   [[nodiscard]] double delivery() const { return delivery_.get(); }
@@ -88,10 +90,12 @@ class Path {
   WindowExtreme<double> one_way_{-1};
   WindowExtreme<double> round_trip_{-1};
   WindowExtreme<double> waited_{-1};
+  WindowExtreme<double> waited_most_{+1};
   WindowExtreme<double> delivery_{+1};
   double latest_delivery_ = 0;
   Duration lateness_{};
   Duration queue_{};
+  Duration jitter_{};
   std::deque<Counted> arrivals_;  // of the last half round trip, and one before
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/wire/frame.hpp"
 #include "unit/flow/path_bed.hpp"
 
 namespace connect_bridge::flow_test {
@@ -73,6 +74,13 @@ TEST(Pacer, AcknowledgementsMayComeInBunches) {
   EXPECT_GT(there.bulk_share, 0.9);
 }
 
+TEST(Pacer, ADelayThatShakesIsNotTakenForAQueue) {
+  auto options = thin_link();
+  options.there.jitter = options.back.jitter = 10ms;
+  options.there.delay = options.back.delay = 20ms;
+  EXPECT_GT(run_bed(options).there.bulk_share, 0.65);
+}
+
 TEST(Pacer, AVeryThinLinkCarriesBoth) {
   auto options = thin_link();
   options.there.rate = options.back.rate = megabits(2);
@@ -128,6 +136,25 @@ TEST(Pacer, AMessageAloneLeavesAtOnce) {
   EXPECT_EQ(pacer.next_at(now), now);
   EXPECT_FALSE(pacer.wants_ack(56, false, TimePoint(100ms)));
   EXPECT_TRUE(pacer.wants_ack(56, false, now));  // once a second
+}
+
+// A peer may say anything of its clock: that it stands, runs back, or jumps.
+TEST(Pacer, WhatAPeerSaysOfItsClockDoesNoHarm) {
+  for (const Stamp step : {Stamp{0}, Stamp{-1'000'000}, Stamp{1} << 50}) {
+    Pacer pacer(2ms);
+    std::uint64_t sent = 0;
+    Stamp arrived = Stamp{1} << 60;
+    for (int i = 0; i < 5000; ++i) {
+      const TimePoint now{i * 1ms};
+      if (pacer.next_at(now) > now) continue;
+      sent += 1000;
+      pacer.sent({sent, 1000, now, true, true});
+      arrived = std::clamp(arrived + step, Stamp{0}, kWireStampMax);
+      pacer.acknowledged({sent, arrived}, now + 500us);
+    }
+    EXPECT_GT(sent, 100'000U) << step;
+    EXPECT_GE(pacer.part_bytes(256 << 10), 600U);
+  }
 }
 
 TEST(Pacer, WhoNeverAcknowledgesGetsLittle) {

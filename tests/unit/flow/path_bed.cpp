@@ -4,6 +4,7 @@
 #include <array>
 #include <deque>
 #include <optional>
+#include <random>
 
 #include "core/flow/pacer.hpp"
 
@@ -131,13 +132,21 @@ class Wire {
     Duration at;
     BedPacket packet;
   };
-  [[nodiscard]] Duration arrival(Duration at) const {
+  [[nodiscard]] Duration arrival(Duration at) {
+    if (direction_.jitter > 0s) {
+      std::exponential_distribution<double> draw(1 /
+                                                 static_cast<double>(direction_.jitter.count()));
+      last_ = std::max(last_, at + Duration(static_cast<std::int64_t>(draw(random_))));
+      return last_;
+    }
     return direction_.bunch > 0s ? (at / direction_.bunch + 1) * direction_.bunch : at;
   }
 
   const BedDirection& direction_;
   std::deque<BedPacket> queue_;
   std::deque<Flying> flying_;
+  std::mt19937_64 random_{1};
+  Duration last_{};
   double credit_ = 0;
   double carried_ = 0;
   double bulk_ = 0;

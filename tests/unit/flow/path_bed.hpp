@@ -15,6 +15,7 @@ struct BedDirection {
   std::function<double(Duration)> rate;
   Duration delay = std::chrono::milliseconds(10);
   Duration bunch{};            // packets arrive at multiples of this only; zero: at any time
+  Duration jitter{};           // on top of the delay, on the average; order is kept
   double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
   std::uint32_t bulk_bytes = 500'000;
 };
