@@ -263,6 +263,8 @@ void Expectation::check_reader(const ExpectedMirror& expected, const Reader& rea
   if (!is_complete(expected) || !compatible(expected.qos, spec.qos)) return;
   // A rate is found within some round trips: until then a queue must hold what comes.
   if (expected.room < kMessagesWaiting * crowd_.plan_of(expected.origin).bytes_max) return;
+  const Qos& qos = expected.qos;
+  if (qos.history == History::kKeepLast && qos.depth > 0 && qos.depth < kMessagesWaiting) return;
   const Writer& origin = middleware_.writer(expected.origin);
   const auto& received = checker_.deliveries().received(reader.id, origin.id);
   for (auto n = published_before_.at(origin.id) + 1; n <= origin.count; ++n) {
