@@ -10,9 +10,6 @@ using namespace std::chrono_literals;
 
 // What a mirror keeps of an origin that keeps all.
 constexpr std::uint32_t kMirrorDepthMax = 1'000;
-// As many of its messages a topic's queue must hold, if none is to be dropped while a link that has
-// just opened finds its rate.
-constexpr std::uint64_t kMessagesWaiting = 8;
 
 Qos overridden(Qos qos, const QosOverride& by) {
   if (by.reliability) qos.reliability = *by.reliability;
@@ -90,10 +87,6 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
         std::min<std::uint64_t>(there.reassembly.message_bytes_max, here.outbox.data_bytes_max / 3);
     expected.queue_bytes_max =
         std::min<std::uint64_t>(here.outbox.data_bytes_max / 2, here.history_bytes_max);
-    expected.room = exported->queue_bytes_max > 0
-                        ? exported->queue_bytes_max
-                        : std::min<std::uint64_t>(QueueOptions{}.queue_bytes_max,
-                                                  here.outbox.data_bytes_max / 4);
     merge(std::move(expected));
   }
 }
@@ -107,7 +100,6 @@ void Expectation::merge(ExpectedMirror expected) {
     known.bytes_max = std::min(known.bytes_max, expected.bytes_max);
     ++known.ways;
     known.history = std::min(known.history, expected.history);
-    known.room = std::min(known.room, expected.room);
     known.queue_bytes_max = std::min(known.queue_bytes_max, expected.queue_bytes_max);
     return;
   }
@@ -261,10 +253,6 @@ void Expectation::check_reader(const ExpectedMirror& expected, const Reader& rea
     return;
   }
   if (!is_complete(expected) || !compatible(expected.qos, spec.qos)) return;
-  // A rate is found within some round trips: until then a queue must hold what comes.
-  if (expected.room < kMessagesWaiting * crowd_.plan_of(expected.origin).bytes_max) return;
-  const Qos& qos = expected.qos;
-  if (qos.history == History::kKeepLast && qos.depth > 0 && qos.depth < kMessagesWaiting) return;
   const Writer& origin = middleware_.writer(expected.origin);
   const auto& received = checker_.deliveries().received(reader.id, origin.id);
   for (auto n = published_before_.at(origin.id) + 1; n <= origin.count; ++n) {

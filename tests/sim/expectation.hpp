@@ -30,7 +30,6 @@ struct ExpectedMirror {
   bool unreachable = false;           // the exporter cannot subscribe to its type
   std::size_t bytes_max = 0;          // largest message that both sides accept
   std::uint64_t queue_bytes_max = 0;  // how much may wait at once
-  std::uint64_t room = 0;             // how much of the topic a link always holds
   std::uint32_t history = 0;          // samples that the exporter keeps for late subscribers
 };
 

@@ -1,13 +1,13 @@
 #include "core/flow/pacer.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace connect_bridge {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kRateMin = 2000;  // bytes per second: slower, nothing would be learnt
 constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 constexpr std::uint32_t kPartBytesMin =
@@ -85,7 +85,7 @@ std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
 }
 
 void Pacer::sent(const SentPacket& packet) {
-  if (path_.in_flight_bytes() == 0) {
+  if (path_.idle()) {
     full_ = {packet.at, Duration::zero()};
     empty_at_ = packet.at;
   }
@@ -108,7 +108,9 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
     round_limited_ = false;
   }
   const double before = rate_;
-  rate_ = std::clamp(gain() * carries(), kRateMin, kRateMax);
+  // The window alone holds back what is slower, and by its acknowledgements more is found.
+  const double least = kWindowMin / seconds(path_.round_trip());
+  rate_ = std::clamp(gain() * carries(), least, kRateMax);
   // What is owed are bytes.
   if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
 }
@@ -118,7 +120,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
-  if (queue > 2 * target) starting_ = false;
+  if (queue > std::max(2 * target, path_.round_trip())) starting_ = false;
   if (queue > target / 2) boost_ = 0;
   if (queue <= target) empty_at_ = now;
   if (queue <= 4 * target) {
@@ -138,8 +140,14 @@ void Pacer::judge_queue(TimePoint now) {
 }
 
 void Pacer::end_round(bool limited) {
-  if (limited || starting_) return;
+  if (limited) return;
   const double error = (target() - seconds(path_.queue())) / target();
+  if (starting_) {
+    // A delay alone may be the path's own; the limit is where sending more brings no more.
+    const double before = std::exchange(round_delivery_, path_.delivery());
+    starting_ = error > -1 || path_.delivery() > 1.25 * before;
+    return;
+  }
   trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -2.0, 1.0), -0.15, 0.05);
   if (error > 0.5) {
     boost_ = std::clamp(1.8 * boost_, 0.03, 1.0);

@@ -62,6 +62,7 @@ class Pacer {
   double trim_ = 0;              // what the control has learnt that the measured rate is wrong by
   double boost_ = 0;             // while nothing queues: faster and faster
   std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
+  double round_delivery_ = 0;    // of the path when the last one ended
   bool round_limited_ = false;   // in it the traffic, not the path, made the rate
   struct Episode {
     TimePoint since{};

@@ -24,7 +24,7 @@ Duration Path::round_trip() const {
 }
 
 void Path::sent(const SentPacket& packet) {
-  if (flight_.empty()) {  // what was measured before the pause is over
+  if (idle()) {  // what was measured before the pause is over
     arrivals_.clear();
     waited_.clear();
     waited_most_.clear();
@@ -53,7 +53,8 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
     covered.limited = covered.limited || last->end <= limited_end_;
   }
   if (!last) return std::nullopt;
-  measure_delay(*last, ack, now);
+  // The time is that of the last byte: of a packet without data, perhaps, that left later.
+  if (last->end == ack.received_bytes) measure_delay(*last, ack, now);
   measure_rate(ack, covered.limited, now);
   return covered;
 }
@@ -89,7 +90,8 @@ void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   if (took < span / 2) return;
   const double rate = static_cast<double>(ack.received_bytes - first.received_bytes) * 1e9 /
                       static_cast<double>(took);
-  const bool any_limited = std::any_of(arrivals_.begin() + 1, arrivals_.end(),
+  // Behind one that is limited there was a pause.
+  const bool any_limited = std::any_of(arrivals_.begin(), arrivals_.end(),
                                        [](const Counted& counted) { return counted.limited; });
   // Little traffic tells nothing of what the path could carry.
   const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();

@@ -30,6 +30,8 @@ struct Arrival {
 class Path {
  public:
   void sent(const SentPacket& packet);
+  // All is acknowledged, and there was nothing more to send.
+  [[nodiscard]] bool idle() const { return flight_.empty() && limited_end_ == sent_bytes_; }
 
   // What an acknowledgement covers.
   struct Covered {

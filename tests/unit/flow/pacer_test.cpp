@@ -108,6 +108,58 @@ TEST(Pacer, AStandingPathIsFollowedByFreshTraffic) {
   EXPECT_GT(there.bulk_share, 0.9);  // of what could be carried
 }
 
+// Packets that leave one by one, each acknowledged before the next, tell a rate all the same.
+TEST(Pacer, AShortPathIsFilledAgainAfterItWasSlow) {
+  Pacer pacer(2ms);
+  std::uint64_t sent = 0;
+  TimePoint now{1s};
+  const auto cross = [&](Duration one_way) {
+    now = std::max(now, pacer.next_at(now));
+    const auto bytes = pacer.part_bytes(256 << 10);
+    sent += bytes;
+    pacer.sent({sent, bytes, now, true, true});
+    now += one_way;
+    pacer.acknowledged({sent, now.time_since_epoch().count()}, now + 100us);
+    now += 100us;
+  };
+  while (now < TimePoint{2s}) cross(100us);
+  const double before = pacer.rate();
+  while (now < TimePoint{4s}) cross(60ms);
+  ASSERT_LT(pacer.rate(), before / 10);
+  while (now < TimePoint{6s}) cross(100us);
+  EXPECT_GT(pacer.rate(), before / 2);
+}
+
+// A late acknowledgement tells when the last byte arrived, which may be that of a time frame.
+TEST(Pacer, WhatArrivesBetweenIsNotTakenForAQueue) {
+  Pacer pacer(2ms);
+  pacer.sent({100, 100, TimePoint{0ms}, true, false});
+  pacer.acknowledged({100, 10'000'000}, TimePoint{20ms});
+  pacer.sent({200, 100, TimePoint{1000ms}, false, false});
+  pacer.acknowledged({240, 1'095'000'000}, TimePoint{1110ms});
+  EXPECT_EQ(pacer.queue(), 0ms);
+}
+
+// After a pause the rate is that of what came behind it.
+TEST(Pacer, APauseIsNoPartOfTheRate) {
+  Pacer pacer(2ms);
+  std::uint64_t sent = 1000;
+  pacer.sent({sent, 1000, TimePoint{0ms}, true, false});
+  pacer.acknowledged({sent, 10'000'000}, TimePoint{20ms});
+  sent += 50;
+  pacer.sent({sent, 50, TimePoint{30ms}, false, false});  // alone, acknowledged late
+  for (int i = 1; i <= 40; ++i) pacer.sent({sent + i * 1000U, 1000, TimePoint{200ms}, true, true});
+  pacer.acknowledged({sent, 40'000'000}, TimePoint{205ms});
+  for (int i = 1; i <= 40; ++i) {
+    const Duration arrived = 210ms + i * 1ms;
+    pacer.acknowledged({sent + i * 1000U, arrived.count()}, TimePoint{arrived + 10ms});
+    if (pacer.rate() > 0) {
+      EXPECT_GT(pacer.rate(), 900'000);
+    }
+  }
+  EXPECT_NEAR(pacer.rate(), 1'000'000, 100'000);
+}
+
 // 1 to 40 Mbit/s, changing every 100 ms: the wildest of cells.
 TEST(Pacer, FollowsACellularDrive) {
   for (const unsigned seed : {1U, 2U, 3U}) {
