@@ -1,5 +1,5 @@
-// Which channel sends its next part: urgent first, the other classes by weight, channels of a class
-// in turn.
+// Which channel sends its next part: urgent first, light messages behind it, the other classes by
+// weight, channels of a class in turn.
 #pragma once
 
 #include <array>

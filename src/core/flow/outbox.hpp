@@ -47,8 +47,9 @@ inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;
 inline constexpr std::size_t kTimeFramesMax = 16;
 
 // Not thread-safe; belongs to one link. Order is kept per channel. Urgent is strict (control texts
-// come first of all); high, normal and bulk share by weight 8 : 4 : 1 in bytes; channels of a class
-// take turns per part. At most one message per channel is open (partly sent) at a time.
+// come first of all), light messages follow; high, normal and bulk share by weight 8 : 4 : 1 in
+// bytes; channels of a class take turns per part. At most one message per channel is open (partly
+// sent) at a time.
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);

@@ -10,8 +10,8 @@ using namespace std::chrono_literals;
 
 constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
-constexpr std::uint32_t kPartBytesMin =
-    600;  // below that headers cost more than the delay is worth
+// Below that headers cost more than the delay is worth.
+constexpr std::uint32_t kPartBytesMin = 600;
 // A path this fast is not what makes others wait, but the processors at its ends; nor is one this
 // short while its rate is not known: what is sent at once is soon through.
 constexpr double kFastRate = 100e6;  // bytes per second
@@ -164,8 +164,8 @@ double Pacer::gain() const {
 // A part waits for itself, too. And where the delay shakes without us, to hold back would not make
 // it shorter.
 double Pacer::target() const {
-  return std::max(
-      {seconds(target_), 1.5 * part_bytes(65536) / path_.delivery(), seconds(path_.jitter()) / 3});
+  return std::max({seconds(target_), 1.5 * part_bytes(kNearPartBytes) / path_.delivery(),
+                   seconds(path_.jitter()) / 3});
 }
 
 // While too much queues, what arrived last counts, else the best of a few round trips.

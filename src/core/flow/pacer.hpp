@@ -27,7 +27,7 @@ class Pacer {
   void sent(const SentPacket& packet);
   void acknowledged(const Arrival& ack, TimePoint now);
 
-  // A part that takes about kPartTime on the wire, at most `most` bytes.
+  // A part that takes a 24th of a round trip on the wire, 1 to 4 ms, at most `most` bytes.
   [[nodiscard]] std::uint32_t part_bytes(std::uint32_t most) const;
   // How much may wait in the kernel.
   [[nodiscard]] std::uint32_t unsent_bytes() const { return 2 * part_bytes(kUnknownPartBytes); }
@@ -36,9 +36,6 @@ class Pacer {
   // Bytes per second that the path carries; 0: not known yet.
   [[nodiscard]] double rate() const { return path_.delivery(); }
   [[nodiscard]] Duration queue() const { return path_.queue(); }
-  [[nodiscard]] Duration round_trip() const { return path_.round_trip(); }
-  // Somebody else fills the queues of the path.
-  [[nodiscard]] bool competes() const { return competes_; }
 
   static constexpr std::uint32_t kUnknownPartBytes = 16384;  // while the rate is not known
 
@@ -56,7 +53,7 @@ class Pacer {
   Duration target_;
   Path path_;
   bool starting_ = true;
-  bool competes_ = false;
+  bool competes_ = false;  // somebody else fills the queues of the path
   // Nothing leaves until so much is acknowledged, to see the path empty.
   std::uint64_t drain_end_ = 0;
   double trim_ = 0;              // what the control has learnt that the measured rate is wrong by

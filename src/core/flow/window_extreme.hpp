@@ -19,15 +19,12 @@ class WindowExtreme {
   void add(Value value, TimePoint now, Duration window) {
     while (!seen_.empty() && !beats(seen_.back().value, value)) seen_.pop_back();
     if (seen_.empty() || now - seen_.back().at > window / kSteps) seen_.push_back({value, now});
-    forget(now, window);
-  }
-  // The last value that was seen stays, however old it is.
-  void forget(TimePoint now, Duration window) {
     while (seen_.size() > 1 && now - seen_.front().at > window) seen_.pop_front();
   }
   void clear() { seen_.clear(); }
 
   [[nodiscard]] bool empty() const { return seen_.empty(); }
+  // Without a newer one the last value stays, however old it is.
   [[nodiscard]] Value get() const { return seen_.empty() ? Value{} : seen_.front().value; }
 
  private:

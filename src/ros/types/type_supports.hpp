@@ -44,11 +44,11 @@ class TypeSupports {
   // The result of a function of the package of `type`; `kind` is "message" or "service".
   std::variant<const void*, Refusal> load(const std::string& type, const std::string& kind);
 
-  std::map<std::string, MessageType, std::less<>> messages_;
-  std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;
   // The library of a package; null: not installed.
   void* library_of(const std::string& package);
 
+  std::map<std::string, MessageType, std::less<>> messages_;
+  std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;
   std::map<std::string, void*, std::less<>> libraries_;  // by package
   // Packages that were looked for in vain, and when they are looked for again. A peer may ask for
   // any, and each takes a search of the file system.
