@@ -25,7 +25,7 @@ asan_list = address,undefined
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy build test sim bench fuzz demo format check asan tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy build test sim bench bench-wan fuzz demo format check asan tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -52,6 +52,9 @@ sim: build ## SEEDS=n scenarios of the simulator
 
 bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
 	@$(in_env) tools/bench/run $(if $(QUICK),--quick)
+
+bench-wan: build ## the same over a thin, lossy, breaking network (as root), about 30 minutes; QUICK=1: 3 minutes
+	@$(in_env) tools/bench/wan $(if $(QUICK),--quick)
 
 fuzz: packages ## SECONDS=n of fuzzing, split over the targets
 	@TARGETS=fuzz_targets $(call compile,$(BUILD)-fuzz,$(clang_tools) -DCONNECT_ROS=OFF -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=$(asan_list))

@@ -89,7 +89,8 @@ class Message {
 // behind.
 class Node {
  public:
-  explicit Node(const std::string& name, std::size_t depth) : depth_(depth) {
+  explicit Node(const std::string& name, std::size_t depth, bool reliable = true)
+      : depth_(depth), reliable_(reliable) {
     auto options = rcl_get_zero_initialized_init_options();
     require(rcl_init_options_init(&options, rcl_get_default_allocator()), "init options");
     require(rcl_init(0, nullptr, &options, &context_), "init");
@@ -109,6 +110,7 @@ class Node {
   [[nodiscard]] rmw_qos_profile_t qos() const {
     auto q = rmw_qos_profile_default;
     q.depth = depth_;
+    if (!reliable_) q.reliability = RMW_QOS_POLICY_RELIABILITY_BEST_EFFORT;
     return q;
   }
   rcl_context_t* context() { return &context_; }
@@ -116,6 +118,7 @@ class Node {
 
  private:
   std::size_t depth_;
+  bool reliable_;
   rcl_context_t context_ = rcl_get_zero_initialized_context();
   rcl_node_t node_ = rcl_get_zero_initialized_node();
 };

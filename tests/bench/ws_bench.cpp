@@ -1,17 +1,19 @@
 // The floor of any bridge: the sizes of ros_bench over one plain connection, without ROS.
 // tools/bench/run drives it.
 //
-//   ws_bench echo kind=tcp|ws                 listens on a free port of loopback:
-//   {"ready":true,"port":N} ws_bench ping kind=tcp|ws port=N          commands: ping size= samples=
-//   gap=
-//                                                       flood size= seconds=
-// tcp: a 4-byte length before each message. ws: Boost.Beast, binary, no compression; the client
-// masks, as it must. Both with TCP_NODELAY and blocking calls: the fewest system calls that there
-// can be. The first byte of a message says what the echo does with it: 0 echo, 1 nothing (flood), 2
-// answer with one byte.
+//   ws_bench echo kind=tcp|ws         listens on a free port: {"ready":true,"port":N}
+//   ws_bench ping kind=tcp|ws port=   commands: ping size= samples= gap= burst= (so many at once),
+//   flood size= seconds=
+// Both take address= (default: loopback) and congestion= (TCP congestion control, default: the
+// host's). tcp: a 4-byte length before each message. ws: Boost.Beast, binary, no compression; the
+// client masks, as it must. Both with TCP_NODELAY and blocking calls: the fewest system calls that
+// there can be. The first byte of a message says what the echo does with it: 0 echo, 1 nothing
+// (flood), 2 answer with one byte.
+#include <netinet/tcp.h>
 #include <pthread.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
@@ -29,6 +31,14 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using Tcp = asio::ip::tcp;
 using Bytes = std::vector<std::uint8_t>;
+
+void use_congestion_control(Tcp::socket& socket, const std::string& name) {
+  if (name.empty()) return;
+  const auto size = static_cast<socklen_t>(name.size());
+  if (setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_CONGESTION, name.data(), size) != 0) {
+    throw std::runtime_error("no congestion control " + name);
+  }
+}
 
 class Connection {
  public:
@@ -74,7 +84,7 @@ class Connection {
   std::optional<beast::websocket::stream<Tcp::socket>> stream_;
 };
 
-void run_echo(bool websocket) {
+void run_echo(bool websocket, const asio::ip::address& address, const std::string& congestion) {
   std::thread([] {  // ends with its runner
     Commands commands;
     while (!commands.ended()) (void)commands.next(60'000);
@@ -82,11 +92,13 @@ void run_echo(bool websocket) {
   })
       .detach();
   asio::io_context io;
-  Tcp::acceptor acceptor(io, {asio::ip::address_v4::loopback(), 0});
+  Tcp::acceptor acceptor(io, {address, 0});
   answer("{\"ready\":true,\"port\":" + std::to_string(acceptor.local_endpoint().port()) + "}");
   for (;;) {
     try {
-      Connection connection(websocket, acceptor.accept(), true);
+      auto socket = acceptor.accept();
+      use_congestion_control(socket, congestion);
+      Connection connection(websocket, std::move(socket), true);
       const Bytes one(1, 0);
       for (Bytes bytes;;) {
         connection.receive(bytes);
@@ -104,13 +116,27 @@ std::string ping(Connection& connection, const Options& options) {
   out[0] = 0;
   const auto gap = static_cast<std::int64_t>(options.number("gap", 0.002) * 1e9);
   std::vector<double> times;
+  const auto burst = options.count("burst", 1);
+  std::vector<std::atomic<std::int64_t>> sent(burst);
+  const auto send_all = [&] {
+    for (auto& when : sent) {
+      when = now_ns();
+      connection.send(out);
+    }
+  };
   for (std::size_t i = 0; i < options.count("samples", 200); ++i) {
-    const auto sent = now_ns();
-    connection.send(out);
-    connection.receive(in);
-    const auto now = now_ns();
-    times.push_back(static_cast<double>(now - sent) / 1e6);
-    sleep_until(now + gap);
+    // Large ones fill the buffers of both directions: somebody has to read meanwhile.
+    std::optional<std::jthread> sender;
+    if (burst > 1) {
+      sender.emplace(send_all);
+    } else {
+      send_all();
+    }
+    for (const auto& when : sent) {
+      connection.receive(in);
+      times.push_back(static_cast<double>(now_ns() - when) / 1e6);
+    }
+    sleep_until(now_ns() + gap);
   }
   return "{\"lost\":0,\"wrong\":0,\"ms\":" + json_array(times) + "}";
 }
@@ -135,10 +161,12 @@ std::string flood(Connection& connection, const Options& options) {
   return text;
 }
 
-void run_ping(bool websocket, unsigned short port) {
+void run_ping(bool websocket, const Tcp::endpoint& server, const std::string& congestion) {
   asio::io_context io;
   Tcp::socket socket(io);
-  socket.connect({asio::ip::address_v4::loopback(), port});
+  socket.open(server.protocol());
+  use_congestion_control(socket, congestion);
+  socket.connect(server);
   Connection connection(websocket, std::move(socket), false);
   Commands commands;
   answer("{\"ready\":true}");
@@ -156,12 +184,17 @@ int main(int argc, char** argv) try {
   bench::Options options;
   for (int i = 1; i < argc; ++i) options.add(argv[i]);
   const bool websocket = options.text("kind", "ws") == "ws";
+  const auto address = boost::asio::ip::make_address(options.text("address", "127.0.0.1"));
+  const auto congestion = options.text("congestion", "");
   if (options.verb == "echo") {
-    bench::run_echo(websocket);
+    bench::run_echo(websocket, address, congestion);
   } else if (options.verb == "ping") {
-    bench::run_ping(websocket, static_cast<unsigned short>(options.count("port", 0)));
+    const auto port = static_cast<unsigned short>(options.count("port", 0));
+    bench::run_ping(websocket, {address, port}, congestion);
   } else {
-    std::fprintf(stderr, "usage: ws_bench echo kind=tcp|ws | ping kind=tcp|ws port=N\n");
+    std::fprintf(
+        stderr,
+        "usage: ws_bench echo kind=tcp|ws [address=] | ping kind=tcp|ws [address=] port=N\n");
     return 2;
   }
   return 0;

@@ -140,7 +140,16 @@ class Side(Program):
     """The server or the client of the bridge, with its parameters and its status."""
 
     def __init__(
-        self, role, domain, parameters, folder, name=None, env=(), arguments=(), node=None
+        self,
+        role,
+        domain,
+        parameters,
+        folder,
+        name=None,
+        env=(),
+        arguments=(),
+        node=None,
+        within=(),
     ):
         name = name or role
         folder = pathlib.Path(folder)
@@ -149,6 +158,7 @@ class Side(Program):
         self.parameters_file = folder / f"{name}.params.yaml"
         self.set_parameters(parameters)
         command = [
+            *within,
             build_dir() / role,
             *arguments,
             "--ros-args",
@@ -205,7 +215,9 @@ class Bridge:
         folder=None,
         env=(),
         token="a-token-for-one-run",
+        within=((), ()),
     ):
+        """within: what each side's command begins with, for example where it runs (harness.wan)."""
         self.folder = pathlib.Path(folder or tempfile.mkdtemp(prefix="connect-bridge-"))
         self._own_folder = folder is None
         self.port = port
@@ -217,6 +229,7 @@ class Bridge:
             {"listen": {"address": "127.0.0.1", "port": port}, **login, **dict(server)},
             self.folder,
             env=env,
+            within=within[0],
         )
         self.client = Side(
             "client",
@@ -224,6 +237,7 @@ class Bridge:
             {"url": f"ws://127.0.0.1:{port}", **login, **dict(client)},
             self.folder,
             env=env,
+            within=within[1],
         )
         self.sides = (self.server, self.client)
 
