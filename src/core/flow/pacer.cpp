@@ -20,6 +20,7 @@ constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 65536;
 constexpr Duration kCredit = 1ms;     // what a late wake-up may catch up with
 constexpr Duration kDebtMax = 100ms;  // of urgent data, which is never held back
+constexpr double kBoostMax = 1;
 constexpr Duration kEmptyPeriod = 5s;
 constexpr Duration kLonePeriod = 1s;
 
@@ -101,6 +102,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   const auto covered = path_.acknowledged(ack, now);
   if (!covered || path_.delivery() == 0) return;
   judge_queue(now);
+  if (covered->recovered) boost_ = kBoostMax;
   round_limited_ = round_limited_ || covered->limited;
   if (covered->end >= round_end_) {
     end_round(round_limited_);
@@ -150,7 +152,7 @@ void Pacer::end_round(bool limited) {
   }
   trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -2.0, 1.0), -0.15, 0.05);
   if (error > 0.5) {
-    boost_ = std::clamp(1.8 * boost_, 0.03, 1.0);
+    boost_ = std::clamp(1.8 * boost_, 0.03, kBoostMax);
   }
 }
 

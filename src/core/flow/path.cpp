@@ -55,7 +55,12 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
   if (!last) return std::nullopt;
   // The time is that of the last byte: of a packet without data, perhaps, that left later.
   if (last->end == ack.received_bytes) measure_delay(*last, ack, now);
+  const bool stood = stood_end_ > 0;
   measure_rate(ack, covered.limited, now);
+  if (stood_end_ > 0 && ack.received_bytes >= stood_end_) {
+    stood_end_ = 0;
+    covered.recovered = stood;
+  }
   return covered;
 }
 
@@ -65,6 +70,7 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
       static_cast<double>(ack.at) - static_cast<double>(last.at.time_since_epoch().count());
   one_way_.add(one_way, now, kBaseWindow);
   const double waited = one_way - one_way_.get();
+  waited_now_ = waited;
   waited_.add(waited, now, round_trip());
   waited_most_.add(waited, now, round_trip());
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
@@ -76,13 +82,29 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   lateness_ += (took - nanoseconds(round_trip_.get()) - lateness_) / 16;
 }
 
+// Nothing arrived for more than a round trip, and not because nothing had left: a loss is mended, a
+// cellular link was away, or the rate has fallen.
+bool Path::has_stood(const Arrival& ack) const {
+  if (arrivals_.empty()) return false;
+  const auto gap = static_cast<double>(ack.at - arrivals_.back().arrival.at);
+  const auto least = static_cast<double>((round_trip() + kRateSpanMin).count());
+  return gap > least && waited_now_ > gap / 2;
+}
+
 // Between arrivals by the peer's clock, so that acknowledgements that come in a bunch do not look
 // like a fast path.
 void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   const auto span = std::max(round_trip() / 2, kRateSpanMin).count();
-  arrivals_.push_back({ack, limited});
+  if (has_stood(ack)) stood_end_ = sent_bytes_;
+  // What arrives in a bunch after the path stood tells of its rate only with the time it stood.
+  const bool bunch = stood_end_ > 0 && arrivals_.size() > 1;
+  if (bunch) {
+    arrivals_.back() = {ack, limited || arrivals_.back().limited};
+  } else {
+    arrivals_.push_back({ack, limited});
+  }
   // A peer whose clock stands would fill the memory.
-  while (arrivals_.size() > 2 &&
+  while (!bunch && arrivals_.size() > 2 &&
          (ack.at - arrivals_[1].arrival.at >= span || arrivals_.size() > kArrivalsMax))
     arrivals_.pop_front();
   const Arrival& first = arrivals_.front().arrival;

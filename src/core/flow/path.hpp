@@ -37,6 +37,7 @@ class Path {
   struct Covered {
     std::uint64_t end = 0;
     bool limited = false;  // the traffic, not the path, made the rate
+    bool recovered = false;  // the last of what was on its way when the path stood
   };
   // Nullopt: it tells nothing new.
   std::optional<Covered> acknowledged(const Arrival& ack, TimePoint now);
@@ -78,6 +79,7 @@ class Path {
   };
   void measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now);
   void measure_rate(const Arrival& ack, bool limited, TimePoint now);
+  [[nodiscard]] bool has_stood(const Arrival& ack) const;
 
   std::deque<SentPacket> flight_;
   std::uint64_t sent_bytes_ = 0;
@@ -87,6 +89,8 @@ class Path {
   std::uint64_t asked_end_ = 0;
   std::deque<TimePoint> asks_;  // when those of flight_ left that ask
   TimePoint asked_at_{};
+  // What left before the path was seen to have stood, and is on its way still.
+  std::uint64_t stood_end_ = 0;
 
   // Nanoseconds. The clocks' offset is unknown and does not matter: only differences count.
   WindowExtreme<double> one_way_{-1};
@@ -99,6 +103,7 @@ class Path {
   Duration queue_{};
   Duration jitter_{};
   std::deque<Counted> arrivals_;  // of the last half round trip, and one before
+  double waited_now_ = 0;         // of the last arrival
 };
 
 }  // namespace connect_bridge
