@@ -12,6 +12,7 @@ constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 // Below that headers cost more than the delay is worth.
 constexpr std::uint32_t kPartBytesMin = 600;
+constexpr std::uint32_t kUnsentBytesMin = 3 * 1460;  // full segments
 // A path this fast is not what makes others wait, but the processors at its ends; nor is one this
 // short while its rate is not known: what is sent at once is soon through.
 constexpr double kFastRate = 100e6;  // bytes per second
@@ -83,6 +84,11 @@ std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
   const double time = std::clamp(seconds(path_.round_trip()) / 24, 0.001, 0.004);
   const double bytes = std::max<double>(path_.delivery() * time, kPartBytesMin);
   return static_cast<std::uint32_t>(std::min<double>(bytes, most));
+}
+
+// TCP's window after losses counts segments: a small one costs as much as a full one.
+std::uint32_t Pacer::unsent_bytes() const {
+  return std::max(2 * part_bytes(kUnknownPartBytes), kUnsentBytesMin);
 }
 
 void Pacer::sent(const SentPacket& packet) {

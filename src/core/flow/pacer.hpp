@@ -30,7 +30,7 @@ class Pacer {
   // A part that takes a 24th of a round trip on the wire, 1 to 4 ms, at most `most` bytes.
   [[nodiscard]] std::uint32_t part_bytes(std::uint32_t most) const;
   // How much may wait in the kernel.
-  [[nodiscard]] std::uint32_t unsent_bytes() const { return 2 * part_bytes(kUnknownPartBytes); }
+  [[nodiscard]] std::uint32_t unsent_bytes() const;
 
   // ---- for people and tests
   // Bytes per second that the path carries; 0: not known yet.

@@ -36,7 +36,7 @@ class Path {
   // What an acknowledgement covers.
   struct Covered {
     std::uint64_t end = 0;
-    bool limited = false;  // the traffic, not the path, made the rate
+    bool limited = false;    // the traffic, not the path, made the rate
     bool recovered = false;  // the last of what was on its way when the path stood
   };
   // Nullopt: it tells nothing new.

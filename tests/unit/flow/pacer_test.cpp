@@ -160,6 +160,27 @@ TEST(Pacer, APauseIsNoPartOfTheRate) {
   EXPECT_NEAR(pacer.rate(), 1'000'000, 100'000);
 }
 
+// Behind a lost packet all arrives at once, when it has been sent again.
+TEST(Pacer, WhatArrivesInABunchAfterThePathStoodIsNoRate) {
+  Pacer pacer(2ms);
+  std::uint64_t sent = 0;
+  std::uint64_t arrived = 0;
+  const auto arrive = [&](Duration at) {
+    arrived += 1000;
+    pacer.acknowledged({arrived, at.count()}, TimePoint{at + 10ms});
+  };
+  Duration now{};
+  for (; now < 500ms; now += 1ms) {
+    sent += 1000;
+    pacer.sent({sent, 1000, TimePoint{now}, true, true});
+    if (now >= 60ms) arrive(now - 10ms);
+  }
+  EXPECT_NEAR(pacer.rate(), 1'000'000, 100'000);
+  now += 200ms;
+  while (arrived < sent) arrive(now += 1ms);
+  EXPECT_LT(pacer.rate(), 300'000);
+}
+
 // 1 to 40 Mbit/s, changing every 100 ms: the wildest of cells.
 TEST(Pacer, FollowsACellularDrive) {
   for (const unsigned seed : {1U, 2U, 3U}) {
