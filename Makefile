@@ -73,8 +73,9 @@ check: packages ## format, arrows between layers, sizes; whether the mutants app
 # Real nodes around the programs built with a sanitizer.
 smoke = -R '^e2e_topics$$'
 
-asan: setup ## by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
+asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
 	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
+	@tools/setup/syntax.py "$(BUILD)-asan"
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
 
