@@ -5,6 +5,7 @@
 
 #include "net/dial.hpp"
 #include "net/listener.hpp"
+#include "net/route_watch.hpp"
 #include "net/socket.hpp"
 
 namespace connect_bridge {
@@ -19,6 +20,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
                   std::string problem);
   void abandon();
+  void watch_routes();
+  void on_routes_changed();
   ConnectionId free_id();
   std::shared_ptr<Socket> find(ConnectionId id) const;
 
@@ -28,6 +31,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
+  std::unique_ptr<RouteWatch> routes;  // of who dials
   std::uint64_t last_id = 0;
   bool stopped = false;
 };
@@ -86,7 +90,21 @@ void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr
   add(id, std::move(socket), url.authority(), nullptr, nullptr);
 }
 
+void Network::State::watch_routes() {
+  if (routes || stopped) return;
+  routes = std::make_unique<RouteWatch>(io, [this] { on_routes_changed(); });
+  if (!routes->problem().empty() && events.log)
+    events.log(Log{LogLevel::kDebug, "changes of the network go unnoticed: " + routes->problem()});
+}
+
+void Network::State::on_routes_changed() {
+  const auto now_open = connections;  // one that ends takes itself out
+  for (const auto& entry : now_open) entry.second->check_address();
+  events.input(NetworkChanged{});
+}
+
 void Network::State::abandon() {
+  routes.reset();
   if (listener) listener->close();
   for (const auto& entry : dials) entry.second->abandon();
   for (const auto& entry : connections) entry.second->abandon();
@@ -122,6 +140,7 @@ std::uint16_t Network::listen_port() const {
 }
 
 void Network::dial(ConnectionId connection, const DialOptions& options) {
+  state_->watch_routes();
   const auto dialing = std::make_shared<Dialing>(state_->io, options, state_->sockets);
   state_->dials[connection] = dialing;
   dialing->start([weak = std::weak_ptr{state_}, connection, url = options.url](
@@ -151,6 +170,7 @@ void Network::close(ConnectionId connection, CloseCode code, const std::string& 
 
 void Network::stop() {
   state_->stopped = true;
+  state_->routes.reset();
   if (state_->listener) state_->listener->close();
   for (const auto& entry : state_->dials) entry.second->cancel("this side stops");
   for (const auto& entry : state_->connections) {

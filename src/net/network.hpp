@@ -23,7 +23,7 @@ namespace connect_bridge {
 // call of Network; `next_packet` also from inside ready(). All of Network may be called from inside
 // `input`.
 struct NetworkEvents {
-  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed.
+  // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
   // The next packet to send on a connection, or nullopt when there is none now.
   std::function<std::optional<Packet>(ConnectionId)> next_packet;

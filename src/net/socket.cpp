@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/tls.hpp"
 #include "net/websocket.hpp"
@@ -282,6 +283,16 @@ void Socket::give_way() {
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
   end(std::nullopt, "gave way to a newer connection without a login", false);
+}
+
+void Socket::check_address() {
+  ErrorCode error;
+  const auto local = socket_->next_layer().socket().local_endpoint(error);
+  if (state_ != State::kOpen || error || local.address().is_loopback()) return;
+  const std::string address = local.address().to_string();
+  // An address with a scope ("fe80::1%eth0") belongs to its interface.
+  if (!is_own_address(address.substr(0, address.find('%'))))
+    end(std::nullopt, "the address " + address + " of this machine is gone", false);
 }
 
 SocketFacts Socket::facts() const {

@@ -44,6 +44,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void abandon();
   // Closes at once and gives its places back, for another connection.
   void give_way();
+  // Ends it if the machine has lost the address that it is bound to: nothing will arrive any more.
+  void check_address();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.

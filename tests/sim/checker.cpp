@@ -118,7 +118,8 @@ std::uint64_t Checker::taken(const Host& host, const std::string& topic,
 void Checker::on_dial(const Host& host) {
   const auto it = last_dial_.find(host.index());
   const Duration least = host.plan().options.retry_min / 2;
-  if (it != last_dial_.end() && ledger_.now() - it->second < least) {
+  const bool may_hurry = host.last_network_change() == ledger_.now();
+  if (it != last_dial_.end() && ledger_.now() - it->second < least && !may_hurry) {
     violated(describe(host) + " dials again without waiting");
   }
   last_dial_[host.index()] = ledger_.now();

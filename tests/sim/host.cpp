@@ -104,6 +104,12 @@ void Host::report_trouble() {
   }
 }
 
+void Host::network_changed() {
+  if (!side_) return;
+  last_network_change_ = world_.schedule.now();
+  input(NetworkChanged{});
+}
+
 void Host::set_policy(Policy policy) {
   plan_.options.policy = policy;
   if (!side_) return;

@@ -83,6 +83,7 @@ class Host : public Party {
   void set_policy(Policy policy);
   // What a middleware reports now and then: lost samples, endpoints that do not fit.
   void report_trouble();
+  void network_changed();
   // Login, workers and graph are quick from now on, and logins do not expire.
   void calm();
   void set_path(int path) { path_ = path; }  // client: whom it dials
@@ -129,6 +130,7 @@ class Host : public Party {
   // Bytes of taken samples and received packets that the side still refers to.
   [[nodiscard]] std::uint64_t held_bytes() const { return *held_bytes_; }
   [[nodiscard]] TimePoint last_packet() const { return last_packet_; }
+  [[nodiscard]] TimePoint last_network_change() const { return last_network_change_; }
   [[nodiscard]] TimePoint last_open() const { return last_open_; }
   // Who logged in on a connection (server).
   [[nodiscard]] const Identity* identity_on(ConnectionId id) const;
@@ -205,7 +207,7 @@ class Host : public Party {
   std::set<ServiceMirrorId> failed_service_mirrors_;
   std::set<ServiceClientId> failed_service_clients_;
   std::shared_ptr<std::uint64_t> held_bytes_;
-  TimePoint last_packet_{}, last_open_{};
+  TimePoint last_packet_{}, last_open_{}, last_network_change_{};
 };
 
 }  // namespace connect_bridge::sim

@@ -76,6 +76,7 @@ void Weather::disturb_path(int path) {
       plan.delay = rng_.between(100us, 150ms);
       plan.jitter = rng_.between(0ms, plan.delay);
       network_.change(path, plan);
+      for (auto& host : hosts_) host->network_changed();
     }
   }
 }

@@ -8,6 +8,7 @@ namespace {
 
 // The largest message that every peer takes that does not say otherwise (docs/protocol.md).
 constexpr std::uint32_t kMessageBytesUntold = 64 << 20;
+constexpr Duration kProbeTimeMin = std::chrono::seconds(1);
 constexpr Duration kQuickTimePeriod = std::chrono::milliseconds(100);
 
 std::string_view as_text(ByteView bytes) {
@@ -39,6 +40,7 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
 void Connection::on_packet(bool text, const Payload& packet, const Now& now) {
   if (state_ == State::kClosed) return;
   last_heard_ = now.steady;
+  probe_ends_at_.reset();
   if (state_ != State::kOpen) {
     if (text) return fail(CloseCode::kIllegal, "text before login");
     return on_record(packet.view(), now);
@@ -180,8 +182,10 @@ void Connection::on_time(const Now& now) {
     if (now.steady >= login_deadline_) fail(CloseCode::kLoginTimeout, "no complete login in time");
     return;
   }
-  if (now.steady >= last_heard_ + options_.dead_after)
-    return fail(CloseCode::kSilent, "nothing heard from the peer");
+  if (now.steady >= silent_at())
+    return fail(CloseCode::kSilent, probe_ends_at_
+                                        ? "nothing heard from the peer since the network changed"
+                                        : "nothing heard from the peer");
   if (const auto ack = acknowledger_.take_due(now.steady)) outbox_.push_small(*ack);
   outbox_.on_time(now);
   if (now.steady >= next_time_request_) {
@@ -193,6 +197,16 @@ void Connection::on_time(const Now& now) {
     next_time_request_ =
         now.steady + (quick ? std::min(kQuickTimePeriod, time_period_) : time_period_);
   }
+}
+
+void Connection::probe(const Now& now) {
+  if (state_ != State::kOpen || probe_ends_at_) return;
+  probe_ends_at_ = now.steady + std::max(options_.dead_after / 3, kProbeTimeMin);
+  next_time_request_ = now.steady;
+}
+
+TimePoint Connection::silent_at() const {
+  return probe_ends_at_ ? std::min(dead_at(), *probe_ends_at_) : dead_at();
 }
 
 void Connection::send(const Control& message) {
@@ -221,7 +235,7 @@ std::optional<Packet> Connection::next_packet(const Now& now) {
 std::optional<TimePoint> Connection::deadline() const {
   if (state_ == State::kClosed) return std::nullopt;
   if (state_ != State::kOpen) return login_deadline_;
-  TimePoint first = std::min(last_heard_ + options_.dead_after, next_time_request_);
+  TimePoint first = std::min(silent_at(), next_time_request_);
   if (auto ack = acknowledger_.deadline()) first = std::min(first, *ack);
   if (auto paced = outbox_.deadline()) first = std::min(first, *paced);
   return first;

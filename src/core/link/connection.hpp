@@ -85,6 +85,9 @@ class Connection {
   // From now on an open connection has a user; it is given one before the next input.
   void carry(ConnectionUser& user) { user_ = &user; }
   void on_time(const Now& now);
+  // The network has changed: a peer that can still be reached is heard within a third of
+  // dead_after, or a second if that is longer.
+  void probe(const Now& now);
   void close() { state_ = State::kClosed; }
   void fail(CloseCode code, std::string reason);
   [[nodiscard]] const std::optional<Error>& failure() const { return failure_; }
@@ -110,6 +113,8 @@ class Connection {
   void set_peer_message_bytes_max(std::uint32_t bytes) { peer_.message_bytes_max = bytes; }
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
   [[nodiscard]] TimePoint last_heard() const { return last_heard_; }
+  // When a silent peer counts as gone.
+  [[nodiscard]] TimePoint dead_at() const { return last_heard_ + options_.dead_after; }
   [[nodiscard]] std::uint64_t received_bytes() const { return acknowledger_.received_bytes(); }
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t open_bytes() const { return reassembly_.open_bytes(); }
@@ -123,6 +128,7 @@ class Connection {
   Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
   Result<bool> on_data(Result<std::optional<InMessage>> whole, const Now& now);
   void opened(const Now& now);
+  [[nodiscard]] TimePoint silent_at() const;
 
   ConnectionOptions options_;
   ConnectionId id_;
@@ -133,6 +139,7 @@ class Connection {
   Peer peer_;
   TimePoint login_deadline_;
   TimePoint last_heard_;
+  std::optional<TimePoint> probe_ends_at_;
   TimePoint next_time_request_{};
   Duration time_period_;
   std::deque<Stamp> time_asked_;  // t1 of the requests without an answer

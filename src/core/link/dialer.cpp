@@ -14,6 +14,7 @@ void Dialer::failed(TimePoint now, bool login_refused, Random& random) {
       longest / 2 + Duration(random.below(static_cast<std::uint64_t>(longest.count() / 2 + 1)));
   if (login_refused) wait = std::max(wait, options_.refused_retry);
   next_ = now + wait;
+  not_before_ = login_refused ? *next_ : TimePoint{};
 }
 
 }  // namespace connect_bridge

@@ -1,6 +1,7 @@
 // When a client dials: exponential back-off with jitter, without end.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "core/base/ids.hpp"
@@ -28,6 +29,11 @@ class Dialer {
     return true;
   }
   void opened() { failures_ = 0; }
+  // Who waits for the next attempt waits no longer, but after a refused login.
+  void hurry(TimePoint now) {
+    failures_ = 0;
+    if (next_) next_ = std::min(*next_, std::max(now, not_before_));
+  }
   // The dial or the connection failed; sets the next attempt.
   void failed(TimePoint now, bool login_refused, Random& random);
   void stop() { next_.reset(); }
@@ -37,6 +43,7 @@ class Dialer {
  private:
   DialerOptions options_;
   std::optional<TimePoint> next_ = TimePoint{};
+  TimePoint not_before_{};
   int failures_ = 0;
 };
 

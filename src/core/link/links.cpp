@@ -233,6 +233,15 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   lose(*link, left_for_good(input.code), now);
 }
 
+// A server's peers come back by themselves.
+void Links::on(NetworkChanged&, const Now& now) {
+  if (options_.role != Role::kClient || stopped_) return;
+  for (auto& [id, link] : links_)
+    if (link.connection) link.connection->probe(now);
+  dialer_.hurry(now.steady);
+  dial_if_due(now);
+}
+
 // A client that says goodbye needs no place any more. A server that does so is mostly restarted:
 // its mirrors wait for it as after any loss.
 bool Links::left_for_good(std::optional<std::uint16_t> code) const {
@@ -250,7 +259,7 @@ bool Links::end_failed(const Now& now) {
                                       " (" + std::string(name_of(error.code)) + ")");
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
-    lose(link, error.code == CloseCode::kSilent, now);
+    lose(link, error.code == CloseCode::kSilent && now.steady >= link.connection->dead_at(), now);
     any = true;
   }
   return any;

@@ -71,6 +71,7 @@ class Links {
   void on(DialFailed& input, const Now& now);
   void on(PacketReceived& input, const Now& now);
   void on(ConnectionClosed& input, const Now& now);
+  void on(NetworkChanged& input, const Now& now);
   void on(Authenticated& input, const Now& now);
   void on_time(const Now& now);
   // Closes the connections that have failed while an input was handled; to be called after each.

@@ -156,6 +156,9 @@ struct ConnectionClosed {
   std::optional<std::uint16_t> code;
   std::string reason;
 };
+// The machine's addresses or routes have changed: a connection may be dead without a word, a dial
+// may succeed now.
+struct NetworkChanged {};
 // The answer to Authenticate. Without an identity the login is refused; `reason` is for our log
 // only.
 struct Authenticated {
@@ -184,7 +187,7 @@ using Input =
     std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
                  PublishFailed, QosIncompatible, RequestTaken, CallersGone, ServiceReady,
                  ResponseTaken, InvocationFailed, ServiceMirrorFailed, ServiceClientFailed,
-                 ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed, Authenticated,
-                 JobDone, PolicyChanged, StopRequested, TimePassed>;
+                 ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed, NetworkChanged,
+                 Authenticated, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

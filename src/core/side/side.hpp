@@ -72,6 +72,7 @@ class Side final : private LinksUser {
   void on(DialFailed& input, const Now& now) { links_.on(input, now); }
   void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
   void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
+  void on(NetworkChanged& input, const Now& now) { links_.on(input, now); }
   void on(Authenticated& input, const Now& now) { links_.on(input, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);

@@ -163,6 +163,27 @@ TEST(ConnectionOpen, ASilentPeerIsDead) {
   EXPECT_EQ(script.pass(5000), "failed 4008");
 }
 
+TEST(ConnectionOpen, AfterAChangeOfTheNetworkAPeerIsHeardSoonOrGone) {
+  auto script = open_server();
+  script.pass(1700);
+  script.sent();
+  script.link.probe(now_ms(1700));
+  EXPECT_EQ(script.pass(1700), "-");
+  EXPECT_EQ(script.sent(), "ask\n");
+  EXPECT_EQ(script.pass(2600), "-");
+  EXPECT_EQ(script.binary({}), "-");
+  EXPECT_EQ(script.pass(5599), "-");  // as ever
+}
+
+TEST(ConnectionOpen, WhoIsSilentAfterAChangeOfTheNetworkIsGone) {
+  auto script = open_server();
+  script.link.probe(now_ms(0));
+  EXPECT_EQ(script.pass(900), "-");
+  script.link.probe(now_ms(900));  // another change gives no more time
+  EXPECT_EQ(script.pass(999), "-");
+  EXPECT_EQ(script.pass(1000), "failed 4008");
+}
+
 TEST(ConnectionOpen, ControlTextsThatBackUpEndTheLink) {
   auto tight = options(false);
   tight.outbox.control_bytes_max = 10;

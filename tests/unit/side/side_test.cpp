@@ -42,6 +42,24 @@ TEST(Side, AFailedDialIsTriedAgain) {
   EXPECT_EQ(s.status().last_failure, "refused");
 }
 
+TEST(Side, AfterAChangeOfTheNetworkItDialsAtOnce) {
+  Script s(client());
+  s.give(TimePassed{});
+  for (std::uint32_t dial = 1; dial < 8; ++dial) {
+    s.give(DialFailed{{dial}, "refused"});
+    s.pass(1500);
+  }
+  s.give(DialFailed{{8}, "refused"});
+  s.did();
+  s.give(NetworkChanged{});
+  EXPECT_EQ(s.did(), "dial 9\n");
+  s.give(NetworkChanged{});  // one at a time
+  EXPECT_EQ(s.did(), "");
+  s.give(DialFailed{{9}, "unreachable"});  // the next one follows soon
+  s.pass(200);
+  EXPECT_EQ(s.did(), "dial 10\n");
+}
+
 TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
   Script s(client());
   s.give(TimePassed{});
@@ -58,6 +76,7 @@ TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
   s.give(ConnectionOpened{{1}, "10.0.0.1"});
   s.did();
   s.lose(1, 4003);
+  s.give(NetworkChanged{});
   s.pass(4999);
   EXPECT_EQ(s.did(), "");
   s.pass(1);

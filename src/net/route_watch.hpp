@@ -1,0 +1,39 @@
+// Tells when the machine's addresses or routes change: Wi-Fi goes, LTE comes, a cable is pulled.
+#pragma once
+
+#include <array>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <functional>
+#include <string>
+
+namespace connect_bridge {
+
+// Hears the kernel by rtnetlink(7). Where that is forbidden it hears nothing, and says why.
+// Thread: that of the io_context.
+class RouteWatch {
+ public:
+  // `changed` is called some 100 ms after a change, and at most once a second.
+  RouteWatch(boost::asio::io_context& io, std::function<void()> changed);
+
+  // Why nothing is heard; empty if all is well.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  void listen();
+  void on_readable();
+  void tell_soon();
+
+  boost::asio::posix::stream_descriptor netlink_;
+  boost::asio::steady_timer timer_;
+  std::function<void()> changed_;
+  bool will_tell_ = false;
+  std::chrono::steady_clock::time_point told_at_{};
+  std::array<char, 16384> buffer_{};
+  std::string problem_;
+};
+
+// Whether one of the machine's interfaces has this address now.
+[[nodiscard]] bool is_own_address(const std::string& address);
+
+}  // namespace connect_bridge
