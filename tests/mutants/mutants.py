@@ -77,8 +77,12 @@ MUTANTS = [
            "if (options_.open_bytes_max == 0)"),
     # ---- link
     Mutant("silence unnoticed",
-           "if (now.steady >= last_heard_ + options_.dead_after)",
+           "if (now.steady >= silent_at())",
            "if (now.steady < last_heard_)"),
+    Mutant("a change of the network asks nobody",
+           "probe_ends_at_ = now.steady + std::max(...);", ""),
+    Mutant("what arrives in a bunch is a rate",
+           "if (has_stood(ack)) stood_end_ = sent_bytes_;", ""),
     Mutant("clock offset inverted",
            "((reply.t2 - reply.t1) + (reply.t3 - t4)) / 2",
            "((reply.t1 - reply.t2) + (t4 - reply.t3)) / 2"),
