@@ -4,6 +4,7 @@
 #include <openssl/ec.h>
 #include <openssl/evp.h>
 #include <openssl/pem.h>
+#include <openssl/rsa.h>
 #include <openssl/x509v3.h>
 
 #include <cstdio>
@@ -21,6 +22,16 @@ inline Key make_key() {
       EVP_PKEY_CTX_new_id(EVP_PKEY_EC, nullptr), &EVP_PKEY_CTX_free};
   EVP_PKEY_keygen_init(context.get());
   EVP_PKEY_CTX_set_ec_paramgen_curve_nid(context.get(), NID_X9_62_prime256v1);
+  EVP_PKEY_keygen(context.get(), &made);
+  return {made, &EVP_PKEY_free};
+}
+
+inline Key make_rsa_key() {
+  EVP_PKEY* made = nullptr;
+  const std::unique_ptr<EVP_PKEY_CTX, decltype(&EVP_PKEY_CTX_free)> context{
+      EVP_PKEY_CTX_new_id(EVP_PKEY_RSA, nullptr), &EVP_PKEY_CTX_free};
+  EVP_PKEY_keygen_init(context.get());
+  EVP_PKEY_CTX_set_rsa_keygen_bits(context.get(), 2048);
   EVP_PKEY_keygen(context.get(), &made);
   return {made, &EVP_PKEY_free};
 }
@@ -88,7 +99,10 @@ class Authority {
 
   Files sign(const std::string& name, const std::string& names, long begins_days = -1,
              long ends_days = 365) {
-    const Key key = make_key();
+    return sign(make_key(), name, names, begins_days, ends_days);
+  }
+  Files sign(const Key& key, const std::string& name, const std::string& names,
+             long begins_days = -1, long ends_days = 365) {
     const Certificate made = make_certificate(key.get(), name, names, certificate_.get(),
                                               key_.get(), begins_days, ends_days);
     Files files{folder_ + name + ".cert.pem", folder_ + name + ".key.pem"};
