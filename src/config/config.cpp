@@ -97,6 +97,7 @@ class ConfigMaker {
     config_.tls.private_key = values_.text("tls.private_key");
     config_.tls.ca = values_.text("tls.ca");
     config_.tls.server_name = values_.text("tls.server_name");
+    config_.tls.pins = values_.list("tls.pin");
     const bool certificate = values_.given("tls.certificate");
     const bool key = values_.given("tls.private_key");
     if (certificate && !key) add("tls.private_key", "", "the key of tls.certificate");
@@ -136,7 +137,7 @@ class ConfigMaker {
     if (!dial) return;
     config_.dial = *dial;
     if (dial->tls) return;
-    for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate"}) {
+    for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
     }
     if (!syntax::is_loopback(dial->host)) {

@@ -33,6 +33,7 @@ struct TlsConfig {
   std::string certificate, private_key;  // both or none
   std::string ca;           // whom to trust; empty: client the system's store, server nobody asked
   std::string server_name;  // client: name to verify; empty: the URL's host
+  std::vector<std::string> pins;  // client: SHA-256 of public keys in base64; empty: any key
 };
 
 // Where the token comes from, strongest first: `token`, `token_file`, the environment variable.

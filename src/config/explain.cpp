@@ -56,10 +56,15 @@ std::string dial_text(const Config& config) {
   const std::string url = syntax::url_to_show(config.dial.url);
   if (!config.dial.tls) return fmt::format("dials: {}, without TLS", url);
   const std::string& name = config.tls.server_name;
-  std::string text =
-      fmt::format("dials: {}, with TLS; the certificate must be for {} and signed by {}", url,
-                  name.empty() ? config.dial.host : name,
-                  config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
+  const Names& pins = config.tls.pins;
+  std::string text = fmt::format("dials: {}, with TLS; the ", url);
+  if (!pins.empty())
+    text += fmt::format("server's public key must have the pin {}", joined(pins, "or"));
+  if (!pins.empty() && !config.tls.ca.empty()) text += ", and the ";
+  if (pins.empty() || !config.tls.ca.empty())
+    text += fmt::format("certificate must be for {} and signed by {}",
+                        name.empty() ? config.dial.host : name,
+                        config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
   if (!config.tls.certificate.empty()) text += "; shows " + config.tls.certificate;
   return text;
 }

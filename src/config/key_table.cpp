@@ -99,6 +99,15 @@ void add_tls(Rows& rows) {
                   .used_by = UsedBy::kClient,
                   .help = "Name that the server's certificate must carry, where it is not the "
                           "host of the URL."});
+  rows.push_back({.section = section,
+                  .key = "tls.pin",
+                  .type = ParameterType::kStrings,
+                  .fallback = Strings{},
+                  .syntax = check_pin,
+                  .used_by = UsedBy::kClient,
+                  .help = "SHA-256 of the public keys that the server may have, in base64. With "
+                          "tls.ca both must hold; without it the key alone decides, and the "
+                          "certificate may be self-signed, expired or for another name."});
 }
 
 void add_names(Rows& rows) {

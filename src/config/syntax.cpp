@@ -260,6 +260,17 @@ Complaint check_not_empty(std::string_view text) {
   return expect(!text.empty(), "a text that is not empty");
 }
 
+// 32 bytes in base64. The last letter before the '=' carries four bits only.
+Complaint check_pin(std::string_view text) {
+  constexpr std::string_view kLastLetters = "AEIMQUYcgkosw048";
+  const bool fine = text.size() == 44 && text[43] == '=' &&
+                    kLastLetters.find(text[42]) != std::string_view::npos &&
+                    consists_of(text.substr(0, 43), [](char c) {
+                      return is_letter(c) || is_digit(c) || c == '+' || c == '/';
+                    });
+  return expect(fine, "a SHA-256 of a public key in base64: 43 characters and one '='");
+}
+
 Complaint check_token(std::string_view text) {
   const bool printable = consists_of(text, [](char c) { return c > ' ' && c < 0x7f; });
   return expect(printable && text.size() <= kTokenBytesMax,

@@ -34,6 +34,7 @@ Complaint check_type(std::string_view text);
 Complaint check_rule_name(std::string_view text);
 Complaint check_word(std::string_view text);  // [a-z0-9_]+
 Complaint check_not_empty(std::string_view text);
+Complaint check_pin(std::string_view text);
 Complaint check_token(std::string_view text);
 
 }  // namespace connect_bridge::syntax

@@ -28,13 +28,14 @@ struct Dialing::Response {
   websocket::response_type http;
 };
 
-Dialing::Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets)
+Dialing::Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets, TlsContext tls)
     : io_(io),
       options_(std::move(options)),
       sockets_(std::move(sockets)),
       resolver_(io),
       deadline_(io),
       attempt_(io),
+      tls_(std::move(tls)),
       response_(std::make_unique<Response>()) {}
 
 Dialing::~Dialing() = default;
@@ -48,12 +49,7 @@ void Dialing::start(Done done) {
     const auto self = weak.lock();
     if (self && !error) self->fail("no answer in time (" + self->stage_ + ")");
   });
-  if (options_.url.secure) {
-    std::string problem;
-    tls_ = make_client_tls(options_.tls, problem);
-    if (!tls_) return cancel(problem);
-  }
-  resolve();
+  if (!options_.url.secure || tls_) resolve();
 }
 
 void Dialing::resolve() {
@@ -106,7 +102,7 @@ void Dialing::on_connected(const Endpoint& endpoint, const ErrorCode& error) {
     return fail(failure_text(error, nullptr, {}));
   }
   tune_socket(socket_->next_layer().socket().native_handle(), sockets_);
-  if (tls_) return start_tls();
+  if (options_.url.secure) return start_tls();
   upgrade();
 }
 
@@ -119,12 +115,18 @@ void Dialing::start_tls() {
   Transport& transport = socket_->next_layer();
   transport.start_tls(tls_);
   expect_server(transport.tls(), server_name(), options_.tls.verify);
-  transport.async_tls_handshake(false, [self = shared_from_this()](ErrorCode error) {
-    if (!self->done_) return;
-    if (!error) return self->upgrade();
-    SSL* const tls = self->socket_->next_layer().tls();
-    self->fail("TLS: " + failure_text(error, tls, self->server_name()));
-  });
+  transport.async_tls_handshake(
+      false, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
+}
+
+void Dialing::on_tls(const ErrorCode& error) {
+  if (!done_) return;
+  SSL* const tls = socket_->next_layer().tls();
+  if (error) return fail("TLS: " + failure_text(error, tls, server_name()));
+  // Before the first byte of ours.
+  const std::string problem = pin_problem(tls, options_.tls.pins);
+  if (!problem.empty()) return fail("TLS: " + problem);
+  upgrade();
 }
 
 void Dialing::upgrade() {

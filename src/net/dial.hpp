@@ -21,7 +21,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   // The open WebSocket, or null and why not.
   using Done = std::function<void(std::shared_ptr<WebSocket>, std::string problem)>;
 
-  Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets);
+  // `tls`: for a secure URL; if it is null then, nothing is dialed, and cancel() has to tell why.
+  Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets, TlsContext tls);
   ~Dialing();
   // `done` is called once, never from inside start().
   void start(Done done);
@@ -38,6 +39,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void connect_next();
   void on_connected(const Endpoint& endpoint, const ErrorCode& error);
   void start_tls();
+  void on_tls(const ErrorCode& error);
   void upgrade();
   void on_upgraded(const ErrorCode& error);
   [[nodiscard]] std::string upgrade_problem(const ErrorCode& error) const;

@@ -53,7 +53,8 @@ std::string Listener::open(const ListenOptions& options) {
   accept_options->timeout = options.handshake_timeout;
   if (options.tls) {
     std::string problem;
-    accept_options->tls = make_server_tls(*options.tls, problem);
+    tls_.emplace(*options.tls);
+    accept_options->tls = tls_->get(problem);
     if (!accept_options->tls) return problem;
   }
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
@@ -73,6 +74,18 @@ std::string Listener::open(const ListenOptions& options) {
   if (!problem.empty()) return problem;
   accept();
   return {};
+}
+
+void Listener::check_files() {
+  const auto news = tls_ ? tls_->check() : std::nullopt;
+  if (!news) return;
+  if (news->used) {
+    auto changed = std::make_shared<AcceptOptions>(*options_);
+    std::string problem;
+    changed->tls = tls_->get(problem);
+    options_ = std::move(changed);
+  }
+  log(news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text);
 }
 
 std::string Listener::bind(const std::string& address, std::uint16_t port) {

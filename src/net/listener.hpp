@@ -5,6 +5,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -14,6 +15,7 @@
 #include "net/accept.hpp"
 #include "net/admission.hpp"
 #include "net/options.hpp"
+#include "net/tls_files.hpp"
 
 namespace connect_bridge {
 
@@ -36,6 +38,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   [[nodiscard]] std::string open(const ListenOptions& options);
   // Accepts no more and drops handshakes; no event follows.
   void close();
+
+  // Reads certificates that have changed: for handshakes that begin from now on. Once a second.
+  void check_files();
 
   [[nodiscard]] std::uint16_t port() const { return port_; }
   [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
@@ -64,6 +69,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   asio::steady_timer retry_;
   std::shared_ptr<Admission> admission_;
   std::shared_ptr<const AcceptOptions> options_;
+  std::optional<TlsFiles> tls_;
   std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
   std::unordered_map<std::string, Pace> paces_;  // of handshakes, by address
   Pace pace_{1, Duration::zero()};               // of all of them

@@ -7,6 +7,7 @@
 #include "net/listener.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket.hpp"
+#include "net/tls_files.hpp"
 
 namespace connect_bridge {
 
@@ -23,6 +24,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void watch_routes();
   void on_routes_changed();
   ConnectionId free_id();
+  TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
 
   asio::io_context& io;
@@ -32,6 +34,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
   std::unique_ptr<RouteWatch> routes;  // of who dials
+  ClientTls dial_options;              // what dial_tls was made of
+  std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
   bool stopped = false;
 };
@@ -47,6 +51,16 @@ ConnectionId Network::State::free_id() {
     id.value = ++last_id;
   } while (!id || connections.count(id) != 0 || dials.count(id) != 0);
   return id;
+}
+
+// Reading the system's authorities takes milliseconds: not at every try.
+TlsContext Network::State::client_tls(const DialOptions& options, std::string& problem) {
+  if (!options.url.secure) return nullptr;
+  if (!dial_tls || !(dial_options == options.tls)) {
+    dial_options = options.tls;
+    dial_tls.emplace(options.tls);
+  }
+  return dial_tls->get(problem);
 }
 
 void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
@@ -141,15 +155,26 @@ std::uint16_t Network::listen_port() const {
 
 void Network::dial(ConnectionId connection, const DialOptions& options) {
   state_->watch_routes();
-  const auto dialing = std::make_shared<Dialing>(state_->io, options, state_->sockets);
+  std::string problem;
+  TlsContext tls = state_->client_tls(options, problem);
+  const auto dialing =
+      std::make_shared<Dialing>(state_->io, options, state_->sockets, std::move(tls));
   state_->dials[connection] = dialing;
   dialing->start([weak = std::weak_ptr{state_}, connection, url = options.url](
-                     std::shared_ptr<WebSocket> socket, std::string problem) {
+                     std::shared_ptr<WebSocket> socket, std::string failure) {
     if (const auto state = weak.lock()) {
-      state->on_dialled(connection, url, std::move(socket), std::move(problem));
+      state->on_dialled(connection, url, std::move(socket), std::move(failure));
     }
   });
-  if (state_->stopped) dialing->cancel("this side stops");
+  if (state_->stopped) problem = "this side stops";
+  if (!problem.empty()) dialing->cancel(problem);
+}
+
+void Network::check_files() {
+  if (state_->listener) state_->listener->check_files();
+  const auto news = state_->dial_tls ? state_->dial_tls->check() : std::nullopt;
+  if (news && state_->events.log)
+    state_->events.log(Log{news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text});
 }
 
 void Network::ready() {

@@ -73,6 +73,10 @@ class Network {
   // Ends in ConnectionOpened or DialFailed.
   void dial(ConnectionId connection, const DialOptions& options);
 
+  // Call once a second: certificates, keys and authorities whose files have changed are read again,
+  // all together or not at all, for connections that begin from now on.
+  void check_files();
+
   // There may be something to send, and what was received has been handled. Call after each input.
   // Cheap where nothing is to be done.
   void ready();

@@ -26,6 +26,12 @@ struct ClientTls {
   bool verify = true;
   std::string certificate_file;  // PEM, shown to a server that wants one; empty: none
   std::string private_key_file;  // PEM
+  // SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With pins
+  // and without `ca_file` the key alone decides: neither name nor dates nor authority are looked
+  // at.
+  std::vector<std::string> pins;
+
+  bool operator==(const ClientTls&) const = default;
 };
 
 // Treatment of every TCP connection.

@@ -1,15 +1,20 @@
 #include "net/tls.hpp"
 
 #include <openssl/err.h>
+#include <openssl/evp.h>
+#include <openssl/sha.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
+#include <algorithm>
+#include <array>
 #include <boost/asio/error.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ssl/error.hpp>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 
 namespace connect_bridge {
 namespace {
@@ -122,6 +127,17 @@ std::string certificate_problem(long result, const std::string& name) {
   }
 }
 
+struct Free {
+  void operator()(X509* certificate) const { X509_free(certificate); }
+  void operator()(BIO* bio) const { BIO_free(bio); }
+};
+
+std::string text_of(BIO* bio) {
+  char* begin = nullptr;
+  const long size = BIO_get_mem_data(bio, &begin);
+  return {begin, static_cast<std::size_t>(size)};
+}
+
 bool is_tls_reason(const ErrorCode& error, int reason) {
   return error.category() == asio::error::get_ssl_category() &&
          ERR_GET_REASON(static_cast<unsigned long>(error.value())) == reason;
@@ -155,7 +171,10 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
     problem = load_pair(native, options.certificate_file, options.private_key_file);
     if (!problem.empty()) return nullptr;
   }
-  SSL_CTX_set_verify(native, options.verify ? SSL_VERIFY_PEER : SSL_VERIFY_NONE, nullptr);
+  // A pin is enough by itself: what the certificate says beside the key is then nobody's word.
+  const bool by_pin_alone = !options.pins.empty() && options.ca_file.empty();
+  SSL_CTX_set_verify(native, options.verify && !by_pin_alone ? SSL_VERIFY_PEER : SSL_VERIFY_NONE,
+                     nullptr);
   if (!options.ca_file.empty()) {
     problem = load_authorities(native, options.ca_file);
   } else {
@@ -182,6 +201,38 @@ void expect_server(SSL* tls, const std::string& name, bool verify) {
     const auto bytes = address.to_v6().to_bytes();
     X509_VERIFY_PARAM_set1_ip(expected, bytes.data(), bytes.size());
   }
+}
+
+std::string pin_of(SSL* tls) {
+  const std::unique_ptr<X509, Free> certificate{SSL_get1_peer_certificate(tls)};
+  if (!certificate) return {};
+  unsigned char* encoded = nullptr;
+  const int size = i2d_X509_PUBKEY(X509_get_X509_PUBKEY(certificate.get()), &encoded);
+  if (size <= 0) return {};
+  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
+  SHA256(encoded, static_cast<std::size_t>(size), digest.data());
+  OPENSSL_free(encoded);
+  std::array<unsigned char, 4 * ((SHA256_DIGEST_LENGTH + 2) / 3) + 1> text{};
+  EVP_EncodeBlock(text.data(), digest.data(), static_cast<int>(digest.size()));
+  return reinterpret_cast<const char*>(text.data());
+}
+
+std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {
+  if (pins.empty()) return {};
+  const std::string seen = pin_of(tls);
+  if (std::find(pins.begin(), pins.end(), seen) != pins.end()) return {};
+  return "the server's public key has the pin " + seen + ", which is not in tls.pin";
+}
+
+std::string certificate_text(asio::ssl::context& context) {
+  const X509* const certificate = SSL_CTX_get0_certificate(context.native_handle());
+  if (certificate == nullptr) return {};
+  const std::unique_ptr<BIO, Free> name{BIO_new(BIO_s_mem())};
+  const std::unique_ptr<BIO, Free> end{BIO_new(BIO_s_mem())};
+  if (!name || !end) return {};
+  X509_NAME_print_ex(name.get(), X509_get_subject_name(certificate), 0, XN_FLAG_RFC2253);
+  ASN1_TIME_print(end.get(), X509_get0_notAfter(certificate));
+  return "certificate of '" + text_of(name.get()) + "', valid until " + text_of(end.get());
 }
 
 bool is_plain_http(const ErrorCode& error) {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "net/options.hpp"
 #include "net/transport.hpp"
@@ -17,6 +18,15 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem);
 
 // Client, before the handshake: whom to expect (name or address literal), if verification is on.
 void expect_server(SSL* tls, const std::string& name, bool verify);
+
+// SHA-256 of the public key (SPKI) that the other end has shown, in base64; empty: none.
+std::string pin_of(SSL* tls);
+// Client, after the handshake: empty if the server's key has one of the pins, or there are none.
+std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
+
+// Of the context's own certificate: "certificate of 'CN=robot', valid until ..."; empty: it has
+// none.
+std::string certificate_text(asio::ssl::context& context);
 
 // Why a connection failed. `tls` may be null; `name` is what expect_server() was told.
 std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name);

@@ -70,6 +70,7 @@ void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembl
   parts.dial.url = {config.dial.tls, config.dial.host, config.dial.port, config.dial.target};
   parts.dial.tls.ca_file = config.tls.ca;
   parts.dial.tls.server_name = config.tls.server_name;
+  parts.dial.tls.pins = config.tls.pins;
   parts.dial.tls.certificate_file = config.tls.certificate;
   parts.dial.tls.private_key_file = config.tls.private_key;
   parts.dial.timeout =

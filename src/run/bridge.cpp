@@ -119,6 +119,7 @@ void Bridge::every_second(double lag_ms) {
                                    " ms: all links waited");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
+  network_.check_files();
   const Config& config = parameters_.config();
   if (config.status_file.empty()) return;
   RunStatus run;

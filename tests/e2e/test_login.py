@@ -4,6 +4,7 @@ import pathlib
 import re
 import signal
 import socket
+import subprocess
 import time
 
 import pytest
@@ -118,6 +119,24 @@ def test_tls_with_a_test_authority(alone, authority):
         "named", scheme="wss", tls={"ca": str(authority / "ca.pem"), "server_name": "localhost"}
     )
     named.wait_linked()
+
+
+def test_a_new_certificate_and_a_pin(alone, authority, tmp_path):
+    own = {"certificate": str(tmp_path / "own.pem"), "private_key": str(tmp_path / "own.key")}
+    for file, made in zip(own.values(), ("server.pem", "server.key")):
+        pathlib.Path(file).write_bytes((authority / made).read_bytes())
+    alone.serve(tls=own)
+    trusting = {"tls": {"ca": str(authority / "ca.pem")}}
+    by_name = alone.client("by_name", scheme="wss", host="localhost", **trusting)
+    alone.carries(by_name)
+    words = ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
+    files = ["-keyout", own["private_key"], "-out", own["certificate"], "-subj", "/CN=other"]
+    subprocess.run(["openssl", *words, *files], check=True, capture_output=True)
+    alone.server.wait_for(r"changed and were read; certificate of 'CN=other'")
+    wrong = alone.client("wrong", scheme="wss", tls={"pin": ["A" * 43 + "="]})
+    pin = wrong.wait_for(r"has the pin (\S+), which is not in tls.pin").group(1)
+    alone.client("right", scheme="wss", tls={"pin": [pin]}).wait_linked()
+    assert by_name.text().count("link open") == 1 and "lost the link" not in by_name.text()
 
 
 def test_secrets_are_not_in_the_process_list(alone, domains, make_side):

@@ -145,6 +145,13 @@ const Case kCases[] = {
     {"url_plain", kClient, "url: ws://robot.example", "expected wss://, since the way leaves"},
     {"tls_unused", kClient, "{url: ws://localhost, tls: {ca: /ca.pem}}",
      "tls.ca: expected a url that begins with wss://"},
+    {"pin_of_a_server", kServer, "tls: {pin: [AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=]}",
+     "tls.pin"},
+    {"pin_without_tls", kClient,
+     "{url: ws://localhost, tls: {pin: [AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA=]}}",
+     "tls.pin: expected a url that begins with wss://"},
+    {"pin_in_hexadecimal", kClient, "tls: {pin: ['0badcafe']}",
+     "tls.pin: \"0badcafe\" is wrong, expected a SHA-256 of a public key in base64"},
     {"retry", kClient, "{retry_min: 5.0, retry_max: 1.0}",
      "retry_min: 5.0 is wrong, expected at "
      "most retry_max"},

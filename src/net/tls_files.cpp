@@ -1,0 +1,75 @@
+#include "net/tls_files.hpp"
+
+#include <openssl/x509.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstdlib>
+
+namespace connect_bridge {
+namespace {
+
+std::vector<std::string> without_empty(std::vector<std::string> files) {
+  std::erase_if(files, [](const std::string& file) { return file.empty(); });
+  return files;
+}
+
+// Where OpenSSL has the authorities that the system trusts.
+std::string system_store() {
+  const char* const given = std::getenv(X509_get_default_cert_file_env());
+  return given != nullptr ? given : X509_get_default_cert_file();
+}
+
+}  // namespace
+
+TlsFiles::TlsFiles(ServerTls options)
+    : files_(without_empty(
+          {options.certificate_file, options.private_key_file, options.client_ca_file})),
+      make_([options](std::string& problem) { return make_server_tls(options, problem); }) {}
+
+TlsFiles::TlsFiles(ClientTls options)
+    : files_(without_empty({options.certificate_file, options.private_key_file,
+                            options.ca_file.empty() ? system_store() : options.ca_file})),
+      make_([options](std::string& problem) { return make_client_tls(options, problem); }) {}
+
+TlsFiles::Stamp TlsFiles::stamp() const {
+  Stamp stamp;
+  for (const std::string& file : files_) {
+    struct stat facts {};
+    if (::stat(file.c_str(), &facts) != 0) {
+      stamp.push_back(errno);
+      continue;
+    }
+    for (const auto number :
+         {static_cast<std::int64_t>(facts.st_dev), static_cast<std::int64_t>(facts.st_ino),
+          static_cast<std::int64_t>(facts.st_size), std::int64_t{facts.st_mtim.tv_sec},
+          std::int64_t{facts.st_mtim.tv_nsec}, std::int64_t{facts.st_ctim.tv_sec},
+          std::int64_t{facts.st_ctim.tv_nsec}})
+      stamp.push_back(number);
+  }
+  return stamp;
+}
+
+TlsContext TlsFiles::get(std::string& problem) {
+  if (context_) return context_;
+  read_ = found_ = stamp();  // before reading: a change meanwhile is found later
+  return context_ = make_(problem);
+}
+
+std::optional<TlsFiles::News> TlsFiles::check() {
+  if (!context_) return std::nullopt;
+  Stamp now = stamp();
+  const bool still = now == found_;
+  found_ = std::move(now);
+  if (!still || found_ == read_) return std::nullopt;
+  read_ = found_;
+  std::string problem;
+  TlsContext made = make_(problem);
+  if (!made)
+    return News{false, "TLS: files have changed and are not used, those before stay: " + problem};
+  context_ = std::move(made);
+  const std::string own = certificate_text(*context_);
+  return News{true, "TLS: files have changed and were read" + (own.empty() ? "" : "; " + own)};
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,50 @@
+// A TLS context made of files, and made anew when these change.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "net/tls.hpp"
+
+namespace connect_bridge {
+
+// Handshakes that are under way and links that are open keep the context they began with. Files
+// that do not fit together, or cannot be read, change nothing. Thread: the loop's.
+class TlsFiles {
+ public:
+  struct News {
+    bool used = false;  // the new files; else those before stay
+    std::string text;   // what to log
+  };
+
+  explicit TlsFiles(ServerTls options);
+  explicit TlsFiles(ClientTls options);
+
+  // The context; reads the files if that has not succeeded yet. Null with `problem` set: the file
+  // and what is wrong with it.
+  TlsContext get(std::string& problem);
+
+  // Looks at the files, which costs a system call for each; call it once a second. What has changed
+  // is read at the second look that finds it so: certificate and key are written one after the
+  // other.
+  std::optional<News> check();
+
+ private:
+  using Make = std::function<TlsContext(std::string& problem)>;
+  // What the system tells of the files: it changes when one is written or replaced.
+  using Stamp = std::vector<std::int64_t>;
+
+  [[nodiscard]] Stamp stamp() const;
+
+  std::vector<std::string> files_;
+  Make make_;
+  TlsContext context_;
+  Stamp read_;   // of what was tried last
+  Stamp found_;  // by the last look
+};
+
+}  // namespace connect_bridge
