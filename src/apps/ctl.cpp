@@ -5,6 +5,7 @@
 #include <sstream>
 #include <string>
 
+#include "apps/ctl_certs.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
 
@@ -48,7 +49,11 @@ int main(int argc, char** argv) {
   document->add_option("manual", manual,
                        "A text to print with the table in place of its line @TABLES@");
 
+  connect_bridge::CertificateOrder order;
+  auto* certs = connect_bridge::add_certs_command(app, order);
+
   CLI11_PARSE(app, argc, argv);
+  if (*certs) return connect_bridge::run_certs(order);
   if (*check) return connect_bridge::check_file(file, role);
   return *document ? print_document(manual) : 0;
 }

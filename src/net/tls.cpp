@@ -205,9 +205,12 @@ void expect_server(SSL* tls, const std::string& name, bool verify) {
 
 std::string pin_of(SSL* tls) {
   const std::unique_ptr<X509, Free> certificate{SSL_get1_peer_certificate(tls)};
-  if (!certificate) return {};
+  return certificate ? pin_of_certificate(certificate.get()) : "";
+}
+
+std::string pin_of_certificate(const X509* certificate) {
   unsigned char* encoded = nullptr;
-  const int size = i2d_X509_PUBKEY(X509_get_X509_PUBKEY(certificate.get()), &encoded);
+  const int size = i2d_X509_PUBKEY(X509_get_X509_PUBKEY(certificate), &encoded);
   if (size <= 0) return {};
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
   SHA256(encoded, static_cast<std::size_t>(size), digest.data());

@@ -19,7 +19,9 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem);
 // Client, before the handshake: whom to expect (name or address literal), if verification is on.
 void expect_server(SSL* tls, const std::string& name, bool verify);
 
-// SHA-256 of the public key (SPKI) that the other end has shown, in base64; empty: none.
+// SHA-256 of the certificate's public key (SPKI), in base64; empty: none.
+std::string pin_of_certificate(const X509* certificate);
+// The same of what the other end has shown.
 std::string pin_of(SSL* tls);
 // Client, after the handshake: empty if the server's key has one of the pins, or there are none.
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);

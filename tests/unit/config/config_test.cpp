@@ -383,20 +383,6 @@ rule:
           "member of crew, whatever rules allow\n"));
 }
 
-TEST(ConfigExplain, PinsOfTheServer) {
-  const std::string pin(42, 'A');
-  const ParameterMap by_pin{{"url", "wss://robot.example"},
-                            {"tls.pin", std::vector<std::string>{pin + "A=", pin + "E="}}};
-  EXPECT_THAT(explain(config_of(by_pin, Role::kClient)),
-              HasSubstr("with TLS; the server's public key must have the pin " + pin + "A= or " +
-                        pin + "E=\n"));
-  ParameterMap both = by_pin;
-  both["tls.ca"] = "/ca.pem";
-  EXPECT_THAT(explain(config_of(both, Role::kClient)),
-              HasSubstr(pin + "E=, and the certificate must be for robot.example and signed by "
-                              "/ca.pem\n"));
-}
-
 TEST(ConfigExplain, Client) {
   const Config config =
       config_of({{"url", "wss://robot.example/c?key=hush"}, {"prefix", "/r1"}}, Role::kClient);

@@ -1,0 +1,60 @@
+#include "apps/ctl_certs.hpp"
+
+#include <cstdio>
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kDaysMax = 3650;
+
+void print_lines(const CertificateOrder& order) {
+  const char* const folder = order.folder.c_str();
+  const bool server = !order.hosts.empty();
+  if (server && order.clients.empty()) {
+    std::printf(
+        "The server's parameters:\n  tls: {certificate: %s/server.crt, private_key: "
+        "%s/server.key}\nA client's, with a copy of ca.crt:\n  tls: {ca: %s/ca.crt}\n",
+        folder, folder, folder);
+    return;
+  }
+  std::printf(
+      "The server's parameters:\n  tls: {certificate: %s/server.crt, private_key: "
+      "%s/server.key, ca: %s/ca.crt}\n",
+      folder, folder, folder);
+  for (const std::string& client : order.clients)
+    std::printf(
+        "Those of %s, with a copy of these three files:\n  tls: {ca: %s/ca.crt, "
+        "certificate: %s/client-%s.crt, private_key: %s/client-%s.key}\n",
+        client.c_str(), folder, folder, client.c_str(), folder, client.c_str());
+}
+
+}  // namespace
+
+CLI::App* add_certs_command(CLI::App& app, CertificateOrder& order) {
+  auto* certs = app.add_subcommand(
+      "certs",
+      "Make a private authority, and certificates of it for a server and for clients by name. An "
+      "authority that is in the folder already signs what is new. Nothing is overwritten.");
+  certs->add_option("folder", order.folder, "Where the files are put")->required();
+  certs->add_option("--host", order.hosts, "A name or address under which clients dial the server");
+  certs->add_option("--client", order.clients, "The name of a client");
+  certs->add_option("--group", order.groups, "A group of these clients, for rules");
+  certs->add_option("--days", order.days, "How long they are valid")
+      ->check(CLI::Range(1, kDaysMax))
+      ->capture_default_str();
+  return certs;
+}
+
+int run_certs(const CertificateOrder& order) {
+  const CertificatesMade made = make_certificates(order);
+  if (!made.problem.empty()) {
+    std::fprintf(stderr, "ctl certs: %s\n", made.problem.c_str());
+    return 2;
+  }
+  for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
+  if (!made.pin.empty()) std::printf("The pin of the server's key: %s\n", made.pin.c_str());
+  print_lines(order);
+  return 0;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,300 @@
+#include "net/authority.hpp"
+
+#include <fcntl.h>
+#include <openssl/err.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+#include <openssl/rand.h>
+#include <openssl/x509v3.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/ip/address.hpp>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <optional>
+
+#include "net/tls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr int kAuthorityDays = 3650;
+// The clock of a robot that has just started may be behind.
+constexpr long kEarlierSeconds = 86400;
+constexpr int kSerialBits = 159;            // RFC 5280 section 4.1.2.2: 20 bytes, positive
+constexpr std::size_t kCommonNameMax = 64;  // RFC 5280, upper bounds
+constexpr std::size_t kHostMax = 253;
+constexpr std::size_t kListMax = 100;
+
+struct Free {
+  void operator()(EVP_PKEY* key) const { EVP_PKEY_free(key); }
+  void operator()(X509* certificate) const { X509_free(certificate); }
+  void operator()(BIGNUM* number) const { BN_free(number); }
+  void operator()(BIO* bio) const { BIO_free(bio); }
+  void operator()(X509_EXTENSION* extension) const { X509_EXTENSION_free(extension); }
+};
+template <class T>
+using Owned = std::unique_ptr<T, Free>;
+
+// What OpenSSL refuses here is memory or randomness, which nobody can act on in another way.
+struct Failed {
+  std::string what;
+};
+void must(bool good, const char* what) {
+  if (!good) throw Failed{std::string{"OpenSSL cannot "} + what};
+}
+
+struct Signed {
+  Owned<X509> certificate;
+  Owned<EVP_PKEY> key;
+};
+
+struct Subject {
+  std::string common_name;
+  std::vector<std::string> organizations;
+  std::string alternatives;  // "DNS:robot,IP:10.0.0.1"; empty: none
+  const char* usage;         // "serverAuth"; null: an authority
+  int days = 0;
+};
+
+// A file that is to be written.
+struct Sheet {
+  std::string path;
+  std::string text;
+  bool secret = false;
+};
+
+void add_entry(X509_NAME* name, const char* field, const std::string& text) {
+  const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
+  must(X509_NAME_add_entry_by_txt(name, field, MBSTRING_UTF8, bytes, static_cast<int>(text.size()),
+                                  -1, 0) == 1,
+       "write a subject");
+}
+
+void add_extension(X509* certificate, X509* issuer, int kind, const std::string& value) {
+  X509V3_CTX context;
+  X509V3_set_ctx_nodb(&context);
+  X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
+  const Owned<X509_EXTENSION> made{X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
+  must(made && X509_add_ext(certificate, made.get(), -1) == 1, "write an extension");
+}
+
+void add_serial(X509* certificate) {
+  const Owned<BIGNUM> number{BN_new()};
+  must(number && BN_rand(number.get(), kSerialBits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1 &&
+           BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr,
+       "make a serial number");
+}
+
+void add_extensions(X509* certificate, X509* issuer, const Subject& subject) {
+  const bool authority = subject.usage == nullptr;
+  add_extension(certificate, issuer, NID_basic_constraints,
+                authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE");
+  add_extension(certificate, issuer, NID_key_usage,
+                authority ? "critical,keyCertSign,cRLSign" : "critical,digitalSignature");
+  add_extension(certificate, issuer, NID_subject_key_identifier, "hash");
+  if (authority) return;
+  add_extension(certificate, issuer, NID_authority_key_identifier, "keyid");
+  // A client's certificate must not make it a server.
+  add_extension(certificate, issuer, NID_ext_key_usage, subject.usage);
+  if (!subject.alternatives.empty())
+    add_extension(certificate, issuer, NID_subject_alt_name, subject.alternatives);
+}
+
+// Signed by `issuer`, or by itself.
+Signed sign(const Subject& subject, const Signed* issuer) {
+  Signed made{Owned<X509>{X509_new()}, Owned<EVP_PKEY>{EVP_EC_gen("P-256")}};
+  X509* const certificate = made.certificate.get();
+  must(certificate != nullptr && made.key != nullptr, "make a key");
+  const Signed& signer = issuer == nullptr ? made : *issuer;
+  X509_NAME* const name = X509_get_subject_name(certificate);
+  for (const std::string& organization : subject.organizations) add_entry(name, "O", organization);
+  add_entry(name, "CN", subject.common_name);
+  add_serial(certificate);
+  const int version3 = 2;
+  must(X509_set_version(certificate, version3) == 1 &&
+           X509_set_pubkey(certificate, made.key.get()) == 1 &&
+           X509_set_issuer_name(certificate, X509_get_subject_name(signer.certificate.get())) == 1,
+       "write a certificate");
+  must(X509_gmtime_adj(X509_getm_notBefore(certificate), -kEarlierSeconds) != nullptr &&
+           X509_time_adj_ex(X509_getm_notAfter(certificate), subject.days, 0, nullptr) != nullptr,
+       "write the dates of a certificate");
+  add_extensions(certificate, signer.certificate.get(), subject);
+  must(X509_sign(certificate, signer.key.get(), EVP_sha256()) > 0, "sign a certificate");
+  return made;
+}
+
+std::string text_of(BIO* bio) {
+  char* begin = nullptr;
+  const long size = BIO_get_mem_data(bio, &begin);
+  return {begin, static_cast<std::size_t>(size)};
+}
+
+// NAME.crt and NAME.key.
+void add_sheets(const std::string& name, const Signed& made, std::vector<Sheet>& sheets) {
+  const Owned<BIO> certificate{BIO_new(BIO_s_mem())};
+  const Owned<BIO> key{BIO_new(BIO_s_mem())};
+  must(certificate && PEM_write_bio_X509(certificate.get(), made.certificate.get()) == 1,
+       "write a certificate");
+  must(key && PEM_write_bio_PrivateKey(key.get(), made.key.get(), nullptr, nullptr, 0, nullptr,
+                                       nullptr) == 1,
+       "write a key");
+  sheets.push_back({name + ".crt", text_of(certificate.get()), false});
+  sheets.push_back({name + ".key", text_of(key.get()), true});
+}
+
+bool exists(const std::string& path) {
+  struct stat unused {};
+  return ::lstat(path.c_str(), &unused) == 0;
+}
+
+bool is_host(const std::string& text) {
+  ErrorCode no_address;
+  static_cast<void>(asio::ip::make_address(text, no_address));
+  if (!no_address) return true;
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '.';
+  };
+  return !text.empty() && text.size() <= kHostMax && text.front() != '.' && text.front() != '-' &&
+         std::all_of(text.begin(), text.end(), allowed);
+}
+
+// Also a part of a file's name.
+bool is_name(const std::string& text) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_' || c == '.' || c == '@';
+  };
+  return !text.empty() && text.size() <= kCommonNameMax && text.front() != '.' &&
+         std::all_of(text.begin(), text.end(), allowed);
+}
+
+std::string problem_of(const CertificateOrder& order) {
+  if (order.hosts.empty() && order.clients.empty()) return "name a host of the server or a client";
+  if (std::max({order.hosts.size(), order.clients.size(), order.groups.size()}) > kListMax)
+    return "at most " + std::to_string(kListMax) + " hosts, clients and groups";
+  for (const std::string& host : order.hosts)
+    if (!is_host(host)) return "'" + host + "' is neither the name of a host nor an IP address";
+  for (const auto* names : {&order.clients, &order.groups})
+    for (const std::string& name : *names)
+      if (!is_name(name))
+        return "'" + name + "': a name has 1 to 64 letters, digits or any of - _ . @";
+  return {};
+}
+
+std::string alternatives_of(const std::vector<std::string>& hosts) {
+  std::string text;
+  for (const std::string& host : hosts) {
+    ErrorCode no_address;
+    static_cast<void>(asio::ip::make_address(host, no_address));
+    text += (text.empty() ? "" : ",") + std::string{no_address ? "DNS:" : "IP:"} + host;
+  }
+  return text;
+}
+
+// What the folder has already; without a key if there is none.
+std::optional<Signed> read_authority(const std::string& name, std::string& problem) {
+  const Owned<BIO> certificate{BIO_new_file((name + ".crt").c_str(), "r")};
+  const Owned<BIO> key{BIO_new_file((name + ".key").c_str(), "r")};
+  Signed read;
+  if (certificate)
+    read.certificate.reset(PEM_read_bio_X509(certificate.get(), nullptr, nullptr, nullptr));
+  const auto no_passphrase = [](char*, int, int, void*) { return 0; };
+  if (key) read.key.reset(PEM_read_bio_PrivateKey(key.get(), nullptr, no_passphrase, nullptr));
+  ERR_clear_error();
+  if (read.certificate && read.key &&
+      X509_check_private_key(read.certificate.get(), read.key.get()) == 1)
+    return read;
+  problem = name + ".crt and " + name + ".key are no authority to sign with: the certificate and " +
+            "its key, without a passphrase, are both needed";
+  return std::nullopt;
+}
+
+Signed new_authority() {
+  // Two authorities must not have one name: who trusts both could not tell whose signature it is.
+  unsigned char random[4];
+  must(RAND_bytes(random, sizeof random) == 1, "make random numbers");
+  char text[2 * sizeof random + 1];
+  for (std::size_t i = 0; i < sizeof random; ++i)
+    std::snprintf(text + 2 * i, 3, "%02x", static_cast<unsigned>(random[i]));
+  Subject subject;
+  subject.common_name = std::string{"ROS2 Connect authority "} + text;
+  subject.usage = nullptr;
+  subject.days = kAuthorityDays;
+  return sign(subject, nullptr);
+}
+
+std::string write(const Sheet& sheet) {
+  const int mode = sheet.secret ? 0600 : 0644;
+  const int file = ::open(sheet.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  if (file < 0) return sheet.path + " cannot be written: " + std::strerror(errno);
+  const ssize_t written = ::write(file, sheet.text.data(), sheet.text.size());
+  const bool closed = ::close(file) == 0;
+  if (written == static_cast<ssize_t>(sheet.text.size()) && closed) return {};
+  ::unlink(sheet.path.c_str());
+  return sheet.path + " cannot be written: the disk may be full";
+}
+
+// All of them, or none.
+std::string write_all(const std::vector<Sheet>& sheets) {
+  for (std::size_t i = 0; i < sheets.size(); ++i) {
+    const std::string problem = write(sheets[i]);
+    if (problem.empty()) continue;
+    for (std::size_t done = 0; done < i; ++done) ::unlink(sheets[done].path.c_str());
+    return problem;
+  }
+  return {};
+}
+
+CertificatesMade make(const CertificateOrder& order) {
+  CertificatesMade result;
+  const std::string before = order.folder + "/";
+  std::vector<Sheet> sheets;
+  std::optional<Signed> authority;
+  if (exists(before + "ca.crt") || exists(before + "ca.key")) {
+    authority = read_authority(before + "ca", result.problem);
+    if (!authority) return result;
+  } else {
+    authority = new_authority();
+    add_sheets(before + "ca", *authority, sheets);
+  }
+  if (!order.hosts.empty()) {
+    const std::string& first = order.hosts.front();
+    const std::string name = first.size() <= kCommonNameMax ? first : "server";
+    const Signed made =
+        sign({name, {}, alternatives_of(order.hosts), "serverAuth", order.days}, &*authority);
+    result.pin = pin_of_certificate(made.certificate.get());
+    add_sheets(before + "server", made, sheets);
+  }
+  for (const std::string& client : order.clients)
+    add_sheets(before + "client-" + client,
+               sign({client, order.groups, {}, "clientAuth", order.days}, &*authority), sheets);
+  for (const Sheet& sheet : sheets)
+    if (exists(sheet.path)) result.problem = sheet.path + " exists already and is not overwritten";
+  if (result.problem.empty() && ::mkdir(order.folder.c_str(), 0700) != 0 && errno != EEXIST)
+    result.problem = "the folder " + order.folder + " cannot be made: " + std::strerror(errno);
+  if (result.problem.empty()) result.problem = write_all(sheets);
+  if (!result.problem.empty()) return result;
+  for (const Sheet& sheet : sheets) result.files.push_back(sheet.path);
+  return result;
+}
+
+}  // namespace
+
+CertificatesMade make_certificates(const CertificateOrder& order) {
+  CertificatesMade result;
+  result.problem = problem_of(order);
+  if (!result.problem.empty()) return result;
+  try {
+    return make(order);
+  } catch (const Failed& failed) {
+    result.problem = failed.what;
+    return result;
+  }
+}
+
+}  // namespace connect_bridge

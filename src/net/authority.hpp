@@ -1,0 +1,28 @@
+// A private authority for people who have none: makes certificates for a server and its clients.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace connect_bridge {
+
+struct CertificateOrder {
+  std::string folder;                // is made if it is missing, for its owner alone
+  std::vector<std::string> hosts;    // names and addresses of the server; empty: no server's
+  std::vector<std::string> clients;  // a certificate for each; the name becomes its subject
+  std::vector<std::string> groups;   // of these clients, as organizations of the subject
+  int days = 365;                    // how long they are valid; the authority: ten years
+};
+
+struct CertificatesMade {
+  std::string problem;             // empty, or what is wrong; then nothing was written
+  std::vector<std::string> files;  // what was written
+  std::string pin;                 // of the server's key (tls.pin); empty: none was made
+};
+
+// The authority is ca.crt with ca.key; one that is there already signs what is new. The server's
+// are server.crt and server.key, a client's client-NAME.crt and client-NAME.key. Keys are for ECDSA
+// (P-256), their files readable by the owner alone. No file is overwritten.
+[[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);
+
+}  // namespace connect_bridge

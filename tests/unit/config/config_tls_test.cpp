@@ -1,0 +1,36 @@
+// What a configuration says of TLS.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "config/config.hpp"
+#include "config/explain.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::HasSubstr;
+
+Config config_of(const ParameterMap& given, Role role) {
+  Surroundings around;
+  around.token_in_environment = true;
+  const Parsed parsed = parse_config(given, role, around);
+  for (const Problem& problem : parsed.problems) ADD_FAILURE() << to_text(problem);
+  return parsed.config.value_or(Config{});
+}
+
+TEST(ConfigExplain, PinsOfTheServer) {
+  const std::string pin(42, 'A');
+  const ParameterMap by_pin{{"url", "wss://robot.example"},
+                            {"tls.pin", std::vector<std::string>{pin + "A=", pin + "E="}}};
+  EXPECT_THAT(explain(config_of(by_pin, Role::kClient)),
+              HasSubstr("with TLS; the server's public key must have the pin " + pin + "A= or " +
+                        pin + "E=\n"));
+  ParameterMap both = by_pin;
+  both["tls.ca"] = "/ca.pem";
+  EXPECT_THAT(explain(config_of(both, Role::kClient)),
+              HasSubstr(pin + "E=, and the certificate must be for robot.example and signed by "
+                              "/ca.pem\n"));
+}
+
+}  // namespace
+}  // namespace connect_bridge
