@@ -161,7 +161,8 @@ class ConfigMaker {
     const bool token = values_.given("auth.token");
     const bool file = values_.given("auth.token_file");
     if (token && file) add("auth.token_file", "", "either auth.token or auth.token_file");
-    if (values_.text("auth.method") == "none") {
+    if (config_.auth.method == "certificate") check_certificate_login();
+    if (config_.auth.method == "none" || config_.auth.method == "certificate") {
       for (const char* key : {"auth.token", "auth.token_file"}) {
         if (values_.given(key)) add(key, "", "auth.method: token beside it, else it has no effect");
       }
@@ -171,6 +172,16 @@ class ConfigMaker {
                       "CONNECT_BRIDGE_TOKEN{}",
                       is_server() ? " (or auth.method: none, on loopback only)" : ""));
     }
+  }
+
+  // Who logs in by certificate shows one, over TLS, to a server that asks for it.
+  void check_certificate_login() {
+    const char* const key = is_server() ? "tls.ca" : "tls.certificate";
+    if (values_.given(key)) return;
+    add(key, "",
+        is_server() ? "the authority that signs the clients' certificates, with auth.method: "
+                      "certificate"
+                    : "the certificate to log in with, with auth.method: certificate");
   }
 
   void check_files() {

@@ -38,7 +38,7 @@ struct TlsConfig {
 
 // Where the token comes from, strongest first: `token`, `token_file`, the environment variable.
 struct AuthConfig {
-  std::string method = "token";  // or "none"
+  std::string method = "token";  // "certificate", "none"
   std::string token;             // secret; empty: not given
   std::string token_file;
 };

@@ -71,6 +71,12 @@ std::string dial_text(const Config& config) {
 
 std::string login_text(const Config& config) {
   if (config.auth.method == "none") return "login: none";
+  if (config.auth.method == "certificate") {
+    return config.role == Role::kClient
+               ? "login: by certificate"
+               : "login: by the client's certificate, which names the identity (common name) and "
+                 "its groups (organizations)";
+  }
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";
   if (!config.auth.token_file.empty()) source = config.auth.token_file;
   if (!config.auth.token.empty()) source = "the parameter auth.token";

@@ -61,9 +61,10 @@ void add_login(Rows& rows) {
   rows.push_back({.section = section,
                   .key = "auth.method",
                   .fallback = "token",
-                  .words = {"token", "none"},
-                  .help = "How a client proves who it is. `none` is refused by a server that "
-                          "listens beyond loopback."});
+                  .words = {"token", "certificate", "none"},
+                  .help = "How a client proves who it is. `certificate`: by the one it shows "
+                          "(tls.ca at the server). `none` is refused by a server that listens "
+                          "beyond loopback."});
   rows.push_back({.section = section,
                   .key = "auth.token",
                   .syntax = check_token,

@@ -3,6 +3,7 @@
 #include <boost/asio/io_context.hpp>
 #include <unordered_map>
 
+#include "net/certified.hpp"
 #include "net/dial.hpp"
 #include "net/listener.hpp"
 #include "net/route_watch.hpp"
@@ -212,6 +213,11 @@ std::optional<SocketFacts> Network::facts(ConnectionId connection) const {
   const auto found = state_->find(connection);
   if (!found || !found->is_open()) return std::nullopt;
   return found->facts();
+}
+
+Certified Network::certified(ConnectionId connection) const {
+  const auto found = state_->find(connection);
+  return found && found->is_open() ? found->certified() : certified_by(nullptr);
 }
 
 NetworkCounts Network::counts() const {

@@ -19,6 +19,8 @@ class io_context;
 
 namespace connect_bridge {
 
+struct Certified;  // net/certified.hpp
+
 // Where the network's results go. `input` is called from the io_context only, never from inside a
 // call of Network; `next_packet` also from inside ready(). All of Network may be called from inside
 // `input`.
@@ -95,6 +97,8 @@ class Network {
   [[nodiscard]] bool all_closed() const;
 
   [[nodiscard]] std::optional<SocketFacts> facts(ConnectionId connection) const;
+  // Who the other end of an open connection is by its certificate.
+  [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <span>
 
+#include "net/certified.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/tls.hpp"
@@ -293,6 +294,10 @@ void Socket::check_address() {
   // An address with a scope ("fe80::1%eth0") belongs to its interface.
   if (!is_own_address(address.substr(0, address.find('%'))))
     end(std::nullopt, "the address " + address + " of this machine is gone", false);
+}
+
+Certified Socket::certified() const {
+  return certified_by(socket_->next_layer().tls());
 }
 
 SocketFacts Socket::facts() const {

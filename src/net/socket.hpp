@@ -15,6 +15,7 @@
 
 namespace connect_bridge {
 
+struct Certified;  // net/certified.hpp
 struct WebSocket;
 
 struct SocketSetup {
@@ -51,6 +52,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   // ConnectionClosed was delivered.
   [[nodiscard]] bool has_ended() const { return state_ == State::kEnding; }
   [[nodiscard]] SocketFacts facts() const;
+  [[nodiscard]] Certified certified() const;
 
  private:
   enum class State : std::uint8_t { kOpen, kClosing, kEnding };

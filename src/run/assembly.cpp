@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "auth/credential.hpp"
+#include "net/certified.hpp"
 #include "ros/types/type_supports.hpp"
 
 namespace connect_bridge {
@@ -40,7 +41,7 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
-void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembly) {
+void assemble_login(const Config& config, BridgeParts& parts, Assembly& assembly) {
   AuthOptions auth;
   auth.method = config.auth.method;
   auth.token = config.auth.token;
@@ -51,6 +52,11 @@ void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembl
   append(assembly.problems, setup.problems);
   append(assembly.warnings, setup.warnings);
   parts.authenticator = std::move(setup.authenticator);
+}
+
+void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembly) {
+  parts.certificate_login = config.auth.method == kCertificateLogin;
+  if (!parts.certificate_login) assemble_login(config, parts, assembly);
   parts.listen.address = config.listen.address;
   parts.listen.port = config.listen.port;
   parts.listen.path = config.listen.path;
@@ -61,8 +67,9 @@ void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembl
 }
 
 void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembly) {
-  Credential credential =
-      client_credential({config.auth.method, config.auth.token, config.auth.token_file});
+  // What a certificate proves, TLS has proved before the login.
+  const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
+  Credential credential = client_credential({secret, config.auth.token, config.auth.token_file});
   append(assembly.problems, credential.problems);
   append(assembly.warnings, credential.warnings);
   parts.side.credential = std::move(credential.bytes);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/overloaded.hpp"
+#include "net/certified.hpp"
 #include "run/status_json.hpp"
 
 namespace connect_bridge {
@@ -94,6 +95,12 @@ void Bridge::authenticate(const Authenticate& request) {
                                                               std::string reason) {
     loop_.feed(Authenticated{connection, std::move(identity), std::move(reason)});
   };
+  if (parts_.certificate_login) {
+    if (request.method != kCertificateLogin)
+      return answer(std::nullopt, "login method '" + request.method + "' instead of 'certificate'");
+    Certified certified = network_.certified(request.connection);
+    return answer(std::move(certified.identity), std::move(certified.reason));
+  }
   if (!parts_.authenticator) return answer(std::nullopt, "this side takes no logins");
   parts_.authenticator->check({request.method, request.credential, request.peer}, loop_.now(),
                               answer);

@@ -26,6 +26,7 @@ struct BridgeParts {
   Config config;
   SideOptions side;
   std::unique_ptr<Authenticator> authenticator;  // server
+  bool certificate_login = false;                // server: in place of an authenticator
   DialOptions dial;                              // client
   ListenOptions listen;                          // server
   SocketOptions sockets;

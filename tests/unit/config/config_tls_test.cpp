@@ -32,5 +32,18 @@ TEST(ConfigExplain, PinsOfTheServer) {
                               "/ca.pem\n"));
 }
 
+TEST(ConfigExplain, ALoginByCertificate) {
+  const ParameterMap server{{"auth.method", "certificate"},
+                            {"tls.certificate", "/c"},
+                            {"tls.private_key", "/k"},
+                            {"tls.ca", "/ca"}};
+  EXPECT_THAT(explain(config_of(server, Role::kServer)),
+              HasSubstr("login: by the client's certificate, which names the identity"));
+  ParameterMap client = server;
+  client.erase("tls.ca");
+  client["url"] = "wss://robot.example";
+  EXPECT_THAT(explain(config_of(client, Role::kClient)), HasSubstr("login: by certificate\n"));
+}
+
 }  // namespace
 }  // namespace connect_bridge

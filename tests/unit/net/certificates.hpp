@@ -56,9 +56,10 @@ inline Certificate make_certificate(EVP_PKEY* key, const std::string& common_nam
   X509_gmtime_adj(X509_getm_notBefore(made.get()), begins_days * 86400);
   X509_gmtime_adj(X509_getm_notAfter(made.get()), ends_days * 86400);
   X509_set_pubkey(made.get(), key);
-  X509_NAME_add_entry_by_txt(X509_get_subject_name(made.get()), "CN", MBSTRING_ASC,
-                             reinterpret_cast<const unsigned char*>(common_name.c_str()), -1, -1,
-                             0);
+  if (!common_name.empty())
+    X509_NAME_add_entry_by_txt(X509_get_subject_name(made.get()), "CN", MBSTRING_ASC,
+                               reinterpret_cast<const unsigned char*>(common_name.c_str()), -1, -1,
+                               0);
   X509* const signer = issuer == nullptr ? made.get() : issuer;
   X509_set_issuer_name(made.get(), X509_get_subject_name(signer));
   const bool authority = names.empty();

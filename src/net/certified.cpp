@@ -1,0 +1,81 @@
+#include "net/certified.hpp"
+
+#include <openssl/x509v3.h>
+
+#include <ctime>
+#include <memory>
+#include <vector>
+
+#include "core/wire/text.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kNameBytesMax = 128;
+constexpr std::size_t kGroupsMax = 32;
+constexpr Stamp kSecond = 1'000'000'000;
+
+struct Free {
+  void operator()(X509* certificate) const { X509_free(certificate); }
+  void operator()(GENERAL_NAMES* names) const { GENERAL_NAMES_free(names); }
+};
+
+// An authority signs what it is asked to: still no more than a name that can be shown.
+std::optional<std::string> name_of(const ASN1_STRING* text) {
+  unsigned char* utf8 = nullptr;
+  const int size = ASN1_STRING_to_UTF8(&utf8, text);
+  if (size < 0) return std::nullopt;
+  std::string name{reinterpret_cast<const char*>(utf8), static_cast<std::size_t>(size)};
+  OPENSSL_free(utf8);
+  if (name.empty() || name.size() > kNameBytesMax || !is_text(name)) return std::nullopt;
+  return name;
+}
+
+// All entries of this kind, or nothing if one of them is no name.
+std::optional<std::vector<std::string>> entries(X509_NAME* subject, int kind) {
+  std::vector<std::string> found;
+  for (int at = -1; (at = X509_NAME_get_index_by_NID(subject, kind, at)) >= 0;) {
+    const auto name = name_of(X509_NAME_ENTRY_get_data(X509_NAME_get_entry(subject, at)));
+    if (!name) return std::nullopt;
+    found.push_back(*name);
+  }
+  return found;
+}
+
+std::optional<std::string> alternative_name(X509* certificate) {
+  const std::unique_ptr<GENERAL_NAMES, Free> names{static_cast<GENERAL_NAMES*>(
+      X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr))};
+  for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* const entry = sk_GENERAL_NAME_value(names.get(), i);
+    if (entry->type == GEN_EMAIL || entry->type == GEN_DNS || entry->type == GEN_URI)
+      return name_of(entry->d.ia5);
+  }
+  return std::nullopt;
+}
+
+Certified refused(std::string reason) {
+  return {std::nullopt, std::move(reason)};
+}
+
+}  // namespace
+
+Certified certified_by(SSL* tls) {
+  const std::unique_ptr<X509, Free> shown{tls == nullptr ? nullptr
+                                                         : SSL_get1_peer_certificate(tls)};
+  if (!shown) return refused("no certificate was shown");
+  if (SSL_get_verify_result(tls) != X509_V_OK) return refused("the certificate was not verified");
+  X509_NAME* const subject = X509_get_subject_name(shown.get());
+  const auto names = entries(subject, NID_commonName);
+  const auto groups = entries(subject, NID_organizationName);
+  if (!names || !groups || names->size() > 1 || groups->size() > kGroupsMax)
+    return refused("the subject of the certificate is not one name with at most 32 groups");
+  const auto name = names->empty() ? alternative_name(shown.get()) : names->front();
+  if (!name) return refused("the certificate has neither a common name nor an alternative one");
+  std::tm end{};
+  if (ASN1_TIME_to_tm(X509_get0_notAfter(shown.get()), &end) != 1)
+    return refused("the certificate's end cannot be read");
+  Identity identity{*name, *groups, static_cast<Stamp>(::timegm(&end)) * kSecond};
+  return {std::move(identity), {}};
+}
+
+}  // namespace connect_bridge

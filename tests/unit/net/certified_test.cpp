@@ -1,0 +1,82 @@
+// Who a client is by its certificate.
+#include "net/certified.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "net/authority.hpp"
+#include "unit/net/certificates.hpp"
+#include "unit/net/harness.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class CertifiedTest : public testing::Test {
+ protected:
+  static Authority& authority() {
+    static Authority made{scratch_folder() + "certified_"};
+    return made;
+  }
+  static ListenOptions wanting(const std::string& ca) {
+    const auto own = authority().sign("robot", "IP:127.0.0.1");
+    ListenOptions options;
+    options.tls = ServerTls{own.certificate, own.key, ca};
+    return options;
+  }
+  // Whom a server takes a client for that shows this one.
+  static Certified shown(const Authority::Files& files, const std::string& ca = authority().ca) {
+    Pair pair{wanting(ca)};
+    EXPECT_EQ(pair.problem, "");
+    DialOptions dial = pair.dial_options("wss");
+    dial.tls.ca_file = authority().ca;
+    dial.tls.certificate_file = files.certificate;
+    dial.tls.private_key_file = files.key;
+    EXPECT_TRUE(pair.connect(dial)) << pair.client.failures[kDial];
+    return pair.server.opened.empty() ? Certified{}
+                                      : pair.server.network.certified(pair.accepted());
+  }
+};
+
+TEST_F(CertifiedTest, TheCommonNameIsTheIdentityAndTheOrganizationsTheGroups) {
+  const std::string folder = scratch_folder() + "certified_made";
+  ASSERT_EQ(make_certificates({folder, {}, {"alice"}, {"ops", "support"}, 2}).problem, "");
+  const Certified alice =
+      shown({folder + "/client-alice.crt", folder + "/client-alice.key"}, folder + "/ca.crt");
+  ASSERT_TRUE(alice.identity) << alice.reason;
+  EXPECT_EQ(alice.identity->name, "alice");
+  EXPECT_THAT(alice.identity->groups, ElementsAre("ops", "support"));
+  const Stamp in_two_days = (std::time(nullptr) + 2 * 86400) * std::int64_t{1'000'000'000};
+  EXPECT_NEAR(static_cast<double>(alice.identity->expires), static_cast<double>(in_two_days), 60e9);
+}
+
+TEST_F(CertifiedTest, WithoutACommonNameTheFirstAlternativeOneCounts) {
+  const Certified bob = shown(authority().sign("", "IP:10.0.0.1,email:bob@example.org,DNS:other"));
+  ASSERT_TRUE(bob.identity) << bob.reason;
+  EXPECT_EQ(bob.identity->name, "bob@example.org");
+  EXPECT_THAT(shown(authority().sign("", "IP:10.0.0.1")).reason,
+              HasSubstr("neither a common name"));
+}
+
+TEST_F(CertifiedTest, WhatIsNoNameIsRefused) {
+  EXPECT_FALSE(shown(authority().sign("alice\x1b[2J", "DNS:alice")).identity);
+}
+
+TEST_F(CertifiedTest, NobodyIsCertifiedWithoutACertificate) {
+  Pair plain;
+  ASSERT_TRUE(plain.connect());
+  EXPECT_THAT(plain.server.network.certified(plain.accepted()).reason,
+              HasSubstr("no certificate was shown"));
+  Pair pair{wanting("")};
+  DialOptions dial = pair.dial_options("wss");
+  dial.tls.ca_file = authority().ca;
+  ASSERT_TRUE(pair.connect(dial));
+  EXPECT_FALSE(pair.server.network.certified(pair.accepted()).identity);
+  EXPECT_FALSE(pair.server.network.certified({4711}).identity);
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
