@@ -35,11 +35,15 @@ struct TlsConfig {
   std::string server_name;  // client: name to verify; empty: the URL's host
 };
 
-// Where the token comes from, strongest first: `token`, `token_file`, the environment variable.
+// Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the
+// environment variable. The others are a server's, each of one method.
 struct AuthConfig {
-  std::string method = "token";  // or "none"
+  std::string method = "token";  // or "jwt", "plugin", "none"
   std::string token;             // secret; empty: not given
   std::string token_file;
+  std::string jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim;
+  std::vector<std::string> jwt_algorithms;
+  std::string plugin, plugin_options;  // the options may hold a secret
 };
 
 struct SocketConfig {
