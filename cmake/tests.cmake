@@ -39,11 +39,26 @@ function(connect_unit_tests name)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120 PROCESSORS ${slots})
 endfunction()
 
+# Login plugins: the example, one that misbehaves, and one of another version of the interface.
+function(connect_test_plugin name source)
+  add_library(${name} MODULE "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
+  target_include_directories(${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
+  target_compile_options(${name} PRIVATE -Wall -Wextra)
+  set_target_properties(${name} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/plugins")
+endfunction()
+
 if(core_tests AND TARGET connect_core)
   connect_unit_tests(core_tests connect_core)
 endif()
 if(unit_tests)
+  connect_test_plugin(auth_plugin examples/auth_plugin.c)
+  connect_test_plugin(odd_plugin tests/plugins/odd_plugin.cpp)
+  connect_test_plugin(late_plugin tests/plugins/odd_plugin.cpp)
+  target_compile_definitions(late_plugin PRIVATE ODD_ABI=2)
+  set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" PROPERTIES
+    COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
   connect_unit_tests(unit_tests connect_run connect_ros connect_net connect_auth connect_config connect_core)
+  add_dependencies(unit_tests auth_plugin odd_plugin late_plugin)
 endif()
 
 # sim: a program of its own that takes seeds, and every processor.
@@ -59,7 +74,7 @@ endif()
 # fuzz: one libFuzzer program per file.
 if(CONNECT_FUZZ)
   file(GLOB fuzz_sources CONFIGURE_DEPENDS "${tests}/fuzz/fuzz_*.cpp")
-  connect_available(layers connect_config connect_core)
+  connect_available(layers connect_auth connect_config connect_core)
   add_custom_target(fuzz_targets)
   foreach(source ${fuzz_sources})
     get_filename_component(name "${source}" NAME_WE)

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/ctl_certs.hpp"
+#include "apps/ctl_token.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
 
@@ -31,6 +32,23 @@ int print_document(const std::string& manual) {
   return 0;
 }
 
+CLI::App* add_token(CLI::App& app, TokenRequest& request) {
+  auto* token =
+      app.add_subcommand("token", "Make a token for a client, and its entry for the server");
+  token->add_option("identity", request.identity, "Who has the token, as rules call them")
+      ->required();
+  token->add_option("--group", request.groups, "A group that rules can ask for; several times");
+  auto* expires = token->add_option("--expires", request.expires,
+                                    "When it ends: 2027-01-31 or 2027-01-31T12:00:00Z");
+  token->add_option("--days", request.days, "When it ends: after so many days")
+      ->check(CLI::Range(1, 36500))
+      ->excludes(expires);
+  token->add_option("--comment", request.comment, "For people");
+  token->add_option("--file", request.file,
+                    "The server's token file, which gets the entry; a running server reads it");
+  return token;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -50,10 +68,13 @@ int main(int argc, char** argv) {
                        "A text to print with the table in place of its line @TABLES@");
 
   connect_bridge::CertificateOrder order;
-  auto* certs = connect_bridge::add_certs_command(app, order);
+  const auto* certs = connect_bridge::add_certs_command(app, order);
+  TokenRequest request;
+  const auto* token = add_token(app, request);
 
   CLI11_PARSE(app, argc, argv);
   if (*certs) return connect_bridge::run_certs(order);
+  if (*token) return make_token(request);
   if (*check) return connect_bridge::check_file(file, role);
   return *document ? print_document(manual) : 0;
 }

@@ -1,7 +1,8 @@
 #include "auth/authenticator.hpp"
 
-#include "auth/secret.hpp"
-#include "auth/token_table.hpp"
+#include "auth/jwt_login.hpp"
+#include "auth/plugin_login.hpp"
+#include "auth/token_login.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -9,59 +10,50 @@ namespace {
 // Everybody may, as nobody in particular.
 class NoLogin : public Authenticator {
  public:
-  void check(const Attempt&, const Now&, Verdict verdict) override { verdict(Identity{}, {}); }
+  Judgement judge(const Attempt&, Stamp) override { return {Identity{}, {}}; }
 };
 
-// Nothing slows attempts down: behind a proxy everybody has one address, and who has the right
-// token gets in whatever others do there. 16 random characters cannot be guessed at any rate.
-class TokenLogin : public Authenticator {
- public:
-  explicit TokenLogin(TokenTable table) : table_(std::move(table)) {}
-
-  void check(const Attempt& attempt, const Now& now, Verdict verdict) override {
-    if (attempt.method != "token") {
-      return verdict(std::nullopt, "login method '" + attempt.method + "' instead of 'token'");
-    }
-    TokenTable::Found found = table_.find(attempt.credential, now.system);
-    verdict(std::move(found.identity), std::move(found.reason));
-  }
-
- private:
-  TokenTable table_;
-};
-
-}  // namespace
-
-AuthSetup make_authenticator(const AuthOptions& options, const Now& now) {
-  AuthSetup setup;
-  if (options.method == "none") {
-    setup.authenticator = std::make_unique<NoLogin>();
-    return setup;
-  }
-  if (options.method != "token") {
-    setup.problems.push_back("auth.method '" + options.method + "': expected 'token' or 'none'");
-    return setup;
-  }
+void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   TokenTable table;
+  std::optional<FileWatch> watch;
   if (!options.token.empty()) table.add_single(options.token, "auth.token", setup.problems);
-  if (!options.token_file.empty()) {
-    std::string problem;
-    auto text = read_secret_file(options.token_file, problem);
-    if (text) {
-      table.read(*text, options.token_file, now.system, setup.problems, setup.warnings);
-      wipe(*text);
-      const std::string exposed = exposure_warning(options.token_file);
-      if (!exposed.empty()) setup.warnings.push_back("auth.token_file " + exposed);
-    } else {
-      setup.problems.push_back("auth.token_file " + problem);
-    }
+  if (!options.token_file.empty()) {  // the configuration has one of both
+    watch.emplace(options.token_file);
+    table = read_token_file(options.token_file, now, setup.problems, setup.warnings);
   }
   if (setup.problems.empty() && table.size() == 0) {
     setup.problems.emplace_back(
         "auth.token_file or auth.token: method 'token' needs at least one token");
   }
-  if (!setup.problems.empty()) return setup;
-  setup.authenticator = std::make_unique<TokenLogin>(std::move(table));
+  if (setup.problems.empty())
+    setup.authenticator = std::make_unique<TokenLogin>(std::move(table), std::move(watch));
+}
+
+void set_up_jwt(const JwtOptions& options, AuthSetup& setup) {
+  FileWatch watch(options.keys_file);
+  auto keys = read_jwt_key_file(options.keys_file, setup.problems);
+  if (setup.problems.empty())
+    setup.authenticator = std::make_unique<JwtLogin>(options, std::move(keys), std::move(watch));
+}
+
+}  // namespace
+
+AuthSetup make_authenticator(const AuthOptions& options, Stamp now) {
+  AuthSetup setup;
+  if (options.method == "none") {
+    setup.authenticator = std::make_unique<NoLogin>();
+  } else if (options.method == "token") {
+    set_up_tokens(options, now, setup);
+  } else if (options.method == "jwt") {
+    set_up_jwt(options.jwt, setup);
+  } else if (options.method == "plugin") {
+    std::string problem;
+    setup.authenticator = PluginLogin::load(options.plugin, options.plugin_options, problem);
+    if (!setup.authenticator) setup.problems.push_back("auth.plugin: " + problem);
+  } else {
+    setup.problems.push_back("auth.method '" + options.method +
+                             "': expected 'token', 'jwt', 'plugin' or 'none'");
+  }
   return setup;
 }
 

@@ -1,7 +1,6 @@
 // Who is at the other end? The question that a login asks, and the methods that answer it.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,30 +9,56 @@
 #include "core/base/bytes.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/inputs.hpp"
 
 namespace connect_bridge {
 
 struct Attempt {
-  std::string method;  // "token", "none"
+  std::string method;  // "token", "jwt", "none" ...
   Bytes credential;
   std::string peer;  // "203.0.113.5:51234"
 };
 
-// The identity, or nullopt with a reason that is for our log only (the peer learns nothing).
-using Verdict = std::function<void(std::optional<Identity>, std::string reason)>;
+// The identity, or a reason that is for our log only: the peer learns nothing.
+struct Judgement {
+  std::optional<Identity> identity;
+  std::string reason;
+};
 
-// One login method. Thread: the loop's. The verdict is called exactly once, from inside check() or
-// later, also when the connection is gone by then.
+// What has changed since the last look: for the links that are there, and for the log.
+struct Refreshed {
+  std::vector<IdentitiesChanged::Change> changes;
+  std::vector<std::string> news;      // what was taken over
+  std::vector<std::string> problems;  // why nothing was: what was known before holds
+};
+
+// One login method. It may block: it is called on threads made for that, never on the loop's.
 class Authenticator {
  public:
   virtual ~Authenticator() = default;
-  virtual void check(const Attempt& attempt, const Now& now, Verdict verdict) = 0;
+  // By several threads at once if threads() says so. `now` is the system clock.
+  [[nodiscard]] virtual Judgement judge(const Attempt& attempt, Stamp now) = 0;
+  // Once a second, by the thread that also judges if there is one only.
+  [[nodiscard]] virtual Refreshed refresh(Stamp) { return {}; }
+  // How many may judge at once, so that one that is slow does not delay the others.
+  [[nodiscard]] virtual unsigned threads() const { return 1; }
+};
+
+struct JwtOptions {
+  std::string keys_file;                // JWKS or PEM
+  std::string issuer;                   // "iss" must be this one
+  std::string audience;                 // "aud" must be this one or name it
+  std::vector<std::string> algorithms;  // those that are taken; never "none"
+  std::string groups_claim = "groups";  // a list of names, or one
 };
 
 struct AuthOptions {
-  std::string method = "token";  // "token" or "none"
+  std::string method = "token";  // "token", "jwt", "plugin" or "none"
   std::string token;             // one token for everybody who has it
   std::string token_file;        // YAML with several, or one token
+  JwtOptions jwt;
+  std::string plugin;  // the shared library
+  std::string plugin_options;
 };
 
 // The method with its problems instead, each naming the file, line and key. Never both.
@@ -44,6 +69,6 @@ struct AuthSetup {
 };
 
 // Reads files; at start only.
-[[nodiscard]] AuthSetup make_authenticator(const AuthOptions& options, const Now& now);
+[[nodiscard]] AuthSetup make_authenticator(const AuthOptions& options, Stamp now);
 
 }  // namespace connect_bridge

@@ -1,6 +1,7 @@
 #include "auth/credential.hpp"
 
 #include <cstdlib>
+#include <utility>
 
 #include "auth/secret.hpp"
 
@@ -23,11 +24,6 @@ void take(std::string_view token, const std::string& source, Credential& credent
 Credential client_credential(const CredentialOptions& options) {
   Credential credential;
   if (options.method == "none") return credential;
-  if (options.method != "token") {
-    credential.problems.push_back("auth.method '" + options.method +
-                                  "': expected 'token' or 'none'");
-    return credential;
-  }
   if (!options.token.empty()) {
     take(options.token, "auth.token", credential);
     return credential;
@@ -53,6 +49,14 @@ Credential client_credential(const CredentialOptions& options) {
       std::string{"no token: give auth.token_file, auth.token or the environment variable "} +
       kTokenVariable);
   return credential;
+}
+
+CredentialFile::CredentialFile(CredentialOptions options)
+    : options_(std::move(options)), watch_(options_.token_file) {}
+
+std::optional<Credential> CredentialFile::changed() {
+  if (!watch_.settled_change()) return std::nullopt;
+  return client_credential(options_);
 }
 
 }  // namespace connect_bridge

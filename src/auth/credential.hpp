@@ -1,9 +1,11 @@
 // What a client logs in with.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "auth/file_watch.hpp"
 #include "core/base/bytes.hpp"
 
 namespace connect_bridge {
@@ -11,7 +13,7 @@ namespace connect_bridge {
 inline constexpr char kTokenVariable[] = "CONNECT_BRIDGE_TOKEN";
 
 struct CredentialOptions {
-  std::string method = "token";  // "token" or "none"
+  std::string method = "token";  // "none", or another: they all show a token
   std::string token;
   std::string token_file;
 };
@@ -26,5 +28,20 @@ struct Credential {
 // The first of: parameter, file, environment variable CONNECT_BRIDGE_TOKEN. To scrub the
 // environment and the command line afterwards is the program's task.
 [[nodiscard]] Credential client_credential(const CredentialOptions& options);
+
+// A client's token file while the client runs. One thread.
+class CredentialFile {
+ public:
+  // To be made before the file is read for the first time.
+  explicit CredentialFile(CredentialOptions options);
+
+  // The credential, if the file has changed and its writer is done; to be asked once a second. With
+  // problems the former credential holds.
+  [[nodiscard]] std::optional<Credential> changed();
+
+ private:
+  CredentialOptions options_;
+  FileWatch watch_;
+};
 
 }  // namespace connect_bridge

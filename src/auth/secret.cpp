@@ -2,6 +2,7 @@
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>
+#include <openssl/rand.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -18,6 +19,11 @@ namespace {
 constexpr std::size_t kFileBytesMax = 1 << 20;
 
 }  // namespace
+
+std::string random_token() {
+  std::array<unsigned char, 32> random{};
+  return RAND_bytes(random.data(), random.size()) == 1 ? to_hex(random) : std::string{};
+}
 
 Digest sha256(ByteView bytes) {
   Digest digest{};
@@ -88,11 +94,14 @@ std::optional<std::string> read_secret_file(const std::string& file, std::string
   return text;
 }
 
-std::string exposure_warning(const std::string& file) {
+FileExposure exposure_of(const std::string& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) != 0) return {};
-  const bool readable = (status.st_mode & S_IROTH) != 0;
-  const bool writable = (status.st_mode & S_IWOTH) != 0;
+  return {(status.st_mode & S_IROTH) != 0, (status.st_mode & S_IWOTH) != 0};
+}
+
+std::string exposure_warning(const std::string& file) {
+  const auto [readable, writable] = exposure_of(file);
   if (!readable && !writable) return {};
   return "'" + file + "' holds a secret and every user of this machine may " +
          (writable ? "change" : "read") + " it (chmod 600)";

@@ -16,6 +16,9 @@ using Digest = std::array<std::uint8_t, 32>;  // SHA-256
 inline constexpr std::size_t kTokenCharactersMin = 16;
 inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "Login"
 
+// 32 random bytes as 64 hexadecimal digits; empty: the system has none.
+[[nodiscard]] std::string random_token();
+
 [[nodiscard]] Digest sha256(ByteView bytes);
 [[nodiscard]] std::optional<Digest> parse_digest(std::string_view hex);
 
@@ -31,7 +34,13 @@ void wipe(std::string& secret);
 // A small file's content. nullopt with `problem` set: why not, with the file's name.
 [[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
                                                           std::string& problem);
-// A sentence if others than the owner and group may read or change the file, else empty.
+// Whether others than the owner and group may read or change the file.
+struct FileExposure {
+  bool readable = false;
+  bool writable = false;
+};
+[[nodiscard]] FileExposure exposure_of(const std::string& file);
+// A sentence if they may read or change a secret, else empty.
 [[nodiscard]] std::string exposure_warning(const std::string& file);
 
 }  // namespace connect_bridge

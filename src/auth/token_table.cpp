@@ -6,21 +6,15 @@
 #include <algorithm>
 #include <charconv>
 #include <ctime>
+#include <map>
+
+#include "auth/names.hpp"
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr std::size_t kNameBytesMax = 255;
 constexpr Stamp kSecond = 1'000'000'000;
-
-// What is wrong with a name of an identity or group; empty: nothing.
-std::string name_problem(const std::string& name) {
-  if (name.empty()) return "is empty";
-  if (name.size() > kNameBytesMax) return "has more than 255 bytes";
-  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  if (std::any_of(name.begin(), name.end(), control)) return "has a control character";
-  return {};
-}
 
 bool read_number(std::string_view text, std::size_t offset, std::size_t digits, int& number) {
   const char* const begin = text.data() + offset;
@@ -69,10 +63,17 @@ class TokenFileReader {
         warnings_(warnings) {}
 
   void read(const YAML::Node& root) {
-    if (root.IsMap() && root.size() == 1 && root["tokens"] && !root["tokens"].IsScalar()) {
-      return entries(root["tokens"]);
+    if (!root.IsSequence()) {
+      return problem(root.Mark(),
+                     "expected a list of entries ('ctl token' makes one), or one token");
     }
-    entries(root);
+    for (const auto& node : root) {
+      if (node.IsMap()) {
+        entry(node);
+      } else {
+        problem(node.Mark(), "an entry is a map with 'identity' and 'token_sha256'");
+      }
+    }
   }
 
   void problem(const YAML::Mark& mark, const std::string& text) {
@@ -84,76 +85,34 @@ class TokenFileReader {
     return source_ + ":" + std::to_string(mark.line + 1) + ": ";
   }
 
-  void entries(const YAML::Node& list) {
-    if (list.IsSequence()) {
-      for (const auto& node : list) {
-        if (node.IsMap()) {
-          entry(node, {});
-        } else {
-          problem(node.Mark(), "an entry is a map with 'identity' and 'token' or 'token_sha256'");
-        }
-      }
-    } else if (list.IsMap()) {
-      for (const auto& pair : list) named_entry(pair.first, pair.second);
-    } else {
-      problem(list.Mark(), "expected a list of entries, a map of them, or one token");
-    }
-  }
-
-  void named_entry(const YAML::Node& name, const YAML::Node& node) {
-    if (!name.IsScalar()) return problem(name.Mark(), "the name of an identity is a word");
-    if (node.IsMap()) return entry(node, name.Scalar());
-    if (!node.IsScalar()) {
-      return problem(node.Mark(), "'" + name.Scalar() + "': expected a token or a map");
-    }
+  void entry(const YAML::Node& node) {
     TokenTable::Entry made;
-    identity_name(name, made);
-    if (token(node, made)) add(node.Mark(), std::move(made));
-  }
-
-  void entry(const YAML::Node& node, const std::string& name) {
-    TokenTable::Entry made;
-    made.identity.name = name;
     const std::size_t before = problems_.size();
-    int tokens = 0;
+    bool has_digest = false;
     for (const auto& pair : node) {
-      if (!pair.first.IsScalar()) {
-        problem(pair.first.Mark(), "a key is a word");
-        continue;
-      }
-      const std::string key = pair.first.Scalar();
-      if (key == "token" || key == "token_sha256") {
-        ++tokens;
-        if (key == "token") {
-          static_cast<void>(token(pair.second, made));
-        } else {
-          digest(pair.second, made);
-        }
-      } else if (key == "identity") {
-        identity_name(pair.second, made);
-      } else if (key == "groups") {
-        groups(pair.second, made);
-      } else if (key == "expires") {
-        expires(pair.second, made);
-      } else {
-        problem(pair.first.Mark(), "unknown key '" + key +
-                                       "' (known: token, token_sha256, identity, groups, expires)");
-      }
+      const std::string key = pair.first.IsScalar() ? pair.first.Scalar() : std::string{};
+      has_digest = has_digest || key == "token_sha256";
+      member(key, pair.first.Mark(), pair.second, made);
     }
-    if (tokens != 1) problem(node.Mark(), "an entry has either 'token' or 'token_sha256'");
-    if (made.identity.name.empty() && problems_.size() == before) {
-      problem(node.Mark(), "'identity' is missing");
-    }
+    if (problems_.size() != before) return;
+    if (!has_digest) problem(node.Mark(), "'token_sha256' is missing");
+    if (made.identity.name.empty()) problem(node.Mark(), "'identity' is missing");
     if (problems_.size() == before) add(node.Mark(), std::move(made));
   }
 
-  bool token(const YAML::Node& node, TokenTable::Entry& made) {
-    std::string text = node.IsScalar() ? node.Scalar() : std::string{};
-    const std::string wrong = token_problem(text);
-    if (!wrong.empty()) problem(node.Mark(), "token: " + wrong);
-    made.digest = sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-    wipe(text);
-    return wrong.empty();
+  void member(const std::string& key, const YAML::Mark& mark, const YAML::Node& value,
+              TokenTable::Entry& made) {
+    if (key == "token_sha256") return digest(value, made);
+    if (key == "identity") return identity_name(value, made);
+    if (key == "groups") return groups(value, made);
+    if (key == "expires") return expires(value, made);
+    if (key == "comment") return;
+    if (key == "token")
+      return problem(mark,
+                     "a token does not stand here in plain text: write its token_sha256 "
+                     "('ctl token' makes both)");
+    problem(mark,
+            "unknown key '" + key + "' (known: token_sha256, identity, groups, expires, comment)");
   }
 
   void digest(const YAML::Node& node, TokenTable::Entry& made) {
@@ -232,6 +191,7 @@ void TokenTable::add_single(std::string_view token, const std::string& source,
     return;
   }
   Entry entry;
+  entry.plain = true;
   entry.digest = sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
   entry.identity.name = kSingleIdentity;
   if (!add(std::move(entry))) problems.push_back(source + ": the same token is there twice");
@@ -240,8 +200,30 @@ void TokenTable::add_single(std::string_view token, const std::string& source,
 bool TokenTable::add(Entry entry) {
   const auto same = [&](const Entry& other) { return other.digest == entry.digest; };
   if (std::any_of(entries_.begin(), entries_.end(), same)) return false;
+  // Enough of the digest to tell tokens apart; of a random token it tells nothing.
+  entry.identity.credential = "token:" + to_hex(ByteView{entry.digest}.first(16));
   entries_.push_back(std::move(entry));
   return true;
+}
+
+bool TokenTable::has_plain() const {
+  return std::any_of(entries_.begin(), entries_.end(), [](const Entry& e) { return e.plain; });
+}
+
+std::vector<IdentitiesChanged::Change> TokenTable::changes_to(const TokenTable& next) const {
+  std::map<std::string, const Identity*> later;
+  for (const Entry& entry : next.entries_) later[entry.identity.credential] = &entry.identity;
+  std::vector<IdentitiesChanged::Change> changes;
+  for (const auto& [digest, now, plain] : entries_) {
+    const auto then = later.find(now.credential);
+    // Who has another name now is somebody else: the link with the old name ends.
+    if (then == later.end() || then->second->name != now.name) {
+      changes.push_back({now.credential, std::nullopt});
+    } else if (then->second->groups != now.groups || then->second->expires != now.expires) {
+      changes.push_back({now.credential, *then->second});
+    }
+  }
+  return changes;
 }
 
 TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {

@@ -1,9 +1,12 @@
 // The tokens that a server accepts, and whose they are.
 //
-// A token file is YAML: a list of entries, a map from identity to entry, or either under the key
-// `tokens`. An entry has `token` or `token_sha256`, `identity` (in a list), and optionally `groups`
-// (list or name) and `expires` (2027-01-31, or 2027-01-31T12:00:00Z; UTC). In a map an entry may be
-// the token alone. A file that is one word is one token.
+// A token file is YAML: a list of entries, each with `token_sha256` and `identity`, and optionally
+// `groups` (list or name), `expires` (2027-01-31, or 2027-01-31T12:00:00Z; UTC) and `comment`. A
+// file that is one word is one token.
+//
+// A plain hash is right for tokens that are random: of 256 bits none is found by trying, however
+// fast that is, so salt and a slow hash, which passwords need, would only make logins slow. A
+// reader of the file learns names, no token.
 #pragma once
 
 #include <string>
@@ -13,6 +16,7 @@
 #include "auth/secret.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/inputs.hpp"
 
 namespace connect_bridge {
 
@@ -36,11 +40,16 @@ class TokenTable {
   // Takes the same time whichever entry it is, and if it is none.
   [[nodiscard]] Found find(ByteView credential, Stamp now) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
+  // Whether a token itself was given, not its hash.
+  [[nodiscard]] bool has_plain() const;
+  // What those learn who logged in by this table, when `next` takes its place.
+  [[nodiscard]] std::vector<IdentitiesChanged::Change> changes_to(const TokenTable& next) const;
 
  private:
   struct Entry {
     Digest digest{};
     Identity identity;
+    bool plain = false;  // the token itself was given, not its hash
   };
 
   [[nodiscard]] bool add(Entry entry);  // false: this token is there already

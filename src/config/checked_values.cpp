@@ -94,6 +94,8 @@ std::string fix_of(const KeySpec& spec, const ParameterValue& value) {
 syntax::Complaint complaint(const KeySpec& spec, const std::string& text) {
   if (!spec.words.empty() &&
       std::find(spec.words.begin(), spec.words.end(), text) == spec.words.end()) {
+    if (spec.type == ParameterType::kStrings)
+      return fmt::format("one of {}", fmt::join(spec.words, ", "));
     return expected_of(spec);
   }
   return spec.syntax != nullptr ? spec.syntax(text) : std::nullopt;

@@ -66,6 +66,7 @@ class ConfigMaker {
       read_dial();
     }
     check_token();
+    check_method();
     check_files();
     read_names();
     fill_limits(values_, config_.limits);
@@ -93,6 +94,13 @@ class ConfigMaker {
     config_.auth.method = values_.text("auth.method");
     config_.auth.token = values_.text("auth.token");
     config_.auth.token_file = values_.text("auth.token_file");
+    config_.auth.jwt_keys = values_.text("auth.jwt_keys");
+    config_.auth.jwt_issuer = values_.text("auth.jwt_issuer");
+    config_.auth.jwt_audience = values_.text("auth.jwt_audience");
+    config_.auth.jwt_algorithms = values_.list("auth.jwt_algorithms");
+    config_.auth.jwt_groups_claim = values_.text("auth.jwt_groups_claim");
+    config_.auth.plugin = values_.text("auth.plugin");
+    config_.auth.plugin_options = values_.text("auth.plugin_options");
     config_.tls.certificate = values_.text("tls.certificate");
     config_.tls.private_key = values_.text("tls.private_key");
     config_.tls.ca = values_.text("tls.ca");
@@ -161,8 +169,10 @@ class ConfigMaker {
     const bool token = values_.given("auth.token");
     const bool file = values_.given("auth.token_file");
     if (token && file) add("auth.token_file", "", "either auth.token or auth.token_file");
-    if (config_.auth.method == "certificate") check_certificate_login();
-    if (config_.auth.method == "none" || config_.auth.method == "certificate") {
+    const std::string& method = config_.auth.method;
+    if (method == "certificate") check_certificate_login();
+    const bool shows_token = method != "none" && method != "certificate" && !is_server();
+    if (method != "token" && !shows_token) {
       for (const char* key : {"auth.token", "auth.token_file"}) {
         if (values_.given(key)) add(key, "", "auth.method: token beside it, else it has no effect");
       }
@@ -184,9 +194,29 @@ class ConfigMaker {
                     : "the certificate to log in with, with auth.method: certificate");
   }
 
+  // What belongs to one login method of a server: it is needed there and without effect elsewhere.
+  void check_method() {
+    struct Part {
+      const char* method;
+      const char* key;
+      bool needed;
+    };
+    for (const auto& [method, key, needed] :
+         {Part{"jwt", "auth.jwt_keys", true}, Part{"jwt", "auth.jwt_issuer", true},
+          Part{"jwt", "auth.jwt_audience", true}, Part{"plugin", "auth.plugin", true},
+          Part{"plugin", "auth.plugin_options", false}}) {
+      const bool in_use = is_server() && values_.text("auth.method") == method;
+      if (in_use && needed && !values_.given(key))
+        add(key, "", fmt::format("a value: auth.method: {} needs it", method));
+      if (is_server() && !in_use && values_.given(key))
+        add(key, "", fmt::format("auth.method: {} beside it, else it has no effect", method));
+    }
+  }
+
   void check_files() {
     if (!around_.readable) return;
-    for (const char* key : {"auth.token_file", "tls.certificate", "tls.private_key", "tls.ca"}) {
+    for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.plugin", "tls.certificate",
+                            "tls.private_key", "tls.ca"}) {
       if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
       add(key, to_text(values_.text(key)), "a file that this program can read");
     }
@@ -256,7 +286,7 @@ class ConfigMaker {
            {std::pair{"identities", &rule.identities}, std::pair{"groups", &rule.groups}}) {
         if (names->empty()) continue;
         add(fmt::format("rule.{}.{}", rule.name, key), to_text(*names),
-            "a login (auth.method: token), else the rule applies to nobody");
+            "a login (auth.method), else the rule applies to nobody");
       }
     }
     check_announced(set.rules);

@@ -77,6 +77,11 @@ std::string login_text(const Config& config) {
                : "login: by the client's certificate, which names the identity (common name) and "
                  "its groups (organizations)";
   }
+  if (config.role == Role::kServer && config.auth.method == "jwt")
+    return fmt::format("login: JWT of {} for {}, signed by a key in {}", config.auth.jwt_issuer,
+                       config.auth.jwt_audience, config.auth.jwt_keys);
+  if (config.role == Role::kServer && config.auth.method == "plugin")
+    return "login: as the plugin " + config.auth.plugin + " decides";
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";
   if (!config.auth.token_file.empty()) source = config.auth.token_file;
   if (!config.auth.token.empty()) source = "the parameter auth.token";

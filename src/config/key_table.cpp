@@ -1,5 +1,6 @@
 #include "config/key_table.hpp"
 
+#include "config/login_rows.hpp"
 #include "config/rule_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/base/time.hpp"
@@ -54,28 +55,6 @@ void add_reach(Rows& rows) {
                   .fallback = false,
                   .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
                           "everything, the token included."});
-}
-
-void add_login(Rows& rows) {
-  const std::string section = "Login";
-  rows.push_back({.section = section,
-                  .key = "auth.method",
-                  .fallback = "token",
-                  .words = {"token", "certificate", "none"},
-                  .help = "How a client proves who it is. `certificate`: by the one it shows "
-                          "(tls.ca at the server). `none` is refused by a server that listens "
-                          "beyond loopback."});
-  rows.push_back({.section = section,
-                  .key = "auth.token",
-                  .syntax = check_token,
-                  .secret = true,
-                  .help = "The token itself. A file or the environment variable "
-                          "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."});
-  rows.push_back({.section = section,
-                  .key = "auth.token_file",
-                  .syntax = check_not_empty,
-                  .help = "File with the token (client) or the tokens and their identities "
-                          "(server)."});
 }
 
 void add_tls(Rows& rows) {
@@ -357,7 +336,7 @@ const std::vector<KeySpec>& key_table() {
     const SideOptions core;
     Rows rows;
     add_reach(rows);
-    add_login(rows);
+    add_login_rows(rows);
     add_tls(rows);
     add_names(rows);
     add_operation(rows);

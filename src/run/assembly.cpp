@@ -19,10 +19,8 @@ namespace {
 // Connections before login: those that the core keeps, and some whose end is under way.
 constexpr std::size_t kStrangersMax = 320;
 
-Now wall_clock() {
-  Now now;
-  now.system = static_cast<Stamp>(std::time(nullptr)) * 1'000'000'000;
-  return now;
+Stamp wall_clock() {
+  return static_cast<Stamp>(std::time(nullptr)) * 1'000'000'000;
 }
 
 std::uint64_t secret_random() {
@@ -48,6 +46,10 @@ void assemble_login(const Config& config, BridgeParts& parts, Assembly& assembly
   auth.token_file = config.auth.token_file;
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
+  auth.jwt = {config.auth.jwt_keys, config.auth.jwt_issuer, config.auth.jwt_audience,
+              config.auth.jwt_algorithms, config.auth.jwt_groups_claim};
+  auth.plugin = config.auth.plugin;
+  auth.plugin_options = config.auth.plugin_options;
   AuthSetup setup = make_authenticator(auth, wall_clock());
   append(assembly.problems, setup.problems);
   append(assembly.warnings, setup.warnings);
@@ -69,7 +71,9 @@ void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembl
 void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembly) {
   // What a certificate proves, TLS has proved before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
-  Credential credential = client_credential({secret, config.auth.token, config.auth.token_file});
+  const CredentialOptions options{secret, config.auth.token, config.auth.token_file};
+  if (!options.token_file.empty()) parts.credential_file.emplace(options);
+  Credential credential = client_credential(options);
   append(assembly.problems, credential.problems);
   append(assembly.warnings, credential.warnings);
   parts.side.credential = std::move(credential.bytes);
@@ -115,12 +119,13 @@ Surroundings surroundings() {
 }
 
 void hide_secrets(int argc, char** argv) {
-  constexpr std::string_view kKey = "auth.token:=";
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument(argv[i]);
-    const auto at = argument.find(kKey);
-    if (at != std::string_view::npos)
-      std::memset(argv[i] + at + kKey.size(), 'x', argument.size() - at - kKey.size());
+    for (const std::string_view key : {"auth.token:=", "auth.plugin_options:="}) {
+      const auto at = argument.find(key);
+      if (at != std::string_view::npos)
+        std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());
+    }
   }
   if (char* token = std::getenv(kTokenVariable)) {
     std::memset(token, 'x', std::strlen(token));

@@ -50,12 +50,24 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       stop_(io_, [this] { stop(); }),
       // Two, so that what takes seconds (a high level of zstd) does not hold up what takes
       // milliseconds.
-      workers_(2, [this](JobDone done) {
-        boost::asio::post(io_, [this, done = std::move(done)]() mutable {
-          workers_.handled(done);
-          loop_.feed(std::move(done));
-        });
-      }) {}
+      workers_(2,
+               [this](JobDone done) {
+                 boost::asio::post(io_, [this, done = std::move(done)]() mutable {
+                   workers_.handled(done);
+                   loop_.feed(std::move(done));
+                 });
+               }),
+      login_desk_({parts_.authenticator.get(), std::move(parts_.credential_file),
+                   parts_.side.login_timeout},
+                  {[this](Input&& input) {
+                     boost::asio::post(io_, [this, input = std::move(input)]() mutable {
+                       loop_.feed(std::move(input));
+                     });
+                   },
+                   [this](Log&& line) {
+                     boost::asio::post(
+                         io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
+                   }}) {}
 
 std::string Bridge::open() {
   if (parts_.side.role == Role::kClient) return {};
@@ -80,7 +92,7 @@ void Bridge::carry_out(Action&& action) {
                  [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
                  [&](OpenGate& a) { network_.allow(a.connection, a.packet_bytes_max); },
                  [&](CloseConnection& a) { network_.close(a.connection, a.code, a.reason); },
-                 [&](Authenticate& a) { authenticate(a); },
+                 [&](Authenticate& a) { authenticate(std::move(a)); },
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
                  [&](DecompressJob& a) { workers_.add(std::move(a)); },
                  [&](CancelJob& a) { workers_.cancel(a.job); },
@@ -90,20 +102,20 @@ void Bridge::carry_out(Action&& action) {
              action);
 }
 
-void Bridge::authenticate(const Authenticate& request) {
-  const auto answer = [this, connection = request.connection](std::optional<Identity> identity,
-                                                              std::string reason) {
-    loop_.feed(Authenticated{connection, std::move(identity), std::move(reason)});
-  };
-  if (parts_.certificate_login) {
-    if (request.method != kCertificateLogin)
-      return answer(std::nullopt, "login method '" + request.method + "' instead of 'certificate'");
-    Certified certified = network_.certified(request.connection);
-    return answer(std::move(certified.identity), std::move(certified.reason));
-  }
-  if (!parts_.authenticator) return answer(std::nullopt, "this side takes no logins");
-  parts_.authenticator->check({request.method, request.credential, request.peer}, loop_.now(),
-                              answer);
+void Bridge::authenticate(Authenticate&& request) {
+  if (parts_.certificate_login) return judge_certificate(request);
+  const ConnectionId connection = request.connection;
+  if (!login_desk_.ask(std::move(request)))
+    loop_.feed(Authenticated{connection, std::nullopt, "too many logins wait for an answer"});
+}
+
+// What a certificate proves, TLS has proved before the login.
+void Bridge::judge_certificate(const Authenticate& request) {
+  Certified certified = network_.certified(request.connection);
+  if (request.method != kCertificateLogin)
+    certified = {std::nullopt, "login method '" + request.method + "' instead of 'certificate'"};
+  loop_.feed(
+      Authenticated{request.connection, std::move(certified.identity), std::move(certified.reason)});
 }
 
 void Bridge::send() {

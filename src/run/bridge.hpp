@@ -6,6 +6,7 @@
 #include <string>
 
 #include "auth/authenticator.hpp"
+#include "auth/credential.hpp"
 #include "config/config.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/side/side.hpp"
@@ -13,6 +14,7 @@
 #include "ros/gateway.hpp"
 #include "run/heap.hpp"
 #include "run/live_parameters.hpp"
+#include "run/login_desk.hpp"
 #include "run/loop.hpp"
 #include "run/seconds.hpp"
 #include "run/status_file.hpp"
@@ -25,15 +27,16 @@ namespace connect_bridge {
 struct BridgeParts {
   Config config;
   SideOptions side;
-  std::unique_ptr<Authenticator> authenticator;  // server
-  bool certificate_login = false;                // server: in place of an authenticator
-  DialOptions dial;                              // client
-  ListenOptions listen;                          // server
+  std::unique_ptr<Authenticator> authenticator;   // server
+  bool certificate_login = false;                 // server: in place of an authenticator
+  std::optional<CredentialFile> credential_file;  // client whose token is in a file
+  DialOptions dial;                               // client
+  ListenOptions listen;                           // server
   SocketOptions sockets;
 };
 
-// Everything but the callbacks of the middleware and the workers, which only post, runs on the
-// thread that calls run().
+// Everything but the callbacks of the middleware, the workers and the login desk, which only post,
+// runs on the thread that calls run().
 class Bridge {
  public:
   Bridge(ros::Node& node, BridgeParts parts);
@@ -45,7 +48,8 @@ class Bridge {
 
  private:
   void carry_out(Action&& action);
-  void authenticate(const Authenticate& request);
+  void authenticate(Authenticate&& request);
+  void judge_certificate(const Authenticate& request);
   void send();
   void on_wake();
   void every_second(double lag_ms);
@@ -64,7 +68,8 @@ class Bridge {
   LogLimit lags_;
   Seconds seconds_;
   Stop stop_;
-  Workers workers_;  // last, so its thread ends first
+  Workers workers_;
+  LoginDesk login_desk_;  // last, so its threads end first
 };
 
 }  // namespace connect_bridge

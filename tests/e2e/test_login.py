@@ -1,5 +1,6 @@
 """Who may in, and how a side starts and ends."""
 
+import hashlib
 import pathlib
 import re
 import signal
@@ -15,6 +16,10 @@ from graph import connect, until
 from harness.domains import free_port
 
 TOKEN = "correct-horse-battery-staple"
+
+
+def digest(token):
+    return hashlib.sha256(token.encode()).hexdigest()
 
 
 def server_parameters(port, **more):
@@ -70,8 +75,8 @@ def test_a_wrong_token_gets_nothing_and_disturbs_nobody(alone):
 def test_tokens_from_a_file_name_who_logs_in(alone, tmp_path):
     tokens = tmp_path / "tokens.yaml"
     tokens.write_text(
-        "tokens:\n  - {token: the-token-of-alice, identity: alice, groups: [ops]}\n"
-        "  - {token: the-token-of-bob, identity: bob}\n",
+        f"- {{token_sha256: {digest('the-token-of-alice')}, identity: alice, groups: [ops]}}\n"
+        f"- {{token_sha256: {digest('the-token-of-bob')}, identity: bob}}\n",
         encoding="ascii",
     )
     tokens.chmod(0o600)

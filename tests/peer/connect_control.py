@@ -16,6 +16,7 @@ from connect_records import (
 # Section 12
 PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
 ORIGINS_MAX = 1024  # of a channel
+CREDENTIAL_MAX = 3900
 
 
 def _integer(word):
@@ -190,6 +191,11 @@ def decode_control(text):
         _check_code(message)
     elif kind in ("attach", "attached", "refuse", "forget"):
         _check_call(kind, message)
+    elif kind == "renew":
+        require(re.fullmatch("[a-z0-9_]+", string(message, "method", 32)), "method")
+        string(message, "credential", CREDENTIAL_MAX)
+    elif kind == "renewed":
+        member(message, "accepted", bool)
     else:
         raise Refused(MALFORMED, "unknown type")
     return message

@@ -32,6 +32,7 @@ from connect_records import (
     encode_login,
     require,
 )
+from connect_renew import Renewals
 
 SUBPROTOCOL = "ros2-connect.v1"
 WINDOW = 16 << 20
@@ -59,7 +60,7 @@ def open_socket(url, **options):
     return socket
 
 
-class Peer(Calls):
+class Peer(Renewals, Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
 
     def __init__(

@@ -20,6 +20,7 @@ std::string_view name_of(CloseCode code) {
     case CloseCode::kTooManyConnections: return "too_many_connections";
     case CloseCode::kExpired: return "expired";
     case CloseCode::kInternal: return "internal";
+    case CloseCode::kRevoked: return "revoked";
   }
   return "unknown";
 }

@@ -24,6 +24,7 @@ enum class CloseCode : std::uint16_t {
   kTooManyConnections = 4012,  // limit of connections reached
   kExpired = 4013,             // the identity's validity ended
   kInternal = 4014,            // a bug of this side
+  kRevoked = 4015,             // the credential was withdrawn
 };
 
 // The machine-readable name, as in docs/protocol.md ("login_refused").

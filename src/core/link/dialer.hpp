@@ -36,6 +36,11 @@ class Dialer {
   }
   // The dial or the connection failed; sets the next attempt.
   void failed(TimePoint now, bool login_refused, Random& random);
+  // What was refused has been changed: nobody waits any longer.
+  void forget_refusal(TimePoint now) {
+    not_before_ = {};
+    hurry(now);
+  }
   void stop() { next_.reset(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return next_; }
   [[nodiscard]] int failures() const { return failures_; }

@@ -46,6 +46,7 @@ void Link::forget_channels() {
   offered_ = ended_ = 0;
   new_accepts_.reset();
   accepts_at_.reset();
+  renewing = false;
 }
 
 std::optional<std::string> Link::note_decline(std::string& declined, const std::string& what,

@@ -28,6 +28,8 @@ class LinkUser {
  public:
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
+  virtual Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) = 0;
+  virtual void on_renewed(Link& link, const Renewed& renewed) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
 
  protected:
@@ -51,8 +53,11 @@ class Link final : public ConnectionUser {
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
-  std::optional<Accepts> accepts;  // what the peer would import; known after its first message
-  bool offers_complete = false;    // our first round of offers has been sent
+  bool renewing = false;  // a new login on the open connection is being looked at
+  Pace renewals{16, std::chrono::seconds(1)};
+  std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
+  std::optional<Accepts> accepts;       // what the peer would import; known after its first message
+  bool offers_complete = false;         // our first round of offers has been sent
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
   std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
@@ -184,6 +189,11 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Attached& attached, const Now& now);
   Result<Nothing> on(Refuse& refuse, const Now& now);
   Result<Nothing> on(Forget& forget, const Now& now);
+  Result<Nothing> on(Renew& renew, const Now& now) { return user_.on_renew(*this, renew, now); }
+  Result<Nothing> on(Renewed& renewed, const Now&) {
+    user_.on_renewed(*this, renewed);
+    return Nothing{};
+  }
 
   struct Incoming {
     IncomingChannel* channel = nullptr;  // null: what comes is dropped

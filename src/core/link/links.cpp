@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/link/standing.hpp"
 #include "core/wire/text.hpp"
 
 namespace connect_bridge {
@@ -19,16 +20,6 @@ constexpr Duration kSteadyLink = std::chrono::seconds(5);
 
 }  // namespace
 
-Token128 make_token(Random& random, const std::function<std::uint64_t()>& secret_random) {
-  Token128 token;
-  for (std::size_t i = 0; i < token.bytes.size(); i += 8) {
-    const std::uint64_t word = secret_random ? secret_random() : random.next();
-    for (std::size_t j = 0; j < 8; ++j)
-      token.bytes[i + j] = static_cast<std::uint8_t>(word >> (8 * j));
-  }
-  return token;
-}
-
 Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs& outputs,
              LinksUser& user)
     : options_(options),
@@ -36,7 +27,8 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       random_(random),
       outputs_(outputs),
       user_(user),
-      dialer_({options.retry_min, options.retry_max}) {}
+      dialer_({options.retry_min, options.retry_max}),
+      renewal_(options.login_method, options.credential, outputs) {}
 
 ConnectionOptions Links::connection_options() const {
   ConnectionOptions o;
@@ -44,7 +36,7 @@ ConnectionOptions Links::connection_options() const {
   o.side = side_;
   o.node = options_.node;
   o.login_method = options_.login_method;
-  o.credential = options_.credential;
+  o.credential = renewal_.credential();
   o.login_timeout = options_.login_timeout;
   o.dead_after = options_.dead_after;
   o.outbox = options_.outbox;
@@ -77,6 +69,7 @@ void Links::on(ConnectionOpened& input, const Now& now) {
            now);
   }
   ConnectionOptions options = connection_options();
+  renewal_.on_dialed();
   if (pending_.size() >= kPendingMax / 2)
     options.login_timeout = std::min(options.login_timeout, kShortLogin);
   pending_[input.connection] =
@@ -123,12 +116,14 @@ void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
 
 void Links::on(Authenticated& input, const Now& now) {
   const auto waiting = pending_.find(input.connection);
-  if (waiting == pending_.end() || waiting->second->state() != Connection::State::kAuthenticating)
+  if (waiting == pending_.end()) {
+    Link* const link = link_of(input.connection);
+    if (link && link->renewing && take_renewal(*link, input, outputs_, now))
+      user_.on_identity_changed(*link);
     return;
-  const bool expired =
-      input.identity && input.identity->expires != 0 && now.system >= input.identity->expires;
-  if (!input.identity || expired) {
-    const std::string why = expired ? "it has expired" : input.reason;
+  }
+  if (waiting->second->state() != Connection::State::kAuthenticating) return;
+  if (const std::string why = refusal(input, now); !why.empty()) {
     return refuse(waiting, {CloseCode::kLoginRefused, "login refused: " + why}, now,
                   "login refused");
   }
@@ -139,6 +134,17 @@ void Links::on(Authenticated& input, const Now& now) {
   link->identity = *input.identity;
   connection->on_authenticated(*input.identity, link->session, now);
   carry(*link, std::move(connection), now);
+}
+
+void Links::on(IdentitiesChanged& input, const Now& now) {
+  for (auto& [id, link] : links_)
+    if (take_change(link, input, now)) user_.on_identity_changed(link);
+}
+
+void Links::on(CredentialChanged& input, const Now& now) {
+  renewal_.change(std::move(input.credential), links_.empty() ? nullptr : &links_.begin()->second);
+  dialer_.forget_refusal(now.steady);
+  dial_if_due(now);
 }
 
 // The link whose session the client continues, if it is its own; else a new one, or null at the
@@ -201,7 +207,9 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   outputs_.log(LogLevel::kInfo,
                "link open with " + link.label() +
                    (link.identity.name.empty() ? "" : " as " + link.identity.name));
+  check_expiry(link, now);
   user_.on_link_open(link, now);
+  if (options_.role == Role::kClient) renewal_.on_open(link);
 }
 
 void Links::on(PacketReceived& input, const Now& now) {
@@ -218,19 +226,21 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const std::string said = to_text(input.reason, kReasonBytesMax);
   const std::string reason =
       said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;
-  const bool refused = input.code == static_cast<std::uint16_t>(CloseCode::kLoginRefused);
+  const bool client = options_.role == Role::kClient;
+  const bool refused = client && wants_other_credential(input.code);
+  const std::string hint = client ? advice(input.code) : "";
   if (pending_.erase(input.connection) > 0) {
-    if (options_.role == Role::kServer) return;
+    if (!client) return;
     if (last_failure_ != reason)
-      outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason);
+      outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason + hint);
     last_failure_ = reason;
     return dial_later(refused, now);
   }
   Link* link = link_of(input.connection);
   if (!link) return;
-  outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason);
+  outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint);
   last_failure_ = reason;
-  lose(*link, left_for_good(input.code), now);
+  lose(*link, !client && is_goodbye(input.code), now, refused);
 }
 
 // A server's peers come back by themselves.
@@ -242,14 +252,6 @@ void Links::on(NetworkChanged&, const Now& now) {
   dial_if_due(now);
 }
 
-// A client that says goodbye needs no place any more. A server that does so is mostly restarted:
-// its mirrors wait for it as after any loss.
-bool Links::left_for_good(std::optional<std::uint16_t> code) const {
-  return options_.role == Role::kServer && code &&
-         (*code == static_cast<std::uint16_t>(CloseCode::kNormal) ||
-          *code == static_cast<std::uint16_t>(CloseCode::kGoingAway));
-}
-
 bool Links::end_failed(const Now& now) {
   bool any = false;
   for (auto& [id, link] : links_) {
@@ -259,13 +261,15 @@ bool Links::end_failed(const Now& now) {
                                       " (" + std::string(name_of(error.code)) + ")");
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
-    lose(link, error.code == CloseCode::kSilent && now.steady >= link.connection->dead_at(), now);
+    const bool silent =
+        error.code == CloseCode::kSilent && now.steady >= link.connection->dead_at();
+    lose(link, silent || error.code == CloseCode::kRevoked, now);
     any = true;
   }
   return any;
 }
 
-void Links::lose(Link& link, bool dead, const Now& now) {
+void Links::lose(Link& link, bool dead, const Now& now, bool login_refused) {
   const TimePoint heard = link.connection->last_heard();
   link.connection->close();
   user_.on_link_lost(link, now);
@@ -279,7 +283,7 @@ void Links::lose(Link& link, bool dead, const Now& now) {
   if (options_.role == Role::kServer || stopped_) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
   if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
-  dial_later(false, now);
+  dial_later(login_refused, now);
 }
 
 // ---- time
@@ -303,11 +307,9 @@ void Links::on_time(const Now& now) {
   }
   for (auto it = links_.begin(); it != links_.end();) {
     Link& link = it->second;
-    const Stamp expires = link.identity.expires;
     if (link.connection) link.connection->on_time(now);
     link.on_time(now);
-    if (link.open() && expires != 0 && now.system >= expires)
-      link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
+    check_expiry(link, now);
     if (link.orphans_end_at && *link.orphans_end_at <= now.steady) {
       link.orphans_end_at.reset();
       user_.on_offers_over(link, now);
@@ -346,7 +348,8 @@ std::optional<TimePoint> Links::deadline() const {
   std::optional<TimePoint> first;
   for (const auto& [id, waiting] : pending_) first = earliest(first, waiting->deadline());
   for (const auto& [id, link] : links_) {
-    if (link.connection) first = earliest(first, link.connection->deadline());
+    if (link.connection)
+      first = earliest(first, earliest(link.expires_at, link.connection->deadline()));
     first = earliest(first, earliest(link.forgotten_at, link.orphans_end_at));
     first = earliest(first, link.deadline());
   }

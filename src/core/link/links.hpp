@@ -11,9 +11,11 @@
 
 #include "core/base/log_limit.hpp"
 #include "core/base/random.hpp"
+#include "core/base/random_token.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
 #include "core/link/link.hpp"
+#include "core/link/renewal.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 
@@ -25,15 +27,14 @@ struct LinkOptions {
   Role role = Role::kServer;
   std::string node = "/connect";      // fully qualified name of our node
   std::string login_method = "none";  // client: what it logs in with
-  Bytes credential;                   // client
+  Bytes credential;                   // client, until CredentialChanged
   Duration login_timeout = std::chrono::seconds(5);
   Duration dead_after = std::chrono::seconds(3);
   Duration retry_min = std::chrono::milliseconds(200);   // client: first back-off
   Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
   Duration dial_timeout = std::chrono::seconds(5);
-  std::uint32_t links_max = 64;  // server
-  std::uint32_t identity_links_max =
-      0;  // server: of one identity, if it has a name; 0: half of them
+  std::uint32_t links_max = 64;          // server
+  std::uint32_t identity_links_max = 0;  // server: of one identity with a name; 0: half of them
   // Source of session secrets; the seeded generator when empty (simulation). Give it a
   // cryptographic one.
   std::function<std::uint64_t()> secret_random;
@@ -52,6 +53,8 @@ class LinksUser : public LinkUser {
   virtual void on_link_lost(Link& link, const Now& now) = 0;
   // It was lost for dead_after, or left for good: nothing of it stays.
   virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // Its identity has changed: its rights, perhaps.
+  virtual void on_identity_changed(Link& link) = 0;
   // What the peer has not offered again by now it will not.
   virtual void on_offers_over(Link& link, const Now& now) = 0;
 
@@ -73,6 +76,9 @@ class Links {
   void on(ConnectionClosed& input, const Now& now);
   void on(NetworkChanged& input, const Now& now);
   void on(Authenticated& input, const Now& now);
+  void on(IdentitiesChanged& input, const Now& now);
+  void on(CredentialChanged& input, const Now& now);
+  void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
   // Closes the connections that have failed while an input was handled; to be called after each.
   // Whether there were any.
@@ -109,11 +115,10 @@ class Links {
   // The log says why; the peer is told the same, or only `told`.
   void refuse(Pending::iterator waiting, const Error& why, const Now& now,
               const std::string& told = {});
-  [[nodiscard]] bool left_for_good(std::optional<std::uint16_t> code) const;
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be. `dead`: the link is dead at once, else after dead_after
   // of silence.
-  void lose(Link& link, bool dead, const Now& now);
+  void lose(Link& link, bool dead, const Now& now, bool login_refused = false);
   void dial_later(bool login_refused, const Now& now);
 
   const LinkOptions& options_;
@@ -130,10 +135,7 @@ class Links {
   bool stopped_ = false;
   std::string last_failure_;  // a client's; at a server of a link that was open
   LogLimit refusals_;
+  Renewal renewal_;
 };
-
-// Sixteen bytes; of `secret_random`, if there is one, for what nobody may guess.
-[[nodiscard]] Token128 make_token(Random& random,
-                                  const std::function<std::uint64_t()>& secret_random = {});
 
 }  // namespace connect_bridge

@@ -23,6 +23,8 @@ struct Identity {
   std::string name;  // empty: nobody (no login required)
   std::vector<std::string> groups;
   Stamp expires = 0;  // system clock, ns; 0: never
+  // What it was proved by, as the login method calls it; no secret. Empty: it cannot be withdrawn.
+  std::string credential = {};
 };
 
 struct Rule {

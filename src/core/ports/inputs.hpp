@@ -159,12 +159,25 @@ struct ConnectionClosed {
 // The machine's addresses or routes have changed: a connection may be dead without a word, a dial
 // may succeed now.
 struct NetworkChanged {};
-// The answer to Authenticate. Without an identity the login is refused; `reason` is for our log
-// only.
+// The answer to Authenticate, of a connection that logs in or renews its login. Without an identity
+// that is refused; `reason` is for our log only.
 struct Authenticated {
   ConnectionId connection;
   std::optional<Identity> identity;
   std::string reason;
+};
+// Server: what the login method knows now of credentials that it knew before. Whoever logged in by
+// one that has no identity any more is sent away; the others have the rights of their identity.
+struct IdentitiesChanged {
+  struct Change {
+    std::string credential;  // Identity::credential
+    std::optional<Identity> identity;
+  };
+  std::vector<Change> changes;
+};
+// Client: what it logs in with from now on.
+struct CredentialChanged {
+  Bytes credential;
 };
 // The answer to CompressJob or DecompressJob. Compress: nullopt when it does not shrink.
 // Decompress: nullopt when malformed.
@@ -183,11 +196,11 @@ struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input =
-    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
-                 PublishFailed, QosIncompatible, RequestTaken, CallersGone, ServiceReady,
-                 ResponseTaken, InvocationFailed, ServiceMirrorFailed, ServiceClientFailed,
-                 ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed, NetworkChanged,
-                 Authenticated, JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed,
+                           MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
+                           ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
+                           ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
+                           ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+                           CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

@@ -3,6 +3,8 @@
 #include <utility>
 #include <variant>
 
+#include "core/link/standing.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -48,6 +50,7 @@ void Side::start(const Now& now) {
 // connection is the last one, and each failure takes a connection away, so there is one.
 void Side::settle(const Now& now) {
   do {
+    if (std::exchange(rights_changed_, false)) recheck_rights(now);
     imports_.send_demands();
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
@@ -141,6 +144,21 @@ void Side::on(PolicyChanged& input, const Now& now) {
   policy_ = std::move(input.policy);
   for (auto& [id, link] : links_.all())
     if (link.open()) send_accepts(link);
+  recheck_rights(now);
+}
+
+Result<Nothing> Side::on_renew(Link& link, const Renew& renew, const Now& now) {
+  if (options_.role == Role::kClient) return Error{CloseCode::kIllegal, "a server does not log in"};
+  return ask_for_renewal(link, renew, outputs_, now);
+}
+
+void Side::on_identity_changed(Link& link) {
+  if (link.open()) send_accepts(link);
+  rights_changed_ = true;
+}
+
+// What rules and identities allow now, in both directions.
+void Side::recheck_rights(const Now& now) {
   recheck(now);
   imports_.on_policy(now);
   service_imports_.on_policy(now);

@@ -74,6 +74,8 @@ class Side final : private LinksUser {
   void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
   void on(NetworkChanged& input, const Now& now) { links_.on(input, now); }
   void on(Authenticated& input, const Now& now) { links_.on(input, now); }
+  void on(IdentitiesChanged& input, const Now& now) { links_.on(input, now); }
+  void on(CredentialChanged& input, const Now& now) { links_.on(input, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
@@ -82,6 +84,11 @@ class Side final : private LinksUser {
   // ---- what links tell
   Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) override;
+  Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
+  void on_renewed(Link& link, const Renewed& renewed) override {
+    if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
+  }
+  void on_identity_changed(Link& link) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override;
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override { end_calls(link, now); }
@@ -96,6 +103,7 @@ class Side final : private LinksUser {
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const Now& now);
+  void recheck_rights(const Now& now);
   void send_accepts(Link& link) const;
   void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
@@ -120,6 +128,7 @@ class Side final : private LinksUser {
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
+  bool rights_changed_ = false;
   bool follows_clock_ = false;
 };
 

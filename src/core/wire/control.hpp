@@ -134,8 +134,18 @@ struct Forget {
   std::vector<CallId> calls;
 };
 
+// "renew": the client logs in anew on the open connection, before its login expires.
+struct Renew {
+  std::string method;
+  std::string credential;  // of printable ASCII
+};
+// "renewed": the server's answer. Not accepted: the login is what it was.
+struct Renewed {
+  bool accepted = false;
+};
+
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget>;
+                             Attached, Refuse, Forget, Renew, Renewed>;
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 

@@ -1,10 +1,11 @@
 // JSON text from a peer -> control messages. Everything here is hostile until it is checked.
-#include <algorithm>
 #include <utility>
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/control_reader.hpp"
+#include "core/wire/control_shape.hpp"
+#include "core/wire/login.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
@@ -12,33 +13,6 @@ namespace {
 
 using Json = ControlReader::Json;
 using Reader = ControlReader;
-
-// Refuses nesting and numbers of values that are beyond the limits, before a parser allocates for
-// them. It need not understand JSON: in valid JSON it counts exactly, the rest the parser refuses.
-Result<Nothing> check_shape(std::string_view text) {
-  std::size_t depth = 0;
-  std::size_t values = 1;
-  bool in_string = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-      continue;
-    }
-    if (c == '"') in_string = true;
-    if (c == '{' || c == '[') ++depth;
-    if ((c == '}' || c == ']') && depth > 0) --depth;
-    if (c == ',' || c == '{' || c == '[') ++values;
-    if (depth > kControlDepthMax) {
-      return Error{CloseCode::kTooLarge, "a control message is nested too deeply"};
-    }
-    if (values > kControlValuesMax) {
-      return Error{CloseCode::kTooLarge, "a control message has too many values"};
-    }
-  }
-  return Nothing{};
-}
 
 Gid read_gid(Reader& reader, const Json& json) {
   Gid gid;
@@ -154,20 +128,9 @@ OriginsChanged read_origins_changed(Reader& reader, const Json& json) {
   return changed;
 }
 
-std::string read_code(Reader& reader, const Json& json) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  std::string code = reader.string(json, "code", kCodeBytesMax);
-  if (code.empty() || !std::all_of(code.begin(), code.end(), allowed)) {
-    reader.fail("code", "is no word of [a-z0-9_]");
-  }
-  return code;
-}
-
 Withdraw read_withdraw(Reader& reader, const Json& json) {
   Withdraw withdraw{read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax)};
-  if (json.contains("code")) withdraw.code = read_code(reader, json);
+  if (json.contains("code")) withdraw.code = reader.identifier(json, "code");
   withdraw.reason = reader.optional_string(json, "reason", kReasonBytesMax);
   return withdraw;
 }
@@ -207,7 +170,7 @@ Accepts read_accepts(Reader& reader, const Json& json) {
 Decline read_decline(Reader& reader, const Json& json) {
   Decline decline;
   decline.channel.value = reader.id(json, "channel");
-  decline.code = read_code(reader, json);
+  decline.code = reader.identifier(json, "code");
   decline.reason = reader.optional_string(json, "reason", kReasonBytesMax);
   return decline;
 }
@@ -228,13 +191,18 @@ Refuse read_refuse(Reader& reader, const Json& json) {
   Refuse refuse;
   refuse.channel.value = reader.id(json, "channel");
   refuse.calls = read_ids<CallId>(reader, json, "calls", kCallIdsMax);
-  refuse.code = read_code(reader, json);
+  refuse.code = reader.identifier(json, "code");
   refuse.reason = reader.optional_string(json, "reason", kReasonBytesMax);
   return refuse;
 }
 
 Forget read_forget(Reader& reader, const Json& json) {
   return {{reader.id(json, "channel")}, read_ids<CallId>(reader, json, "calls", kCallIdsMax)};
+}
+
+Renew read_renew(Reader& reader, const Json& json) {
+  return {reader.identifier(json, "method"),
+          reader.string(json, "credential", kCredentialBytesMax)};
 }
 
 std::optional<Control> read(Reader& reader, const Json& json, std::string_view type) {
@@ -248,6 +216,8 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
   if (type == "attached") return read_attached(reader, json);
   if (type == "refuse") return read_refuse(reader, json);
   if (type == "forget") return read_forget(reader, json);
+  if (type == "renew") return read_renew(reader, json);
+  if (type == "renewed") return Renewed{reader.flag(json, "accepted", false)};
   return std::nullopt;
 }
 
@@ -265,7 +235,7 @@ Result<Control> decode_control(std::string_view text) {
   if (text.size() > kControlBytesMax) {
     return Error{CloseCode::kTooLarge, "a control message is larger than 1 MiB"};
   }
-  if (auto shape = check_shape(text); !shape) return shape.error();
+  if (auto shape = check_control_shape(text); !shape) return shape.error();
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) return Error{CloseCode::kMalformed, "a control message is no JSON object"};
   Reader reader;

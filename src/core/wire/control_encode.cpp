@@ -152,6 +152,17 @@ void put(const Forget& message, Json& json) {
   json["calls"] = json_of(message.calls);
 }
 
+void put(const Renew& message, Json& json) {
+  json["type"] = "renew";
+  json["method"] = message.method;
+  json["credential"] = message.credential;
+}
+
+void put(const Renewed& message, Json& json) {
+  json["type"] = "renewed";
+  json["accepted"] = message.accepted;
+}
+
 // Bytes that are no UTF-8 are replaced: dumping must not throw over what a graph contains.
 std::string dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -11,6 +11,7 @@
 
 #include "core/base/result.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/login.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 
@@ -78,6 +79,13 @@ class ControlReader {
   std::string string(const Json& json, const char* key, std::size_t bytes_max) {
     const Json* value = find(json, key);
     return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
+  }
+
+  // A word of [a-z0-9_], 1 to 32 bytes.
+  std::string identifier(const Json& json, const char* key) {
+    std::string word = string(json, key, kCodeBytesMax);
+    if (!is_method(word)) fail(key, "is no word of [a-z0-9_]");
+    return word;
   }
 
   std::string optional_string(const Json& json, const char* key, std::size_t bytes_max) {

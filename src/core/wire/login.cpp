@@ -33,14 +33,6 @@ bool has_magic(ByteView record, std::string_view magic) {
   return record.size() >= kMagicBytes && chars(record.first(kMagicBytes)) == magic;
 }
 
-bool is_method(std::string_view method) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-  };
-  return !method.empty() && method.size() <= kMethodBytesMax &&
-         std::all_of(method.begin(), method.end(), allowed);
-}
-
 Token128 get_token(ByteView record, std::size_t offset) {
   Token128 token;
   const ByteView bytes = record.subspan(offset, token.bytes.size());
@@ -74,6 +66,14 @@ Result<Nothing> check(ByteView record, std::string_view magic, std::size_t fixed
 }
 
 }  // namespace
+
+bool is_method(std::string_view method) {
+  const auto allowed = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
+  };
+  return !method.empty() && method.size() <= kMethodBytesMax &&
+         std::all_of(method.begin(), method.end(), allowed);
+}
 
 Bytes encode(const Hello& record) {
   const std::string node = to_text(record.node, kNodeBytesMax);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
@@ -44,6 +45,9 @@ struct Welcome {
   std::string node;                     // the server's node name
   std::string identity;                 // who the server takes the client for
 };
+
+// 1 to 32 bytes of [a-z0-9_].
+[[nodiscard]] bool is_method(std::string_view method);
 
 // Node names and identities are for people: what is no text in them or too long is replaced or cut.
 // A credential that is too long makes a record that the server refuses with kTooLarge.

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 
 #include "auth/credential.hpp"
+#include "auth/secret.hpp"
+#include "core/base/hex.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -19,29 +22,16 @@ using testing::IsEmpty;
 
 constexpr char kToken[] = "0123456789abcdef-secret";
 
-Now at(double seconds) {
-  Now now;
-  now.steady =
-      TimePoint{std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds))};
-  return now;
+constexpr Stamp kNow = 0;
+
+Judgement check(Authenticator& method, const std::string& token, const std::string& peer,
+                const std::string& name = "token") {
+  return method.judge({name, Bytes(token.begin(), token.end()), peer}, kNow);
 }
 
-struct Answer {
-  std::optional<Identity> identity;
-  std::string reason;
-};
-
-Answer check(Authenticator& method, const std::string& token, const std::string& peer, double time,
-             const std::string& name = "token") {
-  Answer answer;
-  int verdicts = 0;
-  method.check({name, Bytes(token.begin(), token.end()), peer}, at(time),
-               [&](std::optional<Identity> who, std::string why) {
-                 ++verdicts;
-                 answer = {std::move(who), std::move(why)};
-               });
-  EXPECT_EQ(verdicts, 1);
-  return answer;
+std::string entry(const std::string& name, const std::string& more = {}) {
+  const ByteView token{reinterpret_cast<const std::uint8_t*>(kToken), sizeof kToken - 1};
+  return "- {identity: " + name + ", token_sha256: " + to_hex(sha256(token)) + more + "}\n";
 }
 
 std::string write_file(const std::string& name, const std::string& text, mode_t mode = 0600) {
@@ -54,53 +44,97 @@ std::string write_file(const std::string& name, const std::string& text, mode_t 
 TEST(Authenticator, KnowsTheTokenAndNothingElse) {
   AuthOptions options;
   options.token = kToken;
-  const AuthSetup setup = make_authenticator(options, at(0));
+  const AuthSetup setup = make_authenticator(options, kNow);
   ASSERT_THAT(setup.problems, IsEmpty());
-  EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1", 0).identity.value().name, "token");
-  EXPECT_FALSE(check(*setup.authenticator, "", "1.1.1.1:1", 0).identity.has_value());
-  EXPECT_FALSE(check(*setup.authenticator, std::string(kToken) + "x", "1.1.1.1:1", 0).identity);
-  EXPECT_THAT(check(*setup.authenticator, kToken, "1.1.1.1:1", 0, "none").reason,
+  EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1").identity.value().name, "token");
+  EXPECT_FALSE(check(*setup.authenticator, "", "1.1.1.1:1").identity.has_value());
+  EXPECT_FALSE(check(*setup.authenticator, std::string(kToken) + "x", "1.1.1.1:1").identity);
+  EXPECT_THAT(check(*setup.authenticator, kToken, "1.1.1.1:1", "none").reason,
               HasSubstr("method 'none'"));
 }
 
 TEST(Authenticator, WithoutLoginEverybodyIsNobody) {
   AuthOptions options;
   options.method = "none";
-  const AuthSetup setup = make_authenticator(options, at(0));
-  EXPECT_EQ(check(*setup.authenticator, "", "1.1.1.1:1", 0, "none").identity.value().name, "");
+  const AuthSetup setup = make_authenticator(options, kNow);
+  EXPECT_EQ(check(*setup.authenticator, "", "1.1.1.1:1", "none").identity.value().name, "");
 }
 
 TEST(Authenticator, ReportsProblems) {
   AuthOptions options;
-  EXPECT_THAT(make_authenticator(options, at(0)).problems, ElementsAre(HasSubstr("at least one")));
+  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("at least one")));
   options.token = "short";
   options.token_file = "/nowhere/tokens.yaml";
-  const AuthSetup both = make_authenticator(options, at(0));
+  const AuthSetup both = make_authenticator(options, kNow);
   EXPECT_THAT(both.problems,
               ElementsAre(HasSubstr("auth.token: the token has 5 characters"),
                           HasSubstr("'/nowhere/tokens.yaml' cannot be read: No such file")));
   EXPECT_EQ(both.authenticator, nullptr);
   options = {};
   options.method = "magic";
-  EXPECT_THAT(make_authenticator(options, at(0)).problems, ElementsAre(HasSubstr("'magic'")));
+  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("'magic'")));
 }
 
 TEST(Authenticator, ReadsAFileAndWarnsWhenOthersCanToo) {
   AuthOptions options;
-  options.token_file = write_file("open_tokens.yaml", std::string("anna: ") + kToken + "\n", 0644);
-  const AuthSetup setup = make_authenticator(options, at(0));
+  options.token_file = write_file("open.token", kToken, 0644);
+  const AuthSetup setup = make_authenticator(options, kNow);
   EXPECT_THAT(setup.warnings, ElementsAre(HasSubstr("may read it")));
-  EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1", 0).identity.value().name, "anna");
+  EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1").identity.value().name, "token");
+  options.token_file = write_file("open_tokens.yaml", entry("anna"), 0644);  // hashes are no secret
+  EXPECT_THAT(make_authenticator(options, kNow).warnings, IsEmpty());
+}
+
+TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
+  AuthOptions options;
+  options.token_file = write_file("wide_open.yaml", entry("anna"), 0602);
+  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("may change it")));
+}
+
+// Two looks: who writes the file must be done.
+Refreshed looks(Authenticator& method) {
+  const Refreshed first = method.refresh(kNow);
+  EXPECT_THAT(first.changes, IsEmpty());
+  EXPECT_THAT(first.problems, IsEmpty());
+  return method.refresh(kNow);
+}
+
+TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {
+  AuthOptions options;
+  options.token_file = write_file("followed.yaml", entry("anna"));
+  const AuthSetup setup = make_authenticator(options, kNow);
+  Authenticator& method = *setup.authenticator;
+  EXPECT_THAT(looks(method).news, IsEmpty());
+  write_file("followed.yaml", entry("anna", ", groups: [ops]"));
+  const Refreshed more = looks(method);
+  ASSERT_EQ(more.changes.size(), 1U);
+  EXPECT_THAT(more.changes[0].identity.value().groups, ElementsAre("ops"));
+  EXPECT_THAT(more.news, ElementsAre(HasSubstr("1 tokens, 0 withdrawn, 1 with another")));
+  EXPECT_THAT(looks(method).news, IsEmpty());  // once
+  for (const std::string& wrong : {entry("anna") + "- {identity: bert}\n", std::string{}}) {
+    write_file("followed.yaml", wrong);
+    const Refreshed refused = looks(method);
+    EXPECT_THAT(refused.problems, testing::Not(IsEmpty()));
+    EXPECT_THAT(refused.changes, IsEmpty());
+    EXPECT_THAT(check(method, kToken, "1.1.1.1:1").identity.value().groups, ElementsAre("ops"));
+  }
+  ::unlink(options.token_file.c_str());
+  EXPECT_THAT(looks(method).problems, ElementsAre(HasSubstr("No such file")));
+  write_file("followed.yaml", "another-token-0123456789");
+  const Refreshed withdrawn = looks(method);
+  ASSERT_EQ(withdrawn.changes.size(), 1U);
+  EXPECT_FALSE(withdrawn.changes[0].identity.has_value());
+  EXPECT_FALSE(check(method, kToken, "1.1.1.1:1").identity.has_value());
 }
 
 // Behind a reverse proxy all have one address.
 TEST(Authenticator, ARightTokenGetsInWhateverOthersOfItsAddressTry) {
   AuthOptions options;
   options.token = kToken;
-  const AuthSetup setup = make_authenticator(options, at(0));
+  const AuthSetup setup = make_authenticator(options, kNow);
   for (int i = 0; i < 1000; ++i)
-    EXPECT_EQ(check(*setup.authenticator, "wrong", "127.0.0.1:1", 0).reason, "unknown token");
-  EXPECT_TRUE(check(*setup.authenticator, kToken, "127.0.0.1:2", 0).identity.has_value());
+    EXPECT_EQ(check(*setup.authenticator, "wrong", "127.0.0.1:1").reason, "unknown token");
+  EXPECT_TRUE(check(*setup.authenticator, kToken, "127.0.0.1:2").identity.has_value());
 }
 
 TEST(Credential, ComesFromParameterThenFileThenEnvironment) {
@@ -121,6 +155,22 @@ TEST(Credential, ComesFromParameterThenFileThenEnvironment) {
   EXPECT_TRUE(got.bytes.empty());
   EXPECT_THAT(got.problems, IsEmpty());
   ::unsetenv(kTokenVariable);
+}
+
+TEST(Credential, FollowsItsFile) {
+  CredentialOptions options;
+  options.token_file = write_file("followed.token", "the-first-of-tokens\n");
+  CredentialFile file(options);
+  EXPECT_FALSE(file.changed());
+  write_file("followed.token", "the-second-of-tokens\n");
+  EXPECT_FALSE(file.changed());  // its writer may not be done
+  const auto second = file.changed();
+  ASSERT_TRUE(second.has_value());
+  EXPECT_EQ(std::string(second->bytes.begin(), second->bytes.end()), "the-second-of-tokens");
+  EXPECT_FALSE(file.changed());
+  write_file("followed.token", "short");
+  EXPECT_FALSE(file.changed());
+  EXPECT_THAT(file.changed().value().problems, ElementsAre(HasSubstr("5 characters")));
 }
 
 TEST(Credential, ReportsProblems) {

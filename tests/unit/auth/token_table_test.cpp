@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/base/hex.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -26,13 +28,20 @@ struct Reading {
   std::vector<std::string> warnings;
 };
 
+// An entry of the list, with `more` members ("groups: [ops]").
+std::string entry(const std::string& name, const std::string& token, const std::string& more = {}) {
+  const Digest digest = sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
+  return "- {identity: " + name + ", token_sha256: " + to_hex(digest) +
+         (more.empty() ? "" : ", " + more) + "}\n";
+}
+
 TEST(TokenTable, ReadsAList) {
-  const Reading file(std::string("- {identity: anna, token: ") + kAnna +
-                     ", groups: [ops, night]}\n"
-                     "- identity: bert\n  token_sha256: "  // printf %s bert-... | sha256sum
+  const Reading file(entry("anna", kAnna, "groups: [ops, night], comment: 'her laptop: the old'") +
+                     "- identity: bert\n  token_sha256: "  // printf '' | sha256sum
                      "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855\n"
                      "  expires: 2027-01-31T12:00:00Z\n");
   EXPECT_THAT(file.problems, IsEmpty());
+  EXPECT_FALSE(file.table.has_plain());
   const auto anna = file.find(kAnna);
   ASSERT_TRUE(anna.identity.has_value());
   EXPECT_EQ(anna.identity->name, "anna");
@@ -44,36 +53,30 @@ TEST(TokenTable, ReadsAList) {
   EXPECT_EQ(file.find(kBert).reason, "unknown token");
 }
 
-TEST(TokenTable, ReadsAMapOfIdentities) {
-  const Reading file(std::string("tokens:\n  anna: {token: ") + kAnna +
-                     ", groups: ops}\n  bert: " + kBert + "\n");
-  EXPECT_THAT(file.problems, IsEmpty());
-  EXPECT_EQ(file.find(kAnna).identity.value().name, "anna");
-  EXPECT_THAT(file.find(kAnna).identity.value().groups, ElementsAre("ops"));
-  EXPECT_EQ(file.find(kBert).identity.value().name, "bert");
-}
-
 TEST(TokenTable, ReadsOneWordAsTheOnlyToken) {
   const Reading file(std::string(kAnna) + "\n");
   EXPECT_THAT(file.problems, IsEmpty());
   EXPECT_EQ(file.find(kAnna).identity.value().name, "token");
+  EXPECT_TRUE(file.table.has_plain());
 }
 
 TEST(TokenTable, ReportsAllProblemsWithTheirLines) {
   const Reading file(
-      "- {identity: anna, token: short}\n"
-      "- {identity: bert}\n"
-      "- {token: 0123456789abcdef-ghij}\n"
+      "- {identity: anna, token: 0123456789abcdef-ghij}\n"
+      "- {identity: bert}\n" +
+      entry("''", kAnna) +
       "- {identity: carl, token_sha256: 12, expires: 2027-02-30}\n"
       "- {identity: dora, tokn: x, groups: {a: b}}\n"
       "- word\n");
-  EXPECT_THAT(file.problems,
-              ElementsAre(StartsWith("f.yaml:1: token: the token has 5 characters"),
-                          "f.yaml:2: an entry has either 'token' or 'token_sha256'",
-                          "f.yaml:3: 'identity' is missing", HasSubstr("f.yaml:4: token_sha256"),
-                          HasSubstr("f.yaml:4: expires"), HasSubstr("f.yaml:5: unknown key 'tokn'"),
-                          HasSubstr("f.yaml:5: groups"), HasSubstr("f.yaml:5: an entry has either"),
-                          HasSubstr("f.yaml:6: an entry is a map")));
+  EXPECT_THAT(
+      file.problems,
+      ElementsAre(StartsWith("f.yaml:1: a token does not stand here in plain text"),
+                  "f.yaml:2: 'token_sha256' is missing", "f.yaml:3: identity: the name is empty",
+                  HasSubstr("f.yaml:4: token_sha256"), HasSubstr("f.yaml:4: expires"),
+                  HasSubstr("f.yaml:5: unknown key 'tokn'"), HasSubstr("f.yaml:5: groups"),
+                  HasSubstr("f.yaml:6: an entry is a map")));
+  for (const auto& problem : file.problems)
+    EXPECT_THAT(problem, testing::Not(HasSubstr("0123456789abcdef")));
   EXPECT_EQ(file.table.size(), 0U);
 }
 
@@ -85,14 +88,14 @@ TEST(TokenTable, ReportsWhatIsNoYamlWithoutShowingIt) {
 }
 
 TEST(TokenTable, RefusesTheSameTokenTwiceAndWeakOnes) {
-  const Reading twice(std::string("anna: ") + kAnna + "\nbert: " + kAnna + "\n");
+  const Reading twice(entry("anna", kAnna) + entry("bert", kAnna));
   EXPECT_THAT(twice.problems, ElementsAre("f.yaml:2: the token of 'bert' is there twice"));
   EXPECT_THAT(Reading("").problems, ElementsAre("f.yaml: the token is empty"));
   EXPECT_THAT(Reading("fifteen-charact").problems, ElementsAre(HasSubstr("15 characters")));
 }
 
 TEST(TokenTable, RefusesAnExpiredToken) {
-  const std::string text = std::string("anna: {token: ") + kAnna + ", expires: 2027-01-31}\n";
+  const std::string text = entry("anna", kAnna, "expires: 2027-01-31");
   const Stamp end = parse_date("2027-01-31").value();
   const Reading early(text, end - 1);
   EXPECT_THAT(early.warnings, IsEmpty());
@@ -101,6 +104,25 @@ TEST(TokenTable, RefusesAnExpiredToken) {
   const Reading late(text, end);
   EXPECT_THAT(late.warnings, ElementsAre("f.yaml:1: the token of 'anna' has expired"));
   EXPECT_THAT(late.problems, IsEmpty());
+}
+
+TEST(TokenTable, TellsWhatAnotherTableChanges) {
+  const std::string cora = "cora-0123456789abcdef";
+  const Reading before(entry("anna", kAnna) + entry("bert", kBert) + entry("cora", cora));
+  EXPECT_THAT(before.table.changes_to(before.table), IsEmpty());
+  // Anna has a group, Bert's token is Ben's, Cora's is gone.
+  const Reading after(entry("ben", kBert) + entry("anna", kAnna, "groups: [ops]"));
+  const auto changes = before.table.changes_to(after.table);
+  ASSERT_EQ(changes.size(), 3U);
+  EXPECT_EQ(changes[0].credential, before.find(kAnna).identity->credential);
+  EXPECT_THAT(changes[0].identity.value().groups, ElementsAre("ops"));
+  EXPECT_EQ(changes[1].credential, before.find(kBert).identity->credential);
+  EXPECT_FALSE(changes[1].identity.has_value());
+  EXPECT_EQ(changes[2].credential, before.find(cora).identity->credential);
+  EXPECT_FALSE(changes[2].identity.has_value());
+  const Reading sooner(entry("anna", kAnna, "expires: 2027-01-31"));
+  EXPECT_EQ(before.table.changes_to(sooner.table)[0].identity.value().expires,
+            parse_date("2027-01-31"));
 }
 
 TEST(TokenTable, SurvivesStrangeYaml) {

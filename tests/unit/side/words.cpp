@@ -127,6 +127,10 @@ std::string word_of(const Control& control) {
                    std::to_string(m.requests.value) + " seen " + std::to_string(m.seen.value) +
                    (m.calls.empty() ? "" : " open " + ids(m.calls));
           },
+          [&](const Renew& m) { return "renew " + m.method + " " + m.credential; },
+          [&](const Renewed& m) {
+            return std::string("renewed ") + (m.accepted ? "accepted" : "refused");
+          },
           [&](const Refuse& m) {
             return "refuse " + std::to_string(m.channel.value) + " " + ids(m.calls) + " " + m.code;
           },

@@ -1,0 +1,19 @@
+// `ctl token`: a token for a client, and its entry for the server's token file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+struct TokenRequest {
+  std::string identity;
+  std::vector<std::string> groups;
+  std::string expires;  // a date in UTC; empty: never, or `days`
+  int days = 0;         // from now on; 0: no limit
+  std::string comment;
+  std::string file;  // the server's; empty: the entry is printed only
+};
+
+// The token goes to standard output and nowhere else, so that it can be sent into a file; the entry
+// is appended to the file, or goes to standard error. Returns the exit code: 0, or 2 with what is
+// wrong on standard error and nothing changed.
+int make_token(const TokenRequest& request);

@@ -1,0 +1,51 @@
+// The keys that JSON Web Tokens are verified with, and the verification of one signature.
+//
+// A key is good for one algorithm, that of its type: what a token says of its algorithm chooses
+// among the keys and never how a key is used. By OpenSSL: the libraries for JWT that Debian 12 and
+// Ubuntu 22.04 have (libjwt 1.10, cjose 0.6) do not know EdDSA.
+#pragma once
+
+#include <openssl/types.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/bytes.hpp"
+
+namespace connect_bridge {
+
+class JwtKey {
+ public:
+  // `algorithm`: "RS256", "ES256", "EdDSA" (Ed25519) or "HS256". `id` as in its token's "kid", or
+  // empty.
+  JwtKey(std::string algorithm, std::string id, std::shared_ptr<EVP_PKEY> key);
+  JwtKey(std::string id, Bytes secret);  // HS256
+
+  [[nodiscard]] const std::string& algorithm() const { return algorithm_; }
+  [[nodiscard]] const std::string& id() const { return id_; }
+  // Names the key itself; no secret.
+  [[nodiscard]] const std::string& fingerprint() const { return fingerprint_; }
+  [[nodiscard]] bool verifies(std::string_view signed_text, ByteView signature) const;
+
+ private:
+  std::string algorithm_;
+  std::string id_;
+  std::shared_ptr<EVP_PKEY> key_;  // null: HS256
+  Bytes secret_;
+  std::string fingerprint_;
+};
+
+inline constexpr std::size_t kJwtKeysMax = 64;
+
+// A JWKS (RFC 7517), or public keys in PEM. Keys of other uses are left out. Whatever is wrong goes
+// to `problems`: private keys, keys that are too weak, no key at all.
+[[nodiscard]] std::vector<JwtKey> read_jwt_keys(std::string_view text, const std::string& source,
+                                                std::vector<std::string>& problems);
+
+// Base64url without padding (RFC 7515 section 2); nullopt: it is none.
+[[nodiscard]] std::optional<Bytes> from_base64url(std::string_view text);
+
+}  // namespace connect_bridge

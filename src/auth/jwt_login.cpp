@@ -1,0 +1,168 @@
+#include "auth/jwt_login.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "auth/names.hpp"
+#include "auth/secret.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr double kSecondsMax = 4e9;    // 2096: what is later is not a date
+constexpr Stamp kSkew = 30 * kSecond;  // "nbf" by a clock that is a little ahead
+constexpr std::size_t kGroupsMax = 256;
+
+Judgement refused(std::string why) {
+  return {std::nullopt, "JWT: " + std::move(why)};
+}
+
+struct Parts {
+  std::string_view signed_text;
+  std::string_view header, payload, signature;
+};
+
+std::optional<Parts> split(std::string_view token) {
+  const auto first = token.find('.');
+  const auto second = token.find('.', first == std::string_view::npos ? first : first + 1);
+  if (second == std::string_view::npos || token.find('.', second + 1) != std::string_view::npos)
+    return std::nullopt;
+  return Parts{token.substr(0, second), token.substr(0, first),
+               token.substr(first + 1, second - first - 1), token.substr(second + 1)};
+}
+
+Json object_of(std::string_view base64url) {
+  const auto text = from_base64url(base64url);
+  return text ? Json::parse(text->begin(), text->end(), nullptr, false) : Json();
+}
+
+const std::string* text_of(const Json& json, const char* key) {
+  const auto member = json.find(key);
+  return member == json.end() ? nullptr : member->get_ptr<const std::string*>();
+}
+
+// "exp" and "nbf": seconds since 1970. nullopt: no such number.
+std::optional<Stamp> time_of(const Json& json, const char* key) {
+  const auto member = json.find(key);
+  if (member == json.end() || !member->is_number()) return std::nullopt;
+  const double seconds = member->get<double>();
+  if (!(seconds >= 0 && seconds <= kSecondsMax)) return std::nullopt;
+  return static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
+}
+
+bool is_for(const Json& payload, const std::string& audience) {
+  const auto member = payload.find("aud");
+  if (member == payload.end()) return false;
+  if (member->is_string()) return *member == audience;
+  return member->is_array() && std::find(member->begin(), member->end(), audience) != member->end();
+}
+
+// Empty with the groups added, or what is wrong.
+std::string read_groups(const Json& payload, const std::string& claim, Identity& identity) {
+  const auto member = payload.find(claim);
+  if (member == payload.end()) return {};
+  const Json list = member->is_string() ? Json::array({*member}) : *member;
+  if (!list.is_array() || list.size() > kGroupsMax) return "\"" + claim + "\" is no list of groups";
+  for (const Json& group : list) {
+    const auto* name = group.get_ptr<const std::string*>();
+    if (!name || !name_problem(*name).empty()) return "a group in \"" + claim + "\" is no name";
+    identity.groups.push_back(*name);
+  }
+  return {};
+}
+
+Judgement judge_claims(const Json& payload, const JwtOptions& options, const std::string& key,
+                       Stamp now) {
+  if (!payload.is_object()) return refused("the payload is no JSON object");
+  const std::string* const issuer = text_of(payload, "iss");
+  if (!issuer || *issuer != options.issuer) return refused("it is of another issuer");
+  if (!is_for(payload, options.audience)) return refused("it is for another audience");
+  const auto expires = time_of(payload, "exp");
+  if (!expires || *expires == 0) return refused("\"exp\" is missing or no time");
+  if (*expires <= now) return refused("it has expired");
+  const auto not_before = time_of(payload, "nbf");
+  if (payload.contains("nbf") && !not_before) return refused("\"nbf\" is no time");
+  if (not_before && *not_before > now + kSkew) return refused("it is not valid yet");
+  const std::string* const subject = text_of(payload, "sub");
+  if (!subject || !name_problem(*subject).empty()) return refused("\"sub\" is missing or no name");
+  Identity identity{*subject, {}, *expires, key};
+  const std::string wrong = read_groups(payload, options.groups_claim, identity);
+  if (!wrong.empty()) return refused(wrong);
+  return {std::move(identity), {}};
+}
+
+}  // namespace
+
+Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
+                    const JwtOptions& options, Stamp now) {
+  const auto parts = split(token);
+  if (!parts) return refused("it has not three parts");
+  const Json header = object_of(parts->header);
+  if (!header.is_object()) return refused("the header is no JSON object");
+  // Extensions that must be understood; we understand none.
+  if (header.contains("crit")) return refused("it needs extensions (\"crit\")");
+  const std::string* const algorithm = text_of(header, "alg");
+  const auto& taken = options.algorithms;
+  if (!algorithm || std::find(taken.begin(), taken.end(), *algorithm) == taken.end())
+    return refused("its algorithm is not in auth.jwt_algorithms");
+  const auto signature = from_base64url(parts->signature);
+  if (!signature) return refused("the signature is no base64url");
+  const std::string* const id = text_of(header, "kid");
+  bool any = false;
+  for (const JwtKey& key : keys) {
+    if (key.algorithm() != *algorithm || (id && !key.id().empty() && key.id() != *id)) continue;
+    any = true;
+    if (key.verifies(parts->signed_text, *signature))
+      return judge_claims(object_of(parts->payload), options, key.fingerprint(), now);
+  }
+  return refused(any ? "the signature is wrong" : "there is no key for it");
+}
+
+Judgement JwtLogin::judge(const Attempt& attempt, Stamp now) {
+  if (attempt.method != "jwt")
+    return {std::nullopt, "login method '" + attempt.method + "' instead of 'jwt'"};
+  const auto* const text = reinterpret_cast<const char*>(attempt.credential.data());
+  return judge_jwt({text, attempt.credential.size()}, keys_, options_, now);
+}
+
+Refreshed JwtLogin::refresh(Stamp) {
+  Refreshed refreshed;
+  if (!file_.settled_change()) return refreshed;
+  std::vector<JwtKey> next = read_jwt_key_file(file_.file(), refreshed.problems);
+  if (!refreshed.problems.empty()) return refreshed;
+  for (const JwtKey& key : keys_) {
+    const auto same = [&](const JwtKey& other) { return other.fingerprint() == key.fingerprint(); };
+    if (std::none_of(next.begin(), next.end(), same))
+      refreshed.changes.push_back({key.fingerprint(), std::nullopt});
+  }
+  keys_ = std::move(next);
+  refreshed.news.push_back("auth.jwt_keys '" + file_.file() +
+                           "' was read anew: " + std::to_string(keys_.size()) + " keys, " +
+                           std::to_string(refreshed.changes.size()) + " withdrawn");
+  return refreshed;
+}
+
+std::vector<JwtKey> read_jwt_key_file(const std::string& file, std::vector<std::string>& problems) {
+  std::string problem;
+  auto text = read_secret_file(file, problem);
+  if (!text) {
+    problems.push_back("auth.jwt_keys " + problem);
+    return {};
+  }
+  auto keys = read_jwt_keys(*text, file, problems);
+  wipe(*text);
+  const FileExposure exposure = exposure_of(file);
+  const bool secret = std::any_of(keys.begin(), keys.end(),
+                                  [](const JwtKey& key) { return key.algorithm() == "HS256"; });
+  if (exposure.writable || (secret && exposure.readable))
+    problems.push_back("auth.jwt_keys '" + file + "': every user of this machine may " +
+                       (exposure.writable ? "change it" : "read the secret in it"));
+  return keys;
+}
+
+}  // namespace connect_bridge

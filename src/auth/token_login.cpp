@@ -1,0 +1,54 @@
+#include "auth/token_login.hpp"
+
+#include <utility>
+
+#include "auth/secret.hpp"
+
+namespace connect_bridge {
+
+TokenTable read_token_file(const std::string& file, Stamp now, std::vector<std::string>& problems,
+                           std::vector<std::string>& warnings) {
+  TokenTable table;
+  std::string problem;
+  auto text = read_secret_file(file, problem);
+  if (!text) {
+    problems.push_back("auth.token_file " + problem);
+    return table;
+  }
+  table.read(*text, file, now, problems, warnings);
+  wipe(*text);
+  const FileExposure exposure = exposure_of(file);
+  if (exposure.writable) {
+    problems.push_back("auth.token_file '" + file +
+                       "': every user of this machine may change it (chmod go-w)");
+  } else if (exposure.readable && table.has_plain()) {
+    warnings.push_back("auth.token_file '" + file +
+                       "' holds a secret and every user of this machine may read it (chmod 600)");
+  }
+  return table;
+}
+
+Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
+  if (attempt.method != "token")
+    return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
+  TokenTable::Found found = table_.find(attempt.credential, now);
+  return {std::move(found.identity), std::move(found.reason)};
+}
+
+Refreshed TokenLogin::refresh(Stamp now) {
+  Refreshed refreshed;
+  if (!file_ || !file_->settled_change()) return refreshed;
+  TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.news);
+  if (!refreshed.problems.empty()) return refreshed;
+  refreshed.changes = table_.changes_to(next);
+  table_ = std::move(next);
+  std::size_t withdrawn = 0;
+  for (const auto& change : refreshed.changes) withdrawn += change.identity ? 0 : 1;
+  refreshed.news.push_back(
+      "auth.token_file '" + file_->file() + "' was read anew: " + std::to_string(table_.size()) +
+      " tokens, " + std::to_string(withdrawn) + " withdrawn, " +
+      std::to_string(refreshed.changes.size() - withdrawn) + " with another right or end");
+  return refreshed;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,78 @@
+#include "config/login_rows.hpp"
+
+#include <string>
+#include <utility>
+
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using namespace syntax;  // NOLINT: a table reads better without the repeated word
+using Strings = std::vector<std::string>;
+using Rows = std::vector<KeySpec>;
+
+void add_jwt(Rows& rows, const std::string& section) {
+  const auto add = [&](KeySpec spec) {
+    spec.section = section;
+    spec.used_by = UsedBy::kServer;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "auth.jwt_keys",
+       .syntax = check_not_empty,
+       .help = "`jwt`: file with the keys that sign tokens, JWKS or public keys in PEM. Followed "
+               "while the program runs."});
+  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."});
+  add({.key = "auth.jwt_audience",
+       .syntax = check_not_empty,
+       .help = "What `aud` must be, or contain."});
+  add({.key = "auth.jwt_algorithms",
+       .type = ParameterType::kStrings,
+       .fallback = Strings{"RS256", "ES256", "EdDSA"},
+       .words = {"RS256", "ES256", "EdDSA", "HS256"},
+       .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "
+               "make one."});
+  add({.key = "auth.jwt_groups_claim",
+       .fallback = "groups",
+       .syntax = check_not_empty,
+       .help = "The claim that names the groups."});
+}
+
+}  // namespace
+
+void add_login_rows(Rows& rows) {
+  const std::string section = "Login";
+  rows.push_back({.section = section,
+                  .key = "auth.method",
+                  .fallback = "token",
+                  .words = {"token", "jwt", "plugin", "certificate", "none"},
+                  .help = "How a client proves who it is; the same at both sides. `certificate`: "
+                          "by the one it shows (tls.ca at the server). `none` is refused by a "
+                          "server that listens beyond loopback."});
+  rows.push_back({.section = section,
+                  .key = "auth.token",
+                  .syntax = check_token,
+                  .secret = true,
+                  .help = "The token itself. A file or the environment variable "
+                          "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."});
+  rows.push_back({.section = section,
+                  .key = "auth.token_file",
+                  .syntax = check_not_empty,
+                  .help =
+                      "File with the token (client), or with the token or the hashes of many and "
+                      "their identities (server). Followed while the program runs."});
+  add_jwt(rows, section);
+  rows.push_back({.section = section,
+                  .key = "auth.plugin",
+                  .syntax = check_not_empty,
+                  .used_by = UsedBy::kServer,
+                  .help = "`plugin`: the shared library that decides, made with "
+                          "connect_bridge/auth_plugin.h. It runs inside the server."});
+  rows.push_back({.section = section,
+                  .key = "auth.plugin_options",
+                  .used_by = UsedBy::kServer,
+                  .secret = true,
+                  .help = "What the library gets at its start."});
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,51 @@
+#include "core/link/renewal.hpp"
+
+#include <algorithm>
+
+#include "core/wire/login.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// What a control message can carry; others are shown when the client dials again.
+bool is_printable(const Bytes& credential) {
+  return credential.size() <= kCredentialBytesMax &&
+         std::all_of(credential.begin(), credential.end(),
+                     [](std::uint8_t c) { return c > 0x20 && c < 0x7f; });
+}
+
+}  // namespace
+
+void Renewal::change(Bytes credential, Link* link) {
+  credential_ = std::move(credential);
+  if (link && link->open()) ask(*link);
+}
+
+void Renewal::on_open(Link& link) {
+  again_ = false;
+  if (dialed_with_ != credential_) ask(link);
+}
+
+void Renewal::ask(Link& link) {
+  if (link.renewing) {
+    again_ = true;
+    return;
+  }
+  if (!is_printable(credential_)) return;
+  link.renewing = true;
+  link.send(Renew{method_, {credential_.begin(), credential_.end()}});
+}
+
+void Renewal::on_renewed(Link& link, bool accepted) {
+  if (!std::exchange(link.renewing, false)) return;
+  if (accepted) {
+    outputs_.log(LogLevel::kInfo, "logged in anew at " + link.label() + "; the link goes on");
+  } else {
+    outputs_.log(LogLevel::kWarn, link.label() +
+                                      " refuses the new credential: the link goes on until the "
+                                      "former one expires or is withdrawn");
+  }
+  if (std::exchange(again_, false)) ask(link);
+}
+
+}  // namespace connect_bridge

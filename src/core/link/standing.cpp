@@ -1,0 +1,86 @@
+#include "core/link/standing.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+bool is(std::optional<std::uint16_t> number, CloseCode code) {
+  return number == static_cast<std::uint16_t>(code);
+}
+
+}  // namespace
+
+std::string refusal(const Authenticated& answer, const Now& now) {
+  if (!answer.identity) return answer.reason.empty() ? "no reason given" : answer.reason;
+  const Stamp expires = answer.identity->expires;
+  return expires != 0 && now.system >= expires ? "it has expired" : "";
+}
+
+Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now) {
+  if (link.renewing) return Error{CloseCode::kIllegal, "a renewal before the last was answered"};
+  if (!link.renewals.take(now.steady))
+    return Error{CloseCode::kTooLarge, "renews its login too often"};
+  link.renewing = true;
+  outputs.push(Authenticate{link.connection->id(),
+                            link.address,
+                            renew.method,
+                            {renew.credential.begin(), renew.credential.end()}});
+  return Nothing{};
+}
+
+bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now) {
+  link.renewing = false;
+  std::string why = refusal(answer, now);
+  if (why.empty() && answer.identity->name != link.identity.name) why = "it is another identity's";
+  link.send(Renewed{why.empty()});
+  if (!why.empty()) {
+    outputs.log(LogLevel::kWarn, "the new login of " + link.label() + " is refused: " + why);
+    return false;
+  }
+  link.identity = *answer.identity;
+  check_expiry(link, now);
+  outputs.log(LogLevel::kInfo, link.label() + " has renewed its login as " + link.identity.name);
+  return true;
+}
+
+bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now) {
+  if (link.identity.credential.empty()) return false;
+  const auto change =
+      std::find_if(changed.changes.begin(), changed.changes.end(),
+                   [&](const auto& c) { return c.credential == link.identity.credential; });
+  if (change == changed.changes.end()) return false;
+  if (change->identity) {
+    link.identity = *change->identity;
+    check_expiry(link, now);
+    return true;
+  }
+  link.fail({CloseCode::kRevoked, "the login of " + link.identity.name + " was withdrawn"});
+  if (!link.connection) link.forgotten_at = now.steady;
+  return false;
+}
+
+void check_expiry(Link& link, const Now& now) {
+  const Stamp expires = link.identity.expires;
+  link.expires_at.reset();
+  if (!link.open() || expires == 0) return;
+  if (now.system >= expires)
+    return link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
+  // By the steady clock; when the other one was set, it is found out at the next look.
+  link.expires_at = now.steady + Duration(expires - now.system);
+}
+
+bool is_goodbye(std::optional<std::uint16_t> close_code) {
+  return is(close_code, CloseCode::kNormal) || is(close_code, CloseCode::kGoingAway);
+}
+
+bool wants_other_credential(std::optional<std::uint16_t> close_code) {
+  return is(close_code, CloseCode::kLoginRefused) || is(close_code, CloseCode::kRevoked);
+}
+
+std::string advice(std::optional<std::uint16_t> close_code) {
+  if (!is(close_code, CloseCode::kExpired) && !wants_other_credential(close_code)) return {};
+  return "; another credential is needed, trying again with what is configured";
+}
+
+}  // namespace connect_bridge

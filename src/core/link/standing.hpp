@@ -1,0 +1,37 @@
+// How the login of a link stands while the link lives: it is renewed, changed, withdrawn, expires.
+#pragma once
+
+#include <string>
+
+#include "core/link/link.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// Why a login is not to be had, by what the login method answered; empty: it is.
+[[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
+
+// ---- a server's
+// The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
+// kTooLarge when that happens too often.
+Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now);
+// Its answer. Whether the identity has changed.
+bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
+// The login method tells of its own accord. Whether the identity has changed; without one the link
+// fails, or is forgotten if it is lost.
+bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now);
+// Ends what has expired, and notes when to look again.
+void check_expiry(Link& link, const Now& now);
+
+// A client that says so needs no place any more. A server that does is mostly restarted: its
+// mirrors wait for it as after any loss.
+[[nodiscard]] bool is_goodbye(std::optional<std::uint16_t> close_code);
+
+// ---- a client's
+// The server wants another credential than the one that was shown; to dial in a hurry is useless.
+[[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
+// What the user should do about the end of a connection; for the log.
+[[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);
+
+}  // namespace connect_bridge

@@ -1,0 +1,130 @@
+#include "run/login_desk.hpp"
+
+#include <openssl/crypto.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kLookPeriod = std::chrono::seconds(1);
+constexpr std::size_t kProblemsTold = 5;
+
+Stamp system_now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+std::string joined(const std::vector<std::string>& problems) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(problems.size(), kProblemsTold); ++i)
+    text += (i == 0 ? "" : "; ") + problems[i];
+  if (problems.size() > kProblemsTold)
+    text += "; and " + std::to_string(problems.size() - kProblemsTold) + " more";
+  return text;
+}
+
+}  // namespace
+
+LoginDesk::LoginDesk(Options options, Ports ports)
+    : options_(std::move(options)), ports_(std::move(ports)) {
+  if (!options_.authenticator && !options_.credential_file) return;
+  // The first one also looks around, so that with one thread nothing else touches the method.
+  threads_.emplace_back([this] { look_around(); });
+  const unsigned threads = options_.authenticator ? options_.authenticator->threads() : 1;
+  for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { judge_all(); });
+}
+
+LoginDesk::~LoginDesk() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    waiting_.clear();
+  }
+  changed_.notify_all();
+  for (auto& thread : threads_) thread.join();
+}
+
+bool LoginDesk::ask(Authenticate request) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!options_.authenticator || waiting_.size() >= kWaitingMax) return false;
+    waiting_.push_back({std::move(request), Clock::now()});
+  }
+  changed_.notify_one();
+  return true;
+}
+
+void LoginDesk::judge_all() {
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+    if (ending_) return;
+    Waiting next = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    judge(std::move(next));
+  }
+}
+
+void LoginDesk::look_around() {
+  auto due = Clock::now() + kLookPeriod;
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_until(lock, due, [this] { return ending_ || !waiting_.empty(); });
+    if (ending_) return;
+    std::optional<Waiting> next;
+    if (!waiting_.empty()) {
+      next = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
+    lock.unlock();
+    if (next) judge(std::move(*next));
+    if (Clock::now() < due) continue;
+    due = Clock::now() + kLookPeriod;
+    if (options_.authenticator) tell(options_.authenticator->refresh(system_now()));
+    if (!options_.credential_file) continue;
+    if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));
+  }
+}
+
+void LoginDesk::judge(Waiting next) {
+  Authenticate& request = next.request;
+  Authenticated answer{request.connection, std::nullopt, "the login method was too slow"};
+  // Whoever asked has been sent away: those behind it shall not wait for its answer.
+  if (Clock::now() - next.since < options_.time_limit) {
+    Attempt attempt{std::move(request.method), std::move(request.credential),
+                    std::move(request.peer)};
+    Judgement judged = options_.authenticator->judge(attempt, system_now());
+    answer.identity = std::move(judged.identity);
+    answer.reason = std::move(judged.reason);
+    OPENSSL_cleanse(attempt.credential.data(), attempt.credential.size());
+  }
+  ports_.input(std::move(answer));
+}
+
+void LoginDesk::tell(Refreshed&& refreshed) {
+  for (auto& line : refreshed.news) ports_.log({LogLevel::kInfo, std::move(line)});
+  if (!refreshed.problems.empty())
+    ports_.log(
+        {LogLevel::kError, "what was known before still holds: " + joined(refreshed.problems)});
+  if (!refreshed.changes.empty()) ports_.input(IdentitiesChanged{std::move(refreshed.changes)});
+}
+
+void LoginDesk::tell(Credential&& credential) {
+  if (!credential.problems.empty()) {
+    ports_.log(
+        {LogLevel::kError, "the former credential still holds: " + joined(credential.problems)});
+    return;
+  }
+  for (auto& line : credential.warnings) ports_.log({LogLevel::kWarn, std::move(line)});
+  ports_.log({LogLevel::kInfo, "the credential was read anew from " + credential.source});
+  ports_.input(CredentialChanged{std::move(credential.bytes)});
+}
+
+}  // namespace connect_bridge

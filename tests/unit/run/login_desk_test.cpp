@@ -1,0 +1,163 @@
+#include "run/login_desk.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <future>
+#include <map>
+
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Answers by the credential: "slow" waits for release(), others are who they say.
+class Doorman : public Authenticator {
+ public:
+  explicit Doorman(unsigned threads) : threads_(threads) {}
+  Judgement judge(const Attempt& attempt, Stamp) override {
+    const std::string who(attempt.credential.begin(), attempt.credential.end());
+    ++judged;
+    if (who == "slow") released_.wait();
+    return {Identity{who, {}}, {}};
+  }
+  Refreshed refresh(Stamp) override {
+    const bool first = !std::exchange(refreshed_, true);
+    if (!first) return {};
+    return {{{"token:1", std::nullopt}}, {"news"}, {}};
+  }
+  [[nodiscard]] unsigned threads() const override { return threads_; }
+  void release() { release_.set_value(); }
+  std::atomic<int> judged = 0;
+
+ private:
+  const unsigned threads_;
+  bool refreshed_ = false;
+  std::promise<void> release_;
+  std::shared_future<void> released_ = release_.get_future().share();
+};
+
+// Collects what a desk says.
+class Ears {
+ public:
+  LoginDesk::Ports ports() {
+    return {[this](Input&& input) {
+              const std::lock_guard lock(mutex_);
+              inputs_.push_back(std::move(input));
+              changed_.notify_all();
+            },
+            [this](Log&& line) {
+              const std::lock_guard lock(mutex_);
+              logged_ += line.text + "\n";
+              changed_.notify_all();
+            }};
+  }
+  // What is said of a connection; empty after 20 s: nothing.
+  std::optional<Authenticated> answer(std::uint64_t connection) {
+    std::optional<Authenticated> found;
+    wait([&] {
+      for (const auto& input : inputs_)
+        if (const auto* told = std::get_if<Authenticated>(&input))
+          if (told->connection.value == connection) found = *told;
+      return found.has_value();
+    });
+    return found;
+  }
+  template <class Kind>
+  std::optional<Kind> heard() {
+    std::optional<Kind> found;
+    wait([&] {
+      for (const auto& input : inputs_)
+        if (const auto* told = std::get_if<Kind>(&input)) found = *told;
+      return found.has_value();
+    });
+    return found;
+  }
+  bool logged(const std::string& text) {
+    return wait([&] { return logged_.find(text) != std::string::npos; });
+  }
+
+ private:
+  template <class Condition>
+  bool wait(Condition condition) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, 20s, condition);
+  }
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Input> inputs_;
+  std::string logged_;
+};
+
+Authenticate login(std::uint64_t connection, const std::string& who) {
+  return {{connection}, "1.1.1.1:1", "token", {who.begin(), who.end()}};
+}
+
+std::string name_of(const std::optional<Authenticated>& answer) {
+  return answer && answer->identity ? answer->identity->name : "nobody";
+}
+
+TEST(LoginDesk, ASlowLoginDelaysNoOther) {
+  Doorman doorman(2);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
+  EXPECT_TRUE(desk.ask(login(1, "slow")));
+  EXPECT_TRUE(desk.ask(login(2, "anna")));
+  EXPECT_TRUE(desk.ask(login(3, "bert")));
+  EXPECT_EQ(name_of(ears.answer(2)), "anna");
+  EXPECT_EQ(name_of(ears.answer(3)), "bert");
+  doorman.release();
+  EXPECT_EQ(name_of(ears.answer(1)), "slow");
+}
+
+TEST(LoginDesk, WhoWaitedTooLongIsNotLookedAt) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 50ms}, ears.ports());
+  EXPECT_TRUE(desk.ask(login(1, "slow")));
+  while (doorman.judged == 0) std::this_thread::yield();
+  EXPECT_TRUE(desk.ask(login(2, "anna")));
+  std::promise<void>().get_future().wait_for(100ms);
+  doorman.release();
+  EXPECT_EQ(ears.answer(2).value().reason, "the login method was too slow");
+  EXPECT_EQ(doorman.judged, 1);
+}
+
+TEST(LoginDesk, NoMoreWaitThanMay) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
+  EXPECT_TRUE(desk.ask(login(1, "slow")));
+  while (doorman.judged == 0) std::this_thread::yield();
+  for (std::size_t i = 0; i < LoginDesk::kWaitingMax; ++i)
+    EXPECT_TRUE(desk.ask(login(2 + i, "anna")));
+  EXPECT_FALSE(desk.ask(login(9999, "anna")));
+  doorman.release();
+}
+
+TEST(LoginDesk, TellsWhatTheMethodHasLearned) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
+  EXPECT_EQ(ears.heard<IdentitiesChanged>().value().changes.at(0).credential, "token:1");
+  EXPECT_TRUE(ears.logged("news"));
+}
+
+TEST(LoginDesk, TellsAClientsNewCredential) {
+  const std::string file = test::scratch_folder() + "desk.token";
+  std::ofstream{file} << "the-first-of-tokens\n";
+  Ears ears;
+  LoginDesk desk({nullptr, CredentialFile({"token", "", file}), 60s}, ears.ports());
+  EXPECT_FALSE(desk.ask(login(1, "anna")));  // here are no logins
+  std::ofstream{file} << "the-second-of-tokens\n";
+  const Bytes got = ears.heard<CredentialChanged>().value().credential;
+  EXPECT_EQ(std::string(got.begin(), got.end()), "the-second-of-tokens");
+  std::ofstream{file} << "short\n";
+  EXPECT_TRUE(ears.logged("the former credential still holds: auth.token_file"));
+}
+
+}  // namespace
+}  // namespace connect_bridge
