@@ -1,8 +1,8 @@
 # The packages of ROS 2 that the gateway uses, as one target connect_ros_packages.
 # What a distribution may lack is optional; src/ros/rcl/distro.hpp is the only place that asks for it (CONNECT_HAS_<PACKAGE>).
 set(required rcl rcutils rcpputils rmw rmw_implementation rosidl_runtime_c rosidl_typesupport_c rosidl_typesupport_introspection_c
-  ament_index_cpp builtin_interfaces rcl_interfaces rosgraph_msgs action_msgs)
-set(optional type_description_interfaces service_msgs rosidl_typesupport_fastrtps_cpp rosidl_typesupport_introspection_cpp)
+  rosidl_typesupport_fastrtps_cpp ament_index_cpp builtin_interfaces rcl_interfaces rosgraph_msgs action_msgs)
+set(optional type_description_interfaces service_msgs rosidl_typesupport_introspection_cpp)
 
 add_library(connect_ros_packages INTERFACE)
 foreach(package ${required} ${optional})

@@ -65,7 +65,8 @@ struct Config {
   NameMap names;
   std::string prefix;
   std::vector<NameMap::Pair> remap;
-  std::string status_file;     // empty: none is written
+  std::string status_file;  // empty: none is written
+  bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()
   Duration clock_publish_period = Duration::zero();
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()

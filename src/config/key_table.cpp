@@ -121,6 +121,13 @@ void add_operation(Rows& rows) {
                   .syntax = check_not_empty,
                   .help = "File in which this side keeps its status as JSON, once a second: links, "
                           "clock, and per topic messages, bytes, latency and drops by reason."});
+  rows.push_back({.section = "Operation",
+                  .key = "types_not_installed",
+                  .fallback = "carry",
+                  .words = {"carry", "refuse"},
+                  .help = "Interfaces whose type's package is not installed at this side. `carry`: "
+                          "their messages pass as they are, and nobody looks at their content. "
+                          "`refuse`: only what can be checked reaches a node."});
 }
 
 void add_link_limits(Rows& rows, const SideOptions& core) {

@@ -7,7 +7,7 @@ namespace connect_bridge::ros {
 Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()> wake)
     : options_(options),
       shared_(
-          node, options.message_bytes_max, std::move(wake),
+          node, options.message_bytes_max, options.types_not_installed, std::move(wake),
           [this](const std::string& name) { return graph_.has_node(name); },
           [this](Duration delay) { graph_.look_again(delay); }),
       graph_(node, shared_.ready, options.graph_pause,
@@ -65,6 +65,7 @@ GatewayCounters Gateway::counters() const {
   counters.service_mirrors = static_cast<std::uint32_t>(services_.mirrors.size());
   counters.service_clients = static_cast<std::uint32_t>(services_.clients.size());
   counters.proxy_nodes = static_cast<std::uint32_t>(shared_.proxies.size());
+  counters.types_not_installed = static_cast<std::uint32_t>(shared_.types.made());
   counters.pending_calls = static_cast<std::uint32_t>(services_.pending());
   return counters;
 }

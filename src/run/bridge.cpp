@@ -21,9 +21,10 @@ std::uint64_t random_word() {
   return (std::uint64_t{device()} << 32) | device();
 }
 
-ros::GatewayOptions gateway_options(const SideOptions& side) {
+ros::GatewayOptions gateway_options(const BridgeParts& parts) {
   ros::GatewayOptions options;
-  options.message_bytes_max = side.reassembly.message_bytes_max;
+  options.message_bytes_max = parts.side.reassembly.message_bytes_max;
+  options.types_not_installed = parts.config.carries_types_not_installed;
   return options;
 }
 
@@ -35,7 +36,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       side_(parts_.side, random_word()),
       loop_(io_, node, side_,
             {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
-      gateway_(node, gateway_options(parts_.side),
+      gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config),
                   {[this](const Policy& policy) { loop_.feed(PolicyChanged{policy}); },
@@ -147,6 +148,7 @@ void Bridge::every_second(double lag_ms) {
   run.loop_lag_ms = lag_ms;
   run.taken = counters.taken;
   run.published = counters.published;
+  run.types_not_installed = counters.types_not_installed;
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }
 

@@ -83,6 +83,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"memory_bytes", status.memory_bytes},
                {"taken", run.taken},
                {"published", run.published},
+               {"types_not_installed", run.types_not_installed},
                {"last_failure", status.last_failure}};
   json["links"] = Json::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));

@@ -1,49 +1,38 @@
 """A type that one side lacks, or has otherwise: the rest goes on, and both logs say it."""
 
-import os
-import pathlib
-
 import pytest
 from connect_bridge_test_interfaces.msg import Blob
 from std_msgs.msg import Int32, String
 
-from actions import FibonacciServer
-from graph import connect, until
+from actions import Client, FibonacciServer, Goal
+from calls import Caller, EchoServer, request_of
+from graph import Graph, connect, until
 from harness.domains import free_port
+from lacking import TEST_PACKAGE as PACKAGE
+from lacking import without
 
-PACKAGE = "connect_bridge_test_interfaces"
 SERVER = {
     "rules": ["all"],
-    "rule": {"all": {"export_topics": ["/t/**"], "export_actions": ["/a/**"]}},
+    "rule": {
+        "all": {
+            "export_topics": ["/t/**"],
+            "export_services": ["/s/**"],
+            "export_actions": ["/a/**"],
+        }
+    },
 }
-
-
-def without_package(folder):
-    """The environment of a machine on which the package is not installed."""
-    prefixes = os.environ["AMENT_PREFIX_PATH"].split(":")
-    folder = pathlib.Path(folder) / "lacking"
-    folder.mkdir()
-    for prefix in prefixes:
-        for file in (pathlib.Path(prefix) / "lib").glob("*.so*"):
-            if PACKAGE not in file.name and not (folder / file.name).exists():
-                (folder / file.name).symlink_to(file)
-    ours = {str(pathlib.Path(prefix) / "lib") for prefix in prefixes}
-    others = [p for p in os.environ["LD_LIBRARY_PATH"].split(":") if p not in ours]
-    return {
-        "AMENT_PREFIX_PATH": str(folder),
-        "LD_LIBRARY_PATH": ":".join([str(folder), *others]),
-    }
 
 
 @pytest.fixture
 def lacking(domains, make_graph, make_side, tmp_path):
-    """lacking(role): both sides, of which that one lacks the package, and their graphs."""
+    """lacking(role, ...): both sides, of which that one lacks the package, and their graphs; with
+    parameters for both."""
 
     class Lacking:
-        def __init__(self, role):
+        def __init__(self, role, **more):
             port, (robot, operator) = free_port(), domains(2)
-            login = {"auth": {"token": "a-token-of-two-versions"}}
-            env = {role: without_package(tmp_path)}
+            login = {"auth": {"token": "a-token-of-two-versions"}, **more}
+            env = {role: without([PACKAGE], tmp_path / "lacking")}
             self.robot, self.operator = make_graph(robot), make_graph(operator)
             self.server = make_side(
                 "server",
@@ -72,9 +61,54 @@ def lines_with(side, *words):
     return [line for line in side.text().splitlines() if all(word in line for word in words)]
 
 
+@pytest.mark.parametrize("role", ["server", "client"])
+def test_what_one_side_lacks_is_carried(lacking, role):
+    """Its log says once for a type that nobody looks at the content; the other side has it."""
+    pair = lacking(role)
+    here = pair.server if role == "server" else pair.client
+    blobs, blob = pair.robot.publisher(Blob, "/t/blob"), Blob(data=bytes(range(200)) * 100)
+    (robots,) = until(lambda: pair.robot.publishers("/t/blob"), "the publisher")
+    (mirror,) = pair.operator.wait_publishers("/t/blob", 1)
+    assert mirror.topic_type == f"{PACKAGE}/msg/Blob"
+    assert mirror.topic_type_hash == robots.topic_type_hash
+    collector = pair.operator.collector(Blob, "/t/blob")
+    connect(blobs, collector, blob)
+    blobs.publish(blob)
+    assert collector.wait()[0] == blob
+
+    servers = Graph(pair.robot.domain, 4, "servers")
+    echo, fibonacci = EchoServer(servers, "/s/echo"), FibonacciServer(servers, "/a/fib")
+    caller = Caller(pair.operator, "/s/echo").wait_ready()
+    for number in range(20):
+        request = request_of("x" * number * number)
+        assert caller.call(request).tree == request.tree
+    client = Client(pair.operator, "/a/fib")
+    until(client.server_is_ready, "the action is ready")
+    goal = Goal(client, 5)
+    assert goal.handle.accepted
+    until(lambda: goal.feedback, "feedback")
+    assert list(goal.result().result.sequence) == [0, 1, 1, 2, 3, 5]
+
+    told = "is not installed here: it is carried as it is"
+    for type_name in ("msg/Blob", "srv/Echo", "action/Fibonacci"):
+        assert len(lines_with(here, f"the type {PACKAGE}/{type_name} {told}")) == 1, here.text()
+    assert len(lines_with(here, told)) == 3
+    made = lambda: here.status().get("types_not_installed")  # noqa: E731
+    # Two of a service; of an action two services and the feedback, the rest is of action_msgs.
+    until(lambda: made() == 1 + 2 + 5, lambda: f"{made()} types")
+    pair.robot.tester.destroy_publisher(blobs)
+    collector.close()
+    client.destroy()
+    caller.close()
+    echo.stop()
+    fibonacci.stop()
+    until(lambda: made() == 0, lambda: f"{made()} types are left")
+    servers.close()
+
+
 def test_the_exporter_lacks_it(lacking):
     """The topic goes when it cannot be subscribed to, and the importer's log says why."""
-    pair = lacking("server")
+    pair = lacking("server", types_not_installed="refuse")
     pair.robot.publisher(Blob, "/t/blob")
     pair.operator.wait_publishers("/t/blob", 1)
     pair.operator.collector(Blob, "/t/blob")
@@ -88,7 +122,7 @@ def test_the_exporter_lacks_it(lacking):
 
 @pytest.mark.parametrize("role", ["server", "client"])
 def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
-    pair = lacking(role)
+    pair = lacking(role, types_not_installed="refuse")
     server = FibonacciServer(pair.robot, "/a/fib")
     missing = f"the type {PACKAGE}/action/Fibonacci is not known here"
     here, there = (pair.server, pair.client) if role == "server" else (pair.client, pair.server)

@@ -160,7 +160,7 @@ class Peer(Renewals, Calls):
         qos = {"reliability": "reliable", "durability": durability, "depth": 10}
         origin = {
             "origin": 1,
-            "gid": (self.side + bytes([channel])).ljust(24, b"\0").hex(),
+            "gid": (self.side + channel.to_bytes(2, "big")).ljust(24, b"\0").hex(),
             "node": "/python",
             "qos": qos,
         }

@@ -15,8 +15,7 @@ constexpr std::size_t kMemoryMax = 1U << 20;
 
 const rosidl_message_type_support_t& introspection(const std::string& type) {
   static TypeSupports types;
-  return *get_message_typesupport_handle(std::get<0>(types.message(type, "")),
-                                         rosidl_typesupport_introspection_c__identifier);
+  return *std::get<0>(types.message(type, "")).introspection;
 }
 
 std::optional<std::string> check(const std::string& type, const Bytes& bytes,

@@ -107,7 +107,9 @@ TEST_F(GatewayTest, UnknownIdsAreIgnored) {
 }
 
 TEST_F(GatewayTest, RefusesTypesThatAreNotInstalled) {
-  TestSide side("connect_client");
+  GatewayOptions options;
+  options.types_not_installed = false;
+  TestSide side("connect_client", options);
   for (const char* type : {"no_such_package/msg/Thing", "std_msgs/msg/NoSuchMessage",
                            "../../evil/msg/String", "String", "std_msgs/msg/Str/ing", ""}) {
     side.gateway.apply(CreateMirror{kMirror, topic("chatter"), type, "", qos_of_depth(1)});

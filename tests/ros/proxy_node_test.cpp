@@ -140,12 +140,6 @@ std::size_t threads() {
   return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
-std::size_t resident_kilobytes() {
-  std::size_t total = 0, resident = 0;
-  std::ifstream("/proc/self/statm") >> total >> resident;
-  return resident * 4;
-}
-
 // For the documents: what one costs.
 TEST_F(ProxyNodeTest, CostsLittle) {
   TestSide side("connect_client");

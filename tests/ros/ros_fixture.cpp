@@ -33,7 +33,7 @@ struct Arguments {
 
 const rosidl_message_type_support_t* type_of_name(const std::string& name) {
   TypeSupports types;
-  return std::get<0>(types.message(name, ""));
+  return std::get<0>(types.message(name, "")).handle.get();
 }
 
 // Nodes of one process reach each other through the transports, as nodes of two processes do.
@@ -51,6 +51,12 @@ void separate_nodes() {
 }
 
 }  // namespace
+
+std::size_t resident_kilobytes() {
+  std::size_t total = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> total >> resident;
+  return resident * 4;
+}
 
 RosTest::RosTest() {
   static const bool separated = (separate_nodes(), true);

@@ -31,6 +31,7 @@ constexpr auto kPatience = 10s;
 // std_msgs/msg/String in CDR, little endian, padded to 4 bytes as it is on the wire.
 Bytes string_message(const std::string& text);
 Qos qos_of_depth(std::uint32_t depth);
+std::size_t resident_kilobytes();  // of this process
 
 // A domain of its own for this test and process.
 class RosTest : public testing::Test {

@@ -22,7 +22,7 @@ Bytes bytes_of_message(MessageForm& form) {
   return bytes;
 }
 
-ServiceType* type_of_name(TypeSupports& types, const std::string& name) {
+std::shared_ptr<ServiceType> type_of_name(TypeSupports& types, const std::string& name) {
   return std::get<0>(types.service(name, ""));
 }
 
@@ -62,9 +62,8 @@ Cdr& Cdr::zeros(std::size_t count) {
 void overfill(MessageForm& reflect) {
   using Members = rosidl_typesupport_introspection_c__MessageMembers;
   static TypeSupports types;
-  const auto* type = std::get<0>(types.message(std::string{kTestPackage} + "/msg/Everything", ""));
-  const auto* members = static_cast<const Members*>(
-      get_message_typesupport_handle(type, rosidl_typesupport_introspection_c__identifier)->data);
+  const auto type = std::get<0>(types.message(std::string{kTestPackage} + "/msg/Everything", ""));
+  const auto* members = static_cast<const Members*>(type.introspection->data);
   for (std::uint32_t i = 0; i < members->member_count_; ++i) {
     const auto& member = members->members_[i];
     if (member.name_ != std::string{"short_text"}) continue;

@@ -63,7 +63,7 @@ class RawServer {
  private:
   TestNode& node_;
   TypeSupports types_;
-  ServiceType* type_;
+  std::shared_ptr<ServiceType> type_;
   rcl_service_t service_ = rcl_get_zero_initialized_service();
 };
 
@@ -82,7 +82,7 @@ class RawClient {
  private:
   TestNode& node_;
   TypeSupports types_;
-  ServiceType* type_;
+  std::shared_ptr<ServiceType> type_;
   rcl_client_t client_ = rcl_get_zero_initialized_client();
 };
 

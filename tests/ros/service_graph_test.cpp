@@ -178,7 +178,7 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
     }
   });
   Shared shared(
-      *side.node, 1000, [] {}, [](const std::string&) { return false; }, [](Duration) {});
+      *side.node, 1000, true, [] {}, [](const std::string&) { return false; }, [](Duration) {});
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   int made = 0;
   while ((made < 300 || readings < 300) && std::chrono::steady_clock::now() < deadline) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/log_limit.hpp"
+#include "core/base/tell_once.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/counters.hpp"
 #include "ros/entities/ready_list.hpp"
@@ -21,12 +22,13 @@ namespace connect_bridge::ros {
 
 // Thread: the loop's.
 struct Shared {
-  Shared(Node& the_node, std::uint32_t bytes_max, std::function<void()> wake,
-         std::function<bool(const std::string& name)> is_node_taken,
+  Shared(Node& the_node, std::uint32_t bytes_max, bool types_not_installed,
+         std::function<void()> wake, std::function<bool(const std::string& name)> is_node_taken,
          std::function<void(Duration)> look_at_graph)
       : node(the_node),
         message_bytes_max(bytes_max),
         look_again(std::move(look_at_graph)),
+        types(types_not_installed),
         ready(std::move(wake)),
         proxies(the_node, std::move(is_node_taken)) {}
 
@@ -39,6 +41,14 @@ struct Shared {
   void refuse_call(const std::string& why) {
     ++counters.refused_calls;
     node.log(refusals, LogLevel::kWarn, why);
+  }
+  // Once for a type, an action's parts together; a peer's thousands fill no log.
+  void tell_not_installed(const std::string& type) {
+    const auto name = parse_type_name(type);
+    if (!name || !told_types.first(name->to_install())) return;
+    node.log(LogLevel::kInfo, "the type " + name->to_install() +
+                                  " is not installed here: it is carried as it is, and nobody "
+                                  "looks at the content of its messages");
   }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
@@ -54,6 +64,7 @@ struct Shared {
   std::deque<Input> reports;
   LogLimit refusals;     // of requests and responses
   LogLimit unpublished;  // samples
+  TellOnce told_types;   // that are not installed
 };
 
 }  // namespace connect_bridge::ros

@@ -11,6 +11,7 @@
 #include <rmw/topic_endpoint_info.h>
 #include <rosidl_runtime_c/message_type_support_struct.h>
 #include <rosidl_runtime_c/service_type_support_struct.h>
+#include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
 
 #include <algorithm>
 #include <optional>
@@ -95,6 +96,39 @@ inline rcl_ret_t fini_rosout(rcl_node_t* node) {
   (void)node;
 #endif
   return RCL_RET_OK;
+}
+
+// Whether endpoints can be made of types whose packages are not installed
+// (ros/types/bare_types.hpp): these middlewares read and write messages by functions that type
+// support brings with it, and the others by a type's fields.
+inline bool takes_bare_types() {
+  const std::string_view name = rmw_get_implementation_identifier();
+  return name == "rmw_fastrtps_cpp" || name == "rmw_zenoh_cpp";
+}
+
+// rmw_zenoh_cpp joins the endpoints of a topic or service only where their hashes are the same.
+inline bool joins_by_hash() {
+  return std::string_view{rmw_get_implementation_identifier()} == "rmw_zenoh_cpp";
+}
+
+// Before Kilted rmw_fastrtps_cpp makes no endpoint without a type's fields, though it does nothing
+// with them; since Kilted it tells them to others, so there it must not get wrong ones. No header
+// tells which it is but this one, which got keys at that time.
+template <class Callbacks = message_type_support_callbacks_t>
+constexpr bool bare_types_need_introspection() {
+  return !requires(Callbacks callbacks) {
+    callbacks.key_callbacks;
+  };
+}
+
+// Since Iron a service's type support has its requests' and its responses'.
+template <class Service>
+void set_parts(Service& service, const rosidl_message_type_support_t* requests,
+               const rosidl_message_type_support_t* responses) {
+  if constexpr (requires { service.request_typesupport; }) {
+    service.request_typesupport = requests;
+    service.response_typesupport = responses;
+  }
 }
 
 // rmw_cyclonedds_cpp puts a local handle where the others put the publisher's id of the graph

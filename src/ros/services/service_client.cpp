@@ -26,15 +26,16 @@ ServiceClient::~ServiceClient() {
 }
 
 std::optional<Refusal> ServiceClient::open() {
-  const auto type = shared_.types.service(create_.type, {});
-  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
-  type_ = std::get<0>(type);
+  auto type = shared_.types.service(create_.type, {});
+  if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
+  type_ = std::move(std::get<0>(type));
   rcl_client_options_t options = rcl_client_get_default_options();
   options.qos = service_qos();
   rcl_ret_t result = rcl_client_init(&client_, shared_.node.handle(), type_->handle,
                                      create_.service.c_str(), &options);
   if (result != RCL_RET_OK) return failure("cannot call " + create_.service, result);
   open_ = true;
+  if (!type_->is_installed) shared_.tell_not_installed(create_.type);
   result = rcl_client_set_on_new_response_callback(&client_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot call " + create_.service, result);
   return std::nullopt;

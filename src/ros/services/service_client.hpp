@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -53,7 +54,7 @@ class ServiceClient final : public Entity {
 
   Shared& shared_;
   const Create create_;
-  ServiceType* type_ = nullptr;
+  std::shared_ptr<ServiceType> type_;
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
   bool told_ready_ = false;

@@ -20,9 +20,9 @@ ServiceMirror::~ServiceMirror() {
 }
 
 std::optional<Refusal> ServiceMirror::open() {
-  const auto type = shared_.types.service(create_.type, create_.type_hash);
-  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
-  type_ = std::get<0>(type);
+  auto type = shared_.types.service(create_.type, create_.type_hash);
+  if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
+  type_ = std::move(std::get<0>(type));
   node_ = shared_.proxies.get(create_.node);
   rcl_service_options_t options = rcl_service_get_default_options();
   options.qos = service_qos();
@@ -30,6 +30,7 @@ std::optional<Refusal> ServiceMirror::open() {
       rcl_service_init(&service_, node_.get(), type_->handle, create_.service.c_str(), &options);
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
   open_ = true;
+  if (!type_->is_installed) shared_.tell_not_installed(create_.type);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
   // What came before the callback was set: not every middleware reports it.

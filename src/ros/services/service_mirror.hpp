@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -57,7 +58,7 @@ class ServiceMirror final : public Entity {
 
   Shared& shared_;
   const Create create_;
-  ServiceType* type_ = nullptr;
+  std::shared_ptr<ServiceType> type_;
   ProxyNodes::Handle node_;  // has the server
   rcl_service_t service_ = rcl_get_zero_initialized_service();
   bool open_ = false;

@@ -26,24 +26,25 @@ Mirror::~Mirror() {
 }
 
 std::optional<Refusal> Mirror::open() {
-  const auto type = shared_.types.message(create_.type, create_.type_hash);
-  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
+  auto type = shared_.types.message(create_.type, create_.type_hash);
+  if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
+  type_ = std::move(std::get<MessageType>(type));
   node_ = shared_.proxies.get(create_.node);
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = to_rmw(create_.qos);
-  const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), std::get<0>(type),
+  const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), type_.handle.get(),
                                               create_.topic.c_str(), &options);
   if (result != RCL_RET_OK)
     return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
-  introspection_ = introspection_of(std::get<0>(type));
   shared_.node.own().add(publisher_);
+  if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   return std::nullopt;
 }
 
 void Mirror::publish(ByteView bytes) {
-  if (introspection_ != nullptr && bytes.size() > kUncheckedBytesMax) {
-    if (const auto problem = check_cdr(bytes, *introspection_, sample_limits(bytes.size())))
+  if (type_.introspection != nullptr && bytes.size() > kUncheckedBytesMax) {
+    if (const auto problem = check_cdr(bytes, *type_.introspection, sample_limits(bytes.size())))
       return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
                     *problem);
   }

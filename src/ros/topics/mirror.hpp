@@ -33,8 +33,8 @@ class Mirror final : public Entity {
 
   Shared& shared_;
   const Create create_;
-  const rosidl_message_type_support_t* introspection_ = nullptr;  // null: not installed
-  ProxyNodes::Handle node_;                                       // has the publisher
+  MessageType type_;
+  ProxyNodes::Handle node_;  // has the publisher
   rcl_publisher_t publisher_ = rcl_get_zero_initialized_publisher();
   bool open_ = false;
   std::uint64_t unpublished_ = 0;  // samples, not reported yet

@@ -36,13 +36,14 @@ Subscription::~Subscription() {
 }
 
 std::optional<Refusal> Subscription::open() {
-  const auto type = shared_.types.message(create_.type, create_.type_hash);
-  if (const auto* refusal = std::get_if<Refusal>(&type)) return *refusal;
+  auto type = shared_.types.message(create_.type, create_.type_hash);
+  if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
+  type_ = std::move(std::get<MessageType>(type));
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
   options.rmw_subscription_options.ignore_local_publications = ignore_local_;
-  rcl_ret_t result = rcl_subscription_init(&subscription_, shared_.node.handle(), std::get<0>(type),
-                                           create_.topic.c_str(), &options);
+  rcl_ret_t result = rcl_subscription_init(&subscription_, shared_.node.handle(),
+                                           type_.handle.get(), create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;
   if (result != RCL_RET_OK)
     refusal =
@@ -50,6 +51,7 @@ std::optional<Refusal> Subscription::open() {
   ignore_error(rcl_subscription_options_fini(&options));
   if (refusal) return refusal;
   open_ = true;
+  if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   lost_total_ = 0;
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
              asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());

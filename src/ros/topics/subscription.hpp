@@ -46,6 +46,7 @@ class Subscription : public Entity {
   const bool ignore_local_;
   const bool tells_origin_;
   const bool asks_for_lost_;
+  MessageType type_;
   rcl_subscription_t subscription_ = rcl_get_zero_initialized_subscription();
   bool open_ = false;
   int invalid_in_row_ = 0;

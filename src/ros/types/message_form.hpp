@@ -15,7 +15,7 @@ namespace connect_bridge::ros {
 
 // The requests, or the responses, of a service: one message in memory, which rcl takes into and
 // sends from, and the same as bytes (CDR with its 4-byte header). An interface, because a type that
-// is not installed can be carried too, by bytes alone. Thread: the loop's.
+// is not installed is carried too, by bytes alone (bare_form.hpp). Thread: the loop's.
 class MessageForm {
  public:
   MessageForm() = default;
@@ -27,8 +27,8 @@ class MessageForm {
   [[nodiscard]] virtual void* message() = 0;
   // The message as bytes; an error text, or nothing.
   virtual std::optional<std::string> write_to(rmw_serialized_message_t& bytes) = 0;
-  // The message from bytes that anybody may have made; an error text, or nothing. Takes no more
-  // memory than `memory_max` beside the message itself.
+  // The message from bytes that anybody may have made, and that live until reset(); an error text,
+  // or nothing. Takes no more memory than `memory_max` beside the message itself.
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
   // The content is not needed any longer: what was large is freed.
   virtual void reset() = 0;

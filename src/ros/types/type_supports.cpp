@@ -6,38 +6,17 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
+#include <string_view>
+#include <utility>
 
 #include "ros/rcl/distro.hpp"
+#include "ros/types/cdr_check.hpp"
 
 namespace connect_bridge::ros {
 namespace {
 
 constexpr std::size_t kMissingMax = 1024;
 constexpr std::chrono::seconds kMissingTime{10};
-
-struct TypeName {
-  std::string package, kind, name;
-};
-
-bool is_identifier(std::string_view text) {
-  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-  return !text.empty() && letter(text.front()) &&
-         std::all_of(text.begin(), text.end(),
-                     [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; });
-}
-
-// A peer may have chosen the name, and it becomes part of a file name.
-std::optional<TypeName> parse(const std::string& type) {
-  const auto first = type.find('/');
-  const auto second = first == std::string::npos ? first : type.find('/', first + 1);
-  if (second == std::string::npos) return std::nullopt;
-  TypeName name{type.substr(0, first), type.substr(first + 1, second - first - 1),
-                type.substr(second + 1)};
-  const bool good = is_identifier(name.package) && is_identifier(name.kind) &&
-                    is_identifier(name.name) && type.size() <= 255;
-  return good ? std::optional{name} : std::nullopt;
-}
 
 std::string library_name(const std::string& package) {
 #ifdef __APPLE__
@@ -67,12 +46,6 @@ void* open_library(const std::string& package) {
   return dlopen(library_name(package).c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
-// What a person must look for: of the types that ROS derives from an action's, the action's own.
-std::string to_install(const TypeName& type) {
-  const auto end = type.kind == "action" ? type.name.find('_') : std::string::npos;
-  return type.package + "/" + type.kind + "/" + type.name.substr(0, end);
-}
-
 // Nothing, or why `type` here is not the one with the hash `wanted`.
 std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
                                 const std::string& wanted) {
@@ -83,41 +56,69 @@ std::optional<Refusal> mismatch(const std::string& type, const std::string& ours
                                       "both sides"};
 }
 
+// Of an installed type: libraries are never unloaded.
+std::shared_ptr<const rosidl_message_type_support_t> without_end(
+    const rosidl_message_type_support_t* handle) {
+  return {std::shared_ptr<void>{}, handle};
+}
+
 }  // namespace
 
-TypeSupports::MessageType TypeSupports::message(const std::string& type, const std::string& hash) {
+TypeSupports::TypeSupports(bool not_installed_too)
+    : takes_bare_(not_installed_too && distro::takes_bare_types()) {}
+
+TypeSupports::Message TypeSupports::message(const std::string& type, const std::string& hash) {
   auto found = messages_.find(type);
   if (found == messages_.end()) {
-    MessageType loaded = load_message(type);
     // A missing package is looked for again: it may be installed while we run.
-    if (std::holds_alternative<Refusal>(loaded)) return loaded;
-    found = messages_.emplace(type, std::move(loaded)).first;
+    const auto loaded = load(type, "message");
+    if (const auto* refusal = std::get_if<Refusal>(&loaded))
+      return bare_message(type, hash, *refusal);
+    const auto* handle = static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
+    found =
+        messages_.emplace(type, MessageType{without_end(handle), introspection_of(handle)}).first;
   }
-  const auto* handle = std::get<0>(found->second);
-  if (hash.empty()) return handle;
-  if (auto refusal = mismatch(type, distro::type_hash_of(*handle), hash)) return *refusal;
-  return handle;
+  if (hash.empty()) return found->second;
+  if (auto refusal = mismatch(type, distro::type_hash_of(*found->second.handle), hash))
+    return *refusal;
+  return found->second;
 }
 
 TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash) {
   auto found = services_.find(type);
   if (found == services_.end()) {
     auto loaded = load_service(type);
-    if (auto* refusal = std::get_if<Refusal>(&loaded)) return *refusal;
+    if (const auto* refusal = std::get_if<Refusal>(&loaded))
+      return bare_service(type, hash, *refusal);
     found = services_.emplace(type, std::move(std::get<0>(loaded))).first;
   }
   if (auto refusal = mismatch(type, found->second->hash, hash)) return *refusal;
-  return found->second.get();
+  return found->second;
 }
 
-TypeSupports::MessageType TypeSupports::load_message(const std::string& type) {
-  auto loaded = load(type, "message");
-  if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
-  return static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
+std::optional<TypeName> TypeSupports::bare_name(const std::string& type,
+                                                const std::string& hash) const {
+  if (!takes_bare_ || (hash.empty() && distro::joins_by_hash())) return std::nullopt;
+  return parse_type_name(type);
 }
 
-std::variant<std::unique_ptr<ServiceType>, Refusal> TypeSupports::load_service(
-    const std::string& type) {
+TypeSupports::Message TypeSupports::bare_message(const std::string& type, const std::string& hash,
+                                                 const Refusal& not_installed) {
+  const auto name = bare_name(type, hash);
+  if (!name) return not_installed;
+  auto made = bare_.message(*name, hash);
+  if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
+  return MessageType{std::move(std::get<0>(made)), nullptr};
+}
+
+TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,
+                                                 const Refusal& not_installed) {
+  const auto name = bare_name(type, hash);
+  if (!name) return not_installed;
+  return bare_.service(*name, hash);
+}
+
+TypeSupports::Service TypeSupports::load_service(const std::string& type) {
   auto loaded = load(type, "service");
   auto request = load(type + "_Request", "message");
   auto response = load(type + "_Response", "message");
@@ -127,8 +128,9 @@ std::variant<std::unique_ptr<ServiceType>, Refusal> TypeSupports::load_service(
   const auto form = [](const void* handle) {
     return installed_form(static_cast<const rosidl_message_type_support_t*>(handle));
   };
-  auto made = std::make_unique<ServiceType>();
+  auto made = std::make_shared<ServiceType>();
   made->name = type;
+  made->is_installed = true;
   made->handle = static_cast<const rosidl_service_type_support_t*>(std::get<0>(loaded));
   made->hash = distro::type_hash_of(*made->handle);
   made->request = form(std::get<0>(request));
@@ -156,15 +158,15 @@ void* TypeSupports::library_of(const std::string& package) {
 
 std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
                                                       const std::string& kind) {
-  const auto name = parse(type);
+  const auto name = parse_type_name(type);
   if (!name) {
     return Refusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
   }
-  void* library = library_of(name->package);
+  void* library = bare_.uses(name->package) ? nullptr : library_of(name->package);
   if (library == nullptr) {
     std::string ros_package = name->package;
     std::replace(ros_package.begin(), ros_package.end(), '_', '-');
-    return Refusal{"type_unknown", "the type " + to_install(*name) +
+    return Refusal{"type_unknown", "the type " + name->to_install() +
                                        " is not known here: install the package " + name->package +
                                        " (ros-<distro>-" + ros_package +
                                        ") or source the workspace that has it"};
@@ -176,7 +178,7 @@ std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
   const void* handle = function ? function() : nullptr;
   if (handle == nullptr) {
     return Refusal{"type_unknown", "the installed package " + name->package + " has no type " +
-                                       to_install(*name) +
+                                       name->to_install() +
                                        ": install the version that the peer has"};
   }
   return handle;

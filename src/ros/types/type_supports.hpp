@@ -1,54 +1,71 @@
-// Type support at run time: by the type's name, from the shared libraries of installed packages.
+// Type support by the type's name: from the shared libraries of installed packages, or made.
 #pragma once
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
-#include <rosidl_runtime_c/service_type_support_struct.h>
 
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
-#include <string_view>
 #include <variant>
 
 #include "ros/rcl/rcl_result.hpp"
-#include "ros/types/message_form.hpp"
+#include "ros/types/bare_types.hpp"
+#include "ros/types/service_type.hpp"
+#include "ros/types/type_name.hpp"
 
 namespace connect_bridge::ros {
 
-// Lives as long as the TypeSupports that made it.
-struct ServiceType {
-  std::string name;                                       // "std_srvs/srv/SetBool"
-  const rosidl_service_type_support_t* handle = nullptr;  // for rcl
-  std::string hash;                                       // "RIHS01_...", or empty
-  std::unique_ptr<MessageForm> request, response;
+struct MessageType {
+  std::shared_ptr<const rosidl_message_type_support_t> handle;  // for rcl; outlives its endpoints
+  // What tells its fields (check_cdr()). nullptr: nothing does, the type is not installed.
+  const rosidl_message_type_support_t* introspection = nullptr;
 };
 
-// A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. What it hands out
-// lives as long as the process: libraries are never unloaded, because the middleware keeps
-// references to type support.
+// A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. Libraries are never
+// unloaded, because the middleware keeps references to type support; what is made at run time goes
+// with its last user.
 class TypeSupports {
  public:
-  using MessageType = std::variant<const rosidl_message_type_support_t*, Refusal>;
-  using Service = std::variant<ServiceType*, Refusal>;
+  using Message = std::variant<MessageType, Refusal>;
+  using Service = std::variant<std::shared_ptr<ServiceType>, Refusal>;
+
+  // `not_installed_too`: types whose packages are not installed are made at run time, where the
+  // middleware can use them (bare_types.hpp).
+  explicit TypeSupports(bool not_installed_too = false);
 
   // The type support of "std_msgs/msg/String". A `hash` that is not empty ("RIHS01_...") must be
-  // the hash of the installed definition, where the distribution has hashes.
-  MessageType message(const std::string& type, const std::string& hash);
+  // the hash of the installed definition, where the distribution has hashes; a type that is not
+  // installed has it from there.
+  Message message(const std::string& type, const std::string& hash);
   // The same of "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
   Service service(const std::string& type, const std::string& hash);
 
+  // How many types of messages are in use that are not installed.
+  [[nodiscard]] std::size_t made() const { return bare_.size(); }
+
  private:
-  MessageType load_message(const std::string& type);
-  std::variant<std::unique_ptr<ServiceType>, Refusal> load_service(const std::string& type);
+  Service load_service(const std::string& type);
+  // The name of a type that is not installed and can be made; nullopt: it cannot.
+  [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type,
+                                                  const std::string& hash) const;
+  // Such a type, or why it is not to be had.
+  Message bare_message(const std::string& type, const std::string& hash,
+                       const Refusal& not_installed);
+  Service bare_service(const std::string& type, const std::string& hash,
+                       const Refusal& not_installed);
   // The result of a function of the package of `type`; `kind` is "message" or "service".
   std::variant<const void*, Refusal> load(const std::string& type, const std::string& kind);
 
   // The library of a package; null: not installed.
   void* library_of(const std::string& package);
 
+  const bool takes_bare_;
+  BareTypes bare_;
+  // What is installed.
   std::map<std::string, MessageType, std::less<>> messages_;
-  std::map<std::string, std::unique_ptr<ServiceType>, std::less<>> services_;
+  std::map<std::string, std::shared_ptr<ServiceType>, std::less<>> services_;
   std::map<std::string, void*, std::less<>> libraries_;  // by package
   // Packages that were looked for in vain, and when they are looked for again. A peer may ask for
   // any, and each takes a search of the file system.

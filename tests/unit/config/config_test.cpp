@@ -25,6 +25,7 @@ TEST(Config, ServerDefaults) {
   EXPECT_EQ(config.listen.path, "/");
   EXPECT_EQ(config.socket.not_sent_bytes, 16384U);
   EXPECT_EQ(config.socket.congestion_control, "auto");
+  EXPECT_TRUE(config.carries_types_not_installed);
   EXPECT_THAT(config.policy.rules(), IsEmpty());
   EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("no peer may exchange anything")));
 

@@ -1,0 +1,22 @@
+// Messages of which only the bytes are known.
+#pragma once
+
+#include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
+
+#include <memory>
+#include <string>
+
+#include "ros/types/message_form.hpp"
+
+namespace connect_bridge::ros {
+
+// The functions by which a middleware with the type support of Fast RTPS reads and writes the
+// messages of a bare_form(). The caller sets the names.
+[[nodiscard]] message_type_support_callbacks_t bare_callbacks();
+
+// A request or response of a type that is not installed: the bytes are carried as they are, and
+// nothing is known of what is in them. Only plain CDR in this machine's byte order can be sent.
+// What it reads from must live until reset(). `type` is for errors.
+[[nodiscard]] std::unique_ptr<MessageForm> bare_form(std::string type);
+
+}  // namespace connect_bridge::ros

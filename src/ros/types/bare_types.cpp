@@ -1,0 +1,145 @@
+#include "ros/types/bare_types.hpp"
+
+#include <rosidl_typesupport_fastrtps_cpp/service_type_support.h>
+#include <rosidl_typesupport_introspection_c/identifier.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
+#include <rosidl_typesupport_fastrtps_cpp/identifier.hpp>
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "ros/types/bare_form.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+using rosidl_typesupport_fastrtps_cpp::typesupport_identifier;
+
+Refusal no_hash(const TypeName& name, const std::string& hash) {
+  return {"type_mismatch", "\"" + hash + "\" is no hash of the type " + name.full()};
+}
+
+Refusal too_many_hashes(const TypeName& name) {
+  return {"type_mismatch", "the type " + name.full() + " has too many different definitions"};
+}
+
+// A service type, and all that its handle points to.
+struct BareService : ServiceType {
+  BareService(const TypeName& of, const TypeHash& the_hash)
+      : name_space(of.package + "::" + of.kind), service_name(of.name), support(the_hash) {}
+
+  void connect(const rosidl_message_type_support_t* for_requests,
+               const rosidl_message_type_support_t* for_responses) {
+    callbacks = {name_space.c_str(), service_name.c_str(), for_requests, for_responses};
+    support.typesupport_identifier = typesupport_identifier;
+    support.data = &callbacks;
+    support.func = [](const rosidl_service_type_support_t* self, const char* identifier) {
+      return std::strcmp(identifier, typesupport_identifier) == 0 ? self : nullptr;
+    };
+    distro::set_parts(support, for_requests, for_responses);
+    handle = &support;
+  }
+
+  const std::string name_space, service_name;
+  service_type_support_callbacks_t callbacks{};
+  Hashed<rosidl_service_type_support_t> support;
+  std::shared_ptr<BareMessageType> request_type, response_type;  // live as long as this
+};
+
+}  // namespace
+
+BareMessageType::BareMessageType(TypeName name)
+    : name_(std::move(name)),
+      name_space_(name_.package + "::" + name_.kind),
+      callbacks_{bare_callbacks()} {
+  callbacks_.message_namespace_ = name_space_.c_str();
+  callbacks_.message_name_ = name_.name.c_str();
+  // A structure without fields, which nobody reads but the middleware for its register of types.
+  static const rosidl_typesupport_introspection_c__MessageMembers no_members{};
+  callbacks_.introspection.typesupport_identifier = rosidl_typesupport_introspection_c__identifier;
+  callbacks_.introspection.data = &no_members;
+}
+
+const rosidl_message_type_support_t* BareMessageType::with_hash(const std::string& text,
+                                                                const TypeHash& hash) {
+  auto found = handles_.find(text);
+  if (found == handles_.end()) {
+    if (handles_.size() >= kHashesMax) return nullptr;
+    found = handles_.try_emplace(text, hash).first;
+    Handle& handle = found->second;
+    handle.typesupport_identifier = typesupport_identifier;
+    handle.data = static_cast<const message_type_support_callbacks_t*>(&callbacks_);
+    handle.func = &find;
+  }
+  return &found->second;
+}
+
+const rosidl_message_type_support_t* BareMessageType::find(
+    const rosidl_message_type_support_t* handle, const char* identifier) {
+  if (std::strcmp(identifier, typesupport_identifier) == 0) return handle;
+  if (!distro::bare_types_need_introspection() ||
+      std::strcmp(identifier, rosidl_typesupport_introspection_c__identifier) != 0) {
+    return nullptr;
+  }
+  const auto* callbacks = static_cast<const message_type_support_callbacks_t*>(handle->data);
+  return &static_cast<const Callbacks*>(callbacks)->introspection;
+}
+
+std::shared_ptr<BareMessageType> BareTypes::type(const TypeName& name) {
+  std::string full = name.full();
+  if (const auto found = types_.find(full); found != types_.end()) {
+    if (auto type = found->second.lock()) return type;
+  }
+  std::erase_if(types_, [](const auto& entry) { return entry.second.expired(); });
+  auto type = std::make_shared<BareMessageType>(name);
+  types_.emplace(std::move(full), type);
+  return type;
+}
+
+BareTypes::Message BareTypes::message(const TypeName& name, const std::string& hash) {
+  const auto parsed = parse_type_hash(hash);
+  if (!parsed) return no_hash(name, hash);
+  auto found = type(name);
+  const auto* handle = found->with_hash(hash, *parsed);
+  if (handle == nullptr) return too_many_hashes(name);
+  return std::shared_ptr<const rosidl_message_type_support_t>(std::move(found), handle);
+}
+
+BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
+  const auto parsed = parse_type_hash(hash);
+  if (!parsed) return no_hash(name, hash);
+  auto made = std::make_shared<BareService>(name, *parsed);
+  made->name = name.full();
+  made->hash = hash;
+  // What the middleware compares, if anything, is the hash of the service. Those of its parts are
+  // not known, and rmw_fastrtps_cpp writes an error to the terminal where it gets none.
+  const std::string nobodys = "RIHS01_" + std::string(64, '0');
+  const TypeHash of_part = parse_type_hash(nobodys).value();
+  const auto part = [&](const char* end, std::shared_ptr<BareMessageType>& keep) {
+    keep = type({name.package, name.kind, name.name + end});
+    return keep->with_hash(nobodys, of_part);
+  };
+  const auto* requests = part("_Request", made->request_type);
+  const auto* responses = part("_Response", made->response_type);
+  if (requests == nullptr || responses == nullptr) return too_many_hashes(name);
+  made->connect(requests, responses);
+  made->request = bare_form(made->name + "_Request");
+  made->response = bare_form(made->name + "_Response");
+  return Service{std::move(made)};
+}
+
+bool BareTypes::uses(std::string_view package) const {
+  const std::string first = std::string{package} + "/";
+  for (auto at = types_.lower_bound(first); at != types_.end() && at->first.starts_with(first);
+       ++at)
+    if (!at->second.expired()) return true;
+  return false;
+}
+
+std::size_t BareTypes::size() const {
+  return static_cast<std::size_t>(std::count_if(
+      types_.begin(), types_.end(), [](const auto& entry) { return !entry.second.expired(); }));
+}
+
+}  // namespace connect_bridge::ros

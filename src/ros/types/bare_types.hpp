@@ -1,0 +1,74 @@
+// Type support of types whose packages are not installed, made at run time.
+#pragma once
+
+#include <rosidl_runtime_c/message_type_support_struct.h>
+#include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "ros/rcl/rcl_result.hpp"
+#include "ros/types/hashed.hpp"
+#include "ros/types/service_type.hpp"
+#include "ros/types/type_name.hpp"
+
+namespace connect_bridge::ros {
+
+// A type of messages of which only the name is known, and a hash where the peer or the graph tells
+// one. The middleware keeps what it was given first for a type's name as long as any endpoint has
+// that type, so there is one of these for a name, and it lives as long as any user of it.
+class BareMessageType {
+ public:
+  static constexpr std::size_t kHashesMax = 64;
+
+  explicit BareMessageType(TypeName name);
+  BareMessageType(const BareMessageType&) = delete;
+  BareMessageType& operator=(const BareMessageType&) = delete;
+
+  // For rcl; lives as long as this. nullptr: there are kHashesMax others.
+  const rosidl_message_type_support_t* with_hash(const std::string& text, const TypeHash& hash);
+
+ private:
+  using Handle = Hashed<rosidl_message_type_support_t>;
+  // What `data` of a handle is. The second part is for middlewares that ask for it (distro.hpp).
+  struct Callbacks : message_type_support_callbacks_t {
+    rosidl_message_type_support_t introspection{};
+  };
+
+  static const rosidl_message_type_support_t* find(const rosidl_message_type_support_t* handle,
+                                                   const char* identifier);
+
+  const TypeName name_;
+  const std::string name_space_;  // "std_msgs::msg"
+  Callbacks callbacks_;
+  std::map<std::string, Handle> handles_;
+};
+
+// Works where the middleware has the type support of Fast RTPS (distro::takes_bare_types()).
+// Thread: the loop's. What it hands out may live longer than this.
+class BareTypes {
+ public:
+  using Message = std::variant<std::shared_ptr<const rosidl_message_type_support_t>, Refusal>;
+  using Service = std::variant<std::shared_ptr<ServiceType>, Refusal>;
+
+  // Type support for endpoints that carry bytes. `hash` is "RIHS01_..." or empty. A Refusal has the
+  // code "type_mismatch": the hash is none, or one too many.
+  Message message(const TypeName& name, const std::string& hash);
+  Service service(const TypeName& name, const std::string& hash);
+
+  // Whether a type of this package is in use. Then it has to stay so for the others of the package:
+  // installed types and these must not be mixed in a service.
+  [[nodiscard]] bool uses(std::string_view package) const;
+  // How many types of messages are in use, those of requests and responses among them.
+  [[nodiscard]] std::size_t size() const;
+
+ private:
+  std::shared_ptr<BareMessageType> type(const TypeName& name);
+
+  std::map<std::string, std::weak_ptr<BareMessageType>, std::less<>> types_;  // by full name
+};
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,78 @@
+// Type support that is made at run time, as far as it tells the hash of its type.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "ros/rcl/distro.hpp"
+
+#if CONNECT_TYPE_HASHES
+#include <rosidl_runtime_c/type_description/type_description__functions.h>
+#include <rosidl_runtime_c/type_description/type_source__functions.h>
+#endif
+
+namespace connect_bridge::ros {
+
+#if CONNECT_TYPE_HASHES
+
+using TypeHash = rosidl_type_hash_t;
+
+// The hash in "RIHS01_..."; of an empty text one that tells nothing. nullopt: no hash of ROS.
+inline std::optional<TypeHash> parse_type_hash(const std::string& text) {
+  TypeHash hash = rosidl_get_zero_initialized_type_hash();
+  if (text.empty()) return hash;
+  if (rosidl_parse_type_hash_string(text.c_str(), &hash) == RCUTILS_RET_OK) return hash;
+  rcutils_reset_error();
+  return std::nullopt;
+}
+
+// rcl copies the description of a type and that of its sources when it makes an endpoint, so there
+// must be some. These tell nothing: no name, no fields, no sources.
+struct NoDescription {
+  NoDescription() { rosidl_runtime_c__type_description__TypeDescription__init(&description); }
+  ~NoDescription() { rosidl_runtime_c__type_description__TypeDescription__fini(&description); }
+  NoDescription(const NoDescription&) = delete;
+  NoDescription& operator=(const NoDescription&) = delete;
+
+  rosidl_runtime_c__type_description__TypeDescription description{};
+  rosidl_runtime_c__type_description__TypeSource__Sequence sources{};
+
+  static const NoDescription& instance() {
+    static const NoDescription none;
+    return none;
+  }
+};
+
+// `Support` is rosidl_message_type_support_t or rosidl_service_type_support_t.
+template <class Support>
+struct Hashed : Support {
+  explicit Hashed(const TypeHash& the_hash) : Support{}, hash(the_hash) {
+    this->get_type_hash_func = [](const Support* self) {
+      return &static_cast<const Hashed*>(self)->hash;
+    };
+    this->get_type_description_func = [](const Support*) {
+      return &NoDescription::instance().description;
+    };
+    this->get_type_description_sources_func = [](const Support*) {
+      return &NoDescription::instance().sources;
+    };
+  }
+  const TypeHash hash;
+};
+
+#else
+
+struct TypeHash {};
+
+inline std::optional<TypeHash> parse_type_hash(const std::string&) {
+  return TypeHash{};
+}
+
+template <class Support>
+struct Hashed : Support {
+  explicit Hashed(const TypeHash&) : Support{} {}
+};
+
+#endif
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,22 @@
+// A type of services that is known at run time.
+#pragma once
+
+#include <rosidl_runtime_c/service_type_support_struct.h>
+
+#include <memory>
+#include <string>
+
+#include "ros/types/message_form.hpp"
+
+namespace connect_bridge::ros {
+
+// Thread: the loop's.
+struct ServiceType {
+  std::string name;                                       // "std_srvs/srv/SetBool"
+  const rosidl_service_type_support_t* handle = nullptr;  // for rcl
+  std::string hash;                                       // "RIHS01_...", or empty: not known
+  bool is_installed = false;
+  std::unique_ptr<MessageForm> request, response;
+};
+
+}  // namespace connect_bridge::ros

@@ -1,0 +1,33 @@
+"""Machines on which some message packages are not installed."""
+
+import os
+import pathlib
+
+TEST_PACKAGE = "connect_bridge_test_interfaces"
+# What the nodes of the tests talk with. CONNECT_LACKING=all runs tests with a bridge without them.
+PACKAGES = (
+    TEST_PACKAGE,
+    "std_msgs",
+    "std_srvs",
+    "geometry_msgs",
+    "sensor_msgs",
+    "tf2_msgs",
+)
+
+
+def without(packages, folder):
+    """The environment of a program on a machine without these packages; makes the folder."""
+    prefixes = os.environ["AMENT_PREFIX_PATH"].split(":")
+    folder = pathlib.Path(folder)
+    folder.mkdir()
+    lacking = tuple(f"lib{package}__" for package in packages)
+    for prefix in prefixes:
+        for file in (pathlib.Path(prefix) / "lib").glob("*.so*"):
+            if not file.name.startswith(lacking) and not (folder / file.name).exists():
+                (folder / file.name).symlink_to(file)
+    ours = {str(pathlib.Path(prefix) / "lib") for prefix in prefixes}
+    others = [p for p in os.environ["LD_LIBRARY_PATH"].split(":") if p not in ours]
+    return {
+        "AMENT_PREFIX_PATH": str(folder),
+        "LD_LIBRARY_PATH": ":".join([str(folder), *others]),
+    }

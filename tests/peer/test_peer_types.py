@@ -1,0 +1,43 @@
+"""Types that no machine has installed: a peer may name as many as it has channels."""
+
+import pytest
+from graph import until
+
+from connect_peer import Peer
+from peer_world import TOKEN, World
+
+TYPES = 1000
+HASH = "RIHS01_" + "5a" * 32
+
+
+def test_a_thousand_types_come_and_go(tmp_path):
+    """They are named in the graph as at home; when the peer leaves, their memory is free again."""
+    own = World(tmp_path)
+    made = lambda: own.server.status().get("types_not_installed")  # noqa: E731
+    try:
+        resident = []
+        for _ in range(3):
+            mine = Peer(own.url, TOKEN, dead_after=30.0)
+            mine.until(lambda m=mine: m.complete, "the first round")
+            for number in range(TYPES):
+                mine.offer(f"/o/thing{number}", f"made_up/msg/Thing{number}", type_hash=HASH)
+            until(lambda: made() == TYPES, lambda: f"{made()} types", timeout=60)
+            (info,) = own.graph.wait_publishers("/o/thing777", 1)
+            assert info.topic_type == "made_up/msg/Thing777"
+            assert str(info.topic_type_hash) == HASH
+            mine.close()
+            until(lambda: made() == 0, lambda: f"{made()} types are left", timeout=60)
+            resident.append(own.server.resident_bytes())
+        print("resident after each round:", resident)
+        assert resident[2] - resident[1] < 4 << 20, resident
+    finally:
+        own.close()
+
+
+@pytest.mark.parametrize("bad", ["RIHS01_", "RIHS01_" + "g" * 64, "md5"])
+def test_what_is_no_hash_is_declined(world, peer, bad):
+    mine = peer()
+    mine.until(lambda: mine.complete, "the first round")
+    channel = mine.offer("/o/no_hash", "made_up/msg/Thing", type_hash=bad)
+    mine.until(lambda: channel in mine.declined, "decline")
+    assert mine.declined[channel][0] == "type_mismatch"
