@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 
 namespace connect_bridge::ros {
 namespace {
 
-// From dds/dds.h of Cyclone DDS 0.8 to 0.10, and its main branch in 2025. Declared here so that the
-// bridge is built once for all middlewares.
+// From dds/dds.h of Cyclone DDS 0.10. Declared here so that the bridge is built once for all
+// middlewares. Node makes sure at its start that a publisher of its own is found this way.
 using Entity = std::int32_t;
 constexpr Entity kPublicationTopic = 0x7fff0000 + 3;  // DDS_BUILTIN_TOPIC_DCPSPUBLICATION
 constexpr std::uint32_t kAlive = 16;                  // DDS_ALIVE_INSTANCE_STATE

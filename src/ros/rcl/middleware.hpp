@@ -41,6 +41,10 @@ struct Middleware {
   // instead.
   bool lost_callback_is_safe = true;
 
+  // rmw_cyclonedds_cpp makes the sequences of a message that it fills anew, and does not free those
+  // that are in it (seen in 4.0.3): it must get an empty one each time.
+  bool fills_used_messages = true;
+
   [[nodiscard]] bool tells_callers() const { return caller_told != CallerTold::kNothing; }
   // Whether the writers of responses in the graph tell all servers, and ids which of them are ours.
   [[nodiscard]] bool tells_servers() const { return participant_bytes > 0; }
