@@ -25,7 +25,7 @@ asan_list = address,undefined
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy build test sim bench bench-wan fuzz demo format check asan tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz demo format check asan tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -40,6 +40,9 @@ prefix-jazzy: packages ## make the prefix of the other distribution
 	@bash tools/setup/prefix.sh jazzy
 
 setup: prefix
+
+rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
+	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
 
 build: setup ## build everything into build/ (BUILD=dir for another folder, TARGETS="sim ..." for a part)
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))

@@ -1,7 +1,8 @@
 # Source this file (bash, zsh; any POSIX shell from inside the repository or with CONNECT_BRIDGE_ROOT set):
 #   . ./env.sh
 # It gives the shell a ROS 2 prefix and the programs of build/. A ROS 2 distribution that is sourced already stays as it is.
-# CONNECT_BRIDGE_PREFIX=jazzy selects the other prefix, BUILD=<dir> another build directory.
+# CONNECT_BRIDGE_PREFIX=jazzy selects the other prefix, BUILD=<dir> another build directory, and
+# CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp what `make rmw-cyclonedds` has built (into CONNECT_BRIDGE_RMW_PREFIX, if that is set).
 
 _connect_root=${CONNECT_BRIDGE_ROOT:-}
 if [ -n "${BASH_SOURCE:-}" ]; then
@@ -62,15 +63,20 @@ else
   VIRTUAL_ENV=$CONNECT_BRIDGE_OWN_PREFIX
   ROS_VERSION=2
   ROS_PYTHON_VERSION=3
-  RMW_IMPLEMENTATION=rmw_fastrtps_cpp
+  RMW_IMPLEMENTATION=${CONNECT_BRIDGE_RMW:-rmw_fastrtps_cpp}
   PATH=$(_connect_path "$PATH" "$_connect_build" "$CONNECT_BRIDGE_OWN_PREFIX/bin")
   AMENT_PREFIX_PATH=$(_connect_path "${AMENT_PREFIX_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX")
   CMAKE_PREFIX_PATH=$(_connect_path "${CMAKE_PREFIX_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX")
   LD_LIBRARY_PATH=$(_connect_path "${LD_LIBRARY_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX/lib" \
     "$CONNECT_BRIDGE_OWN_PREFIX"/lib/python3.*/site-packages/ros_*.libs)
+  if [ "$RMW_IMPLEMENTATION" != rmw_fastrtps_cpp ]; then
+    _connect_rmw=${CONNECT_BRIDGE_RMW_PREFIX:-$_connect_root/.ros2/rmw-$ROS_DISTRO}
+    [ -f "$_connect_rmw/lib/lib$RMW_IMPLEMENTATION.so" ] || echo "env.sh: there is no $RMW_IMPLEMENTATION in $_connect_rmw; 'make rmw-cyclonedds' makes it" >&2
+    LD_LIBRARY_PATH=$_connect_rmw/lib/chooser:$_connect_rmw/lib:$LD_LIBRARY_PATH
+  fi
   export ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION RMW_IMPLEMENTATION CONNECT_BRIDGE_OWN_PREFIX VIRTUAL_ENV
   export PATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH
 fi
 
-unset _connect_root _connect_build _connect_prefix _connect_rest _connect_kept _connect_entry _connect_new
+unset _connect_root _connect_build _connect_prefix _connect_rest _connect_kept _connect_entry _connect_new _connect_rmw
 unset -f _connect_path

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "ros/rcl/publisher_ids.hpp"
+
 namespace connect_bridge::ros {
 
 Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()> wake)
@@ -10,8 +12,10 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
           node, options.message_bytes_max, options.types_not_installed, std::move(wake),
           [this](const std::string& name) { return graph_.has_node(name); },
           [this](Duration delay) { graph_.look_again(delay); }),
-      graph_(node, shared_.ready, options.graph_pause,
-             [this](bool changed) { services_.look_at_graph(changed); }) {}
+      graph_(node, shared_.ready, options.graph_pause, [this](bool changed) {
+        if (changed) shared_.node.publisher_ids().refresh();
+        services_.look_at_graph(changed);
+      }) {}
 
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();

@@ -115,8 +115,8 @@ void Bridge::judge_certificate(const Authenticate& request) {
   Certified certified = network_.certified(request.connection);
   if (request.method != kCertificateLogin)
     certified = {std::nullopt, "login method '" + request.method + "' instead of 'certificate'"};
-  loop_.feed(
-      Authenticated{request.connection, std::move(certified.identity), std::move(certified.reason)});
+  loop_.feed(Authenticated{request.connection, std::move(certified.identity),
+                           std::move(certified.reason)});
 }
 
 void Bridge::send() {

@@ -137,6 +137,8 @@ MUTANTS = [
            "if (parked_.empty()) return context_.outputs.push(RefreshGraph{});"),
     Mutant("no second dial", "next_ = now + wait;", "if (failures_ == 1) next_ = now + wait;"),
     # ---- calls
+    Mutant("an action is ready before its feedback flows",
+           ": of_action ? kActionSettle : kServiceSettle", ": kServiceSettle"),
     Mutant("service export right skipped",
            "if (!decision || (link.accepts && !accepted_by(...))) return std::nullopt;",
            "if (!decision) decision.emplace();"),

@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "ros/gateway.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/ros_fixture.hpp"
 #include "ros/service_fixture.hpp"
 #include "ros/types/bare_form.hpp"
@@ -66,7 +67,7 @@ struct Serialized {
 class BareTypesTest : public RosTest {
  protected:
   void SetUp() override {
-    if (!distro::takes_bare_types()) GTEST_SKIP() << "not with this middleware";
+    if (!middleware().takes_bare_types) GTEST_SKIP() << "not with this middleware";
   }
 
   using TypeOf = std::function<std::string(std::uint32_t)>;

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
 
 namespace connect_bridge::ros {
@@ -159,7 +160,7 @@ std::size_t RawPublisher::matched() {
 Gid RawPublisher::gid() const {
   rmw_gid_t gid{};
   EXPECT_EQ(RMW_RET_OK, rmw_get_gid_for_publisher(rcl_publisher_get_rmw_handle(&publisher_), &gid));
-  return distro::gid_of(gid.data);
+  return node_->publisher_ids().id_of(distro::gid_of(gid.data));
 }
 
 RawSubscription::RawSubscription(TestNode& node, const std::string& topic, const Qos& qos,

@@ -19,6 +19,7 @@ Bytes bytes_of_message(MessageForm& form) {
   EXPECT_EQ(std::nullopt, form.write_to(message));
   Bytes bytes(message.buffer, message.buffer + message.buffer_length);
   EXPECT_EQ(RMW_RET_OK, rmw_serialized_message_fini(&message));
+  form.reset();
   return bytes;
 }
 

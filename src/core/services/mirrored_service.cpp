@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/graph/settling.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
 
 namespace connect_bridge {
 namespace {
-
-// Before a mirror takes calls, other bridges of this graph have this long to say that they mirror
-// the same service.
-constexpr Duration kSettle = std::chrono::milliseconds(150);
-// After a start the local graph is still being discovered.
-constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 
 std::string action_of_goals(const ServiceKey& key) {
   const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
@@ -81,7 +76,11 @@ bool MirroredService::may_exist(const Feed& feed) {
 // Claimed from now on, so that of two bridges only one makes a mirror.
 void MirroredService::claim(const Now& now) {
   if (mirror_at_) return;
-  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kSettle;
+  const bool of_action =
+      part_of_action(InterfaceKind::kService, key_.first, key_.second).has_value();
+  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero()
+                          : of_action                        ? kActionSettle
+                                                             : kServiceSettle;
   mirror_at_ = std::max(now.steady + settle, *mirroring_.graph_since + kDiscovery);
   mirroring_.claim_changed = true;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/graph/settling.hpp"
 #include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
@@ -12,9 +13,6 @@ namespace {
 
 // A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
 constexpr Duration kLinger = std::chrono::milliseconds(200);
-constexpr Duration kSettle = std::chrono::milliseconds(250);
-// After a start the local graph is still being discovered.
-constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 // By then the graph has told of the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
@@ -154,7 +152,7 @@ void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
   last_number_ = sample_bytes_ = 0;
   TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
-  if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kSettle);
+  if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kTopicSettle);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
@@ -265,7 +263,7 @@ bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) c
 }
 
 void Mirror::settle(const Now& now) {
-  if (id_) settles_ = context_.timers.set(now.steady + kSettle, this);
+  if (id_) settles_ = context_.timers.set(now.steady + kTopicSettle, this);
 }
 
 void Mirror::expect_subscriber(const Now& now) {

@@ -9,6 +9,7 @@
 #include "ros/graph/service_reading.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -56,7 +57,7 @@ class TopicReading {
   }
 
   void note_bridge(const Endpoint& endpoint, bool publishes) {
-    const Gid participant = distro::participant_of(endpoint.gid);
+    const Gid participant = middleware().participant_of(endpoint.gid);
     if (participant == Gid{}) return;
     if (is_namesake(endpoint)) {
       bridges_.namesakes.insert(participant);
@@ -95,7 +96,7 @@ void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridge
   if (bridges.empty()) return;
   const auto attribute_all = [&](std::vector<Endpoint>& endpoints) {
     std::erase_if(endpoints, [&](Endpoint& endpoint) {
-      const Gid participant = distro::participant_of(endpoint.gid);
+      const Gid participant = middleware().participant_of(endpoint.gid);
       if (bridges.namesakes.contains(participant)) return true;
       if (const auto found = bridges.others.find(participant); found != bridges.others.end()) {
         endpoint.node_namespace = found->second.name_space;

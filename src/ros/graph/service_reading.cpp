@@ -7,6 +7,7 @@
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -48,9 +49,9 @@ std::optional<Nodes> read_nodes(const Node& node) {
     const bool steady = before != ours_before.end() && after != ours_after.end() &&
                         before->second != OwnEndpoints::kUnsettled &&
                         before->second == after->second;
-    if (foreign && (count == 1 || !distro::tells_servers())) {
+    if (foreign && (count == 1 || !middleware().tells_servers())) {
       nodes->plain.insert(found);
-    } else if (distro::tells_servers() && (foreign || !steady || count > 1)) {
+    } else if (middleware().tells_servers() && (foreign || !steady || count > 1)) {
       nodes->shared.insert(found);
     }
   }
@@ -168,7 +169,7 @@ void ServiceReading::identify(ServiceState& service) {
     for (const Writer& writer : writers_of(service.name)) {
       if (writer.node != name || (!writer.type.empty() && writer.type != service.type)) continue;
       known = true;
-      const Gid participant = distro::participant_of(writer.gid);
+      const Gid participant = middleware().participant_of(writer.gid);
       if (bridges_.namesakes.contains(participant)) continue;
       Server& found = servers.emplace_back(Server{writer.gid, name.name_space, name.name});
       if (const auto bridge = bridges_.others.find(participant); bridge != bridges_.others.end()) {

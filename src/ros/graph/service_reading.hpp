@@ -19,7 +19,7 @@ struct NodeName {
 
 // Participants of the graph in which bridges live, by the beginning of their endpoints' ids.
 // Whatever nodes they have, their endpoints are the bridge's. Empty where ids do not tell
-// (distro.hpp).
+// (middleware.hpp).
 struct BridgeParticipants {
   std::map<Gid, NodeName> others;  // bridges, which publish claims
   // Of our node: another process of our name, or what is left of a killed one.

@@ -11,15 +11,20 @@
 #include <rcl/time.h>
 #include <rcl_interfaces/msg/parameter_event.h>
 #include <rcutils/logging.h>
+#include <rmw/error_handling.h>
 #include <rmw/qos_profiles.h>
 #include <rmw/rmw.h>
 
 #include <chrono>
 #include <mutex>
+#include <optional>
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/parameters/parameter_file.hpp"
+#include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
+#include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -90,7 +95,8 @@ struct Node::State {
   rcl_node_t node = rcl_get_zero_initialized_node();
   rcl_clock_t clock{};
   rcl_publisher_t parameter_events = rcl_get_zero_initialized_publisher();
-  OwnEndpoints own{distro::participant_prefix_size()};
+  OwnEndpoints own{middleware().participant_bytes};
+  std::optional<PublisherIds> publisher_ids;
   bool logging = false;
   std::string name, name_space, full_name;
   ParameterMap overrides;
@@ -100,7 +106,10 @@ struct Node::State {
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
   void read_arguments(const NodeOptions& options);
+  void open_publisher_ids();
   void open_parameter_events();
+  // False: the graph does not tell what its id is.
+  bool add_own(const rcl_publisher_t& publisher);
   ~State();
 };
 
@@ -143,12 +152,39 @@ void Node::State::open(const NodeOptions& options) {
   }
   auto allocator = rcl_get_default_allocator();
   require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot make a clock");
+  open_publisher_ids();
   open_parameter_events();
   name = rcl_node_get_name(&node);
   name_space = rcl_node_get_namespace(&node);
   full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(full_name);
   read_overrides(context.global_arguments, full_name, overrides, others);
+}
+
+void Node::State::open_publisher_ids() {
+  if (middleware().publisher_told == Middleware::PublisherTold::kId) {
+    publisher_ids.emplace();
+    return;
+  }
+  std::size_t domain = 0;
+  require_ok(rcl_context_get_domain_id(&context, &domain), "cannot tell the domain id");
+  auto publishers = std::make_shared<CyclonePublishers>(domain);
+  publisher_ids.emplace([publishers] { return publishers->changes(); });
+}
+
+bool Node::State::add_own(const rcl_publisher_t& publisher) {
+  const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
+  rmw_gid_t told{};
+  if (handle == nullptr || rmw_get_gid_for_publisher(handle, &told) != RMW_RET_OK) {
+    rmw_reset_error();
+    return false;
+  }
+  const Gid gid = distro::gid_of(told.data);
+  const Gid id = publisher_ids->id_of(gid);
+  const bool unknown = middleware().publisher_told == Middleware::PublisherTold::kHandle &&
+                       (id == gid || id == Gid{});
+  if (!unknown) own.add(id);
+  return !unknown;
 }
 
 // It is opened here because its id is the first one by which we know our own endpoints.
@@ -159,10 +195,13 @@ void Node::State::open_parameter_events() {
                                 ROSIDL_GET_MSG_TYPE_SUPPORT(rcl_interfaces, msg, ParameterEvent),
                                 "/parameter_events", &options),
              "cannot publish on /parameter_events");
-  own.add(parameter_events);
+  // Without it our own endpoints would be bridged as others' are.
+  if (!add_own(parameter_events) && middleware().participant_bytes > 0)
+    throw RosError("the middleware does not tell the id of this node's own publisher");
 }
 
 Node::State::~State() {
+  publisher_ids.reset();
   if (parameter_events.impl != nullptr) ignore_error(rcl_publisher_fini(&parameter_events, &node));
   if (rcl_clock_valid(&clock)) ignore_error(rcl_clock_fini(&clock));
   if (rcl_node_is_valid_except_context(&node)) {
@@ -242,6 +281,12 @@ rcl_publisher_s* Node::parameter_events() const {
 }
 OwnEndpoints& Node::own() const {
   return state_->own;
+}
+PublisherIds& Node::publisher_ids() const {
+  return *state_->publisher_ids;
+}
+void Node::add_own(const rcl_publisher_s& publisher) const {
+  state_->add_own(publisher);
 }
 
 }  // namespace connect_bridge::ros

@@ -20,6 +20,7 @@ struct rcl_publisher_s;
 namespace connect_bridge::ros {
 
 class OwnEndpoints;
+class PublisherIds;
 
 // Start-up failed: the arguments are wrong or the middleware does not start. Thrown by the
 // constructors of Node, Gateway and ParameterServer, and by nothing later.
@@ -67,6 +68,10 @@ class Node {
   [[nodiscard]] rcl_clock_s* clock() const;
   [[nodiscard]] rcl_publisher_s* parameter_events() const;
   [[nodiscard]] OwnEndpoints& own() const;
+  // Thread of this and the next: the loop's.
+  [[nodiscard]] PublisherIds& publisher_ids() const;
+  // A publisher of ours, which is known to be that from now on.
+  void add_own(const rcl_publisher_s& publisher) const;
 
  private:
   struct State;

@@ -1,28 +1,13 @@
 #include "ros/node/own_endpoints.hpp"
 
-#include <rcl/publisher.h>
-#include <rmw/error_handling.h>
-#include <rmw/rmw.h>
-
 #include <algorithm>
 
-#include "ros/rcl/distro.hpp"
-
 namespace connect_bridge::ros {
-
-void OwnEndpoints::add(const rcl_publisher_t& publisher) {
-  const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
-  rmw_gid_t gid{};
-  if (handle != nullptr && rmw_get_gid_for_publisher(handle, &gid) == RMW_RET_OK) {
-    add(distro::gid_of(gid.data));
-  } else {
-    rmw_reset_error();
-  }
-}
 
 void OwnEndpoints::add(const Gid& gid) {
   const std::lock_guard lock(mutex_);
   if (prefix_size_ > 0) {
+    if (prefix_known_) return;
     prefix_ = gid;
     prefix_known_ = true;
     return;

@@ -12,18 +12,16 @@
 
 #include "core/base/ids.hpp"
 
-struct rcl_publisher_s;
-
 namespace connect_bridge::ros {
 
 // Any thread.
 class OwnEndpoints {
  public:
-  // prefix_size: see distro::participant_prefix_size().
-  explicit OwnEndpoints(std::size_t prefix_size) : prefix_size_(prefix_size) {}
+  // participant_bytes: see Middleware.
+  explicit OwnEndpoints(std::size_t participant_bytes) : prefix_size_(participant_bytes) {}
 
-  // Our publisher, if the middleware tells its id.
-  void add(const rcl_publisher_s& publisher);
+  // The id of an endpoint of ours.
+  void add(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
   // A node of this name is about to come into the graph or to leave it; is there; has left.
   void announce_node(const std::string& full_name);
@@ -36,8 +34,6 @@ class OwnEndpoints {
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 
  private:
-  void add(const Gid& gid);
-
   // Samples of a mirror arrive after it is gone, so ids stay known for a while.
   static constexpr std::size_t kIdsMax = 4096;
 

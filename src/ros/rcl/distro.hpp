@@ -1,5 +1,4 @@
-// Everything that differs between ROS distributions (Humble to Rolling) and middlewares, and
-// nothing else.
+// Everything that differs between ROS distributions (Humble to Rolling), and nothing else.
 #pragma once
 
 #include <rcl/error_handling.h>
@@ -7,8 +6,8 @@
 #include <rcl/logging.h>
 #include <rcl/logging_rosout.h>
 #include <rcl/node.h>
-#include <rmw/rmw.h>
 #include <rmw/topic_endpoint_info.h>
+#include <rmw/types.h>
 #include <rosidl_runtime_c/message_type_support_struct.h>
 #include <rosidl_runtime_c/service_type_support_struct.h>
 #include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
@@ -16,8 +15,6 @@
 #include <algorithm>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <unordered_set>
 
 #include "core/base/ids.hpp"
 
@@ -98,19 +95,6 @@ inline rcl_ret_t fini_rosout(rcl_node_t* node) {
   return RCL_RET_OK;
 }
 
-// Whether endpoints can be made of types whose packages are not installed
-// (ros/types/bare_types.hpp): these middlewares read and write messages by functions that type
-// support brings with it, and the others by a type's fields.
-inline bool takes_bare_types() {
-  const std::string_view name = rmw_get_implementation_identifier();
-  return name == "rmw_fastrtps_cpp" || name == "rmw_zenoh_cpp";
-}
-
-// rmw_zenoh_cpp joins the endpoints of a topic or service only where their hashes are the same.
-inline bool joins_by_hash() {
-  return std::string_view{rmw_get_implementation_identifier()} == "rmw_zenoh_cpp";
-}
-
 // Before Kilted rmw_fastrtps_cpp makes no endpoint without a type's fields, though it does nothing
 // with them; since Kilted it tells them to others, so there it must not get wrong ones. No header
 // tells which it is but this one, which got keys at that time.
@@ -131,42 +115,6 @@ void set_parts(Service& service, const rosidl_message_type_support_t* requests,
   }
 }
 
-// rmw_cyclonedds_cpp puts a local handle where the others put the publisher's id of the graph
-// (ros2/rmw_cyclonedds#377).
-inline bool samples_tell_origin() {
-  return std::string_view{rmw_get_implementation_identifier()} != "rmw_cyclonedds_cpp";
-}
-
-// rmw_fastrtps can deadlock between a lost sample and whoever sets or takes an event, once a
-// callback for lost samples is set (fixed by ros2/rmw_fastrtps#890). There the count is asked for
-// instead.
-inline bool lost_callback_is_safe() {
-  return !std::string_view{rmw_get_implementation_identifier()}.starts_with("rmw_fastrtps");
-}
-
-// The ids of DDS endpoints begin with the 12 bytes of their participant, and a context has one
-// participant. So one id of ours tells all others, those of endpoints that are gone included.
-// 0: ids of this middleware do not tell.
-inline std::size_t participant_prefix_size() {
-  const std::string_view name = rmw_get_implementation_identifier();
-  return name.starts_with("rmw_fastrtps") ? 12 : 0;
-}
-
-// What the ids of all endpoints of a process begin with; all zero where ids do not tell.
-inline Gid participant_of(const Gid& gid) {
-  Gid participant;
-  std::copy_n(gid.bytes.begin(), participant_prefix_size(), participant.bytes.begin());
-  return participant;
-}
-
-// Who sent a request, as rmw tells it.
-inline Gid caller_of(const rmw_request_id_t& request) {
-  static_assert(sizeof(request.writer_guid) <= sizeof(Gid::bytes));
-  Gid gid;
-  std::copy(std::begin(request.writer_guid), std::end(request.writer_guid), gid.bytes.begin());
-  return gid;
-}
-
 // How many clients a service has; nullopt: not told. rcl_count_clients() came after Iron, and no
 // header tells of it, so the compiler is asked whether a call can be made.
 template <class RclNode>
@@ -179,42 +127,6 @@ auto count_clients(const RclNode* node, const char* service, int)
 template <class RclNode>
 std::optional<std::size_t> count_clients(const RclNode*, const char*, long) {
   return std::nullopt;
-}
-
-// Whether callers_in_graph() knows callers one by one.
-inline bool tells_callers() {
-  return participant_prefix_size() > 0;
-}
-
-// Whether the writers of responses in the graph tell all servers, and ids which of them are ours.
-inline bool tells_servers() {
-  return participant_prefix_size() > 0;
-}
-
-// Everyone in the graph who may have sent requests to this service (a full name), comparable with
-// caller_of(); nullopt: this middleware does not tell, or failed. With rmw_fastrtps the callers are
-// the readers of responses; the ids that others put into a request are not those of the graph, and
-// there only "nobody at all" is known.
-inline std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
-                                                               const std::string& service) {
-  std::optional<std::unordered_set<Gid>> callers;
-  if (!tells_callers()) {
-    if (count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0}) callers.emplace();
-  } else {
-    const std::string topic = "rr" + service + "Reply";
-    auto allocator = rcl_get_default_allocator();
-    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-    if (rcl_get_subscriptions_info_by_topic(node, &allocator, topic.c_str(), true, &array) ==
-        RCL_RET_OK) {
-      callers.emplace();
-      for (std::size_t i = 0; i < array.size; ++i) {
-        callers->insert(gid_of(array.info_array[i].endpoint_gid));
-      }
-      if (rcl_topic_endpoint_info_array_fini(&array, &allocator) != RCL_RET_OK) callers.reset();
-    }
-  }
-  if (!callers) rcl_reset_error();
-  return callers;
 }
 
 }  // namespace connect_bridge::ros::distro

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
+#include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -73,7 +74,7 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
   request.request = RequestId{last_request_};
   requests_.insert_or_assign(request.request,
                              Request{info.request_id, std::chrono::steady_clock::now()});
-  if (distro::tells_callers() && !callers_.contains(distro::caller_of(info.request_id))) {
+  if (middleware().tells_callers() && !callers_.contains(caller_in_graph(info.request_id))) {
     new_callers_ = true;
     shared_.look_again(Duration::zero());
   }
@@ -89,7 +90,7 @@ void ServiceMirror::respond(RequestId request, ByteView bytes) {
 }
 
 std::optional<std::string> ServiceMirror::send(rmw_request_id_t& request, ByteView bytes) {
-  const Gid caller = distro::caller_of(request);
+  const Gid caller = caller_of(request);
   if (std::find(unconnected_.begin(), unconnected_.end(), caller) != unconnected_.end()) {
     return "a caller of " + create_.service + " cannot be reached: its answer is dropped";
   }
@@ -105,15 +106,19 @@ std::optional<std::string> ServiceMirror::send(rmw_request_id_t& request, ByteVi
   return error_text("cannot answer a request of " + create_.service, result);
 }
 
+Gid ServiceMirror::caller_in_graph(const rmw_request_id_t& request) const {
+  return middleware().caller_in_graph(request, shared_.node.publisher_ids());
+}
+
 std::vector<RequestId> ServiceMirror::look_for_callers() {
   new_callers_ = doubtful_callers_ = false;
   std::vector<RequestId> gone;
   if (requests_.empty()) return gone;
-  auto callers = distro::callers_in_graph(node_.get(), rcl_service_get_service_name(&service_));
+  auto callers = callers_in_graph(node_.get(), rcl_service_get_service_name(&service_));
   if (!callers) return gone;
   const auto doubtful_since = std::chrono::steady_clock::now() - kDoubt;
   std::erase_if(requests_, [&](const auto& entry) {
-    const Gid caller = distro::caller_of(entry.second.id);
+    const Gid caller = caller_in_graph(entry.second.id);
     if (callers->contains(caller)) return false;
     // A request may overtake the news of its caller.
     if (!callers_.contains(caller) && entry.second.taken > doubtful_since) {

@@ -55,6 +55,7 @@ class ServiceMirror final : public Entity {
 
   // An error text, or nothing.
   std::optional<std::string> send(rmw_request_id_t& request, ByteView bytes);
+  [[nodiscard]] Gid caller_in_graph(const rmw_request_id_t& request) const;
 
   Shared& shared_;
   const Create create_;

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/topics/topic_types.hpp"
@@ -37,7 +36,7 @@ std::optional<Refusal> Mirror::open() {
   if (result != RCL_RET_OK)
     return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
-  shared_.node.own().add(publisher_);
+  shared_.node.add_own(publisher_);
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   return std::nullopt;
 }

@@ -6,6 +6,8 @@
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
+#include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/topics/topic_types.hpp"
@@ -28,8 +30,7 @@ Subscription::Subscription(Shared& shared, Create create, bool ignore_local)
       shared_(shared),
       create_(std::move(create)),
       ignore_local_(ignore_local),
-      tells_origin_(distro::samples_tell_origin()),
-      asks_for_lost_(!distro::lost_callback_is_safe()) {}
+      asks_for_lost_(!middleware().lost_callback_is_safe) {}
 
 Subscription::~Subscription() {
   close();
@@ -139,7 +140,7 @@ Subscription::Taken Subscription::take(MessageTaken& message) {
   if (into->buffer_length < kSampleMin) return Taken::kInvalid;
   if (++samples_ % 64 == 0) ask_for_lost();
   message.subscription = create_.id;
-  if (tells_origin_) message.origin = distro::gid_of(info.publisher_gid.data);
+  message.origin = shared_.node.publisher_ids().id_of(distro::gid_of(info.publisher_gid.data));
   message.stamp = info.source_timestamp;
   if (info.publication_sequence_number != RMW_MESSAGE_INFO_SEQUENCE_NUMBER_UNSUPPORTED)
     message.number = info.publication_sequence_number;

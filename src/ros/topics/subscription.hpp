@@ -44,7 +44,6 @@ class Subscription : public Entity {
   Shared& shared_;
   const Create create_;
   const bool ignore_local_;
-  const bool tells_origin_;
   const bool asks_for_lost_;
   MessageType type_;
   rcl_subscription_t subscription_ = rcl_get_zero_initialized_subscription();

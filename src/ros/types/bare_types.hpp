@@ -47,7 +47,7 @@ class BareMessageType {
   std::map<std::string, Handle> handles_;
 };
 
-// Works where the middleware has the type support of Fast RTPS (distro::takes_bare_types()).
+// Works where the middleware has the type support of Fast RTPS (Middleware::takes_bare_types).
 // Thread: the loop's. What it hands out may live longer than this.
 class BareTypes {
  public:

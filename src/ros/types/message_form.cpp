@@ -5,6 +5,7 @@
 #include <rosidl_typesupport_introspection_c/identifier.h>
 #include <rosidl_typesupport_introspection_c/message_introspection.h>
 
+#include "ros/rcl/middleware.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/rcl/take_buffer.hpp"
 #include "ros/types/cdr_check.hpp"
@@ -71,7 +72,7 @@ class InstalledForm final : public MessageForm {
   }
 
   void reset() override {
-    if (size_ > kKeptBytes) clear();
+    if (size_ > kKeptBytes || !middleware().fills_used_messages) clear();
     size_ = 0;
   }
 

@@ -30,7 +30,8 @@ class MessageForm {
   // The message from bytes that anybody may have made, and that live until reset(); an error text,
   // or nothing. Takes no more memory than `memory_max` beside the message itself.
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
-  // The content is not needed any longer: what was large is freed.
+  // The content is not needed any longer: what was large is freed. Needed
+  // before the next message comes (see Middleware::fills_used_messages).
   virtual void reset() = 0;
 };
 

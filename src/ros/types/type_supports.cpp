@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/types/cdr_check.hpp"
 
 namespace connect_bridge::ros {
@@ -65,7 +66,7 @@ std::shared_ptr<const rosidl_message_type_support_t> without_end(
 }  // namespace
 
 TypeSupports::TypeSupports(bool not_installed_too)
-    : takes_bare_(not_installed_too && distro::takes_bare_types()) {}
+    : takes_bare_(not_installed_too && middleware().takes_bare_types) {}
 
 TypeSupports::Message TypeSupports::message(const std::string& type, const std::string& hash) {
   auto found = messages_.find(type);
@@ -98,7 +99,7 @@ TypeSupports::Service TypeSupports::service(const std::string& type, const std::
 
 std::optional<TypeName> TypeSupports::bare_name(const std::string& type,
                                                 const std::string& hash) const {
-  if (!takes_bare_ || (hash.empty() && distro::joins_by_hash())) return std::nullopt;
+  if (!takes_bare_ || (hash.empty() && middleware().joins_by_hash)) return std::nullopt;
   return parse_type_name(type);
 }
 

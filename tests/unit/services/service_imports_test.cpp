@@ -147,6 +147,31 @@ TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrors) {
   EXPECT_EQ(s.did(), "");
 }
 
+// Whoever finds it ready sends a goal at once: its feedback must flow by then.
+TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
+  Rule acting = callable();
+  acting.import_actions = {Pattern::parse("/**").value()};
+  Script s(server({acting}));
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  s.join(1);
+  s.pass(1000);
+  ChannelOffer feedback = channel(1, "/fib/_action/feedback", {origin(1, 11)});
+  ChannelOffer goals = service_channel(2, "/fib/_action/send_goal");
+  feedback.type = "p/action/Fib_FeedbackMessage";
+  goals.type = "p/action/Fib_SendGoal";
+  feedback.action_type = goals.action_type = "p/action/Fib";
+  s.say(1, Offer{{feedback, goals}, true});
+  s.say(1, Attached{{2}, {1}, {0}});
+  s.did();
+  s.pass(249);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "mirror_service 1 /fib/_action/send_goal\n");
+  s.said(1);
+  request(s, 11, "goal");
+  EXPECT_EQ(s.said(1).substr(0, 12), "demand 1 on\n");
+}
+
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
   Script s(server({callable()}));
   mirrored(s);

@@ -1,0 +1,95 @@
+#include "ros/rcl/middleware.hpp"
+
+#include <rcl/error_handling.h>
+#include <rcl/graph.h>
+#include <rmw/rmw.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "ros/rcl/cyclone_publishers.hpp"
+#include "ros/rcl/distro.hpp"
+#include "ros/rcl/publisher_ids.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+constexpr std::size_t kParticipantBytes = 12;
+
+}  // namespace
+
+Middleware middleware_named(std::string_view identifier, bool finds_handles) {
+  Middleware result;
+  if (identifier.starts_with("rmw_fastrtps")) {
+    result.participant_bytes = kParticipantBytes;
+    result.caller_told = Middleware::CallerTold::kReader;
+    result.lost_callback_is_safe = false;
+  } else if (identifier == "rmw_cyclonedds_cpp") {
+    result.publisher_told = Middleware::PublisherTold::kHandle;
+    result.fills_used_messages = false;
+    if (finds_handles) {
+      result.participant_bytes = kParticipantBytes;
+      result.caller_told = Middleware::CallerTold::kWriterHandle;
+    }
+  }
+  result.joins_by_hash = identifier == "rmw_zenoh_cpp";
+  result.takes_bare_types = identifier == "rmw_fastrtps_cpp" || identifier == "rmw_zenoh_cpp";
+  return result;
+}
+
+const Middleware& middleware() {
+  static const Middleware ours = [] {
+    const std::string_view identifier = rmw_get_implementation_identifier();  // it is loaded then
+    return middleware_named(identifier, CyclonePublishers::available());
+  }();
+  return ours;
+}
+
+Gid Middleware::participant_of(const Gid& id) const {
+  Gid participant;
+  std::copy_n(id.bytes.begin(), participant_bytes, participant.bytes.begin());
+  return participant;
+}
+
+Gid Middleware::caller_in_graph(const rmw_request_id_t& request, PublisherIds& ids) const {
+  const Gid caller = caller_of(request);
+  if (caller_told != CallerTold::kWriterHandle) return caller;
+  constexpr std::size_t kHandleBytes = 8;
+  Gid handle;
+  std::copy_n(caller.bytes.begin() + kHandleBytes, kHandleBytes, handle.bytes.begin());
+  return ids.id_of(handle);
+}
+
+Gid caller_of(const rmw_request_id_t& request) {
+  static_assert(sizeof(request.writer_guid) <= sizeof(Gid::bytes));
+  Gid gid;
+  std::copy(std::begin(request.writer_guid), std::end(request.writer_guid), gid.bytes.begin());
+  return gid;
+}
+
+std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
+                                                        const std::string& service) {
+  const Middleware& of = middleware();
+  std::optional<std::unordered_set<Gid>> callers;
+  if (!of.tells_callers()) {
+    if (distro::count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0})
+      callers.emplace();
+  } else {
+    const bool reads = of.caller_told == Middleware::CallerTold::kReader;
+    const std::string topic = reads ? "rr" + service + "Reply" : "rq" + service + "Request";
+    const auto query =
+        reads ? rcl_get_subscriptions_info_by_topic : rcl_get_publishers_info_by_topic;
+    auto allocator = rcl_get_default_allocator();
+    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
+    if (query(node, &allocator, topic.c_str(), true, &array) == RCL_RET_OK) {
+      callers.emplace();
+      for (std::size_t i = 0; i < array.size; ++i)
+        callers->insert(distro::gid_of(array.info_array[i].endpoint_gid));
+      if (rcl_topic_endpoint_info_array_fini(&array, &allocator) != RCL_RET_OK) callers.reset();
+    }
+  }
+  if (!callers) rcl_reset_error();
+  return callers;
+}
+
+}  // namespace connect_bridge::ros

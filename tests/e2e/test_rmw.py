@@ -1,0 +1,119 @@
+"""What depends on the middleware, with one of its own on each side: robot's graph and server,
+client and operator's graph. The whole suite runs under one RMW by CONNECT_BRIDGE_RMW."""
+
+import collections
+import json
+import pathlib
+import sys
+import time
+
+import pytest
+
+from graph import until
+from harness.domains import free_port
+from harness.programs import Bridge, Program, rmw_environment, ros_environment
+
+PARTS = 2
+RMWS = ("rmw_fastrtps_cpp", "rmw_cyclonedds_cpp", "rmw_zenoh_cpp")
+NODES = pathlib.Path(__file__).with_name("rmw_nodes.py")
+RULES = {
+    "rules": ["all"],
+    "rule": {
+        "all": {
+            "export_topics": ["/t/**"],
+            "import_topics": ["/o/**"],
+            "export_services": ["/s/**"],
+            "export_actions": ["/a/**"],
+            "parameters": ["/open"],
+        }
+    },
+}
+
+
+def told(program):
+    """What a process of rmw_nodes.py has told, by what it is."""
+    heard = collections.defaultdict(list)
+    for line in program.text().splitlines():
+        if line.startswith("{"):
+            (what, value), *_ = json.loads(line).items()
+            heard[what].append(value)
+    return heard
+
+
+class World:
+    """Both graphs, a bridge, and a second one beside it if asked."""
+
+    def __init__(self, folder, domains, rmws, second=False):
+        self.programs = []
+        self.bridges = []
+        environments = [rmw_environment(rmw) for rmw in rmws]
+        for number in range(2 if second else 1):
+            within = folder / str(number)
+            within.mkdir()
+            bridge = Bridge(*domains, free_port(), RULES, folder=within)
+            for side, environment in zip(bridge.sides, environments):
+                side.env.update(environment)
+            self.bridges.append(bridge)
+        for name, domain, environment in zip(("robot", "operator"), domains, environments):
+            env = ros_environment(domain, **environment)
+            command = [sys.executable, "-B", NODES, name]
+            self.programs.append(Program(name, command, env, folder))
+        self.robot, self.operator = self.programs
+
+    def start(self):
+        for bridge in self.bridges:
+            bridge.start()
+        for program in self.programs:
+            program.start().wait_for('"uses"', 60)
+        return self
+
+    def stop(self):
+        for program in self.programs:
+            program.kill()
+        return [problem for bridge in self.bridges for problem in bridge.stop()]
+
+
+@pytest.fixture
+def make_world(tmp_path, domains):
+    made = []
+
+    def make(rmws, **options):
+        for rmw in rmws:
+            if rmw_environment(rmw) is None:
+                pytest.skip(f"NOT TESTED: there is no {rmw}")
+        made.append(World(tmp_path, domains(2), rmws, **options))
+        return made[-1].start()
+
+    yield make
+    for world in made:
+        problems = world.stop()
+        for program in [*world.programs, *(s for b in world.bridges for s in b.sides)]:
+            print(f"---- {program.name} ----\n{program.text(whole=True)[-6000:]}", file=sys.stderr)
+        assert not problems
+
+
+PAIRS = [(robot, operator) for robot in RMWS for operator in RMWS]
+
+
+def short(rmw):
+    return rmw.split("_")[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("second", [False, True], ids=["alone", "beside_another"])
+@pytest.mark.parametrize("rmws", PAIRS, ids=lambda pair: "_".join(map(short, pair)))
+def test_all_kinds_cross(make_world, rmws, second):
+    world = make_world(rmws, second=second)
+    heard = lambda: told(world.operator)  # noqa: E731
+    until(lambda: heard()["result"], lambda: f"a result; heard {dict(heard())}", 40)
+    until(lambda: heard()["chat"] and heard()["answer"], lambda: f"all; heard {dict(heard())}", 20)
+    until(lambda: told(world.robot)["robot heard"], "a message of the operator", 20)
+    until(lambda: "/open" in heard()["event"], "an event of the node that a rule opens", 20)
+    time.sleep(1)  # in which a duplicate would have come
+    found = heard()
+    assert [told(p)["uses"] for p in world.programs] == [[rmw] for rmw in rmws]
+    assert sorted(found["static"]) == ["camera", "imu", "lidar"], "latched samples, each once"
+    assert found["answer"] == ["robot"]
+    assert found["feedback"] == [[1, 2, 3]], "the first feedback included"
+    assert found["result"] == [[3]]
+    assert set(found["event"]) == {"/open"}, "no event of a node that no rule opens"

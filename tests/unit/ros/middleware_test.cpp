@@ -1,0 +1,87 @@
+// What is made of the differences between middlewares.
+#include "ros/rcl/middleware.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "ros/rcl/publisher_ids.hpp"
+
+namespace connect_bridge::ros {
+namespace {
+
+Gid counting() {
+  Gid gid;
+  for (std::size_t i = 0; i < gid.bytes.size(); ++i)
+    gid.bytes[i] = static_cast<std::uint8_t>(i + 1);
+  return gid;
+}
+
+rmw_request_id_t counting_request() {
+  rmw_request_id_t request{};
+  for (std::size_t i = 0; i < sizeof request.writer_guid; ++i)
+    request.writer_guid[i] = static_cast<std::int8_t>(i + 1);
+  return request;
+}
+
+Gid first_twelve() {
+  Gid gid;
+  std::copy_n(counting().bytes.begin(), 12, gid.bytes.begin());
+  return gid;
+}
+
+TEST(Middleware, FastDdsTellsAll) {
+  const auto of = middleware_named("rmw_fastrtps_dynamic_cpp", false);
+  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kId);
+  EXPECT_TRUE(of.tells_callers() && of.tells_servers());
+  EXPECT_FALSE(of.lost_callback_is_safe);
+  EXPECT_TRUE(of.fills_used_messages);
+  EXPECT_EQ(of.participant_of(counting()), first_twelve());
+  PublisherIds ids;
+  EXPECT_EQ(of.caller_in_graph(counting_request(), ids), caller_of(counting_request()));
+}
+
+TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
+  const auto of = middleware_named("rmw_cyclonedds_cpp", true);
+  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
+  EXPECT_TRUE(of.tells_callers() && of.tells_servers() && of.lost_callback_is_safe);
+  EXPECT_FALSE(of.fills_used_messages);
+  PublisherIds ids([] {
+    Gid handle;  // the second half of counting_request()
+    for (std::size_t i = 0; i < 8; ++i) handle.bytes[i] = static_cast<std::uint8_t>(i + 9);
+    return std::vector<PublisherChange>{{handle, counting(), false}};
+  });
+  EXPECT_EQ(of.caller_in_graph(counting_request(), ids), counting());
+}
+
+// Not knowing our own ids, we would take our own servers for others'.
+TEST(Middleware, CycloneWhoseHandlesCannotBeFoundTellsNothing) {
+  const auto of = middleware_named("rmw_cyclonedds_cpp", false);
+  EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
+  EXPECT_FALSE(of.tells_callers() || of.tells_servers());
+  EXPECT_EQ(of.participant_of(counting()), Gid{});
+}
+
+TEST(Middleware, OthersTellIdsAndNoMore) {
+  for (const char* name : {"rmw_zenoh_cpp", "rmw_connextdds", "rmw_of_tomorrow"}) {
+    const auto of = middleware_named(name, true);
+    EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kId) << name;
+    EXPECT_FALSE(of.tells_callers() || of.tells_servers()) << name;
+    EXPECT_EQ(of.participant_of(counting()), Gid{}) << name;
+  }
+}
+
+TEST(Middleware, TypesThatAreNotInstalledNeedTheTypeSupportOfFastRtps) {
+  EXPECT_TRUE(middleware_named("rmw_fastrtps_cpp", false).takes_bare_types);
+  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).takes_bare_types);
+  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).joins_by_hash);
+  for (const char* name : {"rmw_fastrtps_dynamic_cpp", "rmw_cyclonedds_cpp", "rmw_of_tomorrow"}) {
+    EXPECT_FALSE(middleware_named(name, true).takes_bare_types) << name;
+    EXPECT_FALSE(middleware_named(name, true).joins_by_hash) << name;
+  }
+}
+
+}  // namespace
+}  // namespace connect_bridge::ros
