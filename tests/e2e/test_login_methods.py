@@ -14,7 +14,8 @@ from harness.domains import free_port
 from harness.programs import build_dir
 
 SECRET = b"a secret of thirty-two bytes or more"
-RULES = {"rules": ["ops"], "rule": {"ops": {"export_topics": ["/t/**"], "groups": ["ops", "plugin"]}}}
+MAY_SEE = {"export_topics": ["/t/**"], "groups": ["ops", "plugin"]}
+RULES = {"rules": ["see"], "rule": {"see": MAY_SEE}}
 PLUGIN = build_dir() / "plugins" / "auth_plugin.so"
 
 
