@@ -119,6 +119,7 @@ void add_rights(const Rule& rule, Names& parts) {
 }
 
 std::string compression_text(const Compression& compression) {
+  if (compression.codec == Codec::kNone) return "not compressed";
   if (compression.codec == Codec::kLz4) return "compressed with lz4";
   return fmt::format("compressed with zstd, level {}", compression.level);
 }
@@ -149,7 +150,7 @@ void add_treatment(const Treatment& treatment, Names& parts) {
     parts.push_back(
         fmt::format("at most {} per second", bytes_text(treatment.bytes_per_second_max)));
   }
-  if (treatment.compression.codec != Codec::kNone) {
+  if (!treatment.compression.automatic) {
     parts.push_back(compression_text(treatment.compression));
   }
   if (treatment.queue_bytes_max > 0) {

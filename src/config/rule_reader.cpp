@@ -42,6 +42,7 @@ Rule default_rule() {
   rule.import_parameters = patterns({"/**"});
   // Every node has it; merged with the local one nobody could tell who speaks.
   rule.deny = patterns({"/rosout"});
+  rule.treatment.compression.automatic = true;  // as every rule has it
   return rule;
 }
 

@@ -76,10 +76,12 @@ void add_rule_treatment(Rows& rows) {
                "(/clock, Twist and Joy urgent; services, /tf and joint states high; images, clouds "
                "and maps bulk), and small messages go right behind the urgent ones."});
   add({.key = "compression",
-       .fallback = "none",
+       .fallback = "auto",
        .syntax = check_compression,
        .changeable = true,
-       .help = "`none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; `zstd` is level 3)."});
+       .help = "`auto` (where messages arrive sooner, by the link's rate and by how much they "
+               "shrink; not what is urgent), `none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; "
+               "`zstd` is level 3)."});
   add({.key = "max_rate",
        .type = ParameterType::kDouble,
        .min = 0.001,

@@ -181,6 +181,7 @@ std::string url_to_show(std::string_view url) {
 }
 
 std::optional<Compression> parse_compression(std::string_view text) {
+  if (text == "auto") return Compression{.automatic = true};
   if (text == "none") return Compression{};
   if (text == "lz4") return Compression{.codec = Codec::kLz4};
   if (text == "zstd") return Compression{.codec = Codec::kZstd};
@@ -218,7 +219,7 @@ Complaint check_path(std::string_view text) {
 
 Complaint check_compression(std::string_view text) {
   return expect(parse_compression(text).has_value(),
-                "none, lz4, zstd, or zstd with a level from 1 to 19, e.g. zstd:6");
+                "auto, none, lz4, zstd, or zstd with a level from 1 to 19, e.g. zstd:6");
 }
 
 Complaint check_remap(std::string_view text) {

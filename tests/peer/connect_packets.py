@@ -9,7 +9,8 @@ from connect_records import ILLEGAL, MALFORMED, MESSAGE_MAX, STAMP_MAX, TOO_LARG
 SAMPLE_MAX = 64 << 20
 OPEN_MAX = 256 << 20
 MESSAGE = "<BBHIIIqQIII"
-CODECS = ("none", "lz4", "zstd")
+CODECS = ("none", "lz4", "zstd", "zstd_base", "zstd_delta")
+BASE_MAX = 32768
 
 
 def encode_frame(frame):
@@ -61,9 +62,10 @@ def decode_packet(data):
             (_, codec, demand, channel, origin, sequence, stamp, count, raw, body, p), at = _take(
                 data, at, MESSAGE
             )
-            require(codec < 3 and channel and origin and sequence, "message frame")
+            require(codec < len(CODECS) and channel and origin and sequence, "message frame")
             require(p <= body and (p or not body), "size of the part")
             require(raw == body if codec == 0 else raw and body, "sizes of the message")
+            require(codec < 3 or raw <= BASE_MAX, "size of a base")
             _stamps(stamp)
             part, at = _take_part(data, at, p)
             frame = dict(
@@ -171,6 +173,10 @@ def _load_zstd():
     ):
         getattr(library, function).restype = ctypes.c_size_t
     library.ZSTD_getFrameContentSize.restype = ctypes.c_ulonglong
+    library.ZSTD_createDCtx.restype = ctypes.c_void_p
+    library.ZSTD_createCCtx.restype = ctypes.c_void_p
+    library.ZSTD_decompressDCtx.restype = ctypes.c_size_t
+    library.ZSTD_compress2.restype = ctypes.c_size_t
     return library
 
 
@@ -199,6 +205,33 @@ def zstd_compress(sample):
     return out.raw[:size]
 
 
+def delta_decompress(body, base, size):
+    """A body of zstd_base (no base) or of zstd_delta."""
+    require(body[:4] == b"\x28\xb5\x2f\xfd" and body[4] & 4, "no zstd frame with a checksum")
+    require(
+        ZSTD.ZSTD_findFrameCompressedSize(body, _size(len(body))) == len(body), "not one zstd frame"
+    )
+    require(ZSTD.ZSTD_getFrameContentSize(body, _size(len(body))) == size, "zstd of another size")
+    out = ctypes.create_string_buffer(size)
+    context = ctypes.c_void_p(ZSTD.ZSTD_createDCtx())
+    ZSTD.ZSTD_DCtx_refPrefix(context, base, _size(len(base)))
+    got = ZSTD.ZSTD_decompressDCtx(context, out, _size(size), body, _size(len(body)))
+    ZSTD.ZSTD_freeDCtx(context)
+    require(got == size, "zstd broken, or of another base")
+    return out.raw
+
+
+def delta_compress(sample, base, checksum=True):
+    room = ZSTD.ZSTD_compressBound(_size(len(sample)))
+    out = ctypes.create_string_buffer(room)
+    context = ctypes.c_void_p(ZSTD.ZSTD_createCCtx())
+    ZSTD.ZSTD_CCtx_setParameter(context, 201, int(checksum))  # ZSTD_c_checksumFlag
+    ZSTD.ZSTD_CCtx_refPrefix(context, base, _size(len(base)))
+    size = ZSTD.ZSTD_compress2(context, out, _size(room), sample, _size(len(sample)))
+    ZSTD.ZSTD_freeCCtx(context)
+    return out.raw[:size]
+
+
 def decompress(codec, body, size):
     return (
         body
@@ -213,6 +246,7 @@ class Reassembly:
     def __init__(self):
         self._open = {}  # channel: (first frame, bytearray)
         self._last = {}  # channel: sequence
+        self._bases = {}  # (channel, demand, origin): raw
         self.lost = 0
 
     def add(self, frame):
@@ -244,7 +278,18 @@ class Reassembly:
         if len(body) < head["body_bytes"]:
             return None
         del self._open[channel]
-        return head, decompress(head["codec"], bytes(body), head["raw_bytes"])
+        return head, self._raw(head, bytes(body))
+
+    def _raw(self, head, body):
+        if not head["codec"].startswith("zstd_"):
+            return decompress(head["codec"], body, head["raw_bytes"])
+        key = head["channel"], head["demand"], head["origin"]
+        base = b""
+        if head["codec"] == "zstd_delta":
+            require(key in self._bases, "no base")
+            base = self._bases[key]
+        raw = self._bases[key] = delta_decompress(body, base, head["raw_bytes"])
+        return raw
 
     def forget(self, channel):
         self._open.pop(channel, None)

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist
 from graph import until
 from std_msgs.msg import String, UInt8MultiArray
 
-from connect_packets import decompress, zstd_compress
+from connect_packets import decompress, delta_compress, zstd_compress
 from peer_world import (
     BYTES,
     LATCHED,
@@ -92,6 +92,31 @@ def test_compressed(world, peer, codec):
         lambda: String(data="a"),
         lambda: [s for s in mine.samples[channel] if s.codec == "none"],
     )
+
+
+@without_zstd
+def test_deltas(world, peer):
+    publisher = world.graph.publisher(String, "/t/zstd")
+    mine = peer()
+    channel = mine.find("/t/zstd")
+    mine.demand(channel)
+    noise = random.Random(1).randbytes(500).hex()
+    count = iter(range(10_000))
+    publish_until(
+        publisher,
+        lambda: String(data=f"{noise} {next(count)}"),
+        lambda: len(mine.samples.get(channel, [])) > 3,
+    )
+    first, *others = mine.samples[channel]
+    assert first.codec == "zstd_base"
+    assert {sample.codec for sample in others} == {"zstd_delta"}
+    assert all(string_of(sample.data).startswith(noise) for sample in mine.samples[channel])
+    # A new demand knows nothing of the last one.
+    mine.demand(channel, on=False)
+    mine.samples[channel].clear()
+    mine.demand(channel)
+    publish_until(publisher, lambda: String(data=noise), lambda: mine.samples[channel])
+    assert mine.samples[channel][0].codec == "zstd_base"
 
 
 def test_history_for_a_second_peer(world, peer):
@@ -208,6 +233,27 @@ def test_compressed_to_the_server(world, peer, codec):
     assert decompress(codec, body, len(sample)) == sample
     mine.publish(channel, sample, codec=codec, body=body)
     assert collector.wait(1)[0].data == text
+    collector.close()
+
+
+@without_zstd
+def test_deltas_to_the_server(world, peer):
+    collector = world.graph.collector(String, "/o/deltas")
+    mine = peer(exports=[("/o/deltas", STRING, "transient_local")])
+    channel = mine.channel_of("/o/deltas")
+    base = b""
+    for codec, text in (
+        ("zstd_base", "the first of them " * 5),
+        ("zstd_delta", "the first of them, nearly " * 5),
+        ("zstd_base", "another one " * 5),
+        ("zstd_delta", "another one, nearly " * 5),
+    ):
+        sample = cdr_string(text)
+        body = delta_compress(sample, base if codec == "zstd_delta" else b"")
+        mine.publish(channel, sample, codec=codec, body=body)
+        base = sample
+    got = [sample.data[:12] for sample in collector.wait(4)]
+    assert got == ["the first of", "the first of", "another one ", "another one,"]
     collector.close()
 
 

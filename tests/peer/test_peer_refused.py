@@ -8,6 +8,7 @@ from std_msgs.msg import String
 from websockets.exceptions import ConnectionClosed
 
 from connect_control import encode_control
+from connect_packets import delta_compress
 from connect_peer import Peer, open_socket
 from connect_records import decode_welcome, encode_login
 from peer_world import (
@@ -23,6 +24,7 @@ from peer_world import (
     packet,
     part_of,
     until,
+    without_zstd,
 )
 
 
@@ -92,6 +94,38 @@ def test_refused_by_state(world, served, code, frames):
         mine.channel_of("/o/states")
         mine.send_raw(packet(*frames))
         assert mine.wait_closed() == code
+    finally:
+        collector.close()
+
+
+BASE = cdr_string("the first of them " * 5)
+OTHER = cdr_string("quite another one " * 5)
+
+
+def delta(codec, sequence, base, checksum=True):
+    body = delta_compress(BASE, base, checksum)
+    return dict(message(1, sequence, body), codec=codec, raw_bytes=len(BASE))
+
+
+@without_zstd
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: [delta("zstd_delta", 1, BASE)],
+        lambda: [message(1, 1, BASE), delta("zstd_delta", 2, BASE)],
+        lambda: [delta("zstd_base", 1, b""), delta("zstd_delta", 2, OTHER)],
+        lambda: [delta("zstd_base", 1, b"", checksum=False)],
+        lambda: [dict(delta("zstd_base", 1, b""), raw_bytes=32769)],
+    ],
+    ids=["no base", "base in the clear", "another base", "no checksum", "base too large"],
+)
+def test_deltas_refused(world, make):
+    collector = world.graph.collector(String, "/o/states")
+    try:
+        mine = Peer(world.url, TOKEN, exports=OFFER)
+        mine.channel_of("/o/states")
+        mine.send_raw(packet(*make()))
+        assert mine.wait_closed() == 4002
     finally:
         collector.close()
 

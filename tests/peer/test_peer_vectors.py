@@ -3,7 +3,7 @@
 import pytest
 
 from connect_control import decode_control, encode_control
-from connect_packets import ZSTD, decode_packet, decompress, encode_packet
+from connect_packets import ZSTD, decode_packet, decompress, delta_decompress, encode_packet
 from connect_records import (
     Refused,
     decode_hello,
@@ -53,15 +53,25 @@ def test_control(vector):
 
 @pytest.mark.parametrize("vector", vectors("compression"), ids=lambda vector: vector["codec"])
 def test_compression(vector):
-    if vector["codec"] == "zstd" and ZSTD is None:
+    if vector["codec"].startswith("zstd") and ZSTD is None:
         pytest.skip("this machine has no libzstd")
     raw, body = bytes.fromhex(vector["raw"]), bytes.fromhex(vector["body"])
-    assert decompress(vector["codec"], body, len(raw)) == raw
+    base = bytes.fromhex(vector.get("base", ""))
+
+    def read(body, size, base=base):
+        if vector["codec"].startswith("zstd_"):
+            return delta_decompress(body, base, size)
+        return decompress(vector["codec"], body, size)
+
+    assert read(body, len(raw)) == raw
     for broken in (body[:-1], body + b"\0"):
         with pytest.raises(Refused):
-            decompress(vector["codec"], broken, len(raw))
+            read(broken, len(raw))
     with pytest.raises(Refused):
-        decompress(vector["codec"], body, len(raw) + 1)
+        read(body, len(raw) + 1)
+    if base:
+        with pytest.raises(Refused):
+            read(body, len(raw), base.swapcase())
 
 
 def test_malformed_is_refused_by_the_peer():

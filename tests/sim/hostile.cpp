@@ -350,7 +350,7 @@ void Hostile::send_plausible() {
       const Bytes body = random_bytes(200);
       return send_binary(message(number, static_cast<std::uint32_t>(rng_.below(5)) + 1,
                                  static_cast<std::uint32_t>(body.size()), body,
-                                 static_cast<Codec>(rng_.below(3)),
+                                 static_cast<Codec>(rng_.below(5)),
                                  static_cast<std::uint32_t>(rng_.below(100'000))));
     }
   }

@@ -47,8 +47,10 @@ Treatment random_treatment(Rng& rng) {
   Treatment t;
   if (rng.chance(300)) t.priority = static_cast<Priority>(rng.below(kPriorities));
   if (rng.chance(300)) {
-    t.compression.codec = rng.chance(500) ? Codec::kLz4 : Codec::kZstd;
+    t.compression.codec = rng.chance(300) ? Codec::kLz4 : Codec::kZstd;
     t.compression.level = static_cast<int>(rng.between(1, 5));
+  } else if (rng.chance(700)) {
+    t.compression.automatic = true;
   }
   if (rng.chance(60)) t.max_rate = static_cast<double>(rng.between(1, 50));
   if (rng.chance(40)) {

@@ -94,6 +94,8 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
     if (rng.chance(200)) calls.deny = {pattern(rng.pick(allowed_patterns()))};
     if (rng.chance(300)) {
       calls.treatment.compression.codec = rng.chance(500) ? Codec::kLz4 : Codec::kZstd;
+    } else if (rng.chance(500)) {
+      calls.treatment.compression.automatic = true;
     }
     if (strangers) calls.identities = {"ann", "bob0"};
     draw_limits(rng, calls.treatment);

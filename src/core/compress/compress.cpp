@@ -76,6 +76,13 @@ std::size_t compress_zstd(ByteView raw, int level, Bytes& out, const std::atomic
   return to.pos;
 }
 
+// RFC 8878 section 3.1.1.1: a bit of the descriptor, which comes behind the magic number.
+bool has_checksum(ByteView frame) {
+  constexpr std::size_t kDescriptorAt = 4;
+  constexpr std::uint8_t kChecksumFlag = 4;
+  return frame.size() > kDescriptorAt && (frame[kDescriptorAt] & kChecksumFlag) != 0;
+}
+
 Result<Bytes> decompress_lz4(ByteView body, std::size_t raw_bytes) {
   // No lz4 block grows by more than 255; a false size is found out before it is allocated.
   constexpr std::size_t kGrowthMax = 255;
@@ -92,7 +99,7 @@ Result<Bytes> decompress_lz4(ByteView body, std::size_t raw_bytes) {
   return raw;
 }
 
-Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes) {
+Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes, ByteView base = {}) {
   // One frame that states its size, nothing behind it. A block takes 4 bytes at least and yields
   // 128 KiB at most (RFC 8878 section 3.1.1.2): a false size is found out before it is allocated.
   constexpr std::size_t kBlockRawMax = 128 << 10;
@@ -104,6 +111,9 @@ Result<Bytes> decompress_zstd(ByteView body, std::size_t raw_bytes) {
   }
   ZSTD_DCtx* context = decompress_context();
   if (context == nullptr) return Error{CloseCode::kInternal, "no memory for a zstd context"};
+  // The prefix holds for one frame, whatever becomes of it.
+  if (!base.empty() && ZSTD_isError(ZSTD_DCtx_refPrefix(context, base.data(), base.size())))
+    return Error{CloseCode::kInternal, "zstd takes no prefix"};
   Bytes raw(raw_bytes);
   const std::size_t size =
       ZSTD_decompressDCtx(context, raw.data(), raw.size(), body.data(), body.size());
@@ -127,14 +137,36 @@ std::optional<Bytes> compress(ByteView raw, Compression how, const std::atomic<b
   return out;
 }
 
+std::optional<Bytes> compress_delta(ByteView raw, ByteView base, int level) {
+  ZSTD_CCtx* context = compress_context();
+  if (context == nullptr || raw.size() < 2) return std::nullopt;
+  ZSTD_CCtx_reset(context, ZSTD_reset_session_and_parameters);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, std::clamp(level, 1, 19));
+  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
+  ZSTD_CCtx_refPrefix(context, base.data(), base.size());
+  Bytes out(raw.size() - 1);
+  const std::size_t size = ZSTD_compress2(context, out.data(), out.size(), raw.data(), raw.size());
+  if (ZSTD_isError(size)) return std::nullopt;
+  out.resize(size);
+  out.shrink_to_fit();
+  return out;
+}
+
+Result<Bytes> decompress_delta(ByteView body, ByteView base, std::size_t raw_bytes) {
+  if (!has_checksum(body)) return malformed("a delta has no checksum");
+  return decompress_zstd(body, raw_bytes, base);
+}
+
 Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes) {
   if (body.empty() || raw_bytes == 0) return malformed("a compressed body is empty");
   switch (codec) {
     case Codec::kLz4: return decompress_lz4(body, raw_bytes);
     case Codec::kZstd: return decompress_zstd(body, raw_bytes);
-    case Codec::kNone: break;
+    case Codec::kNone:
+    case Codec::kZstdBase:
+    case Codec::kZstdDelta: break;
   }
-  return malformed("a body without compression cannot be decompressed");
+  return malformed("a body of this codec is not decompressed on its own");
 }
 
 }  // namespace connect_bridge

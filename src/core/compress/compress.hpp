@@ -19,4 +19,11 @@ std::optional<Bytes> compress(ByteView raw, Compression how,
 // nothing beyond it is ever allocated for the output. Codec must not be kNone. Thread: any.
 Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes);
 
+// A body of kZstdBase (`base` is empty) or of kZstdDelta: one frame with a checksum, so that
+// another base is found out. nullopt when it is not smaller than `raw`.
+std::optional<Bytes> compress_delta(ByteView raw, ByteView base, int level);
+
+// The way back; as decompress().
+Result<Bytes> decompress_delta(ByteView body, ByteView base, std::size_t raw_bytes);
+
 }  // namespace connect_bridge

@@ -23,6 +23,13 @@ std::uint32_t body_bytes_of(const OutMessage& message) {
 
 }  // namespace
 
+ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases)
+    : id_(id), options_(options) {
+  const Compression& how = options.compression;
+  if (how.automatic ? options.priority != Priority::kUrgent : how.codec == Codec::kZstd)
+    deltas_.emplace(how, !options.keep, bases);
+}
+
 std::optional<DropReason> ChannelQueue::too_old(const OutMessage& message, const Now& now) const {
   if (is_older(message.stamp, options_.lifespan, now)) return DropReason::kLifespan;
   if (is_older(message.stamp, options_.max_age, now)) return DropReason::kMaxAge;
@@ -75,20 +82,27 @@ bool ChannelQueue::ready(const Now& now) {
   return false;
 }
 
+void ChannelQueue::prepare(double rate) {
+  if (open_ || front_) return;
+  front_.emplace();
+  const auto& message = waiting_.front().message;
+  if (deltas_ && message.codec == Codec::kNone)
+    front_->smaller = deltas_->encode({message.subject, message.demand, message.body}, rate);
+}
+
 std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
   if (open_) {
     return kPartHeaderBytes +
            std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
   }
-  return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes_of(waiting_.front().message));
+  const bool smaller = front_ && front_->smaller;
+  const auto body_bytes = smaller ? static_cast<std::uint32_t>(front_->smaller->bytes.size())
+                                  : body_bytes_of(waiting_.front().message);
+  return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes);
 }
 
 std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
                                                PacketBuilder& packet) {
-  const auto ended = [](const OutMessage& message) {
-    return message.tracked ? std::optional(message.subject) : std::nullopt;
-  };
-  std::optional<Subject> whole;
   if (open_) {
     const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
     const auto& body = open_->message.body;
@@ -96,13 +110,11 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
                size);
     open_->offset += size;
     if (open_->offset < body.size()) return std::nullopt;
-    count_sent(open_->message);
-    whole = ended(open_->message);
-    open_.reset();
-    return whole;
+    return end(*std::exchange(open_, std::nullopt));
   }
   CONNECT_CHECK(!waiting_.empty());
-  auto& message = waiting_.front().message;
+  Open next = begin();
+  const auto& message = next.message;
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
   sequence_ = sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
@@ -110,15 +122,30 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
       MessageFrame{id_, message.subject, sequence_, message.demand, message.stamp, message.number,
                    message.codec, message.raw_bytes, body_bytes, message.body.view().first(size)},
       message.body, 0, size);
-  waiting_bytes_ -= body_bytes;
-  if (size == body_bytes) {
-    count_sent(message);
-    whole = ended(message);
-  } else {
-    open_.emplace(Open{std::move(message), size});
-  }
+  if (size == body_bytes) return end(next);
+  next.offset = size;
+  open_.emplace(std::move(next));
+  return std::nullopt;
+}
+
+ChannelQueue::Open ChannelQueue::begin() {
+  Open next{std::move(waiting_.front().message), 0, {}};
   waiting_.pop_front();
-  return whole;
+  auto& message = next.message;
+  waiting_bytes_ -= message.body.size();
+  const auto front = std::exchange(front_, std::nullopt);
+  if (!front || !front->smaller) return next;
+  counts_.queued_bytes -= message.body.size() - front->smaller->bytes.size();
+  next.raw = std::exchange(message.body, front->smaller->bytes);
+  message.codec = front->smaller->codec;
+  return next;
+}
+
+std::optional<Subject> ChannelQueue::end(const Open& whole) {
+  const auto& message = whole.message;
+  count_sent(message);
+  if (deltas_) deltas_->sent({message.subject, message.demand, whole.raw}, message.codec);
+  return message.tracked ? std::optional(message.subject) : std::nullopt;
 }
 
 std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
@@ -131,6 +158,7 @@ void ChannelQueue::drop_oldest_waiting(DropReason reason) {
   waiting_bytes_ -= message.body.size();
   count_dropped(message, reason);
   waiting_.pop_front();
+  front_.reset();
 }
 
 void ChannelQueue::drop_waiting(DropReason reason) {

@@ -9,6 +9,7 @@
 #include "core/base/ids.hpp"
 #include "core/base/priority.hpp"
 #include "core/base/time.hpp"
+#include "core/flow/delta_encoder.hpp"
 #include "core/flow/drops.hpp"
 #include "core/flow/packet.hpp"
 #include "core/wire/codec.hpp"
@@ -35,6 +36,9 @@ struct QueueOptions {
   // Nothing is dropped for want of room, neither here nor for the outbox' budget: the owner bounds
   // what it pushes. Depth and bytes mean nothing then.
   bool keep = false;
+  // Small messages that are pushed uncompressed are compressed as they leave. Automatic: not those
+  // that are urgent.
+  Compression compression;
 };
 
 // A message in the form in which it leaves.
@@ -67,9 +71,11 @@ struct ChannelCounts {
 // exact after each call.
 class ChannelQueue {
  public:
-  ChannelQueue(ChannelId id, const QueueOptions& options) : id_(id), options_(options) {}
+  // `bases`: of the link (DeltaEncoder).
+  ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases);
 
-  // New options for what is pushed from now on; what waits stays.
+  // New options for what is pushed from now on; what waits stays. How it is compressed stays as it
+  // was.
   void configure(const QueueOptions& options) { options_ = options; }
 
   // Queues the message or drops it, and drops what it displaces. `arrival` rises over all channels.
@@ -77,7 +83,10 @@ class ChannelQueue {
 
   // Drops what became too old to be started; then whether there is anything to send.
   bool ready(const Now& now);
-  // Frame bytes that the next part takes. Only after ready().
+  // Gives the next message the form in which it leaves on a path that carries `rate` bytes per
+  // second (0: not known). Only after ready().
+  void prepare(double rate);
+  // Frame bytes that the next part takes. Only after prepare().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
   // Hands that part out. The message's subject, if this was the last part of a tracked message.
   std::optional<Subject> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
@@ -91,7 +100,19 @@ class ChannelQueue {
   bool drop_open(DropReason reason);
 
   // A new connection counts its messages from 1 again (from behind another number in tests).
-  void restart(std::uint32_t last_sequence = 0) { sequence_ = last_sequence; }
+  void restart(std::uint32_t last_sequence = 0) {
+    sequence_ = last_sequence;
+    forget_bases();
+  }
+  // The peer has no base (of any origin, of this one) any longer.
+  void forget_bases() {
+    front_.reset();
+    if (deltas_) deltas_->clear();
+  }
+  void forget_base(OriginId origin) {
+    front_.reset();
+    if (deltas_) deltas_->forget(origin);
+  }
 
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
@@ -122,12 +143,21 @@ class ChannelQueue {
   struct Open {
     OutMessage message;
     std::uint32_t offset = 0;  // body bytes handed out
+    Payload raw;               // of what was prepared smaller
+  };
+  // The first of those that wait, prepared.
+  struct Front {
+    std::optional<DeltaEncoder::Body> smaller;  // none: it leaves as it is
   };
 
   [[nodiscard]] std::optional<DropReason> too_old(const OutMessage& message, const Now& now) const;
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
+  // Takes the first of those that wait, in the form in which it leaves.
+  Open begin();
+  // It has left whole; the subject if it is tracked.
+  std::optional<Subject> end(const Open& whole);
   void count_dropped(const OutMessage& message, DropReason reason);
   void count_sent(const OutMessage& message);
 
@@ -137,6 +167,8 @@ class ChannelQueue {
   std::deque<Waiting> waiting_;
   std::uint64_t waiting_bytes_ = 0;
   std::optional<Open> open_;
+  std::optional<DeltaEncoder> deltas_;
+  std::optional<Front> front_;
   std::uint32_t sequence_ = 0;  // of the last message started
   bool light_ = false;
   bool scheduled_ = false;  // ClassSchedule's mark

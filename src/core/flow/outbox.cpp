@@ -48,7 +48,7 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
 void Outbox::add_channel(ChannelId channel, QueueOptions options) {
   // A burst of one topic must not displace what waits of others.
   options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
-  const auto [at, is_new] = queues_.try_emplace(channel, channel, options);
+  const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
   if (is_new) return;
   auto& queue = at->second;
   schedule_.remove(queue);  // its class may change
@@ -77,7 +77,12 @@ void Outbox::clear_channel(ChannelId channel) {
   change(at->second, [&](ChannelQueue& queue) {
     if (queue.drop_open(DropReason::kNoDemand)) aborts_.push_back(channel);
     queue.drop_waiting(DropReason::kNoDemand);
+    queue.forget_bases();
   });
+}
+
+void Outbox::forget_base(ChannelId channel, OriginId origin) {
+  if (const auto at = queues_.find(channel); at != queues_.end()) at->second.forget_base(origin);
 }
 
 void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
@@ -244,7 +249,10 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
     const auto before = queue->bytes();
     const bool ready = queue->ready(now);
     bytes_of(*queue) = bytes_of(*queue) - before + queue->bytes();
-    if (ready) return queue;
+    if (ready) {
+      queue->prepare(pacer_.assumed_rate());
+      return queue;
+    }
     schedule_.sent_all(0);
   }
   return nullptr;

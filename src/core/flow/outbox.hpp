@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
@@ -65,6 +67,8 @@ class Outbox {
   // Drops what is queued (reason kNoDemand) and aborts an open message, but keeps the channel and
   // its counts.
   void clear_channel(ChannelId channel);
+  // The peer is told that the origin is gone from the channel: its base (DeltaEncoder) goes, too.
+  void forget_base(ChannelId channel, OriginId origin);
 
   // Queues a message; what the channel's policy displaces is dropped and counted. A channel that is
   // not there (any more) takes nothing.
@@ -141,6 +145,7 @@ class Outbox {
   void change(ChannelQueue& queue, Change&& change);
 
   OutboxOptions options_;
+  std::unique_ptr<Budget> bases_ = std::make_unique<Budget>();  // of all channels; does not move
   std::unordered_map<ChannelId, ChannelQueue> queues_;
   ClassSchedule schedule_;
   std::uint64_t data_bytes_ = 0;

@@ -91,6 +91,12 @@ std::uint32_t Pacer::unsent_bytes() const {
   return std::max(2 * part_bytes(kUnknownPartBytes), kUnsentBytesMin);
 }
 
+double Pacer::assumed_rate() const {
+  if (path_.delivery() > 0) return path_.delivery();
+  if (!path_.knows_round_trip() || path_.round_trip() < kNear) return 0;
+  return Path::kFirstBytes / seconds(path_.round_trip());
+}
+
 void Pacer::sent(const SentPacket& packet) {
   if (path_.idle()) {
     full_ = {packet.at, Duration::zero()};

@@ -32,6 +32,10 @@ class Pacer {
   // How much may wait in the kernel.
   [[nodiscard]] std::uint32_t unsent_bytes() const;
 
+  // Bytes per second that the path carries, as far as it can be told: until a rate is measured that
+  // is what a new connection may send at once. 0: nothing tells, or both ends are near each other.
+  [[nodiscard]] double assumed_rate() const;
+
   // ---- for people and tests
   // Bytes per second that the path carries; 0: not known yet.
   [[nodiscard]] double rate() const { return path_.delivery(); }

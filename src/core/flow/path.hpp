@@ -55,6 +55,7 @@ class Path {
 
   // The shortest of the last kBaseWindow, at least kRoundTripMin; kRoundTripUnknown before.
   [[nodiscard]] Duration round_trip() const;
+  [[nodiscard]] bool knows_round_trip() const { return !round_trip_.empty(); }
   // By how much acknowledgements come later than that, on the average.
   [[nodiscard]] Duration lateness() const { return lateness_; }
   // How long packets wait on the way there: the least of the last round trip.

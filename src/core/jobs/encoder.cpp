@@ -1,5 +1,6 @@
 #include "core/jobs/encoder.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/compress/compress.hpp"
@@ -46,6 +47,13 @@ std::size_t Encoder::forget(LinkId link) {
     return unwanted;
   });
   return count;
+}
+
+bool Encoder::holds(LinkId link) const {
+  const auto is_for = [link](const OutSample& sample) {
+    return std::find(sample.targets.begin(), sample.targets.end(), link) != sample.targets.end();
+  };
+  return (at_work_ && is_for(*at_work_)) || std::any_of(waiting_.begin(), waiting_.end(), is_for);
 }
 
 std::vector<OutSample> Encoder::clear() {

@@ -50,12 +50,21 @@ class Encoder {
   [[nodiscard]] std::optional<Encoded> next();
   // The link gets none of what is under way; how many samples that were for it.
   std::size_t forget(LinkId link);
+  // Whether something under way is for the link.
+  [[nodiscard]] bool holds(LinkId link) const;
   // Forgets everything; all these samples are dropped.
   std::vector<OutSample> clear();
 
   [[nodiscard]] std::uint64_t bytes() const {
     return waiting_bytes_ + (at_work_ ? at_work_->raw.size() : 0);
   }
+
+  // With which next() would begin; null: nothing waits, or it is not its turn.
+  [[nodiscard]] const OutSample* upcoming() const {
+    return at_work_ || finished_ || waiting_.empty() ? nullptr : &waiting_.front();
+  }
+  // Of the sample that a worker has; 0: none.
+  [[nodiscard]] std::uint64_t bytes_at_work() const { return at_work_ ? at_work_->raw.size() : 0; }
 
  private:
   Encoded whole(OutSample sample, std::optional<Payload> body) const;

@@ -56,6 +56,18 @@ ChannelOffer Attachment::open_channel() {
   return offer;
 }
 
+// Small ones the link's queue compresses. Of large ones, which are few, nothing is learnt: what
+// they usually shrink by, and a worker's usual rate, make it worth while below this rate of the
+// path.
+Compression Attachment::compression_of(std::size_t bytes) const {
+  constexpr double kRateMax = 20e6;
+  Compression how = decision_.treatment.compression;
+  if (!how.automatic || !link_.open() || !serving_.jobs.is_large(bytes)) return how;
+  const double rate = link_.outbox().pacer().assumed_rate();
+  if (rate > 0 && rate < kRateMax) how.codec = Codec::kZstd;
+  return how;
+}
+
 void Attachment::on_decision(Decision decision) {
   decision_ = std::move(decision);
   if (held_) admit();

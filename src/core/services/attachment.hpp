@@ -86,6 +86,8 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] Serving& serving() { return serving_; }
   [[nodiscard]] ServedLoad& load() { return load_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  // How an answer of this size is compressed before it is queued.
+  [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] CallGate::Caller caller() const;
 
   void add_status(LinkStatus& status) const;

@@ -36,6 +36,7 @@ inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
   queue.priority = decision.treatment.priority.value_or(Priority::kHigh);
   queue.may_be_light = !decision.treatment.priority;
   queue.keep = true;
+  if (decision.treatment.compression.automatic) queue.compression = decision.treatment.compression;
   return queue;
 }
 

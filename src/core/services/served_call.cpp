@@ -78,7 +78,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   answer_bytes_ = attachment_.load().answer_bytes.hold(size);
   if (const std::string why = attachment_.no_room_for_answer(size); !why.empty())
     return attachment_.withhold(*this, why, now);
-  const Compression how = attachment_.treatment().compression;
+  const Compression how = attachment_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (serving_.jobs.is_large(size)) {
     answer_.codec = how.codec;  // if it shrinks

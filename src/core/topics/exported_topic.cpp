@@ -11,7 +11,6 @@ constexpr Duration kParkMax = std::chrono::seconds(1);
 constexpr std::size_t kParkedSamplesMax = 256;       // per topic
 constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
 constexpr std::uint64_t kReaderDepthMax = 1 << 16;
-constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // that wait for a worker
 
 // Whether a subscription is good enough for what is wanted now. To make it anew loses what volatile
 // publishers send until the graph has matched it, so depth alone is no reason: samples are taken at
@@ -28,7 +27,10 @@ bool is_closed(const std::pair<const LinkId, TopicOffer>& offer) {
 }  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
-    : context_(context), key_(std::move(key)), origins_(context.timers, this) {}
+    : context_(context),
+      key_(std::move(key)),
+      origins_(context.timers, this),
+      streams_(context, *this, offers_, subscription_qos_) {}
 
 // ---- origins and links
 
@@ -61,9 +63,8 @@ void ExportedTopic::remove_vanished(const Now& now) {
 
 bool ExportedTopic::drained() const {
   const auto offer_drained = [](const auto& entry) { return entry.second.drained(); };
-  const auto stream_drained = [](const auto& entry) { return entry.second.encoder.bytes() == 0; };
-  return parked_.empty() && std::all_of(offers_.begin(), offers_.end(), offer_drained) &&
-         std::all_of(streams_.begin(), streams_.end(), stream_drained);
+  return parked_.empty() && streams_.bytes() == 0 &&
+         std::all_of(offers_.begin(), offers_.end(), offer_drained);
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
@@ -76,20 +77,20 @@ void ExportedTopic::recheck(const Link& link, const Now& now) {
   if (it == offers_.end() || it->second.is_current()) return;
   it->second.withdraw();
   offers_.erase(it);
-  forget_encoding(link.id);
+  streams_.forget(link.id);
   update_subscription(now);
 }
 
 void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
   if (offers_.erase(link) == 0) return;
-  forget_encoding(link);
+  streams_.forget(link);
   update_subscription(now);
 }
 
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
   const bool subscribed = bool(subscription_);
   if (offer.demanded()) failed_ = false;
-  if (!offer.demanded()) offer.drop(DropReason::kNoDemand, forget_encoding(link));
+  if (!offer.demanded()) offer.drop(DropReason::kNoDemand, streams_.forget(link));
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, link, now);
@@ -97,6 +98,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
 
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
+  streams_.on_time(now);
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
 }
@@ -184,8 +186,7 @@ void ExportedTopic::unsubscribe() {
   end_subscription();
   history_.clear();
   origins_.forget_samples();
-  for (auto& [how, stream] : streams_)
-    for (const auto& sample : stream.encoder.clear()) drop(sample, DropReason::kNoDemand);
+  streams_.clear();
   parked_.clear();
   parked_until_.cancel();
 }
@@ -270,7 +271,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
     if (!offer.admit(origin.id, sample.raw, now)) continue;
-    const Compression& how = offer.treatment().compression;
+    const Compression how = streams_.way_to(offer, link, sample.raw.size());
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, sample.raw, now);
     } else {
@@ -278,62 +279,21 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     }
   }
   for (auto& [how, links] : compressed)
-    encode(how, {sample.subject, sample.stamp, sample.number, sample.raw, std::move(links)}, now);
+    streams_.encode(
+        how, {sample.subject, sample.stamp, sample.number, sample.raw, std::move(links)}, now);
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
-  const Compression how = offer.treatment().compression;
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
     if (!offer.admit_old(origin, raw)) continue;
+    const Compression how = streams_.way_to(offer, link, raw.size());
     OutSample sample{origin, stamp, number, raw, {link}};
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, raw, now);
     } else {
-      encode(how, std::move(sample), now);
+      streams_.encode(how, std::move(sample), now);
     }
   }
-}
-
-void ExportedTopic::encode(const Compression& how, OutSample sample, const Now& now) {
-  auto stream = streams_.find(how);
-  if (stream == streams_.end()) {
-    // Of a transient-local topic each origin's last samples must get through, and they come at
-    // once.
-    const bool latched = subscription_qos_.durability == Durability::kTransientLocal;
-    const std::uint32_t depth = latched ? 0 : subscription_qos_.depth;
-    const auto bytes =
-        latched ? std::max(context_.options.history_bytes_max, kEncoderBytesMax) : kEncoderBytesMax;
-    stream = streams_.try_emplace(how, *this, Encoder::Options{how, depth, bytes}).first;
-  }
-  Encoder& encoder = stream->second.encoder;
-  for (const auto& displaced : encoder.push(std::move(sample)))
-    drop(displaced, DropReason::kQueueBytes);
-  send_encoded(encoder, now);
-}
-
-void ExportedTopic::Stream::on_job(std::optional<Payload> result, const Now& now) {
-  encoder.finish(std::move(result));
-  topic.send_encoded(encoder, now);
-}
-
-void ExportedTopic::send_encoded(Encoder& encoder, const Now& now) {
-  while (const auto ready = encoder.next())
-    for (const LinkId link : ready->sample.targets)
-      if (const auto offer = offers_.find(link); offer != offers_.end())
-        offer->second.send(ready->sample, ready->codec, ready->body, now);
-}
-
-// What a worker has for the link would come in its next demand before the last samples, and may be
-// among them.
-std::size_t ExportedTopic::forget_encoding(LinkId link) {
-  std::size_t count = 0;
-  for (auto& [how, stream] : streams_) count += stream.encoder.forget(link);
-  return count;
-}
-
-void ExportedTopic::drop(const OutSample& sample, DropReason reason) {
-  for (const LinkId link : sample.targets)
-    if (const auto offer = offers_.find(link); offer != offers_.end()) offer->second.drop(reason);
 }
 
 void ExportedTopic::drop_demanded(DropReason reason, std::uint64_t count) {
@@ -354,9 +314,7 @@ void ExportedTopic::add_status(LinkId link, LinkStatus& status) const {
 }
 
 std::uint64_t ExportedTopic::memory_bytes() const {
-  std::uint64_t bytes = history_.bytes();
-  for (const auto& [how, stream] : streams_) bytes += stream.encoder.bytes();
-  return bytes;
+  return history_.bytes() + streams_.bytes();
 }
 
 }  // namespace connect_bridge

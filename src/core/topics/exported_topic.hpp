@@ -8,15 +8,16 @@
 
 #include "core/base/pace.hpp"
 #include "core/flow/history.hpp"
-#include "core/jobs/encoder.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/topic_offer.hpp"
+#include "core/topics/topic_streams.hpp"
 
 namespace connect_bridge {
 
 // It exists while it has a real publisher (an origin). It is subscribed at most once, while any
-// link demands it or something holds it; every sample is attributed to its origin, compressed once
-// per way of compression, and sent to the links whose offers admit it. Single-threaded.
+// link demands it or something holds it; every sample is attributed to its origin, compressed where
+// that is wanted or pays (TopicStreams), and sent to the links whose offers admit it.
+// Single-threaded.
 class ExportedTopic {
  public:
   ExportedTopic(ExportContext& context, TopicKey key);
@@ -54,15 +55,6 @@ class ExportedTopic {
     TimePoint until;
     Budget::Hold bytes;
   };
-  // The topic, compressed in one way.
-  struct Stream final : JobOwner {
-    Stream(ExportedTopic& of, Encoder::Options options)
-        : topic(of), encoder(options, of.context_.jobs, *this) {}
-    void on_job(std::optional<Payload> result, const Now& now) override;
-
-    ExportedTopic& topic;
-    Encoder encoder;
-  };
 
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
@@ -78,12 +70,7 @@ class ExportedTopic {
   void unpark(const Now& now);
   void watch_parked();
   void forward(Origin& origin, MessageTaken taken, const Now& now);
-  void encode(const Compression& how, OutSample sample, const Now& now);
-  void send_encoded(Encoder& encoder, const Now& now);
   void send_history(TopicOffer& offer, LinkId link, const Now& now);
-  // How many samples for the link were under way; it gets none of them.
-  std::size_t forget_encoding(LinkId link);
-  void drop(const OutSample& sample, DropReason reason);
   void drop_demanded(DropReason reason, std::uint64_t count = 1);
 
   ExportContext& context_;
@@ -99,7 +86,7 @@ class ExportedTopic {
   Pace subscriptions_{10, std::chrono::seconds(1)};
   ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
   HistoryCache history_;
-  std::map<Compression, Stream> streams_;
+  TopicStreams streams_;
   std::deque<Parked> parked_;
   ExportTimers::Timer parked_until_;
 };

@@ -33,7 +33,8 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       key_(std::move(key)),
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
-      decision_(std::move(decision)) {
+      decision_(std::move(decision)),
+      deltas_(peer.bases()) {
   const auto wire_name = context_.graph_options.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
@@ -70,6 +71,7 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     left_out_.erase(id);
+    deltas_.forget(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
     Mirror& mirror = *origin->second;
@@ -172,6 +174,7 @@ void OfferedTopic::end_demand() {
   job_.cancel();
   dropped_.add(DropReason::kNoDemand, waiting_.size());
   waiting_.clear();
+  deltas_.clear();
 }
 
 void OfferedTopic::demand_again(const Now& now) {
@@ -187,13 +190,12 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};
   }
+  const auto useful = resolve(message, now);
+  if (!useful) return useful.error();
+  if (!useful.value()) return Nothing{};
   // Nothing overtakes what is with a worker.
   if (waiting_.empty() && message.codec == Codec::kNone) {
     publish(message, message.body, now);
-    return Nothing{};
-  }
-  if (!link_.may_inflate(message, now)) {
-    dropped_.add(DropReason::kRate);
     return Nothing{};
   }
   if (waiting_.empty() && !context_.jobs.is_large(message.raw_bytes)) {
@@ -213,6 +215,22 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   waiting_.push_back({std::move(message), std::move(bytes)});
   if (!job_) start_job();
   return Nothing{};
+}
+
+// Whatever becomes of a message, one that comes later may refer to it.
+Result<bool> OfferedTopic::resolve(InMessage& message, const Now& now) {
+  const bool wanted = link_.may_inflate(message, now);
+  if (!wanted) dropped_.add(DropReason::kRate);
+  if (!makes_base(message.codec)) return wanted;
+  auto raw = deltas_.decode(message, wanted);
+  if (!raw) return raw.error();
+  if (!raw.value()) {
+    if (wanted) dropped_.add(DropReason::kRate);
+    return false;
+  }
+  message.codec = Codec::kNone;
+  message.body = *std::move(raw).value();
+  return true;
 }
 
 // A worker that does not keep up must not make messages late without end: beyond the depth of a

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/budget.hpp"
+#include "core/flow/delta_decoder.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/link.hpp"
@@ -42,7 +43,10 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void update_demand(const Now& now);
   // The peer is told of it: under this number, or of its end. What still waits here is dropped
   // then.
-  void begin_demand(std::uint16_t number) { demand_ = number; }
+  void begin_demand(std::uint16_t number) {
+    demand_ = number;
+    deltas_.clear();
+  }
   void end_demand();
   // Ends the demand for a moment, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
@@ -74,6 +78,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
+  // What came, in a form that needs no base; false: it is dropped.
+  Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
   // Handles what waited behind a finished job, up to the next job.
@@ -103,6 +109,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::set<OriginId> left_out_;          // for which there was no mirror
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
+  DeltaDecoder deltas_;
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;
   std::uint64_t wire_bytes_ = 0;

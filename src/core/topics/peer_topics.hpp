@@ -33,6 +33,8 @@ class PeerTopics {
   // Bytes of messages that wait to be decompressed.
   [[nodiscard]] Budget& decoding() { return decoding_; }
   [[nodiscard]] const Budget& decoding() const { return decoding_; }
+  // Bytes of the bases of all its topics.
+  [[nodiscard]] Budget& bases() { return bases_; }
   void add_status(LinkStatus& status) const;
 
  private:
@@ -41,6 +43,7 @@ class PeerTopics {
   ImportContext& context_;
   Link& link_;
   Budget decoding_;
+  Budget bases_;
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   std::uint16_t demands_ = 0;  // how many were told, without 0 when it begins anew

@@ -119,6 +119,7 @@ QueueOptions TopicOffer::queue_options() const {
   } else {
     queue.burst_bytes_max = std::numeric_limits<std::uint64_t>::max();
   }
+  queue.compression = treatment().compression;
   queue.max_age = treatment().max_age;
   queue.newest_only = is_clock(topic_.key());
   queue.lifespan = Duration::zero();
@@ -179,7 +180,10 @@ void TopicOffer::add_origins(const std::vector<Gid>& added) {
 
 void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   if (!is_open()) return;
-  for (const OriginId origin : removed) withheld_.erase(origin);
+  for (const OriginId origin : removed) {
+    withheld_.erase(origin);
+    if (link_.connection) link_.outbox().forget_base(number_, origin);
+  }
   link_.send(OriginsChanged{number_, {}, removed});
   configure_queue();
 }
@@ -241,6 +245,12 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
   message.body = body;
   link_.outbox().push(number_, std::move(message), now);
+}
+
+double TopicOffer::queue_seconds() const {
+  const double rate = path_rate();
+  if (rate == 0) return 0;
+  return static_cast<double>(link_.outbox().counts(number_).queued_bytes) / rate;
 }
 
 bool TopicOffer::drained() const {

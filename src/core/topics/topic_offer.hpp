@@ -48,6 +48,12 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool is_open() const { return bool(number_); }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  // Bytes per second that the path carries, as far as it can be told; 0: nothing tells.
+  [[nodiscard]] double path_rate() const {
+    return link_.open() ? link_.outbox().pacer().assumed_rate() : 0;
+  }
+  // How long what waits in the link's queue keeps the path busy, in seconds; 0: nothing tells.
+  [[nodiscard]] double queue_seconds() const;
   // Nothing waits in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;

@@ -66,7 +66,7 @@ std::optional<ByteView> take_part(ByteView& rest, std::size_t header, std::uint3
 Outcome read_message(ByteView& rest) {
   MessageFrame frame;
   const auto codec = rest[1];
-  if (codec > static_cast<std::uint8_t>(Codec::kZstd)) {
+  if (codec > static_cast<std::uint8_t>(Codec::kZstdDelta)) {
     return malformed("a message frame has the unknown codec " + std::to_string(codec));
   }
   frame.codec = static_cast<Codec>(codec);
@@ -88,6 +88,9 @@ Outcome read_message(ByteView& rest) {
   }
   if (frame.codec != Codec::kNone && (frame.raw_bytes == 0 || frame.body_bytes == 0)) {
     return malformed("a compressed message is empty");
+  }
+  if (makes_base(frame.codec) && frame.raw_bytes > kBaseBytesMax) {
+    return malformed("a base is larger than a base may be");
   }
   if (part_bytes > frame.body_bytes) return malformed("a message's part is longer than its body");
   if (part_bytes == 0 && frame.body_bytes != 0) return malformed("a message's part is empty");

@@ -69,7 +69,7 @@ const Case kCases[] = {
     {"priority", kServer, "{rules: [a], rule: {a: {import_topics: [/a], priority: fast}}}",
      "expected one of urgent, high, normal, bulk"},
     {"compression", kServer, "{rules: [a], rule: {a: {import_topics: [/a], compression: gzip}}}",
-     "expected none, lz4, zstd"},
+     "expected auto, none, lz4, zstd"},
     {"compression_level", kServer,
      "{rules: [a], rule: {a: {import_topics: [/a], compression: 'zstd:20'}}}",
      "\"zstd:20\" is wrong"},

@@ -139,7 +139,8 @@ TEST(OutboxQueue, AStartedMessageIsFinishedHoweverOld) {
 }
 
 TEST(OutboxQueue, SequencesGoFromTheLargestToOne) {
-  ChannelQueue channel(kA, {});
+  Budget bases;
+  ChannelQueue channel(kA, {}, bases);
   channel.restart(std::numeric_limits<std::uint32_t>::max() - 1);
   PacketBuilder packet;
   for (std::uint64_t arrival = 1; arrival <= 2; ++arrival) {

@@ -164,7 +164,7 @@ std::string line_of(const Packet& packet) {
     if (!frame.value()) return line;
     std::string word;
     if (const auto* m = std::get_if<MessageFrame>(&*frame.value())) {
-      const char* codecs[] = {"", " lz4", " zstd"};
+      const char* codecs[] = {"", " lz4", " zstd", " base", " delta"};
       word = std::to_string(m->channel.value) + "." + std::to_string(m->subject.value) +
              (m->codec == Codec::kNone ? " " + text_of(m->part)
                                        : codecs[static_cast<std::size_t>(m->codec)]);

@@ -114,6 +114,94 @@ TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
   EXPECT_EQ(two.said(), "1.1 zstd, 1.1 small, and behind it\n");
 }
 
+Rule automatic() {
+  Rule rule = everything();
+  rule.treatment.compression.automatic = true;
+  return rule;
+}
+
+// /a is demanded by peers whose paths have shown a round trip of 50 ms: a new connection may send
+// 655 kB/s there.
+struct Thin : Exporting {
+  explicit Thin(const std::vector<OneLink*>& peers) : Exporting({automatic()}) {
+    see(topic("/a").pub(1));
+    for (OneLink* peer : peers) {
+      offer(*peer);
+      demand(*peer);
+      show_round_trip(peer->link.outbox());
+    }
+    did();
+  }
+  static void show_round_trip(Outbox& outbox) {
+    outbox.add_channel({99}, {});
+    outbox.push({99}, flow_test::message(20'000), ms(0));
+    while (outbox.next(ms(0))) {
+    }
+    EXPECT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, ms(50)));
+  }
+  void compressed(std::size_t bytes, std::int64_t at) {
+    finish(jobs, Payload::adopt(Bytes(bytes)), at);
+  }
+};
+
+TEST(ExportedTopic, IsCompressedWhereThatIsSooner) {
+  OneLink thin(1), unknown(2);
+  Thin s({&thin});
+  s.offer(unknown);
+  s.demand(unknown);
+  s.take(1, std::string(20'000, 'x'), 100);
+  EXPECT_EQ(s.did(), "compress 1\n");
+  EXPECT_EQ(unknown.said(100).substr(0, 6), "1.1 xx");
+  s.take(1, "small", 100);  // overtakes nothing
+  EXPECT_EQ(unknown.said(100), "1.1 small\n");
+  EXPECT_EQ(thin.said(100), "");
+  s.compressed(100, 101);
+  EXPECT_EQ(thin.said(101), "1.1 zstd, 1.1 small\n");
+}
+
+TEST(ExportedTopic, WhatDoesNotShrinkIsSentAsItIs) {
+  OneLink thin;
+  Thin s({&thin});
+  for (int i = 0; i < 40; ++i) {
+    s.take(1, std::string(2000, 'x'), 100 + 10 * i);
+    if (!s.did().empty()) s.finish(s.jobs, std::nullopt, 100 + 10 * i);
+    s.did();
+    thin.said(100 + 10 * i);
+  }
+  s.take(1, std::string(2000, 'x'), 1000);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(ExportedTopic, AWorkerThatTakesLongerThanThePathIsLeftAlone) {
+  OneLink thin;
+  Thin s({&thin});
+  for (int i = 0; i < 4; ++i) {
+    s.take(1, std::string(2000, 'x'), 1000 * i);
+    s.did();
+    s.compressed(100, 1000 * i + 200);
+    thin.said(1000 * i + 200);
+  }
+  s.take(1, std::string(2000, 'x'), 9000);
+  EXPECT_EQ(s.did(), "");
+}
+
+// What would be displaced in the link's queue costs no worker's time.
+TEST(ExportedTopic, IsCompressedWhenThePathNeedsIt) {
+  OneLink thin;
+  Thin s({&thin});
+  s.take(1, std::string(100'000, 'x'), 100);
+  s.did();
+  s.compressed(30'000, 100);  // 46 ms for this path
+  s.take(1, std::string(100'000, 'y'), 100);
+  s.take(1, std::string(100'000, 'z'), 100);
+  EXPECT_EQ(s.did(), "");
+  s.pass_to(120);
+  EXPECT_EQ(s.did(), "");
+  thin.said(130);
+  s.pass_to(150);
+  EXPECT_EQ(s.did(), "compress 2\n");
+}
+
 TEST(ExportedTopic, EndsWithItsLastOrigin) {
   OneLink peer;
   Exporting s;

@@ -138,6 +138,66 @@ TEST(OfferedTopic, BehindASlowWorkerNoMoreWaitThanTheOriginsDepth) {
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 b\npublish 1 c\npublish 1 d\npublish 2 kept\n");
 }
 
+// One that is kept as a base, or (with a base) refers to one.
+InMessage delta(const std::string& text, const std::string& base = {}) {
+  InMessage result = Importing::message(text);
+  const Payload raw = sample(text);
+  const Payload old = base.empty() ? Payload{} : sample(base);
+  result.body = Payload::adopt(compress_delta(raw.view(), old.view(), 3).value());
+  result.codec = base.empty() ? Codec::kZstdBase : Codec::kZstdDelta;
+  return result;
+}
+
+const std::string kBase(100, 'a');
+const std::string kNext = kBase + "b";
+
+TEST(OfferedTopic, WhatRefersToTheLastOneIsRead) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.did();
+  s.give(delta(kBase));
+  s.give(delta(kNext, kBase));
+  EXPECT_EQ(s.did(), "publish 1 " + kBase + "\npublish 1 " + kNext + "\n");
+  EXPECT_GT(s.peer.bases().used(), 0U);
+  // Also while others are with a worker, behind which it comes.
+  s.give(s.large());
+  s.give(delta(kBase, kNext));
+  EXPECT_EQ(s.did(), "decompress 1\n");
+  s.finish(s.jobs, sample("large"));
+  EXPECT_EQ(s.did(), "publish 1 large\npublish 1 " + kBase + "\n");
+}
+
+TEST(OfferedTopic, ABaseGoesWithItsOriginAndItsDemand) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7), origin(2, 8)});
+  s.give(delta(kBase));
+  EXPECT_TRUE(s.channel_1().on_origins({{1}, {}, {{1}}}, ms(0)));
+  EXPECT_EQ(s.peer.bases().used(), 0U);
+  const auto refused = s.channel_1().on_message(delta(kNext, kBase), ms(0));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, CloseCode::kMalformed);
+  s.give(delta(kBase));
+  EXPECT_GT(s.peer.bases().used(), 0U);
+  s.peer.send_demands();  // it gets its number
+  EXPECT_EQ(s.peer.bases().used(), 0U);
+}
+
+// Tiny bodies that stand for much are read now and then; what refers to one that was not is dropped
+// with it.
+TEST(OfferedTopic, TinyDeltasDoNotBecomeGigabytes) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  const std::string large(32'000, 'a');
+  s.give(delta(large));
+  const InMessage next = delta(large, large);
+  for (int i = 0; i < 10'000; ++i) s.give(next);
+  s.did();
+  EXPECT_GT(s.dropped(DropReason::kRate), 5000U);
+}
+
 TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
   Script s;
   s.listen();

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kCodecWords[] = {"none", "lz4", "zstd"};
+constexpr const char* kCodecWords[] = {"none", "lz4", "zstd", "zstd_base", "zstd_delta"};
 
 Json json_of(const MessageFrame& frame) {
   return {{"type", "message"},
@@ -128,9 +128,13 @@ TEST(Vectors, ControlMessagesAreReadAndWrittenAsTheySay) {
 
 TEST(Vectors, CompressedBodiesAreReadAsTheySay) {
   for (const auto& vector : read_vectors("compression.json")) {
-    const Codec codec = vector.at("codec") == "lz4" ? Codec::kLz4 : Codec::kZstd;
+    const std::string codec = vector.at("codec");
     const Bytes raw = from_hex(vector.at("raw").get<std::string>());
-    const auto out = decompress(from_hex(vector.at("body").get<std::string>()), codec, raw.size());
+    const Bytes body = from_hex(vector.at("body").get<std::string>());
+    const Bytes base = from_hex(vector.value("base", ""));
+    const auto out = codec == "lz4"    ? decompress(body, Codec::kLz4, raw.size())
+                     : codec == "zstd" ? decompress(body, Codec::kZstd, raw.size())
+                                       : decompress_delta(body, base, raw.size());
     ASSERT_TRUE(out.ok()) << out.error().message;
     EXPECT_EQ(out.value(), raw);
   }

@@ -1,0 +1,42 @@
+// Brings messages that refer to the one before them into their raw form.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <unordered_map>
+
+#include "core/base/budget.hpp"
+#include "core/base/bytes.hpp"
+#include "core/base/result.hpp"
+#include "core/flow/reassembly.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// Belongs to one channel on which a peer sends; keeps the base of each origin, within the budget of
+// the link. All messages of kZstdBase and kZstdDelta go through it in the order of their arrival.
+// Single-threaded.
+class DeltaDecoder {
+ public:
+  // `bases`: of the link, outlives this.
+  explicit DeltaDecoder(Budget& bases) : budget_(bases) {}
+
+  // The raw message, which is its origin's base from now on. nullopt: it is not `wanted` (a limit),
+  // or refers to one that was not. kMalformed: damaged, or without a base; kTooLarge: more bases
+  // than a link may have.
+  Result<std::optional<Payload>> decode(const InMessage& message, bool wanted);
+  void forget(Subject origin) { bases_.erase(origin.value); }
+  void clear() { bases_.clear(); }
+
+ private:
+  struct Base {
+    Payload raw;  // empty: it was not wanted
+    Budget::Hold bytes;
+  };
+  Result<std::optional<Payload>> keep(Subject origin, std::optional<Payload> raw);
+
+  Budget& budget_;
+  std::unordered_map<std::uint32_t, Base> bases_;  // by origin
+};
+
+}  // namespace connect_bridge

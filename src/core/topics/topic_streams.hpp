@@ -1,0 +1,68 @@
+// How the samples of one topic are compressed before they are queued.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "core/flow/compression_gain.hpp"
+#include "core/jobs/encoder.hpp"
+#include "core/topics/export_context.hpp"
+#include "core/topics/topic_offer.hpp"
+
+namespace connect_bridge {
+
+// Belongs to an exported topic. A sample is compressed once for all links that want it in the same
+// way, and each link gets its samples in order. What that brings and costs is measured, for links
+// that want it only where it pays. Single-threaded.
+class TopicStreams {
+ public:
+  using Offers = std::map<LinkId, TopicOffer>;
+
+  // All outlive this; `qos`: of the topic's subscription.
+  TopicStreams(ExportContext& context, ExportedTopic& topic, Offers& offers, const Qos& qos)
+      : context_(context), topic_(topic), offers_(offers), qos_(qos) {}
+
+  // How a sample of this size goes to the link; without a codec: at once, as it is.
+  [[nodiscard]] Compression way_to(const TopicOffer& offer, LinkId link, std::size_t bytes);
+  // Sends it to its targets when it is compressed; they are links for which this is the way.
+  void encode(const Compression& how, OutSample sample, const Now& now);
+  // A deadline of the topic has come.
+  void on_time(const Now& now);
+  // How many samples for the link were under way; it gets none of them.
+  std::size_t forget(LinkId link);
+  // Drops all that is under way.
+  void clear();
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  // The topic, compressed in one way.
+  struct Stream final : JobOwner {
+    Stream(TopicStreams& of, Encoder::Options options)
+        : streams(of),
+          automatic(options.how.automatic),
+          encoder(options, of.context_.jobs, *this) {}
+    void on_job(std::optional<Payload> result, const Now& now) override;
+
+    TopicStreams& streams;
+    bool automatic;
+    Encoder encoder;
+    ExportTimers::Timer later;  // the next sample is not needed before
+    TimePoint begun{};          // the job under way
+    CompressionGain gain;
+    double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
+  };
+  Stream& stream_of(const Compression& how);
+  void send_encoded(Stream& stream, const Now& now);
+  // How long the stream's next sample need not be compressed yet.
+  [[nodiscard]] Duration slack_of(const Stream& stream) const;
+  void drop(const OutSample& sample, DropReason reason);
+
+  ExportContext& context_;
+  ExportedTopic& topic_;
+  Offers& offers_;
+  const Qos& qos_;
+  std::map<Compression, Stream> streams_;
+};
+
+}  // namespace connect_bridge
