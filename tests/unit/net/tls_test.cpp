@@ -85,6 +85,7 @@ TEST_F(Tls, CarriesPacketsBothWays) {
   EXPECT_EQ(pair.server.closed[pair.accepted()].code, 1001);
   pair.loop.io.restart();
   pair.server.network.stop();
+  pair.client.network.stop();  // it watches the machine's routes since it has dialed
   pair.loop.io.run_for(1500ms);
   EXPECT_TRUE(pair.loop.io.stopped());
 }
