@@ -1,18 +1,22 @@
 """A TCP relay between client and server whose line can be cut, stalled (half-open) and healed."""
 
+import collections
 import contextlib
 import select
 import socket
 import threading
+import time
 
 _PART = 1 << 16
 
 
 class Relay:
-    """Listens on `port`; every connection gets one of its own to the target."""
+    """Listens on `port`; every connection gets one of its own to the target. `delay`: seconds that
+    what passes takes in each direction."""
 
-    def __init__(self, target_port):
+    def __init__(self, target_port, delay=0.0):
         self._target = ("127.0.0.1", target_port)
+        self._delay = delay
         self._lock = threading.Lock()
         self._pairs = []
         self._stalled = threading.Event()
@@ -46,9 +50,15 @@ class Relay:
 
     def _carry(self, near, far):
         other = {near: far, far: near}
+        under_way = collections.deque()  # when it is due, to whom, what
         with contextlib.suppress(OSError, ValueError):
             while not self._closed:
-                for end in select.select([near, far], [], [], 0.1)[0]:
+                now = time.monotonic()
+                while under_way and under_way[0][0] <= now:
+                    _, end, part = under_way.popleft()
+                    end.sendall(part)
+                wait = under_way[0][0] - now if under_way else 0.1
+                for end in select.select([near, far], [], [], min(wait, 0.1))[0]:
                     while self._stalled.is_set() and not self._closed:  # bytes wait, unread
                         if (near, far) not in self._pairs:
                             return
@@ -56,7 +66,7 @@ class Relay:
                     part = end.recv(_PART)
                     if not part:
                         raise OSError("closed")
-                    other[end].sendall(part)
+                    under_way.append((time.monotonic() + self._delay, other[end], part))
         self._drop((near, far))
 
     def _stalled_wait(self):
