@@ -98,8 +98,10 @@ def test_refused_by_state(world, served, code, frames):
         collector.close()
 
 
-BASE = cdr_string("the first of them " * 5)
-OTHER = cdr_string("quite another one " * 5)
+# Nothing in it repeats, so a delta takes it from its base, which the other has at another place.
+TEXT = "".join(chr(ord("!") + number * number % 83) for number in range(41))
+BASE = cdr_string(TEXT)
+OTHER = cdr_string("moved " + TEXT)
 
 
 def delta(codec, sequence, base, checksum=True):

@@ -205,7 +205,9 @@ TEST_F(ServiceClientTest, RefusesRequestsThatAreNone) {
 }
 
 TEST_F(ServiceClientTest, RefusesTypes) {
-  TestSide side("connect_server");
+  GatewayOptions options;
+  options.types_not_installed = false;
+  TestSide side("connect_server", options);
   for (const char* type : {"no_such_package/srv/Thing", "std_srvs/srv/NoSuchService", ""}) {
     client(side, type);
     const auto failed = side.next<ServiceClientFailed>();

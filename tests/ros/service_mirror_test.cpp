@@ -141,7 +141,9 @@ TEST_F(ServiceMirrorTest, AnswersEachCallerWithItsOwn) {
 }
 
 TEST_F(ServiceMirrorTest, RefusesTypes) {
-  TestSide side("connect_client");
+  GatewayOptions options;
+  options.types_not_installed = false;
+  TestSide side("connect_client", options);
   for (const char* type : {"no_such_package/srv/Thing", "std_srvs/srv/NoSuchService",
                            "std_srvs/msg/SetBool", "../../evil/srv/SetBool", "SetBool", ""}) {
     mirror(side, type);
