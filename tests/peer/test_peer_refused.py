@@ -101,7 +101,7 @@ def test_refused_by_state(world, served, code, frames):
 # Nothing in it repeats, so a delta takes it from its base, which the other has at another place.
 TEXT = "".join(chr(ord("!") + number * number % 83) for number in range(41))
 BASE = cdr_string(TEXT)
-OTHER = cdr_string("moved " + TEXT)
+OTHER = cdr_string(TEXT + " moved")
 
 
 def delta(codec, sequence, base, checksum=True):
