@@ -132,6 +132,10 @@ class ChannelQueue {
     return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
   }
   [[nodiscard]] const ChannelCounts& counts() const { return counts_; }
+  // Body bytes that are not handed out yet.
+  [[nodiscard]] std::uint64_t left_bytes() const {
+    return counts_.queued_bytes - (open_ ? open_->offset : 0);
+  }
 
  private:
   friend class ClassSchedule;

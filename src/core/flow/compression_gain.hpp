@@ -14,9 +14,15 @@ class CompressionGain {
   // not shrunk lately is tried again now and then: content changes.
   [[nodiscard]] bool pays(std::size_t raw_bytes, double rate, double cost) {
     if (rate <= 0) return false;
-    if (sooner(raw_bytes, ratio_, rate, cost)) return true;
+    if (likely_pays(raw_bytes, rate, cost)) return true;
     return sooner(raw_bytes, kRatioHoped, rate, cost) && ++passed_ % kTryPeriod == 0;
   }
+  // The same without a try.
+  [[nodiscard]] bool likely_pays(std::size_t raw_bytes, double rate, double cost) const {
+    return rate > 0 && sooner(raw_bytes, ratio_, rate, cost);
+  }
+  // It did not become smaller.
+  void note_in_vain() { ratio_ = 1; }
   // What came of a try: the size in relation to the raw one.
   void note(double ratio) { ratio_ += (ratio - ratio_) / 4; }
   [[nodiscard]] double ratio() const { return ratio_; }

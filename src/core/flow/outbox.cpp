@@ -296,6 +296,11 @@ void Outbox::reset() {
   asked_end_ = 0;
 }
 
+std::uint64_t Outbox::left_bytes(ChannelId channel) const {
+  const auto at = queues_.find(channel);
+  return at == queues_.end() ? 0 : at->second.left_bytes();
+}
+
 ChannelCounts Outbox::counts(ChannelId channel) const {
   const auto at = queues_.find(channel);
   return at == queues_.end() ? ChannelCounts{} : at->second.counts();

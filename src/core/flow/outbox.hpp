@@ -107,6 +107,8 @@ class Outbox {
 
   // All zero for a channel that is not there.
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;
+  // Body bytes of the channel that are not handed out yet.
+  [[nodiscard]] std::uint64_t left_bytes(ChannelId channel) const;
   // Bodies that wait or are partly sent; never beyond data_bytes_max. Without those of channels
   // that keep: their owner bounds them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }

@@ -37,6 +37,10 @@ std::optional<Encoder::Encoded> Encoder::next() {
   return whole(std::move(sample), std::move(body));
 }
 
+Encoder::Encoded Encoder::pass() {
+  return whole(take_waiting(), std::nullopt);
+}
+
 std::size_t Encoder::forget(LinkId link) {
   std::size_t count = at_work_ ? std::erase(at_work_->targets, link) : 0;
   std::erase_if(waiting_, [&](OutSample& sample) {

@@ -48,6 +48,8 @@ class Encoder {
   void finish(std::optional<Payload> result);
   // The next sample, once it is ready.
   [[nodiscard]] std::optional<Encoded> next();
+  // That of upcoming(), which must not be null, as it is.
+  [[nodiscard]] Encoded pass();
   // The link gets none of what is under way; how many samples that were for it.
   std::size_t forget(LinkId link);
   // Whether something under way is for the link.

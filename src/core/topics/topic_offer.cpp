@@ -250,7 +250,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
 double TopicOffer::queue_seconds() const {
   const double rate = path_rate();
   if (rate == 0) return 0;
-  return static_cast<double>(link_.outbox().counts(number_).queued_bytes) / rate;
+  return static_cast<double>(link_.outbox().left_bytes(number_)) / rate;
 }
 
 bool TopicOffer::drained() const {

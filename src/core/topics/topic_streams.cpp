@@ -46,6 +46,7 @@ TopicStreams::Stream& TopicStreams::stream_of(const Compression& how) {
 
 void TopicStreams::encode(const Compression& how, OutSample sample, const Now& now) {
   Stream& stream = stream_of(how);
+  stream.chosen = stream.chosen || stream.encoder.bytes() == 0;
   for (const auto& displaced : stream.encoder.push(std::move(sample)))
     drop(displaced, DropReason::kQueueBytes);
   send_encoded(stream, now);
@@ -54,7 +55,11 @@ void TopicStreams::encode(const Compression& how, OutSample sample, const Now& n
 // The time at work includes that behind other jobs: it is what the message waits for.
 void TopicStreams::Stream::on_job(std::optional<Payload> result, const Now& now) {
   const auto bytes = static_cast<double>(encoder.bytes_at_work());
-  gain.note(result ? static_cast<double>(result->size()) / bytes : 1);
+  if (result) {
+    gain.note(static_cast<double>(result->size()) / bytes);
+  } else {
+    gain.note_in_vain();
+  }
   const double took = std::chrono::duration<double>(now.steady - begun).count();
   const double latest = took / bytes + kDecompressSecondsPerByte;
   seconds_per_byte += (latest - seconds_per_byte) / 4;
@@ -66,18 +71,40 @@ void TopicStreams::send_encoded(Stream& stream, const Now& now) {
   const bool at_work = stream.encoder.bytes_at_work() > 0;
   stream.later.cancel();
   for (;;) {
+    if (passes(stream)) {
+      send(stream.encoder.pass(), now);
+      continue;
+    }
     const Duration slack = slack_of(stream);
     if (slack > Duration::zero()) {
       stream.later = context_.timers.set(now.steady + slack, &topic_);
       break;
     }
+    if (stream.encoder.upcoming()) stream.chosen = false;
     const auto ready = stream.encoder.next();
     if (!ready) break;
-    for (const LinkId link : ready->sample.targets)
-      if (const auto offer = offers_.find(link); offer != offers_.end())
-        offer->second.send(ready->sample, ready->codec, ready->body, now);
+    send(*ready, now);
   }
   if (!at_work) stream.begun = now.steady;
+}
+
+void TopicStreams::send(const Encoder::Encoded& ready, const Now& now) {
+  for (const LinkId link : ready.sample.targets)
+    if (const auto offer = offers_.find(link); offer != offers_.end())
+      offer->second.send(ready.sample, ready.codec, ready.body, now);
+}
+
+// Else a topic that fills its link would never leave a way that does not pay.
+bool TopicStreams::passes(const Stream& stream) const {
+  const OutSample* next = stream.automatic && !stream.chosen ? stream.encoder.upcoming() : nullptr;
+  if (!next) return false;
+  const std::size_t bytes = next->raw.size();
+  const double cost = stream.seconds_per_byte * static_cast<double>(bytes);
+  return std::none_of(next->targets.begin(), next->targets.end(), [&](LinkId link) {
+    const auto offer = offers_.find(link);
+    return offer != offers_.end() &&
+           stream.gain.likely_pays(bytes, offer->second.path_rate(), cost);
+  });
 }
 
 // What a path cannot carry is displaced by newer samples: better before it has cost a worker's time

@@ -49,11 +49,15 @@ class TopicStreams {
     Encoder encoder;
     ExportTimers::Timer later;  // the next sample is not needed before
     TimePoint begun{};          // the job under way
+    bool chosen = false;        // the first that waits came here to be compressed, not to wait
     CompressionGain gain;
     double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
   };
   Stream& stream_of(const Compression& how);
   void send_encoded(Stream& stream, const Now& now);
+  void send(const Encoder::Encoded& ready, const Now& now);
+  // Whether the stream's next sample only waited behind others, and is better sent as it is.
+  [[nodiscard]] bool passes(const Stream& stream) const;
   // How long the stream's next sample need not be compressed yet.
   [[nodiscard]] Duration slack_of(const Stream& stream) const;
   void drop(const OutSample& sample, DropReason reason);
