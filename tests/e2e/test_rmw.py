@@ -102,15 +102,21 @@ def short(rmw):
 @pytest.mark.slow
 @pytest.mark.parametrize("rmws", PAIRS, ids=lambda pair: "_".join(map(short, pair)))
 def test_all_kinds_cross(make_world, rmws):
-    all_kinds_cross(make_world(rmws, second=False), rmws)
+    found = all_kinds_cross(make_world(rmws, second=False), rmws)
+    assert sorted(found["static"]) == ["camera", "imu", "lidar"], "latched samples, each once"
+    assert found["feedback"] == [[1, 2, 3]], "the first feedback included"
 
 
-# Two bridges settle by the clock who of them feeds a mirror.
+# Two bridges settle by the clock who of them feeds a mirror: on a busy machine
+# both may for a moment, or none.
 @pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.parametrize("rmws", PAIRS, ids=lambda pair: "_".join(map(short, pair)))
 def test_all_kinds_cross_beside_another_bridge(make_world, rmws):
-    all_kinds_cross(make_world(rmws, second=True), rmws)
+    found = all_kinds_cross(make_world(rmws, second=True), rmws)
+    assert set(found["static"]) == {"camera", "imu", "lidar"}
+    (feedback,) = found["feedback"]
+    assert feedback == [1, 2, 3][3 - len(feedback) :]
 
 
 def all_kinds_cross(world, rmws):
@@ -122,8 +128,7 @@ def all_kinds_cross(world, rmws):
     time.sleep(1)  # in which a duplicate would have come
     found = heard()
     assert [told(p)["uses"] for p in world.programs] == [[rmw] for rmw in rmws]
-    assert sorted(found["static"]) == ["camera", "imu", "lidar"], "latched samples, each once"
     assert found["answer"] == ["robot"]
-    assert found["feedback"] == [[1, 2, 3]], "the first feedback included"
     assert found["result"] == [[3]]
     assert set(found["event"]) == {"/open"}, "no event of a node that no rule opens"
+    return found
