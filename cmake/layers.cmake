@@ -46,7 +46,9 @@ target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY 
 connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt)
 connect_layer(config connect_core yaml-cpp)
 connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
-target_include_directories(connect_auth PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
+if(TARGET connect_auth)
+  target_include_directories(connect_auth PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
+endif()
 connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
 
 if(CONNECT_ROS)
