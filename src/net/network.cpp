@@ -34,7 +34,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<Listener> listener;
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
-  std::unique_ptr<RouteWatch> routes;  // of who dials
+  std::shared_ptr<RouteWatch> routes;  // of who dials
   ClientTls dial_options;              // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
@@ -107,9 +107,10 @@ void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr
 
 void Network::State::watch_routes() {
   if (routes || stopped) return;
-  routes = std::make_unique<RouteWatch>(io, [this] { on_routes_changed(); });
-  if (!routes->problem().empty() && events.log)
-    events.log(Log{LogLevel::kDebug, "changes of the network go unnoticed: " + routes->problem()});
+  routes = std::make_shared<RouteWatch>(io, [this] { on_routes_changed(); });
+  const std::string problem = routes->open();
+  if (!problem.empty() && events.log)
+    events.log(Log{LogLevel::kDebug, "changes of the network go unnoticed: " + problem});
 }
 
 void Network::State::on_routes_changed() {

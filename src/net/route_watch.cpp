@@ -38,25 +38,29 @@ std::string text_of(const sockaddr* address) {
 }  // namespace
 
 RouteWatch::RouteWatch(boost::asio::io_context& io, std::function<void()> changed)
-    : netlink_(io), timer_(io), changed_(std::move(changed)) {
+    : netlink_(io), timer_(io), changed_(std::move(changed)) {}
+
+std::string RouteWatch::open() {
   const int socket = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
   sockaddr_nl groups{};
   groups.nl_family = AF_NETLINK;
   groups.nl_groups =
       RTMGRP_LINK | RTMGRP_IPV4_IFADDR | RTMGRP_IPV6_IFADDR | RTMGRP_IPV4_ROUTE | RTMGRP_IPV6_ROUTE;
   if (socket < 0 || bind(socket, reinterpret_cast<const sockaddr*>(&groups), sizeof groups) != 0) {
-    problem_ = std::strerror(errno);
+    std::string problem = std::strerror(errno);
     if (socket >= 0) ::close(socket);
-    return;
+    return problem;
   }
   netlink_.assign(socket);
   listen();
+  return {};
 }
 
 void RouteWatch::listen() {
   netlink_.async_wait(boost::asio::posix::stream_descriptor::wait_read,
-                      [this](const boost::system::error_code& error) {
-                        if (!error) on_readable();
+                      [weak = weak_from_this()](const boost::system::error_code& error) {
+                        const auto self = weak.lock();
+                        if (self && !error) self->on_readable();
                       });
 }
 
@@ -73,11 +77,12 @@ void RouteWatch::tell_soon() {
   will_tell_ = true;
   const auto now = std::chrono::steady_clock::now();
   timer_.expires_at(std::max(now + kSettling, told_at_ + kPeriod));
-  timer_.async_wait([this](const boost::system::error_code& error) {
-    if (error) return;
-    will_tell_ = false;
-    told_at_ = std::chrono::steady_clock::now();
-    changed_();
+  timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
+    const auto self = weak.lock();
+    if (!self || error) return;
+    self->will_tell_ = false;
+    self->told_at_ = std::chrono::steady_clock::now();
+    self->changed_();
   });
 }
 

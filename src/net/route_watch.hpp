@@ -5,19 +5,20 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
+#include <memory>
 #include <string>
 
 namespace connect_bridge {
 
 // Hears the kernel by rtnetlink(7). Where that is forbidden it hears nothing, and says why.
 // Thread: that of the io_context.
-class RouteWatch {
+class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
  public:
   // `changed` is called some 100 ms after a change, and at most once a second.
   RouteWatch(boost::asio::io_context& io, std::function<void()> changed);
 
-  // Why nothing is heard; empty if all is well.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Once. Why nothing will be heard; empty if all is well.
+  [[nodiscard]] std::string open();
 
  private:
   void listen();
@@ -30,7 +31,6 @@ class RouteWatch {
   bool will_tell_ = false;
   std::chrono::steady_clock::time_point told_at_{};
   std::array<char, 16384> buffer_{};
-  std::string problem_;
 };
 
 // Whether one of the machine's interfaces has this address now.

@@ -26,13 +26,6 @@
 namespace bench {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000LL;
-constexpr std::uint32_t kWarmUp = 0xffffffff;
-
-std::int64_t to_ns(double seconds) {
-  return static_cast<std::int64_t>(seconds * 1e9);
-}
-
 // ---- round trips
 // ---------------------------------------------------------------------------------
 

@@ -43,6 +43,8 @@ inline const rosidl_message_type_support_t* type_support() {
 // CDR before the bytes: encapsulation, no dimensions, data_offset, number of bytes.
 inline constexpr std::size_t kHeadBytes = 16;
 inline constexpr std::size_t kBodyBytesMin = 12;
+// The number of a message that only finds out whether there is an echo.
+inline constexpr std::uint32_t kWarmUp = 0xffffffff;
 
 class Message {
  public:

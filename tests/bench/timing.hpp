@@ -28,6 +28,12 @@ inline std::int64_t now_ns() {
   return t.tv_sec * 1'000'000'000LL + t.tv_nsec;
 }
 
+inline constexpr std::int64_t kSecond = 1'000'000'000;  // ns
+
+inline std::int64_t to_ns(double seconds) {
+  return static_cast<std::int64_t>(seconds * 1e9);
+}
+
 inline void sleep_until(std::int64_t when_ns) {
   const timespec t{when_ns / 1'000'000'000LL, when_ns % 1'000'000'000LL};
   clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr);

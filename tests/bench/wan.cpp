@@ -33,10 +33,6 @@ namespace {
 
 constexpr int kFramesAtOnce = 64;
 
-std::int64_t to_ns(double seconds) {
-  return static_cast<std::int64_t>(seconds * 1e9);
-}
-
 bool is_multicast(const std::uint8_t* frame, std::size_t size) {
   return size > 34 && frame[12] == 8 && frame[13] == 0 && (frame[30] & 0xf0) == 0xe0;
 }

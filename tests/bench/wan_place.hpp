@@ -90,36 +90,37 @@ inline int furnish(const char* address_text) {
   return tap;
 }
 
-// A byte says whether it worked; with it goes the device, or the reason follows.
-inline void send_device(int to, int device) {
-  char byte = 1;
-  iovec data{&byte, 1};
+// One message between the processes: bytes, and room for a device.
+struct Letter {
+  explicit Letter(std::size_t bytes) : text(bytes, '\0'), data{text.data(), text.size()} {
+    message.msg_iov = &data;
+    message.msg_iovlen = 1;
+    message.msg_control = room;
+    message.msg_controllen = sizeof room;
+  }
+  std::string text;
+  iovec data;
   alignas(cmsghdr) char room[CMSG_SPACE(sizeof(int))] = {};
   msghdr message{};
-  message.msg_iov = &data;
-  message.msg_iovlen = 1;
-  message.msg_control = room;
-  message.msg_controllen = sizeof room;
-  cmsghdr* header = CMSG_FIRSTHDR(&message);
+};
+
+inline void send_device(int to, int device) {
+  Letter letter(1);
+  cmsghdr* header = CMSG_FIRSTHDR(&letter.message);
   header->cmsg_level = SOL_SOCKET;
   header->cmsg_type = SCM_RIGHTS;
   header->cmsg_len = CMSG_LEN(sizeof(int));
   std::memcpy(CMSG_DATA(header), &device, sizeof device);
-  must(sendmsg(to, &message, 0) == 1, "to send the device");
+  must(sendmsg(to, &letter.message, 0) == 1, "to send the device");
 }
 
+// Without a device the message says why.
 inline int receive_device(int from) {
-  char text[256] = {};
-  iovec data{text, sizeof text - 1};
-  alignas(cmsghdr) char room[CMSG_SPACE(sizeof(int))] = {};
-  msghdr message{};
-  message.msg_iov = &data;
-  message.msg_iovlen = 1;
-  message.msg_control = room;
-  message.msg_controllen = sizeof room;
-  const auto n = recvmsg(from, &message, MSG_CMSG_CLOEXEC);
-  const cmsghdr* header = CMSG_FIRSTHDR(&message);
-  if (n <= 0 || header == nullptr) throw std::runtime_error(n > 0 ? text : "no answer");
+  Letter letter(256);
+  const auto n = recvmsg(from, &letter.message, MSG_CMSG_CLOEXEC);
+  const cmsghdr* header = CMSG_FIRSTHDR(&letter.message);
+  if (n <= 0 || header == nullptr)
+    throw std::runtime_error(n > 0 ? letter.text.c_str() : "no answer");
   int device = -1;
   std::memcpy(&device, CMSG_DATA(header), sizeof device);
   return device;

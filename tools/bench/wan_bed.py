@@ -26,27 +26,23 @@ PRIORITIES = {
         "rest": {"export_topics": ["/wan/**"], "import_topics": ["/wan/**"]},
     },
 }
-PRIORITIES_OF_CLIENT = {
-    "rules": ["command", "stream", "rest"],
-    "rule": {
-        "command": {
-            "export_topics": ["/wan/ping_*"],
-            "import_topics": ["/wan/pong_*"],
-            "priority": "urgent",
-        },
-        "stream": {
-            "export_topics": ["/wan/down_*"],
-            "import_topics": ["/wan/up_*"],
-            "priority": "bulk",
-        },
-        "rest": {"export_topics": ["/wan/**"], "import_topics": ["/wan/**"]},
-    },
-}
 DEFAULTS = {
     "rules": ["all"],
     "rule": {"all": {"export_topics": ["/wan/**"], "import_topics": ["/wan/**"]}},
 }
-RULES = {"priorities": (PRIORITIES, PRIORITIES_OF_CLIENT), "defaults": (DEFAULTS, DEFAULTS)}
+
+
+def seen_from_the_client(rules):
+    """The same rules with import and export the other way round."""
+    other = {"import_topics": "export_topics", "export_topics": "import_topics"}
+    turned = {
+        name: {other.get(key, key): value for key, value in rule.items()}
+        for name, rule in rules["rule"].items()
+    }
+    return {"rules": rules["rules"], "rule": turned}
+
+
+RULES = {"priorities": PRIORITIES, "defaults": DEFAULTS}
 
 
 class Bed:
@@ -67,7 +63,7 @@ class Bed:
             raise
 
     def worker(self, place, *words):
-        """A tool at a place, in its graph; ends with the bridge of now."""
+        """A tool at a place, in its graph; ends when the bridge does."""
         self._count += 1
         program = build_dir() / "bench" / words[0]
         if not program.exists():
@@ -85,7 +81,6 @@ class Bed:
     def open(self, rules, server=(), client=()):
         """A new bridge with these rules, and new ends."""
         self.clear()
-        of_server, of_client = RULES[rules]
         port = free_port()
         common = {"allow_plaintext": True, "congestion_control": self.congestion}
         self.bridge = Bridge(
@@ -93,13 +88,13 @@ class Bed:
             port,
             server={
                 **common,
-                **of_server,
+                **RULES[rules],
                 "listen": {"address": ADDRESS[ROBOT], "port": port},
                 **dict(server),
             },
             client={
                 **common,
-                **of_client,
+                **seen_from_the_client(RULES[rules]),
                 "url": f"ws://{ADDRESS[ROBOT]}:{port}",
                 **dict(client),
             },

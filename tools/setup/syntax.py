@@ -19,22 +19,27 @@ build = pathlib.Path(sys.argv[1])
 
 def is_built(entry):
     """Whether there is an object that is not older than its source."""
-    made = build / re.search(r' -o (\S+)', entry['command']).group(1)
-    return made.exists() and made.stat().st_mtime >= os.stat(entry['file']).st_mtime
+    made = build / re.search(r" -o (\S+)", entry["command"]).group(1)
+    return made.exists() and made.stat().st_mtime >= os.stat(entry["file"]).st_mtime
 
 
 def check(entry):
-    done = subprocess.run(entry['command'] + ' -fsyntax-only', shell=True, text=True,
-                          cwd=entry['directory'], capture_output=True)
+    done = subprocess.run(
+        entry["command"] + " -fsyntax-only",
+        shell=True,
+        text=True,
+        cwd=entry["directory"],
+        capture_output=True,
+    )
     return done.returncode, done.stdout + done.stderr
 
 
-commands = json.loads((build / 'compile_commands.json').read_text())
+commands = json.loads((build / "compile_commands.json").read_text())
 entries = [entry for entry in commands if not is_built(entry)]
-with concurrent.futures.ThreadPoolExecutor(int(os.environ.get('JOBS') or os.cpu_count())) as pool:
+with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("JOBS") or os.cpu_count())) as pool:
     results = list(pool.map(check, entries))
 failed = [(status, text) for status, text in results if status]
 for _, text in results:
     sys.stdout.write(text)
-print(f'[syntax] {build}: {len(entries)} files that are not built there, {len(failed)} with errors')
+print(f"[syntax] {build}: {len(entries)} files that are not built there, {len(failed)} with errors")
 sys.exit(1 if failed else 0)

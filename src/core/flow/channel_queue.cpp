@@ -110,7 +110,7 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
                size);
     open_->offset += size;
     if (open_->offset < body.size()) return std::nullopt;
-    return end(*std::exchange(open_, std::nullopt));
+    return end(std::move(*std::exchange(open_, std::nullopt)));
   }
   CONNECT_CHECK(!waiting_.empty());
   Open next = begin();
@@ -122,29 +122,32 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
       MessageFrame{id_, message.subject, sequence_, message.demand, message.stamp, message.number,
                    message.codec, message.raw_bytes, body_bytes, message.body.view().first(size)},
       message.body, 0, size);
-  if (size == body_bytes) return end(next);
+  if (size == body_bytes) return end(std::move(next));
   next.offset = size;
   open_.emplace(std::move(next));
   return std::nullopt;
 }
 
 ChannelQueue::Open ChannelQueue::begin() {
-  Open next{std::move(waiting_.front().message), 0, {}};
+  Open next{std::move(waiting_.front().message), 0, {}, {}};
   waiting_.pop_front();
   auto& message = next.message;
   waiting_bytes_ -= message.body.size();
-  const auto front = std::exchange(front_, std::nullopt);
+  auto front = std::exchange(front_, std::nullopt);
   if (!front || !front->smaller) return next;
   counts_.queued_bytes -= message.body.size() - front->smaller->bytes.size();
   next.raw = std::exchange(message.body, front->smaller->bytes);
   message.codec = front->smaller->codec;
+  next.room = std::move(front->smaller->room);
   return next;
 }
 
-std::optional<Subject> ChannelQueue::end(const Open& whole) {
+std::optional<Subject> ChannelQueue::end(Open whole) {
   const auto& message = whole.message;
   count_sent(message);
-  if (deltas_) deltas_->sent({message.subject, message.demand, whole.raw}, message.codec);
+  if (deltas_)
+    deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,
+                  std::move(whole.room));
   return message.tracked ? std::optional(message.subject) : std::nullopt;
 }
 

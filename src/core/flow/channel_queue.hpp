@@ -148,6 +148,7 @@ class ChannelQueue {
     OutMessage message;
     std::uint32_t offset = 0;  // body bytes handed out
     Payload raw;               // of what was prepared smaller
+    Budget::Hold room;         // likewise (DeltaEncoder::Body)
   };
   // The first of those that wait, prepared.
   struct Front {
@@ -161,7 +162,7 @@ class ChannelQueue {
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin();
   // It has left whole; the subject if it is tracked.
-  std::optional<Subject> end(const Open& whole);
+  std::optional<Subject> end(Open whole);
   void count_dropped(const OutMessage& message, DropReason reason);
   void count_sent(const OutMessage& message);
 

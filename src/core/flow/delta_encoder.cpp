@@ -40,7 +40,8 @@ std::optional<DeltaEncoder::Body> DeltaEncoder::encode(const Message& message, d
   // One that does not shrink by itself may do so against the last base, which still holds.
   if (!body && base) base->deltas = 0;
   if (!body) return std::nullopt;
-  return Body{codec, Payload::adopt(*std::move(body))};
+  const std::uint64_t room = makes_base(codec) ? size + kBaseOverheadBytes : 0;
+  return Body{codec, Payload::adopt(*std::move(body)), budget_.hold(room)};
 }
 
 std::optional<Bytes> DeltaEncoder::compressed(const Message& message, Codec codec,
@@ -51,14 +52,13 @@ std::optional<Bytes> DeltaEncoder::compressed(const Message& message, Codec code
   return compress_delta(raw, refers ? base->raw.view() : ByteView{}, how_.level);
 }
 
-void DeltaEncoder::sent(const Message& message, Codec codec) {
+void DeltaEncoder::sent(const Message& message, Codec codec, Budget::Hold room) {
   if (!makes_base(codec)) return;
   Base& base = bases_[message.subject.value];
   base.deltas = codec == Codec::kZstdDelta ? base.deltas + 1 : 0;
   base.demand = message.demand;
   base.raw = message.raw;
-  base.bytes.release();
-  base.bytes = budget_.hold(message.raw.size() + kBaseOverheadBytes);
+  base.bytes = std::move(room);
 }
 
 }  // namespace connect_bridge

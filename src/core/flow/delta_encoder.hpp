@@ -34,6 +34,8 @@ class DeltaEncoder {
   struct Body {
     Codec codec = Codec::kNone;
     Payload bytes;
+    // Of the base that the message will be: what is under way on several channels counts, too.
+    Budget::Hold room;
   };
 
   // `bases`: of the link, outlives this. `has_origins`: else each message stands for itself.
@@ -43,8 +45,8 @@ class DeltaEncoder {
   // The body with which the message is to leave now, on a path that carries `rate` bytes per second
   // (0: not known); nullopt: as it is.
   std::optional<Body> encode(const Message& message, double rate);
-  // A message has left whole, in this codec.
-  void sent(const Message& message, Codec codec);
+  // A message has left whole, in this codec; `room`: of its body.
+  void sent(const Message& message, Codec codec, Budget::Hold room);
   // The origin is gone.
   void forget(Subject origin) { bases_.erase(origin.value); }
   // Demand or connection have ended.

@@ -115,7 +115,8 @@ double share_on_the_wire(const std::function<Payload(int)>& make) {
   for (int count = 0; count < 500; ++count) {
     const DeltaEncoder::Message message{OriginId{1}, 1, make(count)};
     const auto body = encoder.encode(message, 1e6);
-    encoder.sent(message, body ? body->codec : Codec::kNone);
+    const Codec codec = body ? body->codec : Codec::kNone;
+    encoder.sent(message, codec, body ? std::move(body->room) : Budget::Hold{});
     small += kMessageHeaderBytes + (body ? body->bytes : message.raw).size();
     plain += kMessageHeaderBytes + message.raw.size();
   }

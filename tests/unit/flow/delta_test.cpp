@@ -36,13 +36,13 @@ struct Ends {
   // What leaves: its codec, or kNone as it is. It has left whole.
   Codec send(Payload raw, double rate = kThin, std::uint32_t origin = 1, std::uint16_t demand = 1) {
     const DeltaEncoder::Message message{OriginId{origin}, demand, raw};
-    const auto body = encoder.encode(message, rate);
+    auto body = encoder.encode(message, rate);
     last = {};
     last.subject = OriginId{origin};
     last.raw_bytes = static_cast<std::uint32_t>(raw.size());
     last.body = body ? body->bytes : raw;
     last.codec = body ? body->codec : Codec::kNone;
-    encoder.sent(message, last.codec);
+    encoder.sent(message, last.codec, body ? std::move(body->room) : Budget::Hold{});
     return last.codec;
   }
   // The last one, as it is read; empty: not at all.
@@ -175,6 +175,22 @@ TEST(Delta, BothEndsKeepToTheBytesOfALink) {
   EXPECT_EQ(e.decoder.decode(e.last, true).error().code, CloseCode::kTooLarge);
   e.decoder.clear();
   EXPECT_EQ(e.theirs.used(), 0U);
+}
+
+// Messages of many channels may be partly sent at a time.
+TEST(Delta, WhatIsUnderWayCountsAsTheBaseThatItWillBe) {
+  Ends e;
+  std::vector<DeltaEncoder::Body> under_way;
+  const auto raw = telling(1, 0, DeltaEncoder::kBytesMax);
+  Codec codec = Codec::kZstdBase;
+  for (std::uint32_t origin = 1; codec == Codec::kZstdBase && origin < 1000; ++origin) {
+    under_way.push_back(e.encoder.encode({OriginId{origin}, 1, raw}, kThin).value());
+    codec = under_way.back().codec;
+  }
+  EXPECT_EQ(codec, Codec::kZstd);
+  EXPECT_LE(e.ours.used(), kBasesBytesMax);
+  under_way.clear();  // dropped
+  EXPECT_EQ(e.ours.used(), 0U);
 }
 
 TEST(Delta, ManyThatAreNotWantedAreBoundedToo) {

@@ -172,6 +172,23 @@ TEST(ExportedTopic, WhatDoesNotShrinkIsSentAsItIs) {
   EXPECT_EQ(s.did(), "");
 }
 
+// Else a topic that fills its link would be compressed for ever, because something always waits.
+TEST(ExportedTopic, WhatOnlyWaitedBehindATryInVainIsSentAsItIs) {
+  OneLink thin;
+  Thin s({&thin});
+  s.take(1, std::string(2000, 'x'), 100);
+  EXPECT_EQ(s.did(), "compress 1\n");
+  s.take(1, std::string(2000, 'y'), 101);
+  s.take(1, std::string(2000, 'z'), 102);
+  s.finish(s.jobs, std::nullopt, 103);
+  EXPECT_EQ(s.did(), "");
+  const std::string said = thin.said(103);
+  const auto at = [&said](char c) { return said.find(std::string(10, c)); };
+  EXPECT_LT(at('x'), at('y'));
+  EXPECT_LT(at('y'), at('z'));
+  EXPECT_NE(at('z'), std::string::npos);
+}
+
 TEST(ExportedTopic, AWorkerThatTakesLongerThanThePathIsLeftAlone) {
   OneLink thin;
   Thin s({&thin});
