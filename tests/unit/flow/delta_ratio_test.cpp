@@ -114,7 +114,7 @@ double share_on_the_wire(const std::function<Payload(int)>& make) {
   std::size_t plain = 0;
   for (int count = 0; count < 500; ++count) {
     const DeltaEncoder::Message message{OriginId{1}, 1, make(count)};
-    const auto body = encoder.encode(message, 1e6);
+    auto body = encoder.encode(message, 1e6);
     const Codec codec = body ? body->codec : Codec::kNone;
     encoder.sent(message, codec, body ? std::move(body->room) : Budget::Hold{});
     small += kMessageHeaderBytes + (body ? body->bytes : message.raw).size();
