@@ -1,6 +1,7 @@
 #include "auth/authenticator.hpp"
 
 #include "auth/jwt_login.hpp"
+#include "auth/pairing_login.hpp"
 #include "auth/plugin_login.hpp"
 #include "auth/token_login.hpp"
 
@@ -21,12 +22,18 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
     watch.emplace(options.token_file);
     table = read_token_file(options.token_file, now, setup.problems, setup.warnings);
   }
-  if (setup.problems.empty() && table.size() == 0) {
+  if (setup.problems.empty() && table.size() == 0 && !options.pairing) {
     setup.problems.emplace_back(
         "auth.token_file or auth.token: method 'token' needs at least one token");
   }
-  if (setup.problems.empty())
-    setup.authenticator = std::make_unique<TokenLogin>(std::move(table), std::move(watch));
+  if (!setup.problems.empty()) return;
+  auto login = std::make_unique<TokenLogin>(std::move(table), std::move(watch));
+  if (options.pairing) {
+    setup.authenticator =
+        std::make_unique<PairingLogin>(*options.pairing, options.token_file, std::move(login));
+  } else {
+    setup.authenticator = std::move(login);
+  }
 }
 
 void set_up_jwt(const JwtOptions& options, AuthSetup& setup) {

@@ -52,10 +52,17 @@ struct JwtOptions {
   std::string groups_claim = "groups";  // a list of names, or one
 };
 
+// The server pairs with one client by a code.
+struct PairingOptions {
+  std::string code;  // secret; 22 characters of 128 random bits
+  Stamp until = 0;   // system clock; then the code is not valid any more
+};
+
 struct AuthOptions {
-  std::string method = "token";  // "token", "jwt", "plugin" or "none"
-  std::string token;             // one token for everybody who has it
-  std::string token_file;        // YAML with several, or one token
+  std::string method = "token";           // "token", "jwt", "plugin" or "none"
+  std::string token;                      // one token for everybody who has it
+  std::string token_file;                 // YAML with several, or one token
+  std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
   JwtOptions jwt;
   std::string plugin;  // the shared library
   std::string plugin_options;

@@ -35,9 +35,18 @@ Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   return {std::move(found.identity), std::move(found.reason)};
 }
 
+TokenTable::Found TokenLogin::find(const Digest& token, Stamp now) const {
+  return table_.find(token, now);
+}
+
 Refreshed TokenLogin::refresh(Stamp now) {
+  return file_ && file_->settled_change() ? read_again(now) : Refreshed{};
+}
+
+Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
-  if (!file_ || !file_->settled_change()) return refreshed;
+  if (!file_) return refreshed;
+  file_.emplace(std::string{file_->file()});  // what is read now is no change later
   TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.news);
   if (!refreshed.problems.empty()) return refreshed;
   refreshed.changes = table_.changes_to(next);

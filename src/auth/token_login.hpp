@@ -21,6 +21,12 @@ class TokenLogin : public Authenticator {
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
+  // Of the file as it is now, changed or not.
+  [[nodiscard]] Refreshed read_again(Stamp now);
+  // Whose token has this digest.
+  [[nodiscard]] TokenTable::Found find(const Digest& token, Stamp now) const;
+  [[nodiscard]] bool knows(const std::string& identity) const { return table_.knows(identity); }
+
  private:
   TokenTable table_;
   std::optional<FileWatch> file_;

@@ -63,6 +63,7 @@ class TokenFileReader {
         warnings_(warnings) {}
 
   void read(const YAML::Node& root) {
+    if (root.IsNull()) return;  // comments only
     if (!root.IsSequence()) {
       return problem(root.Mark(),
                      "expected a list of entries ('ctl token' makes one), or one token");
@@ -226,10 +227,18 @@ std::vector<IdentitiesChanged::Change> TokenTable::changes_to(const TokenTable& 
   return changes;
 }
 
+bool TokenTable::knows(const std::string& identity) const {
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [&](const Entry& entry) { return entry.identity.name == identity; });
+}
+
 TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
+  return find(sha256(credential), now);
+}
+
+TokenTable::Found TokenTable::find(const Digest& digest, Stamp now) const {
   // Digests, so that equal lengths are compared and a partial match tells nothing; all entries, so
   // that the place of the match does not show.
-  const Digest digest = sha256(credential);
   std::size_t found = entries_.size();
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const bool equal = CRYPTO_memcmp(entries_[i].digest.data(), digest.data(), digest.size()) == 0;

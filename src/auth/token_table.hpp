@@ -39,6 +39,8 @@ class TokenTable {
 
   // Takes the same time whichever entry it is, and if it is none.
   [[nodiscard]] Found find(ByteView credential, Stamp now) const;
+  [[nodiscard]] Found find(const Digest& digest, Stamp now) const;
+  [[nodiscard]] bool knows(const std::string& identity) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Whether a token itself was given, not its hash.
   [[nodiscard]] bool has_plain() const;

@@ -60,8 +60,12 @@ std::string important(std::initializer_list<const char*> keys) {
 constexpr char kServerHelp[] =
     R"(Usage: ros2 run connect_bridge server --ros-args --params-file FILE [-p KEY:=VALUE ...]
 
+   or: ros2 run connect_bridge server --pair [HOST[:PORT]] [--ros-args ...]
+
 The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
 one WebSocket each. Rules say what may cross; without rules nothing does.
+With --pair it makes itself a certificate and a login and prints the line with which a client is
+started on another machine, once; HOST is what clients dial. Later both start without arguments.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
 {}
@@ -76,8 +80,11 @@ A file that lets everybody who has the token see all topics:
 constexpr char kClientHelp[] =
     R"(Usage: ros2 run connect_bridge client --ros-args --params-file FILE [-p KEY:=VALUE ...]
 
+   or: ros2 run connect_bridge client 'wss+pair://...' [--ros-args ...]
+
 The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS 2 graph with that
 of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
+The line that 'server --pair' prints tells it all that it needs; later it starts without arguments.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}

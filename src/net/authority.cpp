@@ -297,4 +297,14 @@ CertificatesMade make_certificates(const CertificateOrder& order) {
   }
 }
 
+std::string pin_of_file(const std::string& file, std::string& problem) {
+  const Owned<BIO> opened{BIO_new_file(file.c_str(), "r")};
+  const Owned<X509> certificate{opened ? PEM_read_bio_X509(opened.get(), nullptr, nullptr, nullptr)
+                                       : nullptr};
+  ERR_clear_error();
+  if (certificate) return pin_of_certificate(certificate.get());
+  problem = file + " is no certificate";
+  return {};
+}
+
 }  // namespace connect_bridge

@@ -25,4 +25,7 @@ struct CertificatesMade {
 // (P-256), their files readable by the owner alone. No file is overwritten.
 [[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);
 
+// The pin (tls.pin) of the key in a PEM certificate. `problem` is set if there is none.
+[[nodiscard]] std::string pin_of_file(const std::string& file, std::string& problem);
+
 }  // namespace connect_bridge

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "auth/credential.hpp"
+#include "auth/pairing_login.hpp"
 #include "net/certified.hpp"
 #include "ros/types/type_supports.hpp"
 
@@ -39,8 +40,10 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
-void assemble_login(const Config& config, BridgeParts& parts, Assembly& assembly) {
+void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
+                    Assembly& assembly) {
   AuthOptions auth;
+  auth.pairing = start.pairing;
   auth.method = config.auth.method;
   auth.token = config.auth.token;
   auth.token_file = config.auth.token_file;
@@ -56,9 +59,10 @@ void assemble_login(const Config& config, BridgeParts& parts, Assembly& assembly
   parts.authenticator = std::move(setup.authenticator);
 }
 
-void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembly) {
+void assemble_server(const Config& config, const Start& start, BridgeParts& parts,
+                     Assembly& assembly) {
   parts.certificate_login = config.auth.method == kCertificateLogin;
-  if (!parts.certificate_login) assemble_login(config, parts, assembly);
+  if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
   parts.listen.address = config.listen.address;
   parts.listen.port = config.listen.port;
   parts.listen.path = config.listen.path;
@@ -68,7 +72,8 @@ void assemble_server(const Config& config, BridgeParts& parts, Assembly& assembl
     parts.listen.tls = ServerTls{config.tls.certificate, config.tls.private_key, config.tls.ca};
 }
 
-void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembly) {
+void assemble_client(const Config& config, const Start& start, BridgeParts& parts,
+                     Assembly& assembly) {
   // What a certificate proves, TLS has proved before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
   const CredentialOptions options{secret, config.auth.token, config.auth.token_file};
@@ -78,6 +83,12 @@ void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembl
   append(assembly.warnings, credential.warnings);
   parts.side.credential = std::move(credential.bytes);
   parts.side.login_method = config.auth.method;
+  if (start.joining) {
+    const std::string& shown = start.joining->credential;
+    parts.joining = start.joining;
+    parts.side.login_method = kPairingLogin;
+    parts.side.credential = {shown.begin(), shown.end()};
+  }
   parts.dial.url = {config.dial.tls, config.dial.host, config.dial.port, config.dial.target};
   parts.dial.tls.ca_file = config.tls.ca;
   parts.dial.tls.server_name = config.tls.server_name;
@@ -90,7 +101,7 @@ void assemble_client(const Config& config, BridgeParts& parts, Assembly& assembl
 
 }  // namespace
 
-Assembly assemble(const Config& config, const std::string& node) {
+Assembly assemble(const Config& config, const std::string& node, const Start& start) {
   Assembly assembly;
   BridgeParts parts;
   parts.config = config;
@@ -99,9 +110,9 @@ Assembly assemble(const Config& config, const std::string& node) {
   parts.side.secret_random = &secret_random;
   parts.sockets = socket_options(config);
   if (config.role == Role::kServer) {
-    assemble_server(config, parts, assembly);
+    assemble_server(config, start, parts, assembly);
   } else {
-    assemble_client(config, parts, assembly);
+    assemble_client(config, start, parts, assembly);
   }
   if (assembly.problems.empty()) assembly.parts = std::move(parts);
   return assembly;
@@ -126,6 +137,9 @@ void hide_secrets(int argc, char** argv) {
       if (at != std::string_view::npos)
         std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());
     }
+    const auto code = argument.find('#');
+    if (argument.starts_with(kInvitationScheme) && code != std::string_view::npos)
+      std::memset(argv[i] + code + 1, 'x', argument.size() - code - 1);
   }
   if (char* token = std::getenv(kTokenVariable)) {
     std::memset(token, 'x', std::strlen(token));

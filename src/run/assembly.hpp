@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "run/bridge.hpp"
+#include "run/pairing.hpp"
 
 namespace connect_bridge {
 
@@ -15,7 +16,8 @@ struct Assembly {
 };
 
 // `node`: the fully qualified name of ours.
-Assembly assemble(const Config& config, const std::string& node);
+// What `start` has of a pairing is part of the login.
+Assembly assemble(const Config& config, const std::string& node, const Start& start = {});
 
 // What the configuration wants to know of this machine.
 Surroundings surroundings();

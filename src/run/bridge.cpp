@@ -91,7 +91,7 @@ void Bridge::run() {
 void Bridge::carry_out(Action&& action) {
   std::visit(Overloaded{
                  [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
-                 [&](OpenGate& a) { network_.allow(a.connection, a.packet_bytes_max); },
+                 [&](OpenGate& a) { open_gate(a); },
                  [&](CloseConnection& a) { network_.close(a.connection, a.code, a.reason); },
                  [&](Authenticate& a) { authenticate(std::move(a)); },
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
@@ -101,6 +101,19 @@ void Bridge::carry_out(Action&& action) {
                  [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
              },
              action);
+}
+
+void Bridge::open_gate(const OpenGate& gate) {
+  network_.allow(gate.connection, gate.packet_bytes_max);
+  if (!parts_.joining) return;
+  Joining joining = *std::exchange(parts_.joining, std::nullopt);
+  const std::string problem = joining.keep();
+  if (problem.empty()) {
+    node_.log(LogLevel::kInfo, "paired: from now on this client starts without the invitation");
+  } else {
+    node_.log(LogLevel::kError, "paired, but that cannot be kept for the next start: " + problem);
+  }
+  loop_.feed(CredentialChanged{std::move(joining.token), "token"});
 }
 
 void Bridge::authenticate(Authenticate&& request) {

@@ -16,6 +16,7 @@
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
+#include "run/pairing.hpp"
 #include "run/seconds.hpp"
 #include "run/status_file.hpp"
 #include "run/stop.hpp"
@@ -31,6 +32,7 @@ struct BridgeParts {
   bool certificate_login = false;                 // server: in place of an authenticator
   std::optional<CredentialFile> credential_file;  // client whose token is in a file
   DialOptions dial;                               // client
+  std::optional<Joining> joining;                 // client that pairs
   ListenOptions listen;                           // server
   SocketOptions sockets;
 };
@@ -45,9 +47,12 @@ class Bridge {
   [[nodiscard]] std::string open();
   // Until SIGINT or SIGTERM; returns after an orderly end, at most a second later.
   void run();
+  // Server: where it listens, once it is open.
+  [[nodiscard]] std::uint16_t port() const { return network_.listen_port(); }
 
  private:
   void carry_out(Action&& action);
+  void open_gate(const OpenGate& gate);
   void authenticate(Authenticate&& request);
   void judge_certificate(const Authenticate& request);
   void send();

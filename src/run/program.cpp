@@ -1,6 +1,7 @@
 #include "run/program.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -10,6 +11,8 @@
 #include "config/key_search.hpp"
 #include "run/assembly.hpp"
 #include "run/heap.hpp"
+#include "run/pairing.hpp"
+#include "run/pairing_folder.hpp"
 #include "run/stop.hpp"
 
 namespace connect_bridge {
@@ -38,14 +41,8 @@ std::optional<std::string> other_section(const ros::Node& node, Role role) {
   return std::nullopt;
 }
 
-std::optional<Config> read_config(const ros::Node& node, Role role,
+std::optional<Config> read_config(const ros::Node& node, Role role, const ParameterMap& given,
                                   std::vector<std::string>& problems) {
-  const char* const program = role == Role::kServer ? "server" : "client";
-  for (const auto& argument : node.arguments())
-    // What stands behind := may be a token.
-    problems.push_back("unknown argument \"" + argument.substr(0, argument.find(":=")) +
-                       "\": parameters are given behind --ros-args, see " + program + " --help");
-  const auto& given = node.parameter_overrides();
   const auto other = other_section(node, role);
   const bool is_empty =
       std::all_of(given.begin(), given.end(), [](const auto& p) { return is_ros_key(p.first); });
@@ -70,18 +67,37 @@ bool asks_for_help(int argc, char** argv) {
   return false;
 }
 
+Stamp system_now() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
-  std::vector<std::string> problems;
-  const auto config = read_config(node, role, problems);
+  const Arguments arguments = read_arguments(node.arguments(), role);
+  const Start start =
+      start_with(node.parameter_overrides(), arguments, node.full_name(), system_now());
+  std::vector<std::string> problems = start.problems;
+  const auto config = read_config(node, role, start.parameters, problems);
+  if (!config && start.problems.empty() && goes_by_pairing(start.parameters))
+    problems.push_back(std::string{"or, without parameters: "} +
+                       (role == Role::kServer
+                            ? "server --pair"
+                            : "the line that 'server --pair' prints, client 'wss+pair://...'"));
   if (!config) return refuse(problems);
-  Assembly assembly = assemble(*config, node.full_name());
+  Assembly assembly = assemble(*config, node.full_name(), start);
   if (!assembly.parts) return refuse(assembly.problems);
   hide_secrets(argc, argv);
+  for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
   for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
   Bridge bridge(node, std::move(*assembly.parts));
   const std::string problem = bridge.open();
   if (!problem.empty()) return refuse({problem});
+  if (start.invitation) {  // not to the log: it holds a secret
+    std::fputs(invitation_text(*start.invitation, bridge.port()).c_str(), stdout);
+    std::fflush(stdout);
+  }
   bridge.run();
   last_steps.begin();
   return 0;

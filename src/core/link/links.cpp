@@ -35,7 +35,7 @@ ConnectionOptions Links::connection_options() const {
   o.server = options_.role == Role::kServer;
   o.side = side_;
   o.node = options_.node;
-  o.login_method = options_.login_method;
+  o.login_method = renewal_.method();
   o.credential = renewal_.credential();
   o.login_timeout = options_.login_timeout;
   o.dead_after = options_.dead_after;
@@ -142,7 +142,7 @@ void Links::on(IdentitiesChanged& input, const Now& now) {
 }
 
 void Links::on(CredentialChanged& input, const Now& now) {
-  renewal_.change(std::move(input.credential), links_.empty() ? nullptr : &links_.begin()->second);
+  renewal_.change(std::move(input), links_.empty() ? nullptr : &links_.begin()->second);
   dialer_.forget_refusal(now.steady);
   dial_if_due(now);
 }

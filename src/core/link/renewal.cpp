@@ -16,8 +16,9 @@ bool is_printable(const Bytes& credential) {
 
 }  // namespace
 
-void Renewal::change(Bytes credential, Link* link) {
-  credential_ = std::move(credential);
+void Renewal::change(CredentialChanged next, Link* link) {
+  if (!next.method.empty()) method_ = std::move(next.method);
+  credential_ = std::move(next.credential);
   if (link && link->open()) ask(*link);
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/link/link.hpp"
+#include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
@@ -16,9 +17,11 @@ class Renewal {
   Renewal(std::string method, Bytes credential, Outputs& outputs)
       : method_(std::move(method)), credential_(std::move(credential)), outputs_(outputs) {}
 
+  [[nodiscard]] const std::string& method() const { return method_; }
   [[nodiscard]] const Bytes& credential() const { return credential_; }
-  // From now on this one counts. `link` is told at once if it is open; may be null.
-  void change(Bytes credential, Link* link);
+  // From now on this one counts; without a method that of before. `link` is told at once if it is
+  // open; may be null.
+  void change(CredentialChanged next, Link* link);
   // A connection of the link begins; it was logged in by the credential of then.
   void on_dialed() { dialed_with_ = credential_; }
   // It is open: the server is told what has changed since it was dialed.

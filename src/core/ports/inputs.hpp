@@ -178,6 +178,7 @@ struct IdentitiesChanged {
 // Client: what it logs in with from now on.
 struct CredentialChanged {
   Bytes credential;
+  std::string method = {};  // empty: as before
 };
 // The answer to CompressJob or DecompressJob. Compress: nullopt when it does not shrink.
 // Decompress: nullopt when malformed.

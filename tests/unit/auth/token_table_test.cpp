@@ -126,11 +126,17 @@ TEST(TokenTable, TellsWhatAnotherTableChanges) {
 }
 
 TEST(TokenTable, SurvivesStrangeYaml) {
-  for (const char* text : {"{[a]: b, c: d}", "a: b: c", "&a [*a, *a]", "? x\n: - y\n", "--- \n...",
+  for (const char* text : {"{[a]: b, c: d}", "a: b: c", "&a [*a, *a]", "? x\n: - y\n",
                            "tokens: ~\nother: 1", "[[[[ ]]]] x", "!!binary | x y"}) {
     const Reading file(text);
     EXPECT_THAT(file.problems, testing::Not(IsEmpty())) << text;
   }
+}
+
+TEST(TokenTable, CommentsAloneAreNoEntryAndNoProblem) {
+  const Reading file("# nobody yet\n");
+  EXPECT_THAT(file.problems, IsEmpty());
+  EXPECT_EQ(file.table.size(), 0U);
 }
 
 TEST(Date, KnowsTheCalendar) {

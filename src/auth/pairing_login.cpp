@@ -1,0 +1,147 @@
+#include "auth/pairing_login.hpp"
+
+#include <openssl/crypto.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <utility>
+
+#include "auth/token_file.hpp"
+#include "core/base/hex.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kClientNameMax = 64;
+constexpr char kGroup[] = "paired";
+constexpr Stamp kSecond = 1'000'000'000;
+
+bool is_name_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+         c == '_' || c == '.';
+}
+
+Digest digest_of(std::string_view text) {
+  return sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+struct Shown {
+  Digest code{};
+  Digest token{};
+  std::string name;
+};
+
+// nullopt: not of the form of a pairing's credential.
+std::optional<Shown> parse(ByteView credential) {
+  const std::string_view text{reinterpret_cast<const char*>(credential.data()), credential.size()};
+  const auto first = text.find(' ');
+  const auto second = first == std::string_view::npos ? first : text.find(' ', first + 1);
+  if (second == std::string_view::npos) return std::nullopt;
+  const auto token = parse_digest(text.substr(first + 1, second - first - 1));
+  const std::string_view name = text.substr(second + 1);
+  if (!token || name.empty() || name.size() > kClientNameMax ||
+      !std::all_of(name.begin(), name.end(), is_name_character))
+    return std::nullopt;
+  return Shown{digest_of(text.substr(0, first)), *token, std::string{name}};
+}
+
+std::string date_text(Stamp now) {
+  const auto seconds = static_cast<std::time_t>(now / kSecond);
+  std::tm parts{};
+  std::array<char, 32> text{};
+  ::gmtime_r(&seconds, &parts);
+  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
+}
+
+}  // namespace
+
+std::string pairing_credential(const std::string& code, const Digest& token,
+                               const std::string& name) {
+  return code + " " + to_hex(token) + " " + name;
+}
+
+std::string pairing_name(const std::string& host) {
+  std::string name = host.substr(0, kClientNameMax);
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !is_name_character(c); }, '-');
+  return name.empty() ? "client" : name;
+}
+
+PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
+                           std::unique_ptr<TokenLogin> tokens)
+    : token_file_(std::move(token_file)),
+      tokens_(std::move(tokens)),
+      code_(digest_of(options.code)),
+      until_(options.until) {
+  wipe(options.code);
+}
+
+Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
+  return attempt.method == kPairingLogin ? pair(attempt, now) : tokens_->judge(attempt, now);
+}
+
+Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
+  const auto shown = parse(attempt.credential);
+  if (!shown) return {std::nullopt, "no credential of a pairing"};
+  if (!open_ || now >= until_) return {std::nullopt, "the pairing has ended"};
+  // Digests, so that a partial match tells nothing.
+  if (CRYPTO_memcmp(code_.data(), shown->code.data(), code_.size()) != 0) {
+    if (++tries_ >= kTriesMax)
+      end("the pairing has ended after " + std::to_string(kTriesMax) +
+          " wrong codes: start with --pair again");
+    return {std::nullopt, "wrong code of a pairing"};
+  }
+  if (!paired_) return add(shown->token, shown->name, attempt, now);
+  if (*paired_ != shown->token) return {std::nullopt, "the code of the pairing is used up"};
+  TokenTable::Found found = tokens_->find(*paired_, now);
+  return {std::move(found.identity), std::move(found.reason)};
+}
+
+// The file is the truth: what it says then is who the client is.
+Judgement PairingLogin::add(const Digest& token, const std::string& name, const Attempt& attempt,
+                            Stamp now) {
+  TokenEntry entry;
+  entry.identity = name;
+  for (int number = 2; tokens_->knows(entry.identity); ++number)
+    entry.identity = name + "-" + std::to_string(number);
+  entry.groups = {kGroup};
+  entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
+  entry.digest = token;
+  std::string problem = append_token_entry(token_file_, entry);
+  if (!problem.empty()) {
+    untold_.problems.push_back("the pairing failed: " + problem);
+    return {std::nullopt, "its token cannot be kept: " + problem};
+  }
+  Refreshed read = tokens_->read_again(now);
+  std::move(read.changes.begin(), read.changes.end(), std::back_inserter(untold_.changes));
+  std::move(read.problems.begin(), read.problems.end(), std::back_inserter(untold_.problems));
+  TokenTable::Found found = tokens_->find(token, now);
+  if (found.identity) {
+    paired_ = token;
+    untold_.news.push_back("paired with '" + entry.identity + "' at " + attempt.peer +
+                           ": its token is in " + token_file_ +
+                           ", and to remove the entry there sends it away");
+  }
+  return {std::move(found.identity), std::move(found.reason)};
+}
+
+void PairingLogin::end(std::string news) {
+  open_ = false;
+  untold_.news.push_back(std::move(news));
+}
+
+Refreshed PairingLogin::refresh(Stamp now) {
+  if (open_ && now >= until_)
+    end(paired_
+            ? "the pairing has ended"
+            : "nobody has paired in time: the code is not valid any more, start with --pair again");
+  Refreshed refreshed = std::exchange(untold_, {});
+  Refreshed more = tokens_->refresh(now);
+  std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));
+  std::move(more.news.begin(), more.news.end(), std::back_inserter(refreshed.news));
+  std::move(more.problems.begin(), more.problems.end(), std::back_inserter(refreshed.problems));
+  return refreshed;
+}
+
+}  // namespace connect_bridge

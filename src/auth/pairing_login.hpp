@@ -1,0 +1,54 @@
+// Login by a one-time code: a client that shows it gets a token of its own into the token file.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "auth/authenticator.hpp"
+#include "auth/secret.hpp"
+#include "auth/token_login.hpp"
+
+namespace connect_bridge {
+
+// The login method of a client that pairs. Its credential is "CODE DIGEST NAME": the code, the
+// SHA-256 of the token that the client has made for itself in 64 hexadecimal digits, and how it
+// wants to be called, 1 to 64 of [A-Za-z0-9_.-]. The token itself does not cross before it is used.
+inline constexpr char kPairingLogin[] = "pair";
+
+[[nodiscard]] std::string pairing_credential(const std::string& code, const Digest& token,
+                                             const std::string& name);
+
+// A name of a host as a client's name: what is not allowed becomes '-', and it is cut to 64 bytes.
+[[nodiscard]] std::string pairing_name(const std::string& host);
+
+// Everything that is no pairing is the token login's. One client pairs by a code: a second one is
+// refused, but the same client may log in by it again until it ends, because the answer to its
+// first login may have been lost. Ten wrong codes end it. One thread.
+class PairingLogin : public Authenticator {
+ public:
+  static constexpr unsigned kTriesMax = 10;
+
+  // The file, from which `tokens` was made, gets the new client's entry, with the group "paired".
+  PairingLogin(PairingOptions options, std::string token_file, std::unique_ptr<TokenLogin> tokens);
+
+  [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
+  [[nodiscard]] Refreshed refresh(Stamp now) override;
+
+ private:
+  [[nodiscard]] Judgement pair(const Attempt& attempt, Stamp now);
+  [[nodiscard]] Judgement add(const Digest& token, const std::string& name, const Attempt& attempt,
+                              Stamp now);
+  void end(std::string news);
+
+  const std::string token_file_;
+  std::unique_ptr<TokenLogin> tokens_;
+  const Digest code_;
+  const Stamp until_;
+  bool open_ = true;
+  unsigned tries_ = 0;
+  std::optional<Digest> paired_;  // the token of the client that the code went to
+  Refreshed untold_;
+};
+
+}  // namespace connect_bridge

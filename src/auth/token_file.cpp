@@ -1,0 +1,101 @@
+#include "auth/token_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "auth/token_table.hpp"
+#include "core/base/hex.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// As a YAML string, whatever is in it.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
+// One writer after the other, as long as the folder is held. Without a folder nothing can be
+// written either.
+class FolderLock {
+ public:
+  explicit FolderLock(const std::string& file) {
+    const auto slash = file.rfind('/');
+    const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
+    handle_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
+  }
+  ~FolderLock() {
+    if (handle_ >= 0) ::close(handle_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int handle_ = -1;
+};
+
+// The file as it will be: a new one beside it takes its place, so that a server never reads half.
+std::string replace(const std::string& file, const std::string& text) {
+  struct stat status {};
+  const mode_t mode = ::stat(file.c_str(), &status) == 0 ? status.st_mode & 0777 : 0600;
+  const std::string part = file + ".part";
+  const auto problem = [&] { return part + ": " + std::strerror(errno); };
+  ::unlink(part.c_str());
+  const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+  if (out < 0) return problem();
+  const bool written = ::write(out, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool whole = written && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
+  const std::string wrong = whole ? "" : problem();
+  ::close(out);
+  if (!wrong.empty()) return wrong;
+  return ::rename(part.c_str(), file.c_str()) == 0 ? "" : problem();
+}
+
+}  // namespace
+
+std::string to_text(const TokenEntry& entry) {
+  std::string text = "- identity: " + quoted(entry.identity) + "\n";
+  std::string groups;
+  for (const auto& group : entry.groups) groups += (groups.empty() ? "" : ", ") + quoted(group);
+  if (!groups.empty()) text += "  groups: [" + groups + "]\n";
+  if (!entry.expires.empty()) text += "  expires: " + entry.expires + "\n";
+  if (!entry.comment.empty()) text += "  comment: " + quoted(entry.comment) + "\n";
+  return text + "  token_sha256: " + to_hex(entry.digest) + "\n";
+}
+
+std::string token_entries_problem(const std::string& text, const std::string& name) {
+  TokenTable table;
+  std::vector<std::string> problems, warnings;
+  table.read(text, name, Stamp{0}, problems, warnings);
+  if (problems.empty() && table.has_plain())
+    problems.push_back(name + ": holds one token, not a list of entries");
+  std::string joined;
+  for (const auto& problem : problems) joined += (joined.empty() ? "" : "\n") + problem;
+  return joined;
+}
+
+std::string append_token_entry(const std::string& file, const TokenEntry& entry) {
+  const FolderLock lock(file);
+  std::string text, problem;
+  if (::access(file.c_str(), F_OK) == 0) {
+    auto before = read_secret_file(file, problem);
+    if (!before) return problem;
+    text = *before;
+  }
+  if (!text.empty() && text.back() != '\n') text += '\n';
+  text += to_text(entry);
+  problem = token_entries_problem(text, file);
+  return problem.empty() ? replace(file, text) : problem;
+}
+
+}  // namespace connect_bridge

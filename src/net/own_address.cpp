@@ -1,0 +1,48 @@
+#include "net/own_address.hpp"
+
+#include <ifaddrs.h>
+#include <net/if.h>
+
+#include <boost/asio/ip/udp.hpp>
+#include <memory>
+
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Of TEST-NET-1 (RFC 5737): connect() of UDP asks the routes and sends nothing.
+constexpr char kFarAway[] = "192.0.2.1";
+constexpr std::uint16_t kAnyPort = 9;
+
+std::string address_of_default_route() {
+  asio::io_context io;
+  asio::ip::udp::socket socket(io);
+  ErrorCode error;
+  socket.connect({asio::ip::make_address(kFarAway), kAnyPort}, error);
+  const auto local = error ? asio::ip::udp::endpoint{} : socket.local_endpoint(error);
+  return error || local.address().is_unspecified() ? "" : local.address().to_string();
+}
+
+std::string address_of_first_interface() {
+  ifaddrs* found = nullptr;
+  if (::getifaddrs(&found) != 0) return {};
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(found, &::freeifaddrs);
+  for (const ifaddrs* at = found; at != nullptr; at = at->ifa_next) {
+    if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
+    if ((at->ifa_flags & IFF_LOOPBACK) != 0 || (at->ifa_flags & IFF_UP) == 0) continue;
+    const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
+    return asio::ip::make_address_v4(ntohl(address->sin_addr.s_addr)).to_string();
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string own_address() {
+  std::string address = address_of_default_route();
+  if (address.empty()) address = address_of_first_interface();
+  return address.empty() ? "127.0.0.1" : address;
+}
+
+}  // namespace connect_bridge

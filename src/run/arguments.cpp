@@ -1,0 +1,35 @@
+#include "run/arguments.hpp"
+
+#include "run/invitation.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr char kPair[] = "--pair";
+
+std::string unknown(const std::string& word, Role role) {
+  const char* const program = role == Role::kServer ? "server" : "client";
+  // What stands behind := may be a token.
+  return "unknown argument \"" + word.substr(0, word.find(":=")) +
+         "\": parameters are given behind --ros-args, see " + program + " --help";
+}
+
+}  // namespace
+
+Arguments read_arguments(const std::vector<std::string>& words, Role role) {
+  Arguments read;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (role == Role::kServer && word == kPair) {
+      read.pairs = true;
+      if (i + 1 < words.size() && !words[i + 1].starts_with('-')) read.host = words[++i];
+    } else if (role == Role::kClient && word.starts_with(kInvitationScheme)) {
+      read.invitation = word;
+    } else {
+      read.problems.push_back(unknown(word, role));
+    }
+  }
+  return read;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,225 @@
+#include "run/pairing.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+
+#include "auth/pairing_login.hpp"
+#include "auth/secret.hpp"
+#include "core/base/hex.hpp"
+#include "net/authority.hpp"
+#include "net/own_address.hpp"
+#include "run/pairing_folder.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr Stamp kMinute = 60'000'000'000;
+constexpr int kMinutes = 10;
+constexpr int kCertificateDays = 3650;  // the client goes by the key's pin
+constexpr std::int64_t kPort = 9090;
+constexpr std::size_t kCodeSize = 32;
+
+ByteView bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+std::string text_of(const ParameterMap& parameters, const char* key) {
+  const auto found = parameters.find(key);
+  const auto* text = found == parameters.end() ? nullptr : std::get_if<std::string>(&found->second);
+  return text ? *text : std::string{};
+}
+
+// A file that is not there yet, for its owner alone.
+std::string write_secret(const std::string& file, const std::string& text) {
+  const mode_t before = ::umask(077);
+  std::ofstream out(file);
+  out << text << "\n";
+  out.close();
+  ::umask(before);
+  return out ? "" : file + " cannot be written";
+}
+
+// ---- server
+
+// What a server goes by when nothing else is said: everybody who is paired may look at topics.
+ParameterMap server_parameters(const PairingFolder& folder) {
+  return {{"listen.address", std::string{"*"}},
+          {"listen.port", kPort},
+          {"tls.certificate", folder.file("server.crt")},
+          {"tls.private_key", folder.file("server.key")},
+          {"auth.token_file", folder.file("tokens.yaml")},
+          {"rules", std::vector<std::string>{"look"}},
+          {"rule.look.export_topics", std::vector<std::string>{"/**"}},
+          {"rule.look.groups", std::vector<std::string>{"paired"}}};
+}
+
+// Those of `given` that the next start without words shall find.
+ParameterMap lasting(const ParameterMap& given, const PairingFolder& folder) {
+  ParameterMap listening;
+  bool has_rules = false;
+  for (const auto& entry : given) {
+    if (entry.first.starts_with("listen.")) listening.insert(entry);
+    has_rules |= entry.first == "rules";
+  }
+  ParameterMap all = filled(listening, server_parameters(folder));
+  if (has_rules)
+    std::erase_if(all, [](const auto& entry) { return entry.first.starts_with("rule"); });
+  return all;
+}
+
+std::string make_server_files(const PairingFolder& folder, const ParameterMap& given) {
+  std::string problem = folder.make();
+  if (problem.empty() && !folder.has("server.crt")) {
+    CertificateOrder order;
+    order.folder = folder.path();
+    order.hosts = {pairing_name(host_name())};
+    order.days = kCertificateDays;
+    problem = make_certificates(order).problem;
+  }
+  if (problem.empty() && !folder.has("tokens.yaml"))
+    problem =
+        write_secret(folder.file("tokens.yaml"), "# Clients that have paired with this server.");
+  if (problem.empty() && !folder.has("params.yaml"))
+    problem = folder.write_parameters(lasting(given, folder));
+  return problem;
+}
+
+// Where the client dials, without a port if that is not known before the server listens.
+std::string dialed(const ParameterMap& parameters, const std::string& host) {
+  const std::string path = text_of(parameters, "listen.path");
+  std::string authority = host;
+  if (authority.empty()) {
+    authority = text_of(parameters, "listen.address");
+    if (authority == "*" || authority == "0.0.0.0" || authority == "::") authority = own_address();
+    if (authority.find(':') != std::string::npos) authority = "[" + authority + "]";
+  }
+  return "wss://" + authority + (path.empty() ? "/" : path);
+}
+
+void pair_server(const std::string& host, const PairingFolder& folder, Stamp now, Start& start) {
+  if (!goes_by_pairing(start.parameters)) {
+    start.problems.emplace_back(
+        "--pair makes the certificate and the login itself: leave out tls.*, auth.* and the "
+        "token in the environment, or make a token with 'ctl token'");
+    return;
+  }
+  std::string problem = make_server_files(folder, start.parameters);
+  if (problem.empty()) start.parameters = filled(start.parameters, folder.parameters(problem));
+  Invitation invitation;
+  if (problem.empty()) {
+    invitation.pin = pin_of_file(text_of(start.parameters, "tls.certificate"), problem);
+    invitation.url = dialed(start.parameters, host);
+    invitation.code = random_token().substr(0, kCodeSize);
+    if (invitation.code.empty()) problem = "no random numbers are to be had";
+  }
+  if (!problem.empty()) return start.problems.push_back("--pair: " + problem);
+  std::string wrong;
+  static_cast<void>(parse_invitation(to_text(invitation), wrong));
+  if (!wrong.empty())
+    return start.problems.push_back("--pair \"" + host +
+                                    "\": expected a host name or address, with or without a port");
+  start.pairing = PairingOptions{invitation.code, now + kMinutes * kMinute};
+  start.invitation = std::move(invitation);
+}
+
+// ---- client
+
+// One for each invitation, so that the same line, given again, goes on where it was.
+std::string token_name(const Invitation& invitation) {
+  constexpr std::size_t kDigits = 16;
+  return "token-" + to_hex(sha256(bytes_of(invitation.code))).substr(0, kDigits);
+}
+
+std::string make_token_file(const std::string& file) {
+  const std::string token = random_token();
+  return token.empty() ? "no random numbers are to be had" : write_secret(file, token);
+}
+
+std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
+  std::string unread;
+  const std::string former = text_of(folder.parameters(unread), "auth.token_file");
+  std::string problem = folder.write_parameters(parameters);
+  // The token for the server that this client was paired with before.
+  if (problem.empty() && former.starts_with(folder.file("token-")) &&
+      former != text_of(parameters, "auth.token_file"))
+    ::unlink(former.c_str());
+  return problem;
+}
+
+void join(const Invitation& invitation, const PairingFolder& folder, Start& start) {
+  if (!goes_by_pairing(start.parameters)) {
+    start.problems.emplace_back(
+        "an invitation tells address, certificate and login: leave out url, tls.*, auth.* and the "
+        "token in the environment");
+    return;
+  }
+  const std::string name = token_name(invitation);
+  const ParameterMap paired{{"url", invitation.url},
+                            {"tls.pin", std::vector<std::string>{invitation.pin}},
+                            {"auth.token_file", folder.file(name)}};
+  std::string problem = folder.make();
+  const std::string former =
+      problem.empty() ? text_of(folder.parameters(problem), "auth.token_file") : "";
+  if (problem.empty() && !folder.has(name)) problem = make_token_file(folder.file(name));
+  std::optional<std::string> token;
+  if (problem.empty()) token = read_secret_file(folder.file(name), problem);
+  if (!token) return start.problems.push_back("pairing: " + problem);
+  start.parameters = filled(start.parameters, paired);
+  if (former == folder.file(name)) return;  // it is paired by this invitation already
+  const std::string word{trim(*token)};
+  start.joining = Joining{
+      pairing_credential(invitation.code, sha256(bytes_of(word)), pairing_name(host_name())),
+      {word.begin(), word.end()},
+      [folder, paired] { return keep(folder, paired); }};
+  start.news.push_back("pairing with " + invitation.url +
+                       "; if it refuses the login, the code is used up or too old: start the "
+                       "server with --pair again");
+  if (!former.empty()) start.news.emplace_back("this takes the place of the pairing before");
+}
+
+}  // namespace
+
+Start start_with(const ParameterMap& given, const Arguments& arguments, const std::string& node,
+                 Stamp now) {
+  Start start;
+  start.problems = arguments.problems;
+  start.parameters = given;
+  if (!start.problems.empty()) return start;
+  const PairingFolder folder(node);
+  std::string problem;
+  if (arguments.pairs) {
+    pair_server(arguments.host, folder, now, start);
+  } else if (!arguments.invitation.empty()) {
+    const Invitation invitation = parse_invitation(arguments.invitation, problem);
+    if (problem.empty()) return join(invitation, folder, start), start;
+  } else if (goes_by_pairing(given) && folder.has("params.yaml")) {
+    start.parameters = filled(given, folder.parameters(problem));
+    start.news.push_back("going by the pairing in " + folder.parameter_file());
+  }
+  if (!problem.empty()) start.problems.push_back(problem);
+  return start;
+}
+
+std::string invitation_text(Invitation invitation, std::uint16_t port) {
+  constexpr std::size_t kBegin = sizeof("wss://") - 1;
+  const auto slash = invitation.url.find('/', kBegin);
+  const std::string authority = invitation.url.substr(kBegin, slash - kBegin);
+  const auto bracket = authority.find(']');
+  if (authority.find(':', bracket == std::string::npos ? 0 : bracket) == std::string::npos)
+    invitation.url.insert(slash, ":" + std::to_string(port));
+  return "\nTo pair a client, start there within " + std::to_string(kMinutes) +
+         " minutes (this works once):\n\n  ros2 run connect_bridge client '" + to_text(invitation) +
+         "'\n\n";
+}
+
+}  // namespace connect_bridge

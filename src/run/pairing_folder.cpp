@@ -1,0 +1,87 @@
+#include "run/pairing_folder.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "auth/credential.hpp"
+#include "config/parameter.hpp"
+#include "ros/parameters/parameter_file.hpp"
+#include "run/status_file.hpp"
+
+namespace connect_bridge {
+namespace {
+
+std::string ros_home() {
+  const char* home = std::getenv("ROS_HOME");
+  if (home && *home) return home;
+  home = std::getenv("HOME");
+  return std::string{home && *home ? home : "."} + "/.ros";
+}
+
+// "/robot1/connect_client" is "robot1.connect_client".
+std::string folder_name(const std::string& node) {
+  std::string name = node.substr(node.starts_with('/') ? 1 : 0);
+  std::replace(name.begin(), name.end(), '/', '.');
+  return name;
+}
+
+bool is_rule(const std::string& key) {
+  return key == "rules" || key.starts_with("rule.");
+}
+
+}  // namespace
+
+PairingFolder::PairingFolder(const std::string& node)
+    : path_(ros_home() + "/connect_bridge/" + folder_name(node)) {}
+
+bool PairingFolder::has(const std::string& name) const {
+  return ::access(file(name).c_str(), F_OK) == 0;
+}
+
+std::string PairingFolder::make() const {
+  for (std::size_t end = path_.find('/', 1);; end = path_.find('/', end + 1)) {
+    const std::string part = path_.substr(0, end);
+    if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
+      return "the folder " + part + " cannot be made: " + std::strerror(errno);
+    if (end == std::string::npos) return {};
+  }
+}
+
+ParameterMap PairingFolder::parameters(std::string& problem) const {
+  if (!has("params.yaml")) return {};
+  ros::ParameterFile read = ros::read_parameter_file(parameter_file());
+  problem = read.problem;
+  ParameterMap parameters;
+  for (auto& section : read.sections) parameters.merge(section.parameters);
+  return parameters;
+}
+
+std::string PairingFolder::write_parameters(const ParameterMap& parameters) const {
+  std::string text = "# Made by pairing; yours to change.\n/**:\n  ros__parameters:";
+  for (const auto& [key, value] : parameters) text += "\n    " + key + ": " + to_text(value);
+  return write_atomically(parameter_file(), text);
+}
+
+bool goes_by_pairing(const ParameterMap& given) {
+  if (const char* token = std::getenv(kTokenVariable); token && *token) return false;
+  return std::none_of(given.begin(), given.end(), [](const auto& entry) {
+    return entry.first == "url" || entry.first.starts_with("auth.") ||
+           entry.first.starts_with("tls.");
+  });
+}
+
+ParameterMap filled(const ParameterMap& given, const ParameterMap& stored) {
+  ParameterMap all = given;
+  const bool has_rules = std::any_of(given.begin(), given.end(),
+                                     [](const auto& entry) { return is_rule(entry.first); });
+  for (const auto& entry : stored)
+    if (!has_rules || !is_rule(entry.first)) all.insert(entry);
+  return all;
+}
+
+}  // namespace connect_bridge

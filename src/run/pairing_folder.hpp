@@ -1,0 +1,39 @@
+// What a pairing leaves on the disk, and how a program starts from it without a parameter file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/parameter.hpp"
+
+namespace connect_bridge {
+
+// The folder of one node: $ROS_HOME/connect_bridge/NODE, or ~/.ros/connect_bridge/NODE. It holds
+// params.yaml, which is a ROS parameter file like any other, and the files that it names.
+class PairingFolder {
+ public:
+  explicit PairingFolder(const std::string& node);
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+  [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
+  [[nodiscard]] bool has(const std::string& name) const;
+
+  // With the folders above it, for its owner alone. What is wrong; empty: nothing.
+  [[nodiscard]] std::string make() const;
+  // params.yaml; empty if there is none. `problem` is set if it cannot be read.
+  [[nodiscard]] ParameterMap parameters(std::string& problem) const;
+  [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
+
+ private:
+  std::string path_;
+};
+
+// Who is told an address, a login or a certificate by its parameters goes by them alone.
+[[nodiscard]] bool goes_by_pairing(const ParameterMap& given);
+
+// What was given, and from `stored` what was not. Rules are one thing: with one of them given none
+// is taken.
+[[nodiscard]] ParameterMap filled(const ParameterMap& given, const ParameterMap& stored);
+
+}  // namespace connect_bridge

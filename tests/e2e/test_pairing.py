@@ -1,0 +1,123 @@
+"""Two machines come to know each other by one line: server --pair, client 'wss+pair://...'."""
+
+import re
+import stat
+
+import pytest
+from std_msgs.msg import String
+
+from graph import connect
+from harness.domains import free_port
+from harness.programs import Program, build_dir, ros_environment
+
+_LINE = re.compile(r"ros2 run connect_bridge client '(wss\+pair://\S+)'")
+_LINKED = "link open with "
+
+
+class World:
+    """A robot and an operator with a home each; nothing is configured but the port."""
+
+    def __init__(self, folder, domains, make_graph, started):
+        self.folder, self.started = folder, started
+        self.domains = domains
+        self.robot, self.operator = (make_graph(d) for d in domains)
+        self.port = free_port()
+
+    def home(self, who):
+        return self.folder / f"home of {who}"
+
+    def run(self, role, who, *words, domain=None):
+        env = ros_environment(
+            self.domains[role == "client"] if domain is None else domain, ROS_HOME=self.home(who)
+        )
+        program = Program(who, [build_dir() / role, *words], env, self.folder)
+        self.started.append(program)
+        return program.start()
+
+    def pair(self):
+        port = ["--ros-args", "-p", f"listen.port:={self.port}"]
+        server = self.run("server", "robot", "--pair", "localhost", *port)
+        return server, server.wait_for(_LINE).group(1)
+
+    def crosses(self, name):
+        """A message of the robot arrives at the operator."""
+        heard = self.operator.collector(String, name)
+        connect(self.robot.publisher(String, name), heard, String(data="hello"))
+
+
+@pytest.fixture
+def world(tmp_path, domains, make_graph):
+    started = []
+    yield World(tmp_path, domains(2), make_graph, started)
+    for program in started:
+        program.kill()
+
+
+def test_one_line_pairs_and_both_start_without_words_later(world):
+    server, line = world.pair()
+    assert line.startswith(f"wss+pair://localhost:{world.port}/#")
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    world.crosses("/first")
+    client.stop()
+    server.stop()
+    server = world.run("server", "robot")
+    client = world.run("client", "operator")
+    client.wait_for(_LINKED)
+    world.crosses("/second")
+    # And with the line of the first time, which the shell's history has.
+    client.stop()
+    client = world.run("client", "operator", line)
+    client.wait_for(_LINKED)
+
+
+def test_the_code_works_once_and_is_nowhere_to_be_read(world):
+    server, line = world.pair()
+    code = line.split("#")[1].split(".")[0]
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    with open(f"/proc/{client.pid}/cmdline", "rb") as words:
+        assert code.encode() not in words.read()
+    second = world.run("client", "stranger", line)
+    second.wait_for("login refused")
+    assert "paired" not in second.text().split("login refused")[1]
+    server.wait_for("the code of the pairing is used up")
+    for file in world.folder.rglob("*"):
+        if not file.is_file() or file.name == "robot.log":  # what it prints for its user
+            continue
+        assert code.encode() not in file.read_bytes(), file
+    assert server.text().count(code) == 1
+    for secret in [*world.home("operator").rglob("token-*"), *world.home("robot").rglob("*.key")]:
+        assert stat.S_IMODE(secret.stat().st_mode) == 0o600, secret
+
+
+def test_another_key_at_the_address_is_refused(world):
+    server, line = world.pair()
+    server.stop()
+    other = world.run(
+        "server", "impostor", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
+    )
+    other.wait_for(_LINE)
+    client = world.run("client", "operator", line)
+    client.wait_for("which is not in tls.pin")
+    assert not list(world.home("operator").rglob("params.yaml"))
+
+
+def test_an_entry_that_is_removed_ends_the_link(world):
+    server, line = world.pair()
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    (tokens,) = world.home("robot").rglob("tokens.yaml")
+    tokens.write_text("# nobody\n- {identity: other, token_sha256: " + "0" * 64 + "}\n")
+    client.wait_for("was withdrawn")
+
+
+def test_what_is_wrong_is_said(world):
+    client = world.run("client", "operator", "wss+pair://localhost:1/#cut")
+    client.wait_for("the invitation is not whole")
+    assert client.process.wait(5) == 2
+    server = world.run(
+        "server", "robot", "--pair", "--ros-args", "-p", "auth.token_file:=tokens.yaml"
+    )
+    server.wait_for("--pair makes the certificate and the login itself")
+    assert server.process.wait(5) == 2

@@ -1,0 +1,168 @@
+#include "auth/pairing_login.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "core/base/hex.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr char kCode[] = "00112233445566778899aabbccddeeff";
+constexpr char kToken[] = "a-token-of-the-clients-own";
+constexpr Stamp kMinute = 60'000'000'000;
+constexpr Stamp kNow = 1'900'000'000'000'000'000;
+
+Bytes bytes(const std::string& text) {
+  return {text.begin(), text.end()};
+}
+
+Digest digest_of(const std::string& token) {
+  return sha256(bytes(token));
+}
+
+class Pairing : public testing::Test {
+ protected:
+  Pairing() {
+    static int number = 0;
+    file_ = test::scratch_folder() + "tokens" + std::to_string(++number) + ".yaml";
+    std::ofstream{file_} << "# nobody yet\n";
+    ::chmod(file_.c_str(), 0600);
+  }
+
+  void open() {
+    AuthOptions options;
+    options.token_file = file_;
+    options.pairing = PairingOptions{kCode, kNow + 10 * kMinute};
+    AuthSetup setup = make_authenticator(options, kNow);
+    ASSERT_THAT(setup.problems, IsEmpty());
+    login_ = std::move(setup.authenticator);
+  }
+
+  Judgement pair(const std::string& code, const std::string& token, Stamp now = kNow,
+                 const std::string& name = "laptop") {
+    return show(pairing_credential(code, digest_of(token), name), now);
+  }
+  Judgement show(const std::string& credential, Stamp now = kNow) {
+    return login_->judge({kPairingLogin, bytes(credential), "192.0.2.7:5123"}, now);
+  }
+  Judgement log_in(const std::string& token) {
+    return login_->judge({"token", bytes(token), "192.0.2.7:5124"}, kNow);
+  }
+  [[nodiscard]] std::string content() const {
+    std::ifstream in(file_);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  std::string file_;
+  std::unique_ptr<Authenticator> login_;
+};
+
+TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
+  open();
+  EXPECT_FALSE(log_in(kToken).identity);
+  const Judgement paired = pair(kCode, kToken);
+  ASSERT_TRUE(paired.identity) << paired.reason;
+  EXPECT_EQ(paired.identity->name, "laptop");
+  EXPECT_THAT(paired.identity->groups, ElementsAre("paired"));
+  const Judgement later = log_in(kToken);
+  ASSERT_TRUE(later.identity);
+  // The same credential, so that to withdraw the token ends this link too.
+  EXPECT_EQ(later.identity->credential, paired.identity->credential);
+  EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("paired with 'laptop'")));
+}
+
+TEST_F(Pairing, TheFileHasTheHashAloneAndIsItsOwnersAlone) {
+  open();
+  ASSERT_TRUE(pair(kCode, kToken).identity);
+  EXPECT_THAT(content(), HasSubstr(to_hex(digest_of(kToken))));
+  EXPECT_THAT(content(), Not(HasSubstr(kToken)));
+  EXPECT_THAT(content(), Not(HasSubstr(kCode)));
+  struct stat status {};
+  ASSERT_EQ(::stat(file_.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0600U);
+  // And a server that starts without a pairing reads it.
+  AuthOptions options;
+  options.token_file = file_;
+  EXPECT_THAT(make_authenticator(options, kNow).problems, IsEmpty());
+}
+
+TEST_F(Pairing, ASecondClientIsRefusedAndTheFirstMayAskAgain) {
+  open();
+  ASSERT_TRUE(pair(kCode, kToken).identity);
+  EXPECT_THAT(pair(kCode, "a-token-of-somebody-else").reason, HasSubstr("used up"));
+  EXPECT_TRUE(pair(kCode, kToken).identity);  // the answer to its first login was lost
+  EXPECT_FALSE(log_in("a-token-of-somebody-else").identity);
+}
+
+TEST_F(Pairing, ItEndsInTime) {
+  open();
+  EXPECT_THAT(pair(kCode, kToken, kNow + 10 * kMinute).reason, HasSubstr("ended"));
+  EXPECT_THAT(login_->refresh(kNow + 9 * kMinute).news, IsEmpty());
+  EXPECT_THAT(login_->refresh(kNow + 10 * kMinute).news, ElementsAre(HasSubstr("in time")));
+  EXPECT_THAT(login_->refresh(kNow + 11 * kMinute).news, IsEmpty());  // said once
+  // Also when the clock is set back.
+  EXPECT_FALSE(pair(kCode, kToken, kNow).identity);
+  EXPECT_EQ(content(), "# nobody yet\n");
+}
+
+TEST_F(Pairing, ItEndsAfterSomeWrongCodes) {
+  open();
+  std::string wrong = kCode;
+  wrong.back() = '0';
+  for (unsigned i = 0; i < PairingLogin::kTriesMax; ++i) EXPECT_FALSE(pair(wrong, kToken).identity);
+  EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("wrong codes")));
+  EXPECT_FALSE(pair(kCode, kToken).identity);
+  EXPECT_THAT(show(std::string{}).reason, HasSubstr("no credential of a pairing"));
+}
+
+TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
+  open();
+  const std::string digest = to_hex(digest_of(kToken));
+  const std::string code = kCode;
+  for (const std::string& wrong :
+       {std::string{}, code, code + " " + digest, code + " " + digest + " ",
+        code + " " + digest.substr(1) + " laptop", code + " " + digest + " lap top",
+        code + " " + digest + " a\nb", code + " " + digest + " " + std::string(65, 'a'),
+        " " + digest + " laptop"})
+    EXPECT_FALSE(show(wrong).identity) << wrong;
+  EXPECT_EQ(content(), "# nobody yet\n");
+  EXPECT_TRUE(pair(code, kToken).identity);
+}
+
+TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
+  std::ofstream{file_} << "- {identity: laptop, token_sha256: "
+                       << to_hex(digest_of("token-of-before-0123456789")) << "}\n";
+  ::chmod(file_.c_str(), 0600);
+  open();
+  EXPECT_EQ(pair(kCode, kToken).identity.value().name, "laptop-2");
+  EXPECT_EQ(log_in("token-of-before-0123456789").identity.value().name, "laptop");
+}
+
+TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {
+  open();
+  std::ofstream{file_} << "- {identity: somebody}\n";  // not valid, so nothing is added to it
+  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be kept"));
+  EXPECT_THAT(login_->refresh(kNow).problems, ElementsAre(HasSubstr("the pairing failed")));
+  EXPECT_FALSE(log_in(kToken).identity);
+}
+
+TEST(PairingName, IsWhatAHostMayBeCalled) {
+  EXPECT_EQ(pairing_name("anna's laptop"), "anna-s-laptop");
+  EXPECT_EQ(pairing_name(""), "client");
+  EXPECT_EQ(pairing_name(std::string(100, 'x')).size(), 64U);
+}
+
+}  // namespace
+}  // namespace connect_bridge

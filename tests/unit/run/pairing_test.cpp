@@ -1,0 +1,151 @@
+#include "run/pairing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+
+#include "config/config.hpp"
+#include "run/pairing_folder.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr char kLine[] =
+    "wss+pair://robot.local:9090/"
+    "#00112233445566778899aabbccddeeff.47DEQpj8HBSa-_TImW-5JCeuQeRkm5NMpJWZG3hSuFU";
+
+class PairingStart : public testing::Test {
+ protected:
+  PairingStart() {
+    static int number = 0;
+    ::setenv("ROS_HOME", (test::scratch_folder() + "home" + std::to_string(++number)).c_str(), 1);
+  }
+  ~PairingStart() override { ::unsetenv("ROS_HOME"); }
+
+  static Start serve(const std::vector<std::string>& words, const ParameterMap& given = {}) {
+    return start_with(given, read_arguments(words, Role::kServer), "/connect_server", 0);
+  }
+  static Start join(const std::vector<std::string>& words, const ParameterMap& given = {}) {
+    return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client", 0);
+  }
+};
+
+TEST(Invitation, IsReadAsItWasWritten) {
+  std::string problem;
+  const Invitation read = parse_invitation(kLine, problem);
+  EXPECT_EQ(problem, "");
+  EXPECT_EQ(read.url, "wss://robot.local:9090/");
+  EXPECT_EQ(read.code, "00112233445566778899aabbccddeeff");
+  EXPECT_EQ(read.pin, "47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=");
+  EXPECT_EQ(to_text(read), kLine);
+}
+
+TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
+  const std::string line = kLine;
+  for (const std::string& wrong :
+       {std::string{"wss+pair://"}, std::string{"wss+pair://robot.local:9090/"},
+        line.substr(0, line.size() - 1), line + "A",
+        std::string{"wss+pair://a b/"} + line.substr(28),
+        std::string{"wss+pair://user@robot/"} + line.substr(28)}) {
+    std::string problem;
+    static_cast<void>(parse_invitation(wrong, problem));
+    EXPECT_THAT(problem, HasSubstr("the invitation is not whole")) << wrong;
+    EXPECT_THAT(problem, testing::Not(HasSubstr("0011"))) << wrong;
+  }
+}
+
+TEST(Invitation, NamesThePortWhereTheServerListens) {
+  Invitation invitation{"wss://[::1]/connect", "c", "p"};
+  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("wss+pair://[::1]:9090/connect#"));
+  invitation.url = "wss://robot.example:443/";
+  EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("'wss+pair://robot.example:443/#"));
+}
+
+TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
+  const Arguments read = read_arguments({"--pair", "--x", "auth.token:=secret"}, Role::kServer);
+  EXPECT_TRUE(read.pairs);
+  EXPECT_EQ(read.host, "");
+  EXPECT_THAT(read.problems, ElementsAre(HasSubstr("\"--x\""), HasSubstr("\"auth.token\"")));
+  EXPECT_EQ(read_arguments({"--pair", "robot.example"}, Role::kServer).host, "robot.example");
+  EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
+  EXPECT_THAT(read_arguments({kLine}, Role::kServer).problems, SizeIs(1));
+}
+
+TEST_F(PairingStart, AServerStartsTheSameWayLater) {
+  const Start first = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{9443}}});
+  ASSERT_THAT(first.problems, IsEmpty());
+  ASSERT_TRUE(first.invitation && first.pairing);
+  EXPECT_EQ(first.pairing->code, first.invitation->code);
+  EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
+  const Start later = serve({});
+  EXPECT_THAT(later.problems, IsEmpty());
+  EXPECT_EQ(later.parameters, first.parameters);
+  EXPECT_FALSE(later.invitation || later.pairing);
+  const Start again = serve({"--pair", "robot.local"});
+  EXPECT_EQ(again.invitation->pin, first.invitation->pin);
+  EXPECT_NE(again.invitation->code, first.invitation->code);
+}
+
+TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
+  ASSERT_THAT(serve({"--pair"}).problems, IsEmpty());
+  for (const char* key : {"auth.token_file", "tls.certificate"}) {
+    const ParameterMap given{{key, std::string{"x"}}};
+    EXPECT_EQ(serve({}, given).parameters, given);
+    EXPECT_THAT(serve({"--pair"}, given).problems, ElementsAre(HasSubstr("leave out")));
+  }
+  const ParameterMap rules{{"rules", std::vector<std::string>{"mine"}},
+                           {"rule.mine.export_topics", std::vector<std::string>{"/a"}}};
+  EXPECT_FALSE(serve({}, rules).parameters.contains("rule.look.export_topics"));
+  EXPECT_TRUE(serve({}, rules).parameters.contains("tls.certificate"));
+}
+
+TEST_F(PairingStart, AHostThatIsNoneIsRefused) {
+  for (const char* host : {"ro bot", "robot/x#", "a@b"})
+    EXPECT_THAT(serve({"--pair", host}).problems, ElementsAre(HasSubstr("expected a host")))
+        << host;
+}
+
+TEST_F(PairingStart, AClientStartsWithoutWordsOnceItIsLoggedIn) {
+  const Start first = join({kLine});
+  ASSERT_THAT(first.problems, IsEmpty());
+  ASSERT_TRUE(first.joining);
+  EXPECT_THAT(first.joining->credential, testing::StartsWith("00112233445566778899aabbccddeeff "));
+  EXPECT_EQ(std::get<std::string>(first.parameters.at("url")), "wss://robot.local:9090/");
+  EXPECT_EQ(join({}).parameters.size(), 0U);  // not before that
+  const Start retried = join({kLine});
+  EXPECT_EQ(retried.joining->credential, first.joining->credential);
+  EXPECT_EQ(first.joining->keep(), "");
+  EXPECT_EQ(join({}, {{"prefix", std::string{"/r1"}}}).parameters.size(),
+            first.parameters.size() + 1);
+  const Start same_line = join({kLine});
+  EXPECT_FALSE(same_line.joining);
+  EXPECT_EQ(same_line.parameters, first.parameters);
+}
+
+TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
+  ASSERT_EQ(join({kLine}).joining->keep(), "");
+  const std::string former = std::get<std::string>(join({}).parameters.at("auth.token_file"));
+  std::string other = kLine;
+  other.replace(other.find('#') + 1, 4, "ffff");
+  const Start next = join({other});
+  EXPECT_TRUE(std::filesystem::exists(former));
+  EXPECT_EQ(next.joining->keep(), "");
+  EXPECT_FALSE(std::filesystem::exists(former));
+  EXPECT_NE(std::get<std::string>(join({}).parameters.at("auth.token_file")), former);
+}
+
+TEST_F(PairingStart, AnInvitationAndAnAddressAreRefused) {
+  EXPECT_THAT(join({kLine}, {{"url", std::string{"wss://other/"}}}).problems,
+              ElementsAre(HasSubstr("leave out")));
+}
+
+}  // namespace
+}  // namespace connect_bridge
