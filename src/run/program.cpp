@@ -12,7 +12,6 @@
 #include "run/assembly.hpp"
 #include "run/heap.hpp"
 #include "run/pairing.hpp"
-#include "run/pairing_folder.hpp"
 #include "run/stop.hpp"
 
 namespace connect_bridge {
@@ -25,10 +24,11 @@ const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";
 }
 
-int refuse(const std::vector<std::string>& problems) {
+int refuse(const std::vector<std::string>& problems, const char* hint = "") {
   std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
                problems.size() == 1 ? "" : "s");
   for (const auto& problem : problems) std::fprintf(stderr, "  %s\n", problem.c_str());
+  if (*hint != '\0') std::fprintf(stderr, "%s\n", hint);
   return kExitConfiguration;
 }
 
@@ -41,11 +41,14 @@ std::optional<std::string> other_section(const ros::Node& node, Role role) {
   return std::nullopt;
 }
 
+bool says_nothing(const ParameterMap& given) {
+  return std::all_of(given.begin(), given.end(), [](const auto& p) { return is_ros_key(p.first); });
+}
+
 std::optional<Config> read_config(const ros::Node& node, Role role, const ParameterMap& given,
                                   std::vector<std::string>& problems) {
   const auto other = other_section(node, role);
-  const bool is_empty =
-      std::all_of(given.begin(), given.end(), [](const auto& p) { return is_ros_key(p.first); });
+  const bool is_empty = says_nothing(given);
   Parsed parsed = parse_config(given, role, surroundings());
   if (other && (is_empty || !parsed.problems.empty())) problems.push_back(*other);
   if (other && is_empty) return std::nullopt;  // what else is missing stands in that section
@@ -79,11 +82,11 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
       start_with(node.parameter_overrides(), arguments, node.full_name(), system_now());
   std::vector<std::string> problems = start.problems;
   const auto config = read_config(node, role, start.parameters, problems);
-  if (!config && start.problems.empty() && goes_by_pairing(start.parameters))
-    problems.push_back(std::string{"or, without parameters: "} +
-                       (role == Role::kServer
-                            ? "server --pair"
-                            : "the line that 'server --pair' prints, client 'wss+pair://...'"));
+  if (!config && says_nothing(start.parameters) && node.others_with_parameters().empty())
+    return refuse(problems,
+                  role == Role::kServer
+                      ? "To start without parameters: server --pair"
+                      : "To start without parameters: the line that 'server --pair' prints");
   if (!config) return refuse(problems);
   Assembly assembly = assemble(*config, node.full_name(), start);
   if (!assembly.parts) return refuse(assembly.problems);
