@@ -3,6 +3,7 @@
 #include "auth/jwt_login.hpp"
 #include "auth/pairing_login.hpp"
 #include "auth/plugin_login.hpp"
+#include "auth/service_login.hpp"
 #include "auth/token_login.hpp"
 
 namespace connect_bridge {
@@ -36,11 +37,22 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   }
 }
 
-void set_up_jwt(const JwtOptions& options, AuthSetup& setup) {
-  FileWatch watch(options.keys_file);
-  auto keys = read_jwt_key_file(options.keys_file, setup.problems);
-  if (setup.problems.empty())
-    setup.authenticator = std::make_unique<JwtLogin>(options, std::move(keys), std::move(watch));
+// A file must be right at the start; an address may be out of reach for a while.
+void set_up_jwt(const AuthOptions& options, AuthSetup& setup) {
+  std::unique_ptr<KeySource> source;
+  if (options.jwt.keys_address) {
+    source = std::make_unique<KeyAddress>(*options.jwt.keys_address, options.fetch);
+  } else {
+    source = std::make_unique<KeyFile>(options.jwt.keys_file);
+  }
+  auto login = std::make_unique<JwtLogin>(options.jwt, std::move(source));
+  std::vector<std::string> problems = login->refresh(0).problems;
+  if (options.jwt.keys_address) {
+    setup.warnings.insert(setup.warnings.end(), problems.begin(), problems.end());
+  } else {
+    setup.problems.insert(setup.problems.end(), problems.begin(), problems.end());
+  }
+  if (setup.problems.empty()) setup.authenticator = std::move(login);
 }
 
 }  // namespace
@@ -52,14 +64,16 @@ AuthSetup make_authenticator(const AuthOptions& options, Stamp now) {
   } else if (options.method == "token") {
     set_up_tokens(options, now, setup);
   } else if (options.method == "jwt") {
-    set_up_jwt(options.jwt, setup);
+    set_up_jwt(options, setup);
   } else if (options.method == "plugin") {
     std::string problem;
     setup.authenticator = PluginLogin::load(options.plugin, options.plugin_options, problem);
     if (!setup.authenticator) setup.problems.push_back("auth.plugin: " + problem);
+  } else if (options.method == "service") {
+    setup.authenticator = std::make_unique<ServiceLogin>(options.service, options.fetch);
   } else {
     setup.problems.push_back("auth.method '" + options.method +
-                             "': expected 'token', 'jwt', 'plugin' or 'none'");
+                             "': expected 'token', 'jwt', 'service', 'plugin' or 'none'");
   }
   return setup;
 }

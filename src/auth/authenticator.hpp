@@ -9,6 +9,7 @@
 #include "core/base/bytes.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/http.hpp"
 #include "core/ports/inputs.hpp"
 
 namespace connect_bridge {
@@ -45,11 +46,12 @@ class Authenticator {
 };
 
 struct JwtOptions {
-  std::string keys_file;                // JWKS or PEM
-  std::string issuer;                   // "iss" must be this one
-  std::string audience;                 // "aud" must be this one or name it
-  std::vector<std::string> algorithms;  // those that are taken; never "none"
-  std::string groups_claim = "groups";  // a list of names, or one
+  std::string keys_file;                    // JWKS or PEM; or
+  std::optional<HttpAddress> keys_address;  // a JWKS
+  std::string issuer;                       // "iss" must be this one
+  std::string audience;                     // "aud" must be this one or name it
+  std::vector<std::string> algorithms;      // those that are taken; never "none"
+  std::string groups_claim = "groups";      // a list of names, or one
 };
 
 // The server pairs with one client by a code.
@@ -59,12 +61,14 @@ struct PairingOptions {
 };
 
 struct AuthOptions {
-  std::string method = "token";           // "token", "jwt", "plugin" or "none"
+  std::string method = "token";           // "token", "jwt", "service", "plugin" or "none"
   std::string token;                      // one token for everybody who has it
   std::string token_file;                 // YAML with several, or one token
   std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
   JwtOptions jwt;
-  std::string plugin;  // the shared library
+  HttpAddress service;  // of the method "service"
+  HttpFetch fetch;      // with `service` and `keys_address`
+  std::string plugin;   // the shared library
   std::string plugin_options;
 };
 

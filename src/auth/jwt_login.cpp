@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "auth/names.hpp"
-#include "auth/secret.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -99,7 +98,7 @@ Judgement judge_claims(const Json& payload, const JwtOptions& options, const std
 }  // namespace
 
 Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
-                    const JwtOptions& options, Stamp now) {
+                    const JwtOptions& options, Stamp now, bool* unknown_key) {
   const auto parts = split(token);
   if (!parts) return refused("it has not three parts");
   const Json header = object_of(parts->header);
@@ -120,49 +119,37 @@ Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
     if (key.verifies(parts->signed_text, *signature))
       return judge_claims(object_of(parts->payload), options, key.fingerprint(), now);
   }
+  if (!any && unknown_key) *unknown_key = true;
   return refused(any ? "the signature is wrong" : "there is no key for it");
 }
+
+JwtLogin::JwtLogin(JwtOptions options, std::unique_ptr<KeySource> source)
+    : options_(std::move(options)), source_(std::move(source)) {}
 
 Judgement JwtLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "jwt")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'jwt'"};
-  const auto* const text = reinterpret_cast<const char*>(attempt.credential.data());
-  return judge_jwt({text, attempt.credential.size()}, keys_, options_, now);
+  const std::string_view token{reinterpret_cast<const char*>(attempt.credential.data()),
+                               attempt.credential.size()};
+  bool unknown_key = false;
+  Judgement judged = judge_jwt(token, keys_, options_, now, &unknown_key);
+  if (unknown_key) source_->wanted();
+  return judged;
 }
 
 Refreshed JwtLogin::refresh(Stamp) {
   Refreshed refreshed;
-  if (!file_.settled_change()) return refreshed;
-  std::vector<JwtKey> next = read_jwt_key_file(file_.file(), refreshed.problems);
-  if (!refreshed.problems.empty()) return refreshed;
+  auto next = source_->changed(refreshed.problems);
+  if (!next) return refreshed;
   for (const JwtKey& key : keys_) {
     const auto same = [&](const JwtKey& other) { return other.fingerprint() == key.fingerprint(); };
-    if (std::none_of(next.begin(), next.end(), same))
+    if (std::none_of(next->begin(), next->end(), same))
       refreshed.changes.push_back({key.fingerprint(), std::nullopt});
   }
-  keys_ = std::move(next);
-  refreshed.news.push_back("auth.jwt_keys '" + file_.file() +
-                           "' was read anew: " + std::to_string(keys_.size()) + " keys, " +
+  keys_ = std::move(*next);
+  refreshed.news.push_back(source_->name() + ": " + std::to_string(keys_.size()) + " keys, " +
                            std::to_string(refreshed.changes.size()) + " withdrawn");
   return refreshed;
-}
-
-std::vector<JwtKey> read_jwt_key_file(const std::string& file, std::vector<std::string>& problems) {
-  std::string problem;
-  auto text = read_secret_file(file, problem);
-  if (!text) {
-    problems.push_back("auth.jwt_keys " + problem);
-    return {};
-  }
-  auto keys = read_jwt_keys(*text, file, problems);
-  wipe(*text);
-  const FileExposure exposure = exposure_of(file);
-  const bool secret = std::any_of(keys.begin(), keys.end(),
-                                  [](const JwtKey& key) { return key.algorithm() == "HS256"; });
-  if (exposure.writable || (secret && exposure.readable))
-    problems.push_back("auth.jwt_keys '" + file + "': every user of this machine may " +
-                       (exposure.writable ? "change it" : "read the secret in it"));
-  return keys;
 }
 
 }  // namespace connect_bridge

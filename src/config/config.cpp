@@ -99,6 +99,8 @@ class ConfigMaker {
     config_.auth.jwt_audience = values_.text("auth.jwt_audience");
     config_.auth.jwt_algorithms = values_.list("auth.jwt_algorithms");
     config_.auth.jwt_groups_claim = values_.text("auth.jwt_groups_claim");
+    config_.auth.service = values_.text("auth.service");
+    config_.auth.https_ca = values_.text("auth.https_ca");
     config_.auth.plugin = values_.text("auth.plugin");
     config_.auth.plugin_options = values_.text("auth.plugin_options");
     config_.tls.certificate = values_.text("tls.certificate");
@@ -203,8 +205,8 @@ class ConfigMaker {
     };
     for (const auto& [method, key, needed] :
          {Part{"jwt", "auth.jwt_keys", true}, Part{"jwt", "auth.jwt_issuer", true},
-          Part{"jwt", "auth.jwt_audience", true}, Part{"plugin", "auth.plugin", true},
-          Part{"plugin", "auth.plugin_options", false}}) {
+          Part{"jwt", "auth.jwt_audience", true}, Part{"service", "auth.service", true},
+          Part{"plugin", "auth.plugin", true}, Part{"plugin", "auth.plugin_options", false}}) {
       const bool in_use = is_server() && values_.text("auth.method") == method;
       if (in_use && needed && !values_.given(key))
         add(key, "", fmt::format("a value: auth.method: {} needs it", method));
@@ -215,9 +217,10 @@ class ConfigMaker {
 
   void check_files() {
     if (!around_.readable) return;
-    for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.plugin", "tls.certificate",
-                            "tls.private_key", "tls.ca"}) {
+    for (const char* key : {"auth.token_file", "auth.jwt_keys", "auth.https_ca", "auth.plugin",
+                            "tls.certificate", "tls.private_key", "tls.ca"}) {
       if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
+      if (syntax::parse_http_url(values_.text(key))) continue;
       add(key, to_text(values_.text(key)), "a file that this program can read");
     }
   }

@@ -39,11 +39,12 @@ struct TlsConfig {
 // Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the
 // environment variable. The others are a server's, each of one method.
 struct AuthConfig {
-  std::string method = "token";  // or "certificate", "jwt", "plugin", "none"
+  std::string method = "token";  // or "certificate", "jwt", "service", "plugin", "none"
   std::string token;             // secret; empty: not given
   std::string token_file;
   std::string jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim;
   std::vector<std::string> jwt_algorithms;
+  std::string service, https_ca;
   std::string plugin, plugin_options;  // the options may hold a secret
 };
 

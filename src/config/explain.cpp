@@ -77,9 +77,13 @@ std::string login_text(const Config& config) {
                : "login: by the client's certificate, which names the identity (common name) and "
                  "its groups (organizations)";
   }
-  if (config.role == Role::kServer && config.auth.method == "jwt")
+  if (config.role == Role::kServer && config.auth.method == "jwt") {
+    const auto address = syntax::parse_http_url(config.auth.jwt_keys);
     return fmt::format("login: JWT of {} for {}, signed by a key in {}", config.auth.jwt_issuer,
-                       config.auth.jwt_audience, config.auth.jwt_keys);
+                       config.auth.jwt_audience, address ? address->text() : config.auth.jwt_keys);
+  }
+  if (config.role == Role::kServer && config.auth.method == "service")
+    return "login: as the service " + syntax::parse_http_url(config.auth.service)->text() + " says";
   if (config.role == Role::kServer && config.auth.method == "plugin")
     return "login: as the plugin " + config.auth.plugin + " decides";
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";

@@ -19,9 +19,9 @@ void add_jwt(Rows& rows, const std::string& section) {
     rows.push_back(std::move(spec));
   };
   add({.key = "auth.jwt_keys",
-       .syntax = check_not_empty,
-       .help = "`jwt`: file with the keys that sign tokens, JWKS or public keys in PEM. Followed "
-               "while the program runs."});
+       .syntax = check_file_or_http_url,
+       .help = "`jwt`: the keys that sign tokens: a file, JWKS or public keys in PEM, or the "
+               "https:// address of a JWKS. Followed while the program runs."});
   add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."});
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
@@ -45,7 +45,7 @@ void add_login_rows(Rows& rows) {
   rows.push_back({.section = section,
                   .key = "auth.method",
                   .fallback = "token",
-                  .words = {"token", "jwt", "plugin", "certificate", "none"},
+                  .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
                   .help = "How a client proves who it is; the same at both sides. `certificate`: "
                           "by the one it shows (tls.ca at the server). `none` is refused by a "
                           "server that listens beyond loopback."});
@@ -62,6 +62,17 @@ void add_login_rows(Rows& rows) {
                       "File with the token (client), or with the token or the hashes of many and "
                       "their identities (server). Followed while the program runs."});
   add_jwt(rows, section);
+  rows.push_back({.section = section,
+                  .key = "auth.service",
+                  .syntax = check_http_url,
+                  .used_by = UsedBy::kServer,
+                  .help = "`service`: the https:// address that is asked about each login."});
+  rows.push_back({.section = section,
+                  .key = "auth.https_ca",
+                  .syntax = check_not_empty,
+                  .used_by = UsedBy::kServer,
+                  .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
+                          "are trusted by; without it those of the system."});
   rows.push_back({.section = section,
                   .key = "auth.plugin",
                   .syntax = check_not_empty,

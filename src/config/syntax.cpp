@@ -164,6 +164,14 @@ std::optional<DialConfig> parse_url(std::string_view text) {
   return dial;
 }
 
+std::optional<HttpAddress> parse_http_url(std::string_view text) {
+  constexpr std::string_view kHttp = "http";
+  if (!text.starts_with(kHttp)) return std::nullopt;
+  const auto dial = parse_url("ws" + std::string{text.substr(kHttp.size())});
+  if (!dial || (!dial->tls && !is_loopback(dial->host))) return std::nullopt;
+  return HttpAddress{dial->tls, dial->host, dial->port, dial->target};
+}
+
 std::string url_to_show(std::string_view url) {
   const std::size_t scheme = url.find("://");
   const std::size_t from = scheme == std::string_view::npos ? 0 : scheme + 3;
@@ -210,6 +218,16 @@ Complaint check_url(std::string_view text) {
   }
   return expect(parse_url(text).has_value(),
                 "a URL that begins with wss:// (or ws://), e.g. wss://robot.example/connect");
+}
+
+Complaint check_http_url(std::string_view text) {
+  return expect(parse_http_url(text).has_value(),
+                "a URL that begins with https:// (http:// on this machine only), without user and "
+                "password");
+}
+
+Complaint check_file_or_http_url(std::string_view text) {
+  return text.find("://") == std::string_view::npos ? check_not_empty(text) : check_http_url(text);
 }
 
 Complaint check_path(std::string_view text) {

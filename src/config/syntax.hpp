@@ -7,6 +7,7 @@
 
 #include "config/config.hpp"
 #include "core/policy/policy.hpp"
+#include "core/ports/http.hpp"
 #include "core/wire/codec.hpp"
 
 namespace connect_bridge::syntax {
@@ -15,6 +16,8 @@ namespace connect_bridge::syntax {
 // "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public: the safe error.
 [[nodiscard]] bool is_loopback(std::string_view host);
 [[nodiscard]] std::optional<DialConfig> parse_url(std::string_view text);
+// "https://..."; on this machine "http://..." too.
+[[nodiscard]] std::optional<HttpAddress> parse_http_url(std::string_view text);
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
 [[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
 
@@ -25,6 +28,8 @@ namespace connect_bridge::syntax {
 using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
 Complaint check_url(std::string_view text);
+Complaint check_http_url(std::string_view text);
+Complaint check_file_or_http_url(std::string_view text);
 Complaint check_path(std::string_view text);
 Complaint check_compression(std::string_view text);
 Complaint check_remap(std::string_view text);

@@ -11,7 +11,9 @@
 
 #include "auth/credential.hpp"
 #include "auth/pairing_login.hpp"
+#include "config/syntax.hpp"
 #include "net/certified.hpp"
+#include "net/https.hpp"
 #include "ros/types/type_supports.hpp"
 
 namespace connect_bridge {
@@ -49,8 +51,14 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
   auth.token_file = config.auth.token_file;
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
-  auth.jwt = {config.auth.jwt_keys, config.auth.jwt_issuer, config.auth.jwt_audience,
+  auth.jwt = {config.auth.jwt_keys,       {},
+              config.auth.jwt_issuer,     config.auth.jwt_audience,
               config.auth.jwt_algorithms, config.auth.jwt_groups_claim};
+  auth.jwt.keys_address = syntax::parse_http_url(config.auth.jwt_keys);
+  if (const auto service = syntax::parse_http_url(config.auth.service)) auth.service = *service;
+  auth.fetch = [ca = config.auth.https_ca](const HttpRequest& request) {
+    return fetch(request, ca);
+  };
   auth.plugin = config.auth.plugin;
   auth.plugin_options = config.auth.plugin_options;
   AuthSetup setup = make_authenticator(auth, wall_clock());

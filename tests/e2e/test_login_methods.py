@@ -3,7 +3,11 @@
 import base64
 import hashlib
 import hmac
+import http.server
 import json
+import ssl
+import subprocess
+import threading
 import time
 
 import pytest
@@ -129,3 +133,127 @@ def test_a_plugin_that_does_not_start(domains, make_side):
     side.start()
     assert side.process.wait(10) == 2, side.text()
     assert "does not start: expected NAME:PASSWORD" in side.text()
+
+
+class HttpsServer:
+    """Answers GET with `keys` and POST as `judge` says; TLS by the test's authority."""
+
+    def __init__(self, authority):
+        outer = self
+        self.keys, self.asked = {"keys": []}, []
+        self.judge = lambda credential: None
+        self.delay = 0
+
+        class Handler(http.server.BaseHTTPRequestHandler):
+            def do_GET(self):
+                self.answer(200, outer.keys)
+
+            def do_POST(self):
+                asked = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+                outer.asked.append(asked)
+                time.sleep(outer.delay)
+                identity = outer.judge(asked["credential"])
+                self.answer(200 if identity else 403, identity or {})
+
+            def answer(self, status, body):
+                text = json.dumps(body).encode()
+                self.send_response(status)
+                self.send_header("Cache-Control", "max-age=60")
+                self.send_header("Content-Length", str(len(text)))
+                self.end_headers()
+                self.wfile.write(text)
+
+            def log_message(self, *_):
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+        context.load_cert_chain(authority / "server.pem", authority / "server.key")
+        self.server.socket = context.wrap_socket(self.server.socket, server_side=True)
+        self.url = f"https://localhost:{self.server.server_port}/auth"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def close(self):
+        self.server.shutdown()
+        self.server.server_close()
+
+
+@pytest.fixture
+def https(authority):
+    server = HttpsServer(authority)
+    yield server
+    server.close()
+
+
+def rsa_key(folder):
+    """A key, and its half for a JWKS."""
+    key = folder / "rsa.pem"
+    subprocess.run(["openssl", "genrsa", "-out", key, "2048"], check=True, capture_output=True)
+    read = ["openssl", "rsa", "-in", key, "-noout", "-modulus"]
+    said = subprocess.run(read, check=True, capture_output=True, text=True).stdout
+    modulus = base64url(bytes.fromhex(said.strip().split("=")[1]))
+    return key, {"kty": "RSA", "kid": "r", "n": modulus, "e": "AQAB"}
+
+
+def rs256(key, seconds):
+    claims = {"iss": "tests", "aud": "robot", "sub": "anna", "groups": ["ops"]}
+    claims["exp"] = int(time.time()) + seconds
+    header = {"alg": "RS256", "kid": "r"}
+    text = ".".join(base64url(json.dumps(part).encode()) for part in (header, claims))
+    sign = ["openssl", "dgst", "-sha256", "-sign", key]
+    code = subprocess.run(sign, input=text.encode(), check=True, capture_output=True).stdout
+    return f"{text}.{base64url(code)}"
+
+
+def test_the_keys_of_a_jwt_come_from_an_address(sides, tmp_path, https, authority):
+    key, public = rsa_key(tmp_path)
+    https.keys = {"keys": [public]}
+    of_issuer = {"jwt_issuer": "tests", "jwt_audience": "robot"}
+    ca = str(authority / "ca.pem")
+    server = sides.serve(method="jwt", jwt_keys=https.url, https_ca=ca, **of_issuer)
+    anna = sides.dial("anna", method="jwt", token=rs256(key, 60))
+    anna.wait_linked()
+    server.wait_for("as anna")
+
+
+def test_an_address_of_another_authority_gives_no_keys(sides, tmp_path, https, authority):
+    key, public = rsa_key(tmp_path)
+    https.keys = {"keys": [public]}
+    of_issuer = {"jwt_issuer": "tests", "jwt_audience": "robot"}
+    ca = str(authority / "other.pem")
+    server = sides.serve(method="jwt", jwt_keys=https.url, https_ca=ca, **of_issuer)
+    server.wait_for("auth.jwt_keys https://localhost:.*TLS")
+    anna = sides.dial("anna", method="jwt", token=rs256(key, 60))
+    anna.wait_for("login refused")
+
+
+def test_a_service_decides(sides, https, authority):
+    token = "a-token-of-the-service"
+    https.judge = lambda credential: (
+        {"identity": "anna", "groups": ["ops"], "expires": time.time() + 6}
+        if credential == token
+        else None
+    )
+    server = sides.serve(method="service", service=https.url, https_ca=str(authority / "ca.pem"))
+    stranger = sides.dial("stranger", method="service", token="another-token-than-that")
+    stranger.wait_for("login refused")
+    server.wait_for("login service: refused")
+    anna = sides.dial("anna", method="service", token=token)
+    anna.wait_linked()
+    server.wait_for("as anna")
+    assert https.asked[-1]["peer"].startswith("127.0.0.1:")
+    anna.wait_for("the login of anna has expired", 15)
+    assert token not in server.text() + anna.text()
+
+
+def test_a_service_that_hangs_delays_nobody_else(sides, https, authority):
+    https.judge = lambda credential: {"identity": "anna"} if "right" in credential else None
+    server = sides.serve(method="service", service=https.url, https_ca=str(authority / "ca.pem"))
+    https.delay = 60
+    slow = sides.dial("slow", method="service", token="the-one-that-hangs")
+    until(lambda: https.asked, "the login that hangs")
+    https.delay = 0
+    anna = sides.dial("anna", method="service", token="the-right-one-for-anna")
+    anna.wait_linked(4)
+    slow.wait_for("login refused|no answer|too slow", 15)
+    server.stop(timeout=8)

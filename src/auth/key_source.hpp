@@ -1,0 +1,83 @@
+// Where the keys of JSON Web Tokens come from: a file, or an address that is asked now and then.
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "auth/file_watch.hpp"
+#include "auth/jwt_keys.hpp"
+#include "core/ports/http.hpp"
+
+namespace connect_bridge {
+
+// One thread, that of the login method, calls what is here.
+class KeySource {
+ public:
+  virtual ~KeySource() = default;
+  // "auth.jwt_keys '/etc/keys.json'", for sentences.
+  [[nodiscard]] virtual std::string name() const = 0;
+  // The keys, if others are there than before; or what is wrong, once. Does not wait for a network.
+  [[nodiscard]] virtual std::optional<std::vector<JwtKey>> changed(
+      std::vector<std::string>& problems) = 0;
+  // A token names a key that is not known: it may be a new one.
+  virtual void wanted() {}
+};
+
+class KeyFile : public KeySource {
+ public:
+  // What the file is now counts as new.
+  explicit KeyFile(std::string file) : watch_(std::move(file)) {}
+  [[nodiscard]] std::string name() const override;
+  [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
+      std::vector<std::string>& problems) override;
+
+ private:
+  FileWatch watch_;
+  bool first_ = true;
+};
+
+// Asks as often as the answer's Cache-Control says, within kPeriodMin and kPeriodMax; after a
+// failure soon again, and less and less often. What was known holds as long as there is no answer.
+class KeyAddress : public KeySource {
+ public:
+  static constexpr std::chrono::seconds kPeriodMin{60};  // also of what wanted() asks for
+  static constexpr std::chrono::seconds kPeriodUsual{600};
+  static constexpr std::chrono::seconds kPeriodMax{86400};
+  static constexpr std::chrono::seconds kRetryMin{5};
+  static constexpr std::size_t kBytesMax = 1 << 20;
+
+  // Waits for the first answer, up to the time limit of one request: then most servers know the
+  // keys at their first login.
+  KeyAddress(HttpAddress address, HttpFetch fetch);
+  ~KeyAddress() override;
+  [[nodiscard]] std::string name() const override;
+  [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
+      std::vector<std::string>& problems) override;
+  void wanted() override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  void ask_for_ever();
+  void take(const HttpAnswer& answer);
+
+  const HttpAddress address_;
+  const HttpFetch fetch_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ending_ = false;
+  bool wanted_ = false;
+  bool answered_ = false;                    // or failed, once
+  std::optional<std::vector<JwtKey>> keys_;  // not yet told
+  std::vector<std::string> problems_;        // likewise
+  std::string text_;                         // of the last answer
+  std::string told_;                         // the last problem
+  std::chrono::seconds wait_{0};             // until the next request
+  std::chrono::seconds retry_ = kRetryMin;
+  std::thread thread_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,69 @@
+#include "auth/service_login.hpp"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "auth/names.hpp"
+#include "auth/secret.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kOk = 200;
+constexpr int kUnauthorized = 401;
+constexpr int kForbidden = 403;
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr double kSecondsMax = 4e9;  // 2096: what is later is not a date
+constexpr std::size_t kGroupsMax = 256;
+
+Judgement refused(const std::string& why) {
+  return {std::nullopt, "login service: " + why};
+}
+
+// Empty with the identity filled, or what is wrong with the answer.
+std::string read_identity(const Json& answer, Stamp now, Identity& identity) {
+  if (!answer.is_object()) return "its answer is no JSON object";
+  const auto name = answer.find("identity");
+  if (name == answer.end() || !name->is_string()) return "its answer has no \"identity\"";
+  identity.name = name->get<std::string>();
+  if (!name_problem(identity.name).empty()) return "its \"identity\" is no name";
+  const auto groups = answer.find("groups");
+  if (groups != answer.end() && (!groups->is_array() || groups->size() > kGroupsMax))
+    return "its \"groups\" are no list";
+  for (const Json& group : groups == answer.end() ? Json::array() : *groups) {
+    if (!group.is_string() || !name_problem(group.get<std::string>()).empty())
+      return "its \"groups\" are no names";
+    identity.groups.push_back(group.get<std::string>());
+  }
+  const auto expires = answer.find("expires");
+  if (expires == answer.end()) return {};
+  const double seconds = expires->is_number() ? expires->get<double>() : 0;
+  if (!(seconds > 0 && seconds <= kSecondsMax)) return "its \"expires\" is no time";
+  identity.expires = static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
+  return identity.expires > now ? "" : "it says that the login has expired";
+}
+
+}  // namespace
+
+Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
+  if (attempt.method != "service")
+    return {std::nullopt, "login method '" + attempt.method + "' instead of 'service'"};
+  const std::string credential{attempt.credential.begin(), attempt.credential.end()};
+  if (!token_problem(credential).empty()) return refused("the credential is no token");
+  HttpRequest request;
+  request.address = service_;
+  request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();
+  const HttpAnswer answer = fetch_(request);
+  wipe(request.json);
+  if (!answer.problem.empty()) return refused(answer.problem);
+  if (answer.status == kUnauthorized || answer.status == kForbidden) return refused("refused");
+  if (answer.status != kOk) return refused("it answers " + std::to_string(answer.status));
+  Identity identity;
+  const std::string wrong = read_identity(Json::parse(answer.body, nullptr, false), now, identity);
+  if (!wrong.empty()) return refused(wrong);
+  return {std::move(identity), {}};
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,25 @@
+// Login by a service of somebody else's, which is asked over HTTPS for each login.
+#pragma once
+
+#include "auth/authenticator.hpp"
+
+namespace connect_bridge {
+
+// Request: POST of {"credential": TEXT, "peer": "203.0.113.5:51234"}. Answer: 200 with {"identity":
+// NAME, "groups": [NAME...], "expires": SECONDS}, the last two optional, seconds since 1970; 401 or
+// 403: refused. Everything else is no answer, and refused too.
+class ServiceLogin : public Authenticator {
+ public:
+  ServiceLogin(HttpAddress service, HttpFetch fetch)
+      : service_(std::move(service)), fetch_(std::move(fetch)) {}
+
+  [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
+  // A slow answer must not delay the next login.
+  [[nodiscard]] unsigned threads() const override { return 8; }
+
+ private:
+  const HttpAddress service_;
+  const HttpFetch fetch_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,143 @@
+#include "net/https.hpp"
+
+#include <algorithm>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http.hpp>
+#include <charconv>
+#include <memory>
+#include <string_view>
+
+#include "net/tls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+
+constexpr std::uint32_t kHeaderBytesMax = 16 << 10;
+constexpr int kHttp11 = 11;
+
+// Of "public, max-age=600" (RFC 9111 section 5.2.2.1).
+std::optional<std::chrono::seconds> max_age_of(std::string_view control) {
+  constexpr std::string_view kName = "max-age=";
+  const auto at = control.find(kName);
+  if (at == std::string_view::npos) return std::nullopt;
+  const std::string_view number = control.substr(at + kName.size());
+  std::uint32_t seconds = 0;
+  if (std::from_chars(number.data(), number.data() + number.size(), seconds).ec != std::errc{})
+    return std::nullopt;
+  return std::chrono::seconds(seconds);
+}
+
+// One request, on an io_context of its own.
+class Exchange {
+ public:
+  Exchange(const HttpRequest& request, TlsContext tls)
+      : request_(request),
+        tls_(std::move(tls)),
+        deadline_(io_),
+        resolver_(io_),
+        transport_(TcpSocket(io_.get_executor())) {}
+
+  HttpAnswer run() {
+    deadline_.expires_after(request_.timeout);
+    deadline_.async_wait([this](ErrorCode) { fail("no answer in time"); });
+    resolver_.async_resolve(request_.address.host, std::to_string(request_.address.port),
+                            asio::ip::tcp::resolver::numeric_service,
+                            [this](ErrorCode error, const auto& found) {
+                              if (error) return fail(failure_text(error, nullptr, {}));
+                              connect(found);
+                            });
+    io_.run();
+    return std::move(answer_);
+  }
+
+ private:
+  void connect(const asio::ip::tcp::resolver::results_type& found) {
+    asio::async_connect(transport_.socket(), found, [this](ErrorCode error, const auto&) {
+      if (error) return fail(failure_text(error, nullptr, {}));
+      if (!request_.address.secure) return send();
+      transport_.start_tls(tls_);
+      expect_server(transport_.tls(), request_.address.host, true);
+      transport_.async_tls_handshake(false, [this](ErrorCode failed) {
+        if (!failed) return send();
+        fail("TLS: " + failure_text(failed, transport_.tls(), request_.address.host));
+      });
+    });
+  }
+
+  void send() {
+    const bool posts = !request_.json.empty();
+    asked_.method(posts ? http::verb::post : http::verb::get);
+    asked_.target(request_.address.target);
+    asked_.version(kHttp11);
+    asked_.set(http::field::host, request_.address.authority());
+    asked_.set(http::field::user_agent, "ROS2 Connect");
+    asked_.set(http::field::accept, "application/json");
+    asked_.keep_alive(false);
+    if (posts) {
+      asked_.set(http::field::content_type, "application/json");
+      asked_.body() = request_.json;
+    }
+    asked_.prepare_payload();
+    http::async_write(transport_, asked_, [this](ErrorCode error, std::size_t) {
+      if (error) return fail(failure_text(error, transport_.tls(), request_.address.host));
+      receive();
+    });
+  }
+
+  void receive() {
+    parser_.body_limit(request_.answer_bytes_max);
+    parser_.header_limit(kHeaderBytesMax);
+    http::async_read(transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
+      if (error == http::error::body_limit) return fail("the answer is too large");
+      if (error) return fail(failure_text(error, transport_.tls(), request_.address.host));
+      const auto& got = parser_.get();
+      answer_.status = static_cast<int>(got.result_int());
+      answer_.body = got.body();
+      const auto control = got[http::field::cache_control];
+      answer_.max_age = max_age_of({control.data(), control.size()});
+      io_.stop();
+    });
+  }
+
+  void fail(std::string problem) {
+    if (answer_.problem.empty()) answer_.problem = std::move(problem);
+    io_.stop();
+  }
+
+  const HttpRequest& request_;
+  asio::io_context io_{1};
+  TlsContext tls_;
+  asio::steady_timer deadline_;
+  asio::ip::tcp::resolver resolver_;
+  Transport transport_;
+  http::request<http::string_body> asked_;
+  beast::flat_buffer buffer_;
+  http::response_parser<http::string_body> parser_;
+  HttpAnswer answer_;
+};
+
+}  // namespace
+
+HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file) {
+  HttpAnswer answer;
+  TlsContext tls;
+  if (request.address.secure) {
+    ClientTls options;
+    options.ca_file = ca_file;
+    tls = make_client_tls(options, answer.problem);
+    if (!tls) return answer;
+  }
+  try {
+    return Exchange(request, std::move(tls)).run();
+  } catch (const std::exception& error) {
+    answer.problem = error.what();
+    return answer;
+  }
+}
+
+}  // namespace connect_bridge

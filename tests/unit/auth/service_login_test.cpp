@@ -1,0 +1,80 @@
+#include "auth/service_login.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr Stamp kSecond = 1'000'000'000;
+constexpr Stamp kNow = 1'800'000'000 * kSecond;
+constexpr char kToken[] = "a-token-of-the-service";
+
+struct World {
+  HttpAnswer answer;
+  std::vector<HttpRequest> asked;
+
+  Judgement judge(const std::string& credential = kToken, const std::string& method = "service") {
+    ServiceLogin login({true, "login.example", 443, "/check"}, [this](const HttpRequest& request) {
+      asked.push_back(request);
+      return answer;
+    });
+    return login.judge({method, {credential.begin(), credential.end()}, "192.0.2.7:5123"}, kNow);
+  }
+};
+
+TEST(ServiceLogin, AsksWithTheCredentialAndTakesTheIdentity) {
+  World world;
+  world.answer = {
+      200, R"({"identity":"anna","groups":["ops","see"],"expires":1800000060})", {}, {}};
+  const Judgement judged = world.judge();
+  ASSERT_TRUE(judged.identity) << judged.reason;
+  EXPECT_EQ(judged.identity->name, "anna");
+  EXPECT_THAT(judged.identity->groups, ElementsAre("ops", "see"));
+  EXPECT_EQ(judged.identity->expires, kNow + 60 * kSecond);
+  ASSERT_EQ(world.asked.size(), 1U);
+  EXPECT_EQ(world.asked[0].address.target, "/check");
+  EXPECT_EQ(world.asked[0].json,
+            R"({"credential":"a-token-of-the-service","peer":"192.0.2.7:5123"})");
+}
+
+TEST(ServiceLogin, EverythingElseIsRefused) {
+  const std::vector<std::pair<HttpAnswer, const char*>> wrong{
+      {{401, {}, {}, {}}, "refused"},
+      {{403, R"({"identity":"anna"})", {}, {}}, "refused"},
+      {{500, R"({"identity":"anna"})", {}, {}}, "answers 500"},
+      {{302, R"({"identity":"anna"})", {}, {}}, "answers 302"},
+      {{0, {}, {}, "no answer in time"}, "no answer in time"},
+      {{200, "", {}, {}}, "no JSON object"},
+      {{200, "[]", {}, {}}, "no JSON object"},
+      {{200, "{}", {}, {}}, "no \"identity\""},
+      {{200, R"({"identity":7})", {}, {}}, "no \"identity\""},
+      {{200, R"({"identity":""})", {}, {}}, "no name"},
+      {{200, R"({"identity":"a\nb"})", {}, {}}, "no name"},
+      {{200, R"({"identity":"a","groups":"ops"})", {}, {}}, "no list"},
+      {{200, R"({"identity":"a","groups":[1]})", {}, {}}, "no names"},
+      {{200, R"({"identity":"a","expires":"soon"})", {}, {}}, "no time"},
+      {{200, R"({"identity":"a","expires":1e300})", {}, {}}, "no time"},
+      {{200, R"({"identity":"a","expires":1799999999})", {}, {}}, "has expired"}};
+  for (const auto& [answer, word] : wrong) {
+    World world;
+    world.answer = answer;
+    const Judgement judged = world.judge();
+    EXPECT_FALSE(judged.identity) << word;
+    EXPECT_THAT(judged.reason, HasSubstr(word));
+  }
+}
+
+TEST(ServiceLogin, IsNotAskedAboutWhatIsNoToken) {
+  World world;
+  for (const char* credential : {"", "short", "with a blank in it, and long"})
+    EXPECT_FALSE(world.judge(credential).identity);
+  EXPECT_FALSE(world.judge(kToken, "token").identity);
+  EXPECT_TRUE(world.asked.empty());
+}
+
+}  // namespace
+}  // namespace connect_bridge
