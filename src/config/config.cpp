@@ -230,6 +230,7 @@ class ConfigMaker {
     const std::string graph = values_.text("graph");
     config_.limits.proxy_nodes = graph.empty() ? !is_server() : graph == "nodes";
     config_.status_file = values_.text("status_file");
+    config_.usage_file = values_.text("usage_file");
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
     std::set<std::string> wires;
     std::set<std::string> locals;

@@ -67,6 +67,7 @@ struct Config {
   std::string prefix;
   std::vector<NameMap::Pair> remap;
   std::string status_file;  // empty: none is written
+  std::string usage_file;   // likewise
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()
   Duration clock_publish_period = Duration::zero();

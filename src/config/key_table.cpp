@@ -122,6 +122,12 @@ void add_operation(Rows& rows) {
                   .help = "File in which this side keeps its status as JSON, once a second: links, "
                           "clock, and per topic messages, bytes, latency and drops by reason."});
   rows.push_back({.section = "Operation",
+                  .key = "usage_file",
+                  .syntax = check_not_empty,
+                  .help = "File in which this side counts the bytes that it costs on the network, "
+                          "by day, over restarts. Without it they are counted since the start; "
+                          "the status shows today's and this month's."});
+  rows.push_back({.section = "Operation",
                   .key = "types_not_installed",
                   .fallback = "carry",
                   .words = {"carry", "refuse"},

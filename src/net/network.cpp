@@ -24,6 +24,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void abandon();
   void watch_routes();
   void on_routes_changed();
+  void forget(ConnectionId id);
   ConnectionId free_id();
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
@@ -38,6 +39,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   ClientTls dial_options;              // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
+  Traffic past;  // of connections that are gone
   bool stopped = false;
 };
 
@@ -73,7 +75,7 @@ void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std
   setup.peer = std::move(peer);
   setup.events = &events;
   setup.gone = [weak = weak_from_this()](ConnectionId gone) {
-    if (const auto self = weak.lock()) self->connections.erase(gone);
+    if (const auto self = weak.lock()) self->forget(gone);
   };
   setup.options = sockets;
   setup.pending_slot = pending_slot;
@@ -88,6 +90,13 @@ void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std
     pending_slot.reset();
   }
   connection->open();
+}
+
+void Network::State::forget(ConnectionId id) {
+  const auto found = connections.find(id);
+  if (found == connections.end()) return;
+  past += found->second->traffic();
+  connections.erase(found);
 }
 
 void Network::State::on_arrival(Listener::Arrival arrival) {
@@ -219,6 +228,12 @@ std::optional<SocketFacts> Network::facts(ConnectionId connection) const {
 Certified Network::certified(ConnectionId connection) const {
   const auto found = state_->find(connection);
   return found && found->is_open() ? found->certified() : certified_by(nullptr);
+}
+
+Traffic Network::traffic() const {
+  Traffic sum = state_->past;
+  for (const auto& entry : state_->connections) sum += entry.second->traffic();
+  return sum;
 }
 
 NetworkCounts Network::counts() const {

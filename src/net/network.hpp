@@ -12,6 +12,7 @@
 #include "core/flow/outbox.hpp"
 #include "core/ports/ports.hpp"
 #include "net/options.hpp"
+#include "net/traffic.hpp"
 
 namespace boost::asio {
 class io_context;
@@ -100,6 +101,8 @@ class Network {
   // Who the other end of an open connection is by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
+  // Of all WebSockets since the start; a handshake that failed is not among them.
+  [[nodiscard]] Traffic traffic() const;
 
  private:
   struct State;

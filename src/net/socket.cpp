@@ -230,6 +230,7 @@ void Socket::fail(const ErrorCode& error) {
 
 void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool orderly) {
   if (state_ == State::kEnding) return;
+  traffic_ = traffic();
   state_ = State::kEnding;
   set_deadline();
   const auto self = shared_from_this();
@@ -298,6 +299,11 @@ void Socket::check_address() {
 
 Certified Socket::certified() const {
   return certified_by(socket_->next_layer().tls());
+}
+
+Traffic Socket::traffic() {
+  if (state_ == State::kEnding) return traffic_;
+  return traffic_of(socket_->next_layer().socket().native_handle());
 }
 
 SocketFacts Socket::facts() const {

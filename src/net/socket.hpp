@@ -12,6 +12,7 @@
 #include "net/admission.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
+#include "net/traffic.hpp"
 
 namespace connect_bridge {
 
@@ -52,6 +53,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   // ConnectionClosed was delivered.
   [[nodiscard]] bool has_ended() const { return state_ == State::kEnding; }
   [[nodiscard]] SocketFacts facts() const;
+  // Until now, or until its end.
+  [[nodiscard]] Traffic traffic();
   [[nodiscard]] Certified certified() const;
 
  private:
@@ -92,6 +95,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::vector<boost::asio::const_buffer> pieces_;
   Bytes flat_;
   std::uint64_t sent_bytes_ = 0;
+  Traffic traffic_;
 
   std::string closing_reason_;
   bool deadline_set_ = false;

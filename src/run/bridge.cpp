@@ -71,6 +71,8 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    }}) {}
 
 std::string Bridge::open() {
+  const std::string unread = usage_file_.open(parameters_.config().usage_file);
+  if (!unread.empty()) node_.log(LogLevel::kWarn, unread);
   if (parts_.side.role == Role::kClient) return {};
   std::string problem = network_.listen(parts_.listen);
   if (problem.empty()) {
@@ -86,6 +88,7 @@ void Bridge::run() {
   seconds_.start();
   loop_.feed(TimePassed{});
   io_.run();
+  usage_file_.close();
 }
 
 void Bridge::carry_out(Action&& action) {
@@ -153,6 +156,9 @@ void Bridge::every_second(double lag_ms) {
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
+  const std::string day = today();
+  const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
+  if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);
   const Config& config = parameters_.config();
   if (config.status_file.empty()) return;
   RunStatus run;
@@ -161,6 +167,8 @@ void Bridge::every_second(double lag_ms) {
   run.loop_lag_ms = lag_ms;
   run.taken = counters.taken;
   run.published = counters.published;
+  run.today = usage_file_.usage().of_day(day);
+  run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   run.types_not_installed = counters.types_not_installed;
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }

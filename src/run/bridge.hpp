@@ -20,6 +20,7 @@
 #include "run/seconds.hpp"
 #include "run/status_file.hpp"
 #include "run/stop.hpp"
+#include "run/usage.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {
@@ -69,6 +70,7 @@ class Bridge {
   LiveParameters parameters_;
   Network network_;
   StatusFile status_file_;
+  UsageFile usage_file_;
   HeapTrim heap_;
   LogLimit lags_;
   Seconds seconds_;

@@ -11,6 +11,10 @@ double milliseconds(Duration d) {
   return static_cast<double>(d.count()) / 1e6;
 }
 
+Json to_value(const Traffic& traffic) {
+  return {{"sent_bytes", traffic.sent}, {"received_bytes", traffic.received}};
+}
+
 Json to_value(const TopicStatus& topic) {
   Json dropped = Json::object();
   for (std::size_t i = 0; i < kDropReasons; ++i)
@@ -83,6 +87,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"memory_bytes", status.memory_bytes},
                {"taken", run.taken},
                {"published", run.published},
+               {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
                {"types_not_installed", run.types_not_installed},
                {"last_failure", status.last_failure}};
   json["links"] = Json::array();

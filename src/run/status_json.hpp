@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/ports/status.hpp"
+#include "net/traffic.hpp"
 
 namespace connect_bridge {
 
@@ -15,6 +16,7 @@ struct RunStatus {
   std::uint64_t taken = 0;  // samples taken from ROS
   std::uint64_t published = 0;
   std::uint32_t types_not_installed = 0;  // in use, those of requests and responses counted
+  Traffic today = {}, this_month = {};
 };
 
 std::string to_json(const Status& status, const RunStatus& run);

@@ -1,0 +1,37 @@
+#include "net/traffic.hpp"
+
+#include <linux/tcp.h>  // the C library's tcp_info is older than these counts
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <cstddef>
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::uint64_t kTcpHeader = 32;  // with time stamps
+constexpr std::uint64_t kIpv4Header = 20;
+constexpr std::uint64_t kIpv6Header = 40;
+
+// IPv4 may come over a socket of IPv6.
+bool is_ipv6(int socket) {
+  sockaddr_in6 address{};
+  socklen_t size = sizeof address;
+  return ::getpeername(socket, reinterpret_cast<sockaddr*>(&address), &size) == 0 &&
+         address.sin6_family == AF_INET6 && !IN6_IS_ADDR_V4MAPPED(&address.sin6_addr);
+}
+
+}  // namespace
+
+Traffic traffic_of(int socket) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0 ||
+      size < offsetof(tcp_info, tcpi_bytes_sent) + sizeof info.tcpi_bytes_sent)
+    return {};
+  const std::uint64_t header = kTcpHeader + (is_ipv6(socket) ? kIpv6Header : kIpv4Header);
+  return {info.tcpi_bytes_sent + header * info.tcpi_segs_out,
+          info.tcpi_bytes_received + header * info.tcpi_segs_in};
+}
+
+}  // namespace connect_bridge
