@@ -21,6 +21,8 @@ std::uint32_t to_u32(std::int64_t value) {
 
 void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.dead_after = from_seconds(values.number("dead_after"));
+  limits.resume_for = from_seconds(values.number("resume.seconds"));
+  limits.resume_bytes_max = static_cast<std::uint64_t>(values.whole("resume.bytes"));
   limits.retry_min = from_seconds(values.number("retry_min"));
   limits.retry_max = from_seconds(values.number("retry_max"));
   limits.dial_timeout = from_seconds(values.number("dial_timeout"));

@@ -147,6 +147,8 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   if (treatment.max_age != kForever) {
     parts.push_back("dropped when older than " + duration_text(treatment.max_age));
   }
+  if (treatment.resume)
+    parts.emplace_back(*treatment.resume ? "resumed after a break" : "not resumed after a break");
   if (treatment.max_rate > 0) {
     parts.push_back(fmt::format("at most {:.6g} messages per second", treatment.max_rate));
   }

@@ -275,6 +275,25 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .unit = "s",
                   .help = "A peer that is silent for so long counts as gone."});
   rows.push_back({.section = section,
+                  .key = "resume.seconds",
+                  .type = ParameterType::kDouble,
+                  .fallback = 60.0,
+                  .min = 0,
+                  .max = 3600,
+                  .unit = "s",
+                  .help = "How long after a loss the messages of reliable topics are kept for the "
+                          "peer's return (see \"After a break\"). 0: not at all."});
+  rows.push_back({.section = section,
+                  .key = "resume.bytes",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(core.resume_bytes_max),
+                  .min = 0,
+                  .max = kGiB,
+                  .unit = "bytes",
+                  .help =
+                      "How much of it for one peer. Beyond it the topic that has most loses its "
+                      "oldest."});
+  rows.push_back({.section = section,
                   .key = "retry_min",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.retry_min),

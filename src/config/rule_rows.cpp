@@ -133,6 +133,18 @@ void add_rule_treatment(Rows& rows) {
        .help = "How often `clock: publish` publishes."});
 }
 
+// What happens to it when a connection is lost.
+void add_rule_resume(Rows& rows) {
+  rows.push_back(
+      {.section = "Keys of a rule: how it treats messages",
+       .key = "rule.<name>.resume",
+       .type = ParameterType::kBool,
+       .changeable = true,
+       .help = "Whether what a lost connection loses of reliable volatile topics comes late (see "
+               "\"After a break\"). Unset: yes, but for what is urgent, by its type too, or has a "
+               "max_age."});
+}
+
 // The same for calls of services.
 void add_rule_calls(Rows& rows) {
   const Treatment normal;
@@ -202,6 +214,7 @@ void add_rule_qos(Rows& rows) {
 void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_rights(rows);
   add_rule_treatment(rows);
+  add_rule_resume(rows);
   add_rule_calls(rows);
   add_rule_qos(rows);
 }

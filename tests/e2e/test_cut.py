@@ -5,14 +5,16 @@ import time
 
 import pytest
 from connect_bridge_test_interfaces.msg import Blob
+from geometry_msgs.msg import Twist, Vector3
+from rclpy.qos import ReliabilityPolicy
 from std_msgs.msg import String
 
+from conftest import OPEN
 from graph import connect, qos, until
 from relay import Relay
 
 PARTS = 2  # that run side by side
-
-PARTS = 2  # that run side by side
+SOON_DEAD = {"dead_after": 1.0}
 
 
 @pytest.fixture
@@ -161,3 +163,110 @@ def test_flapping(relayed):
     assert len(pair.server.links()) <= 1
     seen = [m.sequence for m in collector.messages]
     assert len(seen) == len(set(seen))
+
+
+def publish_at_20_hz(publisher, seconds, first, make):
+    """The number of the last one. `make` gives the message of a number."""
+    last = first + int(seconds * 20)
+    begin = time.monotonic()
+    for number in range(first, last):
+        publisher.publish(make(number))
+        time.sleep(max(0, begin + (number + 1 - first) * 0.05 - time.monotonic()))
+    return last - 1
+
+
+def kilobyte(number):
+    return Blob(sequence=number, data=bytes(1000))
+
+
+@pytest.mark.parametrize("how", ["cut", "stall"])
+def test_a_reliable_topic_goes_on_where_it_was_cut(relayed, how):
+    """Three times dead_after, and a second cut while what was kept comes: all arrive, each once, in
+    order."""
+    pair, relay = relayed(server={**OPEN, **SOON_DEAD}, client=SOON_DEAD)
+    publisher, collector = pair.opened(Blob, "/t/steady", Blob(), qos(10))
+    collector.clear()
+    last = publish_at_20_hz(publisher, 0.5, 1, kilobyte)
+    getattr(relay, how)()
+    last = publish_at_20_hz(publisher, 3, last + 1, kilobyte)
+    until(lambda: not pair.operator.publishers("/t/steady"), "the mirror has vanished")
+    relay.heal()
+    until(lambda: collector.messages[-1].sequence > 15, "what was kept comes")
+    getattr(relay, how)()
+    last = publish_at_20_hz(publisher, 0.5, last + 1, kilobyte)
+    relay.heal()
+    begin = time.monotonic()
+    last = publish_at_20_hz(publisher, 1, last + 1, kilobyte)
+    collector.wait(last, 10)
+    print(f"all {last} are there {time.monotonic() - begin:.2f} s after the cut")
+    time.sleep(0.5)
+    assert [m.sequence for m in collector.messages] == list(range(1, last + 1))
+
+
+def test_what_is_beyond_the_bound_is_counted_and_told(relayed):
+    """The oldest is lost, and the robot's side says how much."""
+    small = {**SOON_DEAD, "resume.bytes": 20_000}
+    pair, relay = relayed(server={**OPEN, **small}, client=SOON_DEAD)
+    publisher, collector = pair.opened(Blob, "/t/steady", Blob(), qos(100))
+    collector.clear()
+    relay.cut()
+    last = publish_at_20_hz(publisher, 3, 1, kilobyte)
+    relay.heal()
+    until(lambda: collector.messages and collector.messages[-1].sequence == last, "the last one")
+    seen = [m.sequence for m in collector.messages]
+    assert seen == list(range(seen[0], last + 1)) and 10 <= len(seen) < 20, seen
+    lost = pair.server.topic("/t/steady", "export")["dropped"]["resume_bound"]
+    assert lost == seen[0] - 1
+    assert f"{len(seen)} messages come late, {lost} are lost" in pair.server.text()
+
+
+def test_commands_are_not_replayed_after_a_cut(relayed):
+    """A Twist is urgent by its type: what was published during the cut never arrives."""
+    pair, relay = relayed(server={**OPEN, **SOON_DEAD}, client=SOON_DEAD)
+    publisher, collector = pair.opened(Twist, "/t/drive", Twist(), qos(10))
+    relay.cut()
+    for _ in range(20):
+        publisher.publish(Twist(linear=Vector3(x=1.0)))
+        time.sleep(0.1)
+    relay.heal()
+    pair.operator.wait_publishers("/t/drive", 1)
+    connect(publisher, collector, Twist())
+    publisher.publish(Twist(linear=Vector3(x=2.0)))
+    until(lambda: any(m.linear.x == 2.0 for m in collector.messages), "the new one arrives")
+    assert not [m for m in collector.messages if m.linear.x == 1.0]
+
+
+def test_the_first_image_after_a_cut_is_fresh(relayed):
+    """Best effort: nothing of the cut is sent."""
+    pair, relay = relayed(server={**OPEN, **SOON_DEAD}, client=SOON_DEAD)
+    images = qos(5, reliability=ReliabilityPolicy.BEST_EFFORT)
+    publisher, collector = pair.opened(Blob, "/t/camera", Blob(), images)
+    relay.cut()
+    start = time.monotonic()
+
+    def frame(_):
+        return Blob(sequence=int((time.monotonic() - start) * 1000), data=bytes(50_000))
+
+    publish_at_20_hz(publisher, 3, 0, frame)
+    collector.clear()
+    relay.heal()
+    publish_at_20_hz(publisher, 4, 0, frame)
+    until(lambda: collector.messages, "frames flow")
+    age = collector.times[0] - start - collector.messages[0].sequence / 1000
+    assert age < 0.2, f"the first frame after the cut is {age:.3f} s old"
+
+
+def test_a_restart_is_no_break(relayed):
+    """Of another process nothing goes on, and the log says so."""
+    pair, relay = relayed(server={**OPEN, **SOON_DEAD}, client=SOON_DEAD)
+    publisher, collector = pair.opened(Blob, "/t/steady", Blob(), qos(10), backward=True)
+    relay.cut()
+    publisher.publish(Blob(sequence=1))
+    pair.server.kill()
+    pair.server.start()
+    relay.heal()
+    connect(publisher, collector, Blob())
+    publisher.publish(Blob(sequence=2))
+    until(lambda: any(m.sequence == 2 for m in collector.messages), "new messages flow")
+    assert not [m for m in collector.messages if m.sequence == 1]
+    until(lambda: "it was started anew" in pair.client.text(), "the client's log")

@@ -120,6 +120,7 @@ def _check_offer(message):
             continue
         string(channel, "type_hash", 255, "")
         member(channel, "newest_only", bool, False)
+        member(channel, "resume", bool, False)
         for origin in items(channel, "origins", ORIGINS_MAX):
             _check_origin(origin)
     member(message, "complete", bool, False)
@@ -136,6 +137,17 @@ def _check_accepts(message):
     require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
+
+
+def _check_demand(message):
+    require(0 <= member(message, "number", int) < 65536, "number of a demand")
+    member(message, "resume", bool, False)
+    if "after" not in message:
+        return
+    after = items(message, "after", 65536)
+    require(len(after) == len(message["channels"]), "after has not a number for each channel")
+    for sequence in after:
+        require(type(sequence) is int and 0 <= sequence < 1 << 32, "a sequence")
 
 
 def _check_code(message):
@@ -181,7 +193,7 @@ def decode_control(text):
         for channel in items(message, "channels", 65536):
             number(channel)
         if kind == "demand":
-            require(0 <= member(message, "number", int) < 65536, "number of a demand")
+            _check_demand(message)
         elif "code" in message:
             _check_code(message)
         else:

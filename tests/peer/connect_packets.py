@@ -249,6 +249,10 @@ class Reassembly:
         self._bases = {}  # (channel, demand, origin): raw
         self.lost = 0
 
+    def go_on(self, last):
+        """Channels on which nothing has come begin behind these sequences."""
+        self._last.update(last)
+
     def add(self, frame):
         """The first frame and the sample, when it is whole."""
         channel = frame["channel"]

@@ -95,7 +95,7 @@ class Peer(Renewals, Calls):
         self.dead_after = dead_after
         self.accepts = None  # the peer's
         self.offers, self.complete, self.withdrawn = {}, False, set()  # of the peer
-        self.offered, self.demanded, self.declined = {}, {}, {}  # of this side
+        self.offered, self.demanded, self.declined, self.demands = {}, {}, {}, []  # of this side
         self._demands, self._demand_of = 0, {}  # of the channels of the peer
         self.samples, self.frames, self.times = {}, [], []
         self.seen = {} if seen is None else seen  # of the link: newest number per mirror
@@ -210,11 +210,12 @@ class Peer(Renewals, Calls):
 
         return self.until(there, f"offer of {name}")
 
-    def demand(self, *channels, on=True):
+    def demand(self, *channels, on=True, **more):
         self._demands += 1
         number = self._demands if on else 0
         self._demand_of.update(dict.fromkeys(channels, number))
-        self.send_control(type="demand", channels=list(channels), number=number)
+        self._reassembly.go_on(dict(zip(channels, more.get("after", ()))))
+        self.send_control(type="demand", channels=list(channels), number=number, **more)
 
     def wait_samples(self, channel, count=1):
         return self.until(
@@ -334,11 +335,11 @@ class Peer(Renewals, Calls):
             self._service_withdrawn(number)
 
     def _on_demand(self, message):
-        for number in message["channels"]:
-            if number in self.offered:
-                self.demanded.pop(number, None)
-                if message["number"]:
-                    self.demanded[number] = message["number"]
+        self.demands.append(message)
+        for number in self.offered.keys() & message["channels"]:
+            self.demanded.pop(number, None)
+            if message["number"]:
+                self.demanded[number] = message["number"]
 
     def _on_decline(self, message):
         self.declined[message["channel"]] = message["code"], message.get("reason", "")
@@ -385,8 +386,7 @@ class Peer(Renewals, Calls):
             return
         channel = self.offers[number]
         if channel["kind"] == "service":
-            self._on_response(number, head, data)
-            return
+            return self._on_response(number, head, data)
         if head["demand"] != self._demand_of.get(number):
             return
         origin = next((o for o in channel["origins"] if o["origin"] == head["origin"]), None)

@@ -11,7 +11,7 @@ from std_msgs.msg import String, UInt8MultiArray
 from websockets.exceptions import ConnectionClosed
 
 from connect_peer import Peer
-from peer_world import BYTES, LATCHED, STRING, TOKEN, cdr_bytes, cdr_string
+from peer_world import BYTES, LATCHED, STRING, TOKEN, cdr_bytes, cdr_string, string_of
 
 
 def test_time(world, peer):
@@ -145,3 +145,56 @@ def test_link_is_kept_after_the_end_of_a_connection(world, peer, code):
 def test_unknown_session(world, peer):
     mine = peer(session=bytes([7]) * 16)
     assert mine.welcome["session"] != bytes([7]) * 16
+
+
+def words(samples):
+    return [string_of(sample.data) for sample in samples]
+
+
+def test_an_importer_goes_on_behind_what_it_has(world, peer):
+    """The server keeps what may not have arrived, and what is published during the break."""
+    publisher = world.graph.publisher(String, "/t/resumed")
+    old = Peer(world.url, TOKEN)
+    channel = old.find("/t/resumed")
+    assert not old.offers[channel].get("resume")
+    old.demand(channel, resume=True)
+    until(
+        lambda: (publisher.publish(String(data="first")), time.sleep(0.05), old.samples)[2],
+        "a sample",
+    )
+    time.sleep(0.3)
+    last = old.samples[channel][-1].sequence
+    old.deaf = True  # the next one arrives, and is not acknowledged
+    publisher.publish(String(data="seen"))
+    old.until(lambda: words(old.samples[channel])[-1] == "seen", "the last one")
+    old.drop()
+    for text in ("kept", "too"):
+        publisher.publish(String(data=text))
+    time.sleep(0.3)
+    new = peer(session=old.welcome["session"], side=old.side)
+    channel = new.find("/t/resumed")
+    assert new.offers[channel]["resume"]
+    new.demand(channel, resume=True, after=[last + 1])
+    samples = new.wait_samples(channel, 2)
+    assert words(samples) == ["kept", "too"]
+    assert [sample.sequence for sample in samples] == [last + 2, last + 3]
+    publisher.publish(String(data="new"))
+    assert words(new.wait_samples(channel, 3))[-1] == "new"
+
+
+def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
+    collector = world.graph.collector(String, "/o/resumed")
+    old = Peer(world.url, TOKEN, exports=[("/o/resumed", STRING, "volatile")])
+    channel = old.channel_of("/o/resumed")
+    assert old.demands[-1]["resume"] and "after" not in old.demands[-1]
+    old.publish(channel, cdr_string("one"))
+    collector.wait(1)
+    old.drop()
+    new = peer(
+        session=old.welcome["session"],
+        side=old.side,
+        first_round=lambda mine: mine.offer("/o/resumed", STRING, resume=True),
+    )
+    new.channel_of("/o/resumed")
+    assert new.demands[-1]["after"] == [1]
+    collector.close()

@@ -170,7 +170,7 @@ void Checker::check_memory(const Host& host, const Status& status) const {
     if (link.unacknowledged_bytes > options.outbox.unacknowledged_bytes_max + 128 * 1024) {
       violated(describe(host) + " sent more than its window without an acknowledgement");
     }
-    bound += queued_max + calls + options.reassembly.open_bytes_max;
+    bound += queued_max + calls + options.reassembly.open_bytes_max + options.resume_bytes_max;
   }
   if (status.memory_bytes > bound) {
     violated(describe(host) + " tells of " + std::to_string(status.memory_bytes) +
@@ -204,17 +204,23 @@ void Checker::check_clock(const Host& host, const Status& status) const {
   }
 }
 
-// When nothing was heard for dead_after, nothing of the peer remains.
+// When nothing was heard for dead_after, nothing of the peer remains but the subscriptions of what
+// is kept for its return.
 void Checker::check_silence(const Host& host) const {
   const TimePoint heard = std::max(host.last_packet(), host.last_open());
   const TimePoint end = heard + host.plan().options.dead_after + 200ms;
   if (ledger_.now() < end) return;
+  const bool forgotten = ledger_.now() >= end + host.plan().options.resume_for;
+  const auto is_kept = [&](const Qos& qos) {
+    return !forgotten && qos.reliability == Reliability::kReliable &&
+           qos.durability == Durability::kVolatile;
+  };
   for (const auto& [id, mirror] : host.mirrors()) {
     if (is_claims(mirror.made.topic)) continue;
     violated("a mirror of " + mirror.made.topic + " outlives its dead link at " + describe(host));
   }
   for (const auto& [id, subscription] : host.subscriptions()) {
-    if (is_claims(subscription.made.topic)) continue;
+    if (is_claims(subscription.made.topic) || is_kept(subscription.made.qos)) continue;
     violated(describe(host) + " still subscribes to " + subscription.made.topic +
              " for a dead link");
   }

@@ -28,6 +28,8 @@ enum class Judged : std::uint8_t {
   kFullQueues,
   kLosses,
   kQuietCalls,
+  kUnbroken,
+  kBreaks,
   kCount,
 };
 
@@ -54,6 +56,8 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "servers' queues that one bridge has filled",
     "calls lost in a queue that several callers share",
     "calls expected to be answered after quiet",
+    "messages expected without a gap, whatever was cut",
+    "connections lost that were to cost no message",
 };
 
 class Coverage {

@@ -50,6 +50,7 @@ Qos Crowd::writer_qos(const TopicPlan& topic) {
   const bool latched = topic.mixed ? rng_.chance(500) : topic.latched;
   qos.durability = latched ? Durability::kTransientLocal : Durability::kVolatile;
   qos.reliability = rng_.chance(750) ? Reliability::kReliable : Reliability::kBestEffort;
+  if (scenario_.steady) qos.reliability = Reliability::kReliable;
   qos.depth = static_cast<std::uint32_t>(rng_.chance(300) ? 1 : rng_.between(1, 20));
   if (!latched && rng_.chance(60)) qos.history = History::kKeepAll;
   if (rng_.chance(100)) qos.lifespan = rng_.between(100ms, 1500ms);

@@ -120,6 +120,11 @@ void DeliveryCheck::on_delivery(const Reader& reader, const Writer& mirror, cons
   newest = std::max(newest, label->counter);
 }
 
+std::uint64_t DeliveryCheck::missing(int reader, int origin) const {
+  const auto& counters = received(reader, origin);
+  return counters.empty() ? 0 : counters.back() - counters.front() + 1 - counters.size();
+}
+
 std::optional<int> DeliveryCheck::origin_of(int mirror_writer) const {
   const auto it = by_mirror_.find(mirror_writer);
   if (it == by_mirror_.end()) return {};

@@ -25,6 +25,8 @@ class DeliveryCheck {
   [[nodiscard]] std::optional<int> origin_of(int mirror_writer) const;
   // The counters of `origin` that reached `reader`, as they came.
   [[nodiscard]] const std::vector<std::uint64_t>& received(int reader, int origin) const;
+  // How many between the first and the last of them did not.
+  [[nodiscard]] std::uint64_t missing(int reader, int origin) const;
   [[nodiscard]] std::uint64_t published() const { return published_; }
   [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
 

@@ -82,6 +82,10 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
     const SideOptions& here = exporter.plan().options;
     expected.history = told.depth == 0 ? here.latched_depth : told.depth;
     expected.limited = may_drop(*exported) || may_drop(*imported);
+    expected.resumes = resumes(*exported, *wire, spec.type) &&
+                       resumes(*imported, expected.topic, spec.type) &&
+                       expected.qos.reliability == Reliability::kReliable &&
+                       spec.qos.durability == Durability::kVolatile;
     expected.unreachable = !middleware_.knows_type(spec.graph, spec.type);
     expected.bytes_max =
         std::min<std::uint64_t>(there.reassembly.message_bytes_max, here.outbox.data_bytes_max / 3);

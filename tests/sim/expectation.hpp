@@ -27,6 +27,7 @@ struct ExpectedMirror {
   int ways = 1;                       // pairs of sides that can carry it
   bool certain = true;                // all pairs of sides that can carry it would treat it alike
   bool limited = false;               // rules or limits may drop messages even on a quiet link
+  bool resumes = false;               // what a lost connection loses comes later
   bool unreachable = false;           // the exporter cannot subscribe to its type
   std::size_t bytes_max = 0;          // largest message that both sides accept
   std::uint64_t queue_bytes_max = 0;  // how much may wait at once
@@ -44,6 +45,10 @@ class Expectation {
 
   void check_links() const;
   void check_mirrors() const;
+
+  // Where nothing but the network changed: what did not arrive was counted as dropped, and none of
+  // it because a connection was lost.
+  void check_unbroken() const;
 
   // Around a few rounds of messages.
   void begin_rounds();
@@ -83,6 +88,8 @@ class Expectation {
   [[nodiscard]] bool is_mixed(const Writer& origin) const;
   [[nodiscard]] bool was_overloaded(const Writer& origin) const;
   [[nodiscard]] bool is_uniform(const Writer& origin) const;
+  [[nodiscard]] static bool are_alike(const Writer& one, const Writer& other);
+  [[nodiscard]] std::uint64_t count_drops(const ExpectedMirror& expected) const;
   [[nodiscard]] std::map<std::string, Counts> count_topics() const;
   void check_reader(const ExpectedMirror& expected, const Reader& reader) const;
   void check_late(const Late& late) const;

@@ -108,16 +108,67 @@ void Expectation::check_late(const Late& late) const {
   }
 }
 
+// ---- over cuts
+// -----------------------------------------------------------------------------------------
+
+// Both sides count by topic.
+std::uint64_t Expectation::count_drops(const ExpectedMirror& expected) const {
+  const std::string& there = middleware_.writer(expected.origin).spec.topic;
+  std::uint64_t drops = 0;
+  for (const auto& host : hosts_)
+    for (const auto& link : host->status().links)
+      for (const auto& topic : link.topics) {
+        if (topic.type != expected.type || topic.topic != (topic.exported ? there : expected.topic))
+          continue;
+        drops += topic.dropped.total();
+        for (const DropReason lost : {DropReason::kLinkLost, DropReason::kNoDemand,
+                                      DropReason::kUnknownOrigin, DropReason::kDuplicate})
+          drops -= topic.dropped.of(lost);
+      }
+  return drops;
+}
+
+void Expectation::check_unbroken() const {
+  for (const auto& host : hosts_)
+    for (const auto& link : host->status().links)
+      if (link.connects > 1 && host->plan().options.role == Role::kClient)
+        checker_.ledger().coverage().count(Judged::kBreaks, link.connects - 1);
+  for (const auto& expected : mirrors_) {
+    const Writer& origin = middleware_.writer(expected.origin);
+    const auto& writers = crowd_.writers();
+    const bool uniform = std::all_of(writers.begin(), writers.end(), [&](int id) {
+      return are_alike(middleware_.writer(id), origin);
+    });
+    if (!expected.resumes || expected.unreachable || !uniform) continue;
+    for (const int id : crowd_.readers()) {
+      const EndpointSpec& reader = middleware_.reader(id).spec;
+      if (reader.graph != expected.graph || reader.topic != expected.topic ||
+          reader.type != expected.type || reader.qos.reliability != Reliability::kReliable)
+        continue;
+      const auto missing = checker_.deliveries().missing(id, origin.id);
+      checker_.ledger().coverage().count(
+          Judged::kUnbroken, checker_.deliveries().received(id, origin.id).size() + missing);
+      if (missing <= count_drops(expected)) continue;
+      violated(std::to_string(missing) + " messages of publisher " + std::to_string(origin.id) +
+               " of " + origin.spec.topic + " did not reach subscriber " + std::to_string(id) +
+               ", and " + std::to_string(count_drops(expected)) + " were dropped for a reason");
+    }
+  }
+}
+
+// Of one topic, both are reliable or volatile, or neither.
+bool Expectation::are_alike(const Writer& one, const Writer& other) {
+  const EndpointSpec& a = one.spec;
+  const EndpointSpec& b = other.spec;
+  const bool same = a.graph == b.graph && a.topic == b.topic && a.type == b.type;
+  return !same || (a.qos.reliability == b.qos.reliability && a.qos.durability == b.qos.durability);
+}
+
 // Whether all publishers of the topic are alike. Where they are not, the subscription of the
 // exporter changes with them, and what is published meanwhile is lost.
 bool Expectation::is_uniform(const Writer& origin) const {
-  return std::all_of(last_writers_.begin(), last_writers_.end(), [&](int id) {
-    const EndpointSpec& spec = middleware_.writer(id).spec;
-    const bool same = spec.graph == origin.spec.graph && spec.topic == origin.spec.topic &&
-                      spec.type == origin.spec.type;
-    return !same || (spec.qos.reliability == origin.spec.qos.reliability &&
-                     spec.qos.durability == origin.spec.qos.durability);
-  });
+  return std::all_of(last_writers_.begin(), last_writers_.end(),
+                     [&](int id) { return are_alike(middleware_.writer(id), origin); });
 }
 
 // ---- last words

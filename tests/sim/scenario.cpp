@@ -234,6 +234,7 @@ Scenario make_scenario(std::uint64_t seed) {
   scenario.crashes = scenario.weather > 0s && rng.chance(250);
   scenario.ending = static_cast<Ending>(rng.below(3));
   add_services(scenario);
+  add_resumption(scenario);
   return scenario;
 }
 
@@ -246,7 +247,7 @@ std::string Scenario::text() const {
       << (weather > 0s ? "a disturbance every " + std::to_string(seconds(weather)) + " s"
                        : std::string("calm"))
       << (crashes ? ", crashes" : "") << (clock_step != 0s ? ", the clock is set" : "")
-      << (later_policies.empty() ? "" : ", rules change")
+      << (later_policies.empty() ? "" : ", rules change") << (steady ? ", steady" : "")
       << (long_goals ? ", goals of an hour" : "");
   for (const auto& pair : pairs) {
     out << "; side " << pair.client << " dials side " << pair.server << " ("

@@ -72,6 +72,7 @@ struct Scenario {
   Duration clock_step{};               // by which graph 0's clock is set once; 0: never
   bool crashes = false;                // processes end and start again
   bool long_goals = false;             // at last, goals that take an hour
+  bool steady = false;                 // nothing changes but the weather: nothing may be missing
   Ending ending = Ending::kStop;
 
   [[nodiscard]] std::string text() const;
@@ -84,6 +85,8 @@ std::vector<Rule> random_rules(Rng& rng);
 // Services, with their part of the rules and of the limits. What make_scenario() has drawn for
 // topics stays as it is.
 void add_services(Scenario& scenario);
+// What the sides keep for a lost link, and which worlds are steady. The rest stays as it is.
+void add_resumption(Scenario& scenario);
 Policy with_strangers(const Policy& policy);
 Policy corner_for_all();
 // Options in which every limit may be small.

@@ -139,6 +139,31 @@ Policy with_strangers(const Policy& policy) {
   return Policy{std::move(rules)};
 }
 
+void add_resumption(Scenario& scenario) {
+  Rng rng{scenario.seed ^ 0x2e5e11ULL};
+  for (auto& host : scenario.hosts) {
+    host.options.resume_for = rng.pick(std::vector<Duration>{0s, 1s, 2s, 4s});
+    host.options.resume_bytes_max =
+        static_cast<std::uint64_t>(rng.pick(std::vector<std::int64_t>{3000, 100'000, 16 << 20}));
+  }
+  scenario.steady = scenario.shape == Shape::kPair && rng.chance(500);
+  if (!scenario.steady) return;
+  scenario.later_policies.clear();
+  scenario.crashes = false;
+  scenario.clock_step = 0s;
+  scenario.churn = 1h;
+  scenario.weather = rng.between(200ms, 1500ms);
+  scenario.chaos = rng.between(4s, 20s);
+  for (auto& graph : scenario.graphs) graph.name_delay = 0s;
+  for (auto& topic : scenario.topics) topic.latched = topic.mixed = false;
+  for (auto& pair : scenario.pairs)
+    pair.path.bytes_per_second = std::max<std::uint64_t>(pair.path.bytes_per_second, 1'000'000);
+  for (auto& host : scenario.hosts) {
+    host.options.resume_for = 30s;
+    host.options.resume_bytes_max = 16 << 20;
+  }
+}
+
 SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   SideOptions o;
   o.role = role;

@@ -34,7 +34,7 @@ void Weather::start() {
 
 void Weather::next() {
   if (healed_) return;
-  if (rng_.chance(100)) {
+  if (!scenario_.steady && rng_.chance(100)) {
     hosts_[rng_.below(hosts_.size())]->report_trouble();
   } else if (scenario_.crashes && rng_.chance(150)) {
     crash(*hosts_[rng_.below(hosts_.size())]);

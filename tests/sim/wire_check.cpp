@@ -144,6 +144,7 @@ void WireCheck::on_offer(const Host& host, const Identity& who, Connection& conn
   if (offer.kind == InterfaceKind::kService && offer.epoch == 0) violated("an epoch of 0");
   channel.wire = offer.name;
   channel.kind = offer.kind;
+  channel.resume = offer.resume;
   channel.local = local;
   channel.type = offer.type;
   channel.priority = offer.priority;
@@ -173,7 +174,12 @@ void WireCheck::on_message(const Host& host, ConnectionId id, Connection& connec
   if (!channel.demanded) violated(what + " that nobody demands");
   if (frame.demand != channel.demand) violated(what + " for another demand");
   if (channel.open_bytes > 0) violated(what + " inside another one");
-  if (frame.sequence != ++connection.sequences[frame.channel]) violated(what + " out of sequence");
+  // Over a break the numbers go on, and what was begun before it and is too old by now leaves a
+  // gap.
+  std::uint32_t& sequence = connection.sequences[frame.channel];
+  if (channel.resume ? frame.sequence <= sequence : frame.sequence != sequence + 1)
+    violated(what + " out of sequence");
+  sequence = frame.sequence;
   if (channel.kind == InterfaceKind::kTopic) {
     check_age(host, identity_of(host, id), channel, frame);
     if (channel.priority == Priority::kUrgent) check_urgent(host, id, connection, channel, frame);
@@ -322,7 +328,7 @@ void WireCheck::on_status(const Host& host, const Status& status) {
     for (auto& [id, channel] : connection.channels) {
       std::uint64_t queued = 0;
       // With several links the topic's queue cannot be told apart; then nobody is blamed.
-      if (status.links.size() == 1) {
+      if (status.links.size() == 1 && channel.demanded) {
         for (const auto& topic : status.links[0].topics) {
           if (topic.exported && topic.topic == channel.local && topic.type == channel.type) {
             queued = topic.queued;

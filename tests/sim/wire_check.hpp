@@ -46,6 +46,7 @@ class WireCheck {
     std::string local;  // name at the exporter
     std::string type;
     InterfaceKind kind = InterfaceKind::kTopic;
+    bool resume = false;    // it goes on after a break, with its numbers
     bool requests = false;  // of our calls, at a service that the peer offers
     Priority priority = Priority::kNormal;
     std::map<OriginId, Origin> origins;

@@ -168,6 +168,7 @@ void World::run() {
   expectation_->settle();
   expectation_->check_links();
   expectation_->check_mirrors();
+  if (scenario_.steady) expectation_->check_unbroken();
   check_services();
   if (scenario_.long_goals) check_long_goals();
   check_delivery();

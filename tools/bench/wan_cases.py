@@ -275,7 +275,8 @@ def drives(bed, effort):
 
 
 def cut(bed, effort):
-    """Nothing crosses for a while: a reliable topic is continued, a camera is fresh."""
+    """Nothing crosses for a while: a reliable topic is continued, a camera is fresh, and commands
+    beside them come at once."""
     seconds = effort["seconds_of_cut"]
     bed.wan.set(**NET)
     rows = []
@@ -284,31 +285,49 @@ def cut(bed, effort):
         ("camera, best effort, 100 kB at 15 Hz", {"size": 100_000, "hz": 15}, 0),
     ):
         entity = (f"name=/wan/cut_{reliable}", f"reliable={reliable}")
-        talk = bed.worker(ROBOT, "wan_bench", "talk", *entity)
-        listen = bed.worker(OPERATOR, "wan_bench", "listen", *entity)
-        talk.ready()
-        listen.ready()
+        ends = talk, listen = talked(bed, *entity)
+        others = urgent, commanded = talked(bed, f"name=/wan/pong_cut_{reliable}")
+        for end in (*ends, *others):
+            end.ready()
         time.sleep(2)  # found by everybody
         talk.say(words("talk", {**stream, "seconds": seconds + 6}))
+        urgent.say(words("talk", {"size": 12, "hz": 50, "seconds": seconds + 6}))
         time.sleep(1)
         bed.wan.cut()
         time.sleep(seconds)
         healed = time.monotonic()
         bed.wan.heal()
         sent = talk.answer(seconds + 60)["sent"]
+        urgent.answer(seconds + 60)
         time.sleep(3)
-        heard = listen.ask("count")["topics"][0]
-        rows.append(after_cut(Row(f"cut for {seconds} s: {case}"), heard, sent, healed))
+        row = Row(f"cut for {seconds} s: {case}")
+        commands = fresh(commanded.ask("count")["topics"][0], healed)
+        row.judge("first command, s", min(commands, default=None), "<=", 1.0)
+        rows.append(after_cut(row, listen.ask("count")["topics"][0], sent, healed))
     return rows
 
 
+def talked(bed, *entity):
+    """A stream from the robot: its two ends."""
+    return (
+        bed.worker(ROBOT, "wan_bench", "talk", *entity),
+        bed.worker(OPERATOR, "wan_bench", "listen", *entity),
+    )
+
+
+def fresh(heard, since):
+    """When what was published since then arrived, s after it."""
+    pairs = zip(heard["at"], heard["age_ms"])
+    return [at - since for at, age in pairs if at - age / 1000 > since]
+
+
 def after_cut(row, heard, sent, healed):
-    later = [(at, age) for at, age in zip(heard["at"], heard["age_ms"]) if at > healed]
     if "reliable" in row.case:
         row.judge("missing", sent - heard["count"] + heard["repeated"], "<=", 0)
         row.judge("repeated or out of order", heard["repeated"] + heard["disordered"], "<=", 0)
-        fresh = [at for at, age in later if at - age / 1000 > healed]
-        return row.judge("first fresh one, s", fresh[0] - healed if fresh else None, "<=", 1.0)
+        own = fresh(heard, healed)
+        return row.judge("its first new one, s", min(own, default=None), "<=", 1.0)
+    later = [(at, age) for at, age in zip(heard["at"], heard["age_ms"]) if at > healed]
     row.judge("first frame, s", later[0][0] - healed if later else None, "<=", 1.0)
     return row.judge("its age, ms", later[0][1] if later else None, "<=", 200)
 

@@ -46,9 +46,15 @@ std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const
 }
 
 bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
-  const auto bytes = waiting_bytes_ + body_bytes;
-  if (waiting_.empty() || bytes <= options_.queue_bytes_max) return true;
-  return bytes <= options_.burst_bytes_max && now.steady - waiting_.front().since <= kStalled;
+  const auto bytes = waiting_bytes_ - unlimited_bytes_ + body_bytes;
+  if (waiting_.size() == unlimited_ || bytes <= options_.queue_bytes_max) return true;
+  return bytes <= options_.burst_bytes_max && now.steady - waiting_[unlimited_].since <= kStalled;
+}
+
+bool ChannelQueue::is_unlimited(const OutMessage& message, const Now& now) const {
+  const auto bytes_max = std::max(options_.queue_bytes_max, options_.burst_bytes_max);
+  return unlimited_ > 0 && unlimited_ == waiting_.size() && message.resumes &&
+         now.steady < unlimited_until_ && unlimited_bytes_ + message.body.size() <= bytes_max;
 }
 
 void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
@@ -62,14 +68,69 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   const auto body_bytes = message.body.size();
   if (options_.newest_only) {
     drop_waiting(DropReason::kNewerAvailable);
+  } else if (is_unlimited(message, now)) {
+    ++unlimited_;
+    unlimited_bytes_ += body_bytes;
   } else if (options_.depth > 0 && !options_.keep) {
-    while (waiting_.size() >= options_.depth) drop_oldest_waiting(DropReason::kQueueDepth);
-    while (!has_room(body_bytes, now)) drop_oldest_waiting(DropReason::kQueueBytes);
+    while (waiting_.size() - unlimited_ >= options_.depth)
+      drop_waiting_at(unlimited_, DropReason::kQueueDepth);
+    while (!has_room(body_bytes, now)) drop_waiting_at(unlimited_, DropReason::kQueueBytes);
   }
+  enqueue(std::move(message), arrival, now);
+}
+
+void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
+  const auto body_bytes = message.body.size();
   waiting_.push_back({std::move(message), arrival, now.steady});
   waiting_bytes_ += body_bytes;
   ++counts_.queued;
   counts_.queued_bytes += body_bytes;
+}
+
+void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
+                         TimePoint until) {
+  CONNECT_CHECK(empty());
+  unlimited_until_ = until;
+  for (auto& message : messages) {
+    ++counts_.accepted;
+    ++unlimited_;
+    unlimited_bytes_ += message.body.size();
+    enqueue(std::move(message), ++arrivals, now);
+  }
+}
+
+void ChannelQueue::arrived(std::uint32_t sequence) {
+  if (sent_.empty() || sent_.front().message.sequence != sequence) return;
+  resend_bytes_ -= sent_.front().message.body.size();
+  sent_.pop_front();
+}
+
+std::deque<OutMessage> ChannelQueue::take_unarrived() {
+  std::deque<OutMessage> taken;
+  resend_bytes_ = 0;
+  for (auto& [message, bytes] : std::exchange(sent_, {})) {
+    --counts_.sent;
+    counts_.sent_bytes -= bytes;
+    taken.push_back(std::move(message));
+  }
+  const auto forget_queued = [this](std::size_t bytes) {
+    --counts_.queued;
+    counts_.queued_bytes -= bytes;
+  };
+  if (open_ && open_->message.resumes) {
+    forget_queued(open_->message.body.size());
+    taken.push_back(unprepared(*std::exchange(open_, std::nullopt)));
+  }
+  for (std::size_t i = 0; i < waiting_.size();) {
+    if (!waiting_[i].message.resumes) {
+      ++i;
+      continue;
+    }
+    taken.push_back(take_waiting(i));
+    forget_queued(taken.back().body.size());
+  }
+  counts_.accepted -= taken.size();
+  return taken;
 }
 
 bool ChannelQueue::ready(const Now& now) {
@@ -101,8 +162,8 @@ std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
   return kMessageHeaderBytes + std::min(fragment_bytes, body_bytes);
 }
 
-std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
-                                               PacketBuilder& packet) {
+std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragment_bytes,
+                                                           PacketBuilder& packet) {
   if (open_) {
     const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
     const auto& body = open_->message.body;
@@ -114,14 +175,16 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
   }
   CONNECT_CHECK(!waiting_.empty());
   Open next = begin();
-  const auto& message = next.message;
+  auto& message = next.message;
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
-  sequence_ = sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
-  packet.add(
-      MessageFrame{id_, message.subject, sequence_, message.demand, message.stamp, message.number,
-                   message.codec, message.raw_bytes, body_bytes, message.body.view().first(size)},
-      message.body, 0, size);
+  if (message.sequence == 0)
+    message.sequence = sequence_ =
+        sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
+  packet.add(MessageFrame{id_, message.subject, message.sequence, message.demand, message.stamp,
+                          message.number, message.codec, message.raw_bytes, body_bytes,
+                          message.body.view().first(size)},
+             message.body, 0, size);
   if (size == body_bytes) return end(std::move(next));
   next.offset = size;
   open_.emplace(std::move(next));
@@ -129,12 +192,10 @@ std::optional<Subject> ChannelQueue::take_part(std::uint32_t fragment_bytes,
 }
 
 ChannelQueue::Open ChannelQueue::begin() {
-  Open next{std::move(waiting_.front().message), 0, {}, {}};
-  waiting_.pop_front();
-  auto& message = next.message;
-  waiting_bytes_ -= message.body.size();
   auto front = std::exchange(front_, std::nullopt);
+  Open next{take_waiting(0), 0, {}, {}};
   if (!front || !front->smaller) return next;
+  auto& message = next.message;
   counts_.queued_bytes -= message.body.size() - front->smaller->bytes.size();
   next.raw = std::exchange(message.body, front->smaller->bytes);
   message.codec = front->smaller->codec;
@@ -142,13 +203,28 @@ ChannelQueue::Open ChannelQueue::begin() {
   return next;
 }
 
-std::optional<Subject> ChannelQueue::end(Open whole) {
+std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole) {
   const auto& message = whole.message;
   count_sent(message);
   if (deltas_)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,
                   std::move(whole.room));
-  return message.tracked ? std::optional(message.subject) : std::nullopt;
+  const Whole result{message.subject, message.sequence, message.resumes};
+  if (!message.tracked && !message.resumes) return std::nullopt;
+  const auto bytes = message.body.size();
+  if (result.resumes) {
+    sent_.push_back({unprepared(std::move(whole)), bytes});
+    resend_bytes_ += sent_.back().message.body.size();
+  }
+  return result;
+}
+
+// Another connection has other bases.
+OutMessage ChannelQueue::unprepared(Open open) {
+  if (open.raw.empty()) return std::move(open.message);
+  open.message.body = std::move(open.raw);
+  open.message.codec = Codec::kNone;
+  return std::move(open.message);
 }
 
 std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
@@ -156,12 +232,24 @@ std::optional<std::uint64_t> ChannelQueue::oldest_waiting() const {
   return waiting_.front().arrival;
 }
 
-void ChannelQueue::drop_oldest_waiting(DropReason reason) {
-  const auto& message = waiting_.front().message;
+OutMessage ChannelQueue::take_waiting(std::size_t index) {
+  OutMessage message = std::move(waiting_[index].message);
+  waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(index));
   waiting_bytes_ -= message.body.size();
-  count_dropped(message, reason);
-  waiting_.pop_front();
-  front_.reset();
+  if (index == 0) front_.reset();
+  if (index < unlimited_) {
+    --unlimited_;
+    unlimited_bytes_ -= message.body.size();
+  }
+  return message;
+}
+
+void ChannelQueue::drop_waiting_at(std::size_t index, DropReason reason) {
+  count_dropped(take_waiting(index), reason);
+}
+
+void ChannelQueue::drop_oldest_waiting(DropReason reason) {
+  drop_waiting_at(0, reason);
 }
 
 void ChannelQueue::drop_waiting(DropReason reason) {

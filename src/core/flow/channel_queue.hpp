@@ -11,6 +11,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/delta_encoder.hpp"
 #include "core/flow/drops.hpp"
+#include "core/flow/out_message.hpp"
 #include "core/flow/packet.hpp"
 #include "core/wire/codec.hpp"
 
@@ -41,19 +42,6 @@ struct QueueOptions {
   Compression compression;
 };
 
-// A message in the form in which it leaves.
-struct OutMessage {
-  Subject subject;
-  std::uint16_t demand = 0;  // as in MessageFrame
-  Stamp stamp = 0;           // 0: not known, then it has no age
-  std::uint64_t number = 0;  // as in MessageFrame
-  Codec codec = Codec::kNone;
-  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
-  Payload body;
-  bool tracked = false;  // the owner is told when the peer has it all (Outbox::take_delivered)
-};
-
-inline constexpr std::uint64_t kKeptMessageBytes = 128;
 inline constexpr std::size_t kLightBytes = 1024;
 inline constexpr Duration kStalled = std::chrono::milliseconds(250);
 
@@ -88,8 +76,14 @@ class ChannelQueue {
   void prepare(double rate);
   // Frame bytes that the next part takes. Only after prepare().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
-  // Hands that part out. The message's subject, if this was the last part of a tracked message.
-  std::optional<Subject> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
+  // A message whose last part was handed out, and that somebody waits for the arrival of.
+  struct Whole {
+    Subject subject;
+    std::uint32_t sequence = 0;
+    bool resumes = false;  // else tracked
+  };
+  // Hands that part out. The message, if this was the last part of one that is tracked or resumes.
+  std::optional<Whole> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
@@ -99,11 +93,12 @@ class ChannelQueue {
   // it forgets the channel anyway.
   bool drop_open(DropReason reason);
 
-  // A new connection counts its messages from 1 again (from behind another number in tests).
+  // A new connection counts its messages from 1 again, or from behind another number.
   void restart(std::uint32_t last_sequence = 0) {
     sequence_ = last_sequence;
     forget_bases();
   }
+  [[nodiscard]] std::uint32_t last_sequence() const { return sequence_; }
   // The peer has no base (of any origin, of this one) any longer.
   void forget_bases() {
     front_.reset();
@@ -113,6 +108,26 @@ class ChannelQueue {
     front_.reset();
     if (deltas_) deltas_->forget(origin);
   }
+
+  // ---- over connections
+  // The peer has all of a message that resumes.
+  void arrived(std::uint32_t sequence);
+  // Nobody waits for what was sent.
+  void forget_sent() {
+    sent_.clear();
+    resend_bytes_ = 0;
+  }
+  // Of what was sent and is kept until the peer has it: bodies, as they would be sent again.
+  [[nodiscard]] std::uint64_t resend_bytes() const { return resend_bytes_; }
+  // The messages that resume and that the peer may not have, in order. They count as never
+  // accepted: the connection to come counts them.
+  std::deque<OutMessage> take_unarrived();
+  // Queues such messages of the connection before, ahead of all. Neither depth nor bytes limit
+  // them, nor what joins them before `until` while some still wait: it was to follow them.
+  void go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
+             TimePoint until);
+  // Whether such messages wait.
+  [[nodiscard]] bool goes_on() const { return unlimited_ > 0; }
 
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
@@ -150,6 +165,10 @@ class ChannelQueue {
     Payload raw;               // of what was prepared smaller
     Budget::Hold room;         // likewise (DeltaEncoder::Body)
   };
+  struct Sent {
+    OutMessage message;
+    std::size_t bytes = 0;  // of its body as it left
+  };
   // The first of those that wait, prepared.
   struct Front {
     std::optional<DeltaEncoder::Body> smaller;  // none: it leaves as it is
@@ -161,8 +180,16 @@ class ChannelQueue {
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin();
-  // It has left whole; the subject if it is tracked.
-  std::optional<Subject> end(Open whole);
+  // All of it was handed out.
+  std::optional<Whole> end(Open whole);
+  // The message as it was before it was made smaller.
+  static OutMessage unprepared(Open open);
+  // Whether the message is one of those that nothing limits.
+  [[nodiscard]] bool is_unlimited(const OutMessage& message, const Now& now) const;
+  void drop_waiting_at(std::size_t index, DropReason reason);
+  // Takes the message at `index` out of what waits.
+  OutMessage take_waiting(std::size_t index);
+  void enqueue(OutMessage message, std::uint64_t arrival, const Now& now);
   void count_dropped(const OutMessage& message, DropReason reason);
   void count_sent(const OutMessage& message);
 
@@ -171,6 +198,12 @@ class ChannelQueue {
   ChannelCounts counts_;
   std::deque<Waiting> waiting_;
   std::uint64_t waiting_bytes_ = 0;
+  // The first of them, with their bytes, that nothing limits; what joins them before then is one.
+  std::size_t unlimited_ = 0;
+  std::uint64_t unlimited_bytes_ = 0;
+  TimePoint unlimited_until_{};
+  std::deque<Sent> sent_;  // wholly, that resume; until the peer has them
+  std::uint64_t resend_bytes_ = 0;
   std::optional<Open> open_;
   std::optional<DeltaEncoder> deltas_;
   std::optional<Front> front_;

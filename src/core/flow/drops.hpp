@@ -23,6 +23,7 @@ enum class DropReason : std::uint8_t {
   kNewerAvailable,  // newest-only channel: displaced by a newer message
   kPublishFailed,   // the local middleware refused it
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's
+  kResumeBound,     // kept for a lost link, beyond the bytes or the time for that
   kCount,
 };
 

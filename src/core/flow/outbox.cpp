@@ -36,7 +36,9 @@ Outbox::Outbox(OutboxOptions options)
 template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
   const auto before = queue.bytes();
+  resend_bytes_ -= queue.resend_bytes();
   change(queue);
+  resend_bytes_ += queue.resend_bytes();
   bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
   if (queue.empty()) {
     schedule_.remove(queue);
@@ -65,7 +67,7 @@ ChannelCounts Outbox::remove_channel(ChannelId channel) {
     queue.drop_open(DropReason::kWithdrawn);
     queue.drop_waiting(DropReason::kWithdrawn);
   });
-  std::erase(aborts_, channel);
+  small_.forget(channel);
   const auto counts = at->second.counts();
   queues_.erase(at);
   return counts;
@@ -75,14 +77,43 @@ void Outbox::clear_channel(ChannelId channel) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
   change(at->second, [&](ChannelQueue& queue) {
-    if (queue.drop_open(DropReason::kNoDemand)) aborts_.push_back(channel);
+    if (queue.drop_open(DropReason::kNoDemand)) small_.abort(channel);
     queue.drop_waiting(DropReason::kNoDemand);
     queue.forget_bases();
+    queue.forget_sent();
   });
 }
 
 void Outbox::forget_base(ChannelId channel, OriginId origin) {
   if (const auto at = queues_.find(channel); at != queues_.end()) at->second.forget_base(origin);
+}
+
+void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until) {
+  const auto at = queues_.find(channel);
+  if (at == queues_.end()) return;
+  schedule_.remove(at->second);
+  at->second.set_light(false);  // much comes at once
+  at->second.restart(left.last_sequence);
+  change(at->second, [&](ChannelQueue& queue) {
+    queue.go_on(std::move(left.messages), arrivals_, now, until);
+  });
+  if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+}
+
+bool Outbox::goes_on(ChannelId channel) const {
+  const auto at = queues_.find(channel);
+  return at != queues_.end() && at->second.goes_on();
+}
+
+Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {
+  Unarrived result;
+  const auto at = queues_.find(channel);
+  if (at == queues_.end()) return result;
+  change(at->second, [&](ChannelQueue& queue) {
+    result.messages = queue.take_unarrived();
+    result.last_sequence = queue.last_sequence();
+  });
+  return result;
 }
 
 void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
@@ -95,7 +126,7 @@ void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
 }
 
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
-  bool light = queue.may_be_light(body_bytes) && light_.ready(now.steady);
+  bool light = !queue.goes_on() && queue.may_be_light(body_bytes) && light_.ready(now.steady);
   if (light) {
     light_.set_rate(std::max(pacer_.rate() * kLightShare, kLightRateMin));
     light_.take(static_cast<double>(kMessageHeaderBytes + body_bytes), now.steady);
@@ -133,7 +164,7 @@ bool Outbox::drop_one_of(Priority priority) {
     return true;
   }
   if (open == nullptr) return false;
-  aborts_.push_back(open->id());
+  small_.abort(open->id());
   change(*open, [](ChannelQueue& queue) { queue.drop_open(DropReason::kQueueBytes); });
   return true;
 }
@@ -145,26 +176,15 @@ bool Outbox::push_control(std::string text) {
   return true;
 }
 
-void Outbox::push_small(const Frame& frame) {
-  if (std::holds_alternative<AckFrame>(frame)) {
-    ack_ = frame;
-    return;
-  }
-  CONNECT_CHECK(std::holds_alternative<TimeRequest>(frame) ||
-                std::holds_alternative<TimeReply>(frame));
-  if (times_.size() == kTimeFramesMax) times_.pop_front();
-  times_.push_back(frame);
-}
-
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
   if (!controls_.empty()) return next_control();
-  add_small();
+  small_.leave(packet_);
   const bool holds_data = add_data(now);
   if (packet_.empty()) return std::nullopt;
   const bool more_waits = !schedule_.empty();
   const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
-                    sent_bytes_ - asked_end_ >= ask_bytes();
+                    std::max(sent_bytes_ - asked_end_, resend_bytes_) >= ask_bytes();
   if (asks) packet_.add(AckRequest{});
   sent_bytes_ += packet_.size();
   if (asks) asked_end_ = sent_bytes_;
@@ -172,7 +192,7 @@ std::optional<Packet> Outbox::next(const Now& now) {
     pacer_.sent(
         {sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks, more_waits});
   }
-  for (; unfinished_ > 0; --unfinished_) tracked_[tracked_.size() - unfinished_].end = sent_bytes_;
+  in_flight_.packet_ends(sent_bytes_);
   auto packet = packet_.finish();
   packet.unsent_bytes_max = pacer_.unsent_bytes();
   return packet;
@@ -191,16 +211,6 @@ Packet Outbox::next_control() {
   packet.text = true;
   packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
   return packet;
-}
-
-// Aborts are among them, so that they leave before their channel's next message.
-void Outbox::add_small() {
-  if (ack_) packet_.add(*ack_);
-  ack_.reset();
-  for (const auto& frame : times_) packet_.add(frame);
-  times_.clear();
-  for (const auto channel : aborts_) packet_.add(PartFrame{channel, true, {}});
-  aborts_.clear();
 }
 
 bool Outbox::add_data(const Now& now) {
@@ -237,11 +247,11 @@ bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, cons
 
 void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max) {
   const auto before = queue.bytes();
+  resend_bytes_ -= queue.resend_bytes();
   const auto whole = queue.take_part(part_max, packet_);
+  resend_bytes_ += queue.resend_bytes();
   bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
-  if (!whole) return;
-  tracked_.push_back({0, {queue.id(), *whole}});
-  ++unfinished_;
+  if (whole) in_flight_.add({queue.id(), *whole});
 }
 
 ChannelQueue* Outbox::next_queue(const Now& now) {
@@ -261,7 +271,8 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
 bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
   const auto reserve = priority == Priority::kUrgent ? kUrgentReserveBytes : 0;
   const auto sent = unacknowledged_bytes() + packet_bytes + kAckRequestBytes;
-  return sent <= options_.unacknowledged_bytes_max + reserve;
+  // What left small may be large where it is kept.
+  return std::max(sent, resend_bytes_) <= options_.unacknowledged_bytes_max + reserve;
 }
 
 bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
@@ -269,8 +280,14 @@ bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
   if (ack.received_bytes <= received_bytes_) return true;
   pacer_.acknowledged(ack, now.steady);
   received_bytes_ = ack.received_bytes;
-  for (; !tracked_.empty() && tracked_.front().end <= received_bytes_; tracked_.pop_front())
-    delivered_.push_back(tracked_.front().message);
+  while (const auto arrived = in_flight_.take_arrived(received_bytes_)) {
+    const auto& [channel, whole] = *arrived;
+    if (!whole.resumes) {
+      delivered_.push_back({channel, whole.subject});
+    } else if (const auto queue = queues_.find(channel); queue != queues_.end()) {
+      change(queue->second, [&](ChannelQueue& sent) { sent.arrived(whole.sequence); });
+    }
+  }
   return true;
 }
 
@@ -279,17 +296,16 @@ void Outbox::reset() {
     change(queue, [](ChannelQueue& lost) {
       lost.drop_open(DropReason::kLinkLost);
       lost.drop_waiting(DropReason::kLinkLost);
+      lost.forget_sent();
       lost.restart();
     });
   }
   controls_.clear();
   control_bytes_ = 0;
-  ack_.reset();
-  times_.clear();
-  aborts_.clear();
+  small_.clear();
   sent_bytes_ = 0;
   received_bytes_ = 0;
-  tracked_.clear();
+  in_flight_.clear();
   delivered_.clear();
   pacer_ = Pacer(options_.queue_delay_target);
   held_until_.reset();

@@ -16,37 +16,20 @@
 #include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
+#include "core/flow/in_flight.hpp"
+#include "core/flow/outbox_options.hpp"
 #include "core/flow/pacer.hpp"
 #include "core/flow/packet.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/flow/small_frames.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
-
-struct OutboxOptions {
-  // Largest part of a message in one packet; the rate of the link decides (Pacer). The default
-  // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of
-  // unacknowledged_bytes_max is used.
-  std::uint32_t fragment_bytes = 256 << 10;
-  // Small parts are gathered into a packet up to this size (likewise); a part larger than it ends
-  // the packet.
-  std::uint32_t packet_bytes = 65536;
-  // How long what is not urgent may keep the queues on the way; zero: as long as they take it.
-  Duration queue_delay_target = std::chrono::milliseconds(2);
-  // Binary packet bytes sent and not yet acknowledged.
-  std::uint64_t unacknowledged_bytes_max = 16 << 20;
-  // Of control texts; beyond: the link closes with kSlowPeer.
-  std::uint64_t control_bytes_max = 8 << 20;
-  // Bodies in all channels' queues together; beyond: the oldest of the lowest class goes.
-  std::uint64_t data_bytes_max = 64 << 20;
-};
 
 // By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait
 // for ever.
 inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;
-// Time frames that wait; a newer one displaces the oldest (a peer may ask faster than it reads).
-inline constexpr std::size_t kTimeFramesMax = 16;
 
 // Not thread-safe; belongs to one link. Order is kept per channel. Urgent is strict (control texts
 // come first of all), light messages follow; high, normal and bulk share by weight 8 : 4 : 1 in
@@ -60,6 +43,17 @@ class Outbox {
 
   // A channel that exists already gets the new options and keeps its queue and counts.
   void add_channel(ChannelId channel, QueueOptions options);
+  // What was to arrive and may not have when a connection was lost, and the last sequence number
+  // there.
+  struct Unarrived {
+    std::deque<OutMessage> messages;
+    std::uint32_t last_sequence = 0;
+  };
+  // The channel, on which nothing was sent, takes the place of one on an earlier connection: what
+  // that one had left comes first, and the numbers go on (ChannelQueue::go_on).
+  void go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until);
+  [[nodiscard]] bool goes_on(ChannelId channel) const;
+  [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
   // Drops what is queued (counted as kWithdrawn) and forgets the channel; its last counts are
   // returned. An open message just ends: send `withdraw` after this call, the receiver then forgets
   // its unfinished message (Reassembly::forget).
@@ -75,8 +69,8 @@ class Outbox {
   void push(ChannelId channel, OutMessage message, const Now& now);
   // Queues a control text. False when control_bytes_max is passed: close the link with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text);
-  // Queues an ack or time frame: these overtake all data; a newer ack replaces an older one.
-  void push_small(const Frame& frame);
+  // Queues an ack or time frame (SmallFrames::push).
+  void push_small(const Frame& frame) { small_.push(frame); }
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now);
@@ -120,7 +114,6 @@ class Outbox {
 
  private:
   Packet next_control();
-  void add_small();
   // A small message of a channel without a priority of its own leaves right behind the urgent ones,
   // as long as such messages take little of what the link carries; else all that waits on the
   // channel goes with its class.
@@ -156,21 +149,13 @@ class Outbox {
 
   std::deque<std::string> controls_;
   std::uint64_t control_bytes_ = 0;
-  std::optional<Frame> ack_;
-  std::deque<Frame> times_;
-  std::vector<ChannelId> aborts_;  // channels whose open message ends unfinished
+  SmallFrames small_;
 
   std::uint64_t sent_bytes_ = 0;      // binary packets
   std::uint64_t received_bytes_ = 0;  // by the peer, of these
   std::uint64_t asked_end_ = 0;       // sent_bytes_ behind the last one that asks for an ack
-  // Tracked messages that are sent and not yet acknowledged; `end` is sent_bytes_ behind them. The
-  // last `unfinished_` of them are in the packet that is being gathered. Bounded by the window.
-  struct Tracked {
-    std::uint64_t end = 0;
-    Delivered message;
-  };
-  std::deque<Tracked> tracked_;
-  std::size_t unfinished_ = 0;
+  InFlight in_flight_;                // tracked messages, and those that resume
+  std::uint64_t resend_bytes_ = 0;    // of all channels
   std::vector<Delivered> delivered_;
   Pacer pacer_;
   Throttle light_;                       // what small messages may take as urgent ones

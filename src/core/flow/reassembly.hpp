@@ -44,6 +44,10 @@ class Reassembly {
   Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet,
                                               bool keep = true);
   Result<std::optional<InMessage>> on_part(const PartFrame& frame);
+  // The channel, on which nothing has come, goes on behind this sequence of another connection.
+  void go_on(ChannelId channel, std::uint32_t sequence) {
+    streams_[channel].last_sequence = sequence;
+  }
   // The channel was withdrawn: forgets its unfinished message and its sequence.
   void forget(ChannelId channel);
 

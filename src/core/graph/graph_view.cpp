@@ -94,6 +94,13 @@ const TopicState* GraphView::find(const TopicKey& key) const {
   return it == topics_.end() ? nullptr : &it->second;
 }
 
+bool GraphView::has_reliable_subscriber(const TopicKey& key) const {
+  const TopicState* topic = find(key);
+  return topic &&
+         std::any_of(topic->subscribers.begin(), topic->subscribers.end(),
+                     [](const auto& e) { return e.qos.reliability == Reliability::kReliable; });
+}
+
 std::string incompatible_policy(const Qos& offered, const Qos& requested) {
   if (offered.reliability == Reliability::kBestEffort &&
       requested.reliability == Reliability::kReliable)

@@ -32,6 +32,7 @@ class GraphView {
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
   [[nodiscard]] const TopicState* find(const TopicKey& key) const;
+  [[nodiscard]] bool has_reliable_subscriber(const TopicKey& key) const;
   // Services with at least one real server; no bridge's mirrors, as far as the graph tells.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
   // A real server of this name exists here, whatever its type.

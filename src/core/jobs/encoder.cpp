@@ -41,16 +41,20 @@ Encoder::Encoded Encoder::pass() {
   return whole(take_waiting(), std::nullopt);
 }
 
-std::size_t Encoder::forget(LinkId link) {
-  std::size_t count = at_work_ ? std::erase(at_work_->targets, link) : 0;
+std::vector<OutSample> Encoder::forget(LinkId link) {
+  std::vector<OutSample> forgotten;
+  const auto leave = [&](OutSample& sample) {
+    const bool was_for_it = std::erase(sample.targets, link) > 0;
+    if (was_for_it) forgotten.push_back(sample);
+    return was_for_it && sample.targets.empty();
+  };
+  if (at_work_) leave(*at_work_);
   std::erase_if(waiting_, [&](OutSample& sample) {
-    const std::size_t own = std::erase(sample.targets, link);
-    count += own;
-    const bool unwanted = own > 0 && sample.targets.empty();
+    const bool unwanted = leave(sample);
     if (unwanted) waiting_bytes_ -= sample.raw.size();
     return unwanted;
   });
-  return count;
+  return forgotten;
 }
 
 bool Encoder::holds(LinkId link) const {

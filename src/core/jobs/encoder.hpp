@@ -20,6 +20,7 @@ struct OutSample {
   std::uint64_t number = 0;  // as in MessageFrame
   Payload raw;
   std::vector<LinkId> targets;
+  bool reliable = false;  // it may be kept for a link that is lost
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is
@@ -50,8 +51,8 @@ class Encoder {
   [[nodiscard]] std::optional<Encoded> next();
   // That of upcoming(), which must not be null, as it is.
   [[nodiscard]] Encoded pass();
-  // The link gets none of what is under way; how many samples that were for it.
-  std::size_t forget(LinkId link);
+  // The link gets none of what is under way: those samples, in order.
+  std::vector<OutSample> forget(LinkId link);
   // Whether something under way is for the link.
   [[nodiscard]] bool holds(LinkId link) const;
   // Forgets everything; all these samples are dropped.

@@ -18,7 +18,7 @@ Result<Nothing> IncomingChannel::on_refuse(const Refuse&, const Now&) {
   return Error{CloseCode::kUnknownChannel, "calls of a channel that is no service are refused"};
 }
 
-void OutgoingChannel::on_demand(std::uint16_t, const Now&) {}
+void OutgoingChannel::on_demand(const ChannelDemand&, const Now&) {}
 
 void OutgoingChannel::on_decline(const Decline&, const Now&) {}
 

@@ -3,6 +3,9 @@
 // (docs/protocol.md, "offer" and "attach").
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include "core/base/result.hpp"
 #include "core/base/time.hpp"
 #include "core/flow/reassembly.hpp"
@@ -28,13 +31,20 @@ class IncomingChannel {
   virtual Result<Nothing> on_refuse(const Refuse& refuse, const Now& now);
 };
 
+// What a demand says of one channel.
+struct ChannelDemand {
+  std::uint16_t number = 0;              // 0: it is not wanted any longer
+  bool resume = false;                   // what a lost connection loses is to be kept
+  std::optional<std::uint32_t> after{};  // goes on behind this sequence
+};
+
 // A channel on which this side sends: a topic or a service that it offers, or its requests to a
 // service of the peer. What does not concern it is ignored, or is an error of the peer.
 class OutgoingChannel {
  public:
   virtual ~OutgoingChannel() = default;
 
-  virtual void on_demand(std::uint16_t number, const Now& now);
+  virtual void on_demand(const ChannelDemand& demand, const Now& now);
   virtual void on_decline(const Decline& decline, const Now& now);
   virtual Result<Nothing> on_attach(const Attach& attach, const Now& now);
   virtual Result<Nothing> on_forget(const Forget& forget, const Now& now);

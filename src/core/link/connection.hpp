@@ -97,6 +97,10 @@ class Connection {
   // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
+  // The peer's channel goes on behind this sequence of the connection before.
+  void resume_incoming(ChannelId channel, std::uint32_t sequence) {
+    reassembly_.go_on(channel, sequence);
+  }
   // The peer's channel has ended: its unfinished message is forgotten.
   void forget_incoming(ChannelId channel) { reassembly_.forget(channel); }
   // How often the peer's clock is asked; the default is dead_after / 3.

@@ -172,8 +172,13 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
 
 // What concerns a channel that this side has withdrawn crossed the withdraw on its way.
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
-  for (const ChannelId number : demand.channels)
-    if (OutgoingChannel* channel = outgoing(number)) channel->on_demand(demand.number, now);
+  for (std::size_t i = 0; i < demand.channels.size(); ++i) {
+    OutgoingChannel* channel = outgoing(demand.channels[i]);
+    if (!channel) continue;
+    ChannelDemand of_channel{demand.number, demand.resume};
+    if (!demand.after.empty()) of_channel.after = demand.after[i];
+    channel->on_demand(of_channel, now);
+  }
   return Nothing{};
 }
 

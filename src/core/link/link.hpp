@@ -60,12 +60,18 @@ class Link final : public ConnectionUser {
   bool offers_complete = false;         // our first round of offers has been sent
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
-  std::optional<TimePoint> forgotten_at;  // lost: when the link is declared dead
+  std::optional<TimePoint> dead_at;       // lost: when its calls and mirrors end
+  std::optional<TimePoint> forgotten_at;  // lost: when nothing of it is left
+  Duration resume_for{};  // how long what a lost connection loses is kept; zero: not at all
+  bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
   std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
   // What our rules have let through, by topic and type: who offers a topic anew gets no more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
+  // By topic and type (local names): what arrived last, where the peer was asked to keep what does
+  // not arrive. With an entry the topic goes on when the link is back.
+  std::map<std::pair<std::string, std::string>, std::uint32_t> arrived;
   // What may be decompressed beyond the size that messages usually have.
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   Token128 peer_side;   // of the last connection

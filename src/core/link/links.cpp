@@ -53,7 +53,9 @@ Link* Links::link_of(ConnectionId connection) {
 
 Link& Links::make_link() {
   const LinkId id{++last_link_};
-  return links_.try_emplace(id, id, user_).first->second;
+  Link& link = links_.try_emplace(id, id, user_).first->second;
+  link.resume_for = options_.resume_for;
+  return link;
 }
 
 void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
@@ -177,7 +179,8 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
   }
   if (counted < links_max) return true;
   if (lost == links_.end()) return false;
-  user_.on_link_dead(lost->second, now);
+  if (lost->second.dead_at) user_.on_link_dead(lost->second, now);
+  user_.on_link_forgotten(lost->second, now);
   links_.erase(lost);
   return true;
 }
@@ -188,16 +191,21 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   if (link.connection) {
     close(link.connection->id(), CloseCode::kReplaced,
           "a newer connection of this session took over");
-    lose(link, false, now);
+    lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
-  if (link.peer_side && link.peer_side != peer.side) user_.on_peer_replaced(link, now);
+  const bool replaced = link.peer_side && link.peer_side != peer.side;
+  if (replaced) user_.on_peer_replaced(link, now);
+  const std::string before = replaced             ? "; it was started anew"
+                             : link.connects == 0 ? ""
+                                                  : "; it goes on after a break";
   link.peer_side = peer.side;
   link.session = peer.session;
   link.address = peer.address;
   link.node = peer.node;
   link.connection = std::move(connection);
   link.connection->carry(link);
+  link.dead_at.reset();
   link.forgotten_at.reset();
   link.orphans_end_at = now.steady + kOffersTime;
   link.opened_at = now.steady;
@@ -206,7 +214,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   outputs_.log(LogLevel::kInfo,
                "link open with " + link.label() +
-                   (link.identity.name.empty() ? "" : " as " + link.identity.name));
+                   (link.identity.name.empty() ? "" : " as " + link.identity.name) + before);
   check_expiry(link, now);
   user_.on_link_open(link, now);
   if (options_.role == Role::kClient) renewal_.on_open(link);
@@ -240,7 +248,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   if (!link) return;
   outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint);
   last_failure_ = reason;
-  lose(*link, !client && is_goodbye(input.code), now, refused);
+  lose(*link, loss_by(input.code, options_.role), now, refused);
 }
 
 // A server's peers come back by themselves.
@@ -261,29 +269,33 @@ bool Links::end_failed(const Now& now) {
                                       " (" + std::string(name_of(error.code)) + ")");
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
-    const bool silent =
-        error.code == CloseCode::kSilent && now.steady >= link.connection->dead_at();
-    lose(link, silent || error.code == CloseCode::kRevoked, now);
+    lose(link, loss_by(error, link, now), now);
     any = true;
   }
   return any;
 }
 
-void Links::lose(Link& link, bool dead, const Now& now, bool login_refused) {
-  const TimePoint heard = link.connection->last_heard();
+void Links::lose(Link& link, Loss loss, const Now& now, bool login_refused) {
+  await_return(link, loss, options_.dead_after, now);
   link.connection->close();
   user_.on_link_lost(link, now);
   link.forget_channels();
   link.connection.reset();
   link.accepts.reset();
   link.offers_complete = false;
-  link.forgotten_at = dead ? now.steady : std::max(now.steady, heard + options_.dead_after);
   link.orphans_end_at.reset();
-  if (dead) user_.on_link_dead(link, now);
+  if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
   if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
   dial_later(login_refused, now);
+}
+
+// Without anything to go on with it need not wait.
+void Links::end(Link& link, const Now& now) {
+  link.dead_at.reset();
+  user_.on_link_dead(link, now);
+  if (!user_.resumes(link)) link.forgotten_at = now.steady;
 }
 
 // ---- time
@@ -314,11 +326,12 @@ void Links::on_time(const Now& now) {
       link.orphans_end_at.reset();
       user_.on_offers_over(link, now);
     }
+    if (link.dead_at && *link.dead_at <= now.steady) end(link, now);
     if (!link.forgotten_at || *link.forgotten_at > now.steady) {
       ++it;
       continue;
     }
-    user_.on_link_dead(link, now);
+    user_.on_link_forgotten(link, now);
     link.forgotten_at.reset();
     it = options_.role == Role::kServer ? links_.erase(it) : std::next(it);
   }
@@ -333,7 +346,7 @@ void Links::stop(const Now& now) {
   for (auto& [id, link] : links_) {
     if (!link.connection) continue;
     close(link.connection->id(), CloseCode::kGoingAway, "this side stops");
-    lose(link, true, now);
+    lose(link, Loss::kEnd, now);
   }
 }
 
@@ -350,7 +363,8 @@ std::optional<TimePoint> Links::deadline() const {
   for (const auto& [id, link] : links_) {
     if (link.connection)
       first = earliest(first, earliest(link.expires_at, link.connection->deadline()));
-    first = earliest(first, earliest(link.forgotten_at, link.orphans_end_at));
+    first = earliest(first, earliest(link.dead_at, link.forgotten_at));
+    first = earliest(first, link.orphans_end_at);
     first = earliest(first, link.deadline());
   }
   return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,32 +14,13 @@
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
 #include "core/link/link.hpp"
+#include "core/link/loss.hpp"
+#include "core/link/options.hpp"
 #include "core/link/renewal.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
-
-enum class Role : std::uint8_t { kServer, kClient };
-
-struct LinkOptions {
-  Role role = Role::kServer;
-  std::string node = "/connect";      // fully qualified name of our node
-  std::string login_method = "none";  // client: what it logs in with
-  Bytes credential;                   // client, until CredentialChanged
-  Duration login_timeout = std::chrono::seconds(5);
-  Duration dead_after = std::chrono::seconds(3);
-  Duration retry_min = std::chrono::milliseconds(200);   // client: first back-off
-  Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
-  Duration dial_timeout = std::chrono::seconds(5);
-  std::uint32_t links_max = 64;          // server
-  std::uint32_t identity_links_max = 0;  // server: of one identity with a name; 0: half of them
-  // Source of session secrets; the seeded generator when empty (simulation). Give it a
-  // cryptographic one.
-  std::function<std::uint64_t()> secret_random;
-  OutboxOptions outbox;
-  ReassemblyOptions reassembly;
-};
 
 // What becomes of links, for those who have channels on them.
 class LinksUser : public LinkUser {
@@ -51,10 +31,14 @@ class LinksUser : public LinkUser {
   virtual void on_peer_replaced(Link& link, const Now& now) = 0;
   // The connection is about to go, and its channels with it. Mirrors and calls wait.
   virtual void on_link_lost(Link& link, const Now& now) = 0;
-  // It was lost for dead_after, or left for good: nothing of it stays.
+  // It was lost for dead_after, or left for good: its calls and mirrors end.
   virtual void on_link_dead(Link& link, const Now& now) = 0;
   // Its identity has changed: its rights, perhaps.
   virtual void on_identity_changed(Link& link) = 0;
+  // Whether something is kept for a dead link's return.
+  [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
+  // It will not return: nothing of it stays. It is dead already.
+  virtual void on_link_forgotten(Link& link, const Now& now) = 0;
   // What the peer has not offered again by now it will not.
   virtual void on_offers_over(Link& link, const Now& now) = 0;
 
@@ -63,7 +47,8 @@ class LinksUser : public LinkUser {
 };
 
 // A session is a link: a client that presents its secret continues it on another connection. A
-// lost link waits `dead_after` for that; then it is dead. Single-threaded; owned by the side.
+// lost link waits `dead_after` for that; then it is dead, and waits on only for what resumes.
+// Single-threaded; owned by the side.
 class Links {
  public:
   // `side` is our own id.
@@ -116,9 +101,9 @@ class Links {
   void refuse(Pending::iterator waiting, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
-  // The connection is gone, or about to be. `dead`: the link is dead at once, else after dead_after
-  // of silence.
-  void lose(Link& link, bool dead, const Now& now, bool login_refused = false);
+  // The connection is gone, or about to be; `loss`: what that means.
+  void lose(Link& link, Loss loss, const Now& now, bool login_refused = false);
+  void end(Link& link, const Now& now);  // it is dead
   void dial_later(bool login_refused, const Now& now);
 
   const LinkOptions& options_;

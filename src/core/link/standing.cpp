@@ -56,7 +56,10 @@ bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now) {
     return true;
   }
   link.fail({CloseCode::kRevoked, "the login of " + link.identity.name + " was withdrawn"});
-  if (!link.connection) link.forgotten_at = now.steady;
+  if (link.connection) return false;
+  link.returns = false;
+  if (link.dead_at) link.dead_at = now.steady;
+  link.forgotten_at = now.steady;
   return false;
 }
 
@@ -68,10 +71,6 @@ void check_expiry(Link& link, const Now& now) {
     return link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
   // By the steady clock; when the other one was set, it is found out at the next look.
   link.expires_at = now.steady + Duration(expires - now.system);
-}
-
-bool is_goodbye(std::optional<std::uint16_t> close_code) {
-  return is(close_code, CloseCode::kNormal) || is(close_code, CloseCode::kGoingAway);
 }
 
 bool wants_other_credential(std::optional<std::uint16_t> close_code) {

@@ -24,10 +24,6 @@ bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now);
 // Ends what has expired, and notes when to look again.
 void check_expiry(Link& link, const Now& now);
 
-// A client that says so needs no place any more. A server that does is mostly restarted: its
-// mirrors wait for it as after any loss.
-[[nodiscard]] bool is_goodbye(std::optional<std::uint16_t> close_code);
-
 // ---- a client's
 // The server wants another credential than the one that was shown; to dial in a hurry is useless.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/policy/pattern.hpp"
+#include "core/policy/treatment.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -228,6 +229,11 @@ Priority default_priority(std::string_view topic, std::string_view type) {
   if (std::find(kHigh.begin(), kHigh.end(), type) != kHigh.end()) return Priority::kHigh;
   if (std::find(kBulk.begin(), kBulk.end(), type) != kBulk.end()) return Priority::kBulk;
   return Priority::kNormal;
+}
+
+bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
+  const Priority priority = treatment.priority.value_or(default_priority(topic, type));
+  return treatment.resume.value_or(priority != Priority::kUrgent && treatment.max_age == kForever);
 }
 
 }  // namespace connect_bridge

@@ -14,6 +14,8 @@
 
 namespace connect_bridge {
 
+struct Treatment;
+
 // One channel as an offer or the graph describes it.
 struct Interface {
   InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
@@ -107,5 +109,9 @@ struct Opening {
 [[nodiscard]] Priority default_priority(InterfaceKind kind, std::string_view name,
                                         std::string_view type);
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
+// Whether what a lost connection loses of a topic is to come later: unless the rule says so, not
+// where late is worse than never, as it is for what is urgent or has a max_age.
+[[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
+                           std::string_view type);
 
 }  // namespace connect_bridge

@@ -42,6 +42,7 @@ struct Treatment {
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
   std::uint64_t queue_bytes_max = 0;  // a channel's queue; one message always fits; 0: by the link
   QosOverride qos;
+  std::optional<bool> resume;        // none: see resumes()
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
   std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not watched
   Duration call_timeout = kForever;  // then a call is given up, except for an action's result

@@ -157,8 +157,11 @@ void Side::on_identity_changed(Link& link) {
   rights_changed_ = true;
 }
 
-// What rules and identities allow now, in both directions.
+// What rules and identities allow now, in both directions. What was kept for a lost link may have
+// lost its right.
 void Side::recheck_rights(const Now& now) {
+  for (auto& [id, link] : links_.all())
+    if (!link.open()) exports_.end_kept(link, now);
   recheck(now);
   imports_.on_policy(now);
   service_imports_.on_policy(now);
@@ -206,12 +209,16 @@ void Side::on_peer_time(const TimeReply& reply, Stamp t4) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
+  // What is not lost with the connection is not counted so.
+  imports_.finish(link, now);
+  if (link.returns) exports_.keep(link, now);
   LinkStatus last;
   exports_.add_status(link, last);
   imports_.add_status(link, last);
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   imports_.on_link_lost(link.id, now);
+  if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
 }
@@ -220,6 +227,22 @@ void Side::on_link_dead(Link& link, const Now& now) {
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
   clock_publisher_.stop(outputs_);
+}
+
+bool Side::resumes(const Link& link) const {
+  return !link.arrived.empty() || exports_.keeps(link.id);
+}
+
+void Side::on_link_forgotten(Link& link, const Now& now) {
+  link.arrived.clear();
+  imports_.on_link_dead(link.id, now);
+  exports_.end_kept(link, now);
+}
+
+void Side::on_peer_replaced(Link& link, const Now& now) {
+  end_calls(link, now);
+  link.arrived.clear();
+  exports_.end_kept(link, now);
 }
 
 void Side::end_calls(Link& link, const Now& now) {
@@ -302,6 +325,7 @@ Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
 LinkStatus Side::status_of(const Link& link) const {
   LinkStatus shown = link.status();
   exports_.add_status(link, shown);
+  exports_.add_kept(link, shown);
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);

@@ -91,9 +91,11 @@ class Side final : private LinksUser {
   void on_identity_changed(Link& link) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override;
   void on_link_open(Link& link, const Now& now) override;
-  void on_peer_replaced(Link& link, const Now& now) override { end_calls(link, now); }
+  void on_peer_replaced(Link& link, const Now& now) override;
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
+  [[nodiscard]] bool resumes(const Link& link) const override;
+  void on_link_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
   void start(const Now& now);

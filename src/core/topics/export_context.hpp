@@ -1,6 +1,7 @@
 // What the exported topics of a side share.
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -10,6 +11,7 @@
 #include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
+#include "core/topics/backlog.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 
@@ -26,7 +28,8 @@ struct ExportContext {
 
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
-  Budget parked{};  // bytes of samples whose publishers are not known yet
+  Budget parked{};                       // bytes of samples whose publishers are not known yet
+  std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
 };
 

@@ -20,6 +20,11 @@ bool serves(const Qos& present, const Qos& wanted) {
          (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
 }
 
+// What comes by a subscription of this QoS: all of it, and not what its publishers keep.
+bool may_resume(const Qos& qos) {
+  return qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile;
+}
+
 bool is_closed(const std::pair<const LinkId, TopicOffer>& offer) {
   return !offer.second.is_open();
 }
@@ -30,6 +35,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
       key_(std::move(key)),
       origins_(context.timers, this),
+      backlogs_(context, *this),
       streams_(context, *this, offers_, subscription_qos_) {}
 
 // ---- origins and links
@@ -48,7 +54,7 @@ void ExportedTopic::on_graph(const Now& now) {
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
-  const auto removed = origins_.remove_vanished(drained(), now);
+  const auto removed = origins_.remove_vanished(drained(), is_kept(), now);
   if (removed.empty()) return;
   for (const OriginId origin : removed) history_.remove(origin);
   for (auto& [link, offer] : offers_) {
@@ -67,9 +73,18 @@ bool ExportedTopic::drained() const {
          std::all_of(offers_.begin(), offers_.end(), offer_drained);
 }
 
+bool ExportedTopic::is_kept() const {
+  const auto goes_on = [](const auto& entry) { return entry.second.goes_on(); };
+  return !backlogs_.empty() || std::any_of(offers_.begin(), offers_.end(), goes_on);
+}
+
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
   if (origins_.empty() || offers_.contains(link.id)) return std::nullopt;
-  return offers_.try_emplace(link.id, context_, *this, link).first->second.open();
+  TopicOffer& offer = offers_.try_emplace(link.id, context_, *this, link).first->second;
+  auto opened = offer.open();
+  const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());
+  if (opened) opened->resume = resumes;
+  return opened;
 }
 
 void ExportedTopic::recheck(const Link& link, const Now& now) {
@@ -77,6 +92,7 @@ void ExportedTopic::recheck(const Link& link, const Now& now) {
   if (it == offers_.end() || it->second.is_current()) return;
   it->second.withdraw();
   offers_.erase(it);
+  backlogs_.end(link.id, DropReason::kWithdrawn);
   streams_.forget(link.id);
   update_subscription(now);
 }
@@ -87,10 +103,12 @@ void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
   update_subscription(now);
 }
 
-void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
+void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
+                              const Now& now) {
   const bool subscribed = bool(subscription_);
   if (offer.demanded()) failed_ = false;
-  if (!offer.demanded()) offer.drop(DropReason::kNoDemand, streams_.forget(link));
+  if (!backlogs_.go_on(offer, link, demand, now))
+    offer.drop(DropReason::kNoDemand, streams_.forget(link).size());
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, link, now);
@@ -99,8 +117,22 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const Now& now) {
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
   streams_.on_time(now);
+  if (backlogs_.end_overdue(now)) update_subscription(now);
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
+}
+
+// ---- over connections
+
+void ExportedTopic::keep(LinkId link, const Now& now) {
+  if (backlogs_.contains(link)) return backlogs_.renew(link, now);
+  const auto it = offers_.find(link);
+  if (it == offers_.end() || !it->second.resumes() || !may_resume(subscription_qos_)) return;
+  backlogs_.begin(it->second, link, streams_.forget(link), now);
+}
+
+void ExportedTopic::end_kept(LinkId link, const Now& now) {
+  if (backlogs_.end(link, DropReason::kResumeBound)) update_subscription(now);
 }
 
 // ---- the subscription
@@ -128,6 +160,7 @@ Qos ExportedTopic::wanted_qos() const {
     if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
     if (o.depth) depth = std::max(depth, *o.depth);
   }
+  if (backlogs_.want_volatile()) qos.durability = Durability::kVolatile;
   // The samples of all transient-local publishers come at once; a power of two, so that not every
   // publisher that joins makes the subscription anew.
   if (qos.durability == Durability::kTransientLocal) {
@@ -151,7 +184,8 @@ std::uint32_t ExportedTopic::history_depth() const {
 bool ExportedTopic::is_wanted() const {
   const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
   return !origins_.empty() && (context_.held.contains(key_.first) ||
-                               std::any_of(offers_.begin(), offers_.end(), demanded));
+                               std::any_of(offers_.begin(), offers_.end(), demanded) ||
+                               (backlogs_.want_samples() && may_resume(wanted_qos())));
 }
 
 void ExportedTopic::update_subscription(const Now& now) {
@@ -268,6 +302,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
+  sample.reliable =
+      may_resume(subscription_qos_) && origin.qos.reliability == Reliability::kReliable;
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
     if (!offer.admit(origin.id, sample.raw, now)) continue;
@@ -278,9 +314,12 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
       compressed[how].push_back(link);
     }
   }
-  for (auto& [how, links] : compressed)
-    streams_.encode(
-        how, {sample.subject, sample.stamp, sample.number, sample.raw, std::move(links)}, now);
+  backlogs_.add(sample, now);
+  for (auto& [how, links] : compressed) {
+    OutSample to_links = sample;
+    to_links.targets = std::move(links);
+    streams_.encode(how, std::move(to_links), now);
+  }
 }
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {

@@ -8,6 +8,7 @@
 
 #include "core/base/pace.hpp"
 #include "core/flow/history.hpp"
+#include "core/topics/backlogs.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/topic_offer.hpp"
 #include "core/topics/topic_streams.hpp"
@@ -29,9 +30,14 @@ class ExportedTopic {
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link);
   // Rules or the peer's Accepts are new: withdraws what is treated differently now.
   void recheck(const Link& link, const Now& now);
+  // The connection is about to be lost: what may not have arrived is kept, and what is published
+  // until the link returns.
+  void keep(LinkId link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
+  // The link will not return, or has forgotten: nothing is kept for it any more.
+  void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
-  void on_demand(TopicOffer& offer, LinkId link, const Now& now);
+  void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
   // What is wanted has changed: makes the subscription that serves it, or ends it.
   void update_subscription(const Now& now);
 
@@ -47,6 +53,8 @@ class ExportedTopic {
   // How many samples a late local subscriber would get of one origin, as far as the graph tells.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
+  // What is kept for the link.
+  void add_kept(LinkId link, LinkStatus& status) const { backlogs_.add_status(link, status); }
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
@@ -58,6 +66,8 @@ class ExportedTopic {
 
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
+  // Something waits for a link to return, or since it has.
+  [[nodiscard]] bool is_kept() const;
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;
@@ -78,6 +88,7 @@ class ExportedTopic {
   std::string type_hash_;
   Origins origins_;
   std::map<LinkId, TopicOffer> offers_;
+  Backlogs backlogs_;
   SubscriptionId subscription_;  // none: nobody wants it
   Qos subscription_qos_;
   bool failed_ = false;  // could not be subscribed, and nobody has asked for it since

@@ -26,6 +26,14 @@ void Exports::on_link_lost(LinkId link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
 }
 
+void Exports::keep(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.keep(link.id, now);
+}
+
+void Exports::end_kept(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_) topic.end_kept(link.id, now);
+}
+
 void Exports::hold_action(const std::string& action, bool on, const Now& now) {
   for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
     const std::string name = name_of_part(action, part);
@@ -70,8 +78,14 @@ void Exports::add_status(const Link& link, LinkStatus& status) const {
   for (const auto& [key, topic] : topics_) topic.add_status(link.id, status);
 }
 
+void Exports::add_kept(const Link& link, LinkStatus& status) const {
+  if (!keeps(link.id)) return;
+  for (const auto& [key, topic] : topics_) topic.add_kept(link.id, status);
+}
+
 std::uint64_t Exports::memory_bytes() const {
   std::uint64_t bytes = context_.parked.used();
+  for (const auto& [link, kept] : context_.kept) bytes += kept.bytes();
   for (const auto& [key, topic] : topics_) bytes += topic.memory_bytes();
   return bytes;
 }

@@ -24,7 +24,12 @@ class Exports {
   void recheck(const Link& link, const Now& now);
   // Adds what is to be offered to the link and is not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers);
+  // The connection is about to be lost, and may have a successor: what is to resume is kept for it.
+  void keep(const Link& link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
+  // Nothing is kept for it any more.
+  void end_kept(const Link& link, const Now& now);
+  [[nodiscard]] bool keeps(LinkId link) const { return context_.kept.contains(link); }
 
   // While a peer can send goals to this action, its feedback and status are subscribed, demanded or
   // not: what follows a goal at once would be over before a new subscription had been matched.
@@ -37,6 +42,8 @@ class Exports {
 
   [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;
+  // What is kept for a link that is lost.
+  void add_kept(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:

@@ -8,6 +8,10 @@ void Imports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   peers_.try_emplace(link.id, context_, link).first->second.on_offer(offer, now);
 }
 
+void Imports::finish(const Link& link, const Now& now) {
+  if (const auto peer = peers_.find(link.id); peer != peers_.end()) peer->second.finish(now);
+}
+
 void Imports::on_link_lost(LinkId link, const Now& now) {
   const auto peer = peers_.find(link);
   if (peer == peers_.end()) return;
@@ -19,7 +23,7 @@ void Imports::on_link_dead(LinkId link, const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     Mirror& mirror = (it++)->second;
     if (!mirror.candidate(link)) continue;
-    if (mirror.candidates().size() == 1) mirror.destroy();  // it has nothing to wait for
+    mirror.lose_link(link);
     context_.remove_candidate(mirror, link, now);
   }
 }

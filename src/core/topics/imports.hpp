@@ -23,9 +23,12 @@ class Imports {
   // The caller has found the number unused and told the link of it. Also declines kinds of channels
   // that nobody here knows.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
+  // The connection is about to be lost: what arrived and is to resume is published, so that it
+  // need not come again.
+  void finish(const Link& link, const Now& now);
   // The connection is gone: its channels end, its mirrors wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
-  // The link is declared dead: its mirrors vanish.
+  // The link is declared dead: its mirrors vanish. A link that returns makes them anew.
   void on_link_dead(LinkId link, const Now& now);
   // The link is open again, and what it has not offered again by now it will not.
   void forget_orphans(LinkId link, const Now& now);

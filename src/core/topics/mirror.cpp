@@ -19,6 +19,15 @@ constexpr Duration kGoalDemand = std::chrono::seconds(5);
 constexpr Duration kNaming = std::chrono::seconds(2);
 // A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
+// By then subscribers have found a publisher that was made anew: what was kept for them must not
+// come before.
+constexpr Duration kMatching = std::chrono::milliseconds(400);
+
+// Whether what is kept for a lost link reaches the subscribers of such a mirror.
+bool may_resume(const Qos& origin, const Qos& mirror) {
+  return origin.reliability == Reliability::kReliable &&
+         origin.durability == Durability::kVolatile && mirror.reliability == Reliability::kReliable;
+}
 
 // Whether the newer link can be of the same client, started anew.
 bool is_successor(const Link& newer, const Link& older) {
@@ -89,6 +98,12 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   if (fed || taken_over) ask_for_last_samples(now);
 }
 
+void Mirror::lose_link(LinkId link) {
+  const bool alone = candidates_.size() == 1;
+  if (!alone || !context_.graph.bridges().empty()) candidate(link)->link->arrived.erase(key_.first);
+  if (alone) vanish();
+}
+
 const Mirror::Candidate* Mirror::candidate(LinkId link) const {
   const auto it = std::find_if(candidates_.begin(), candidates_.end(),
                                [&](const Candidate& c) { return c.link->id == link; });
@@ -108,6 +123,7 @@ bool Mirror::refresh(const Now& now) {
                                     [](const Candidate& c) { return c.offered != nullptr; });
   if (!candidates_.front().offered && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
+    present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
     taken_over = true;
   }
   // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
@@ -153,6 +169,8 @@ void Mirror::create(const Now& now) {
   last_number_ = sample_bytes_ = 0;
   TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
   if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kTopicSettle);
+  const auto& arrived = candidates_.front().link->arrived;
+  if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
@@ -163,7 +181,15 @@ void Mirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
+// Who subscribes to another one, or was fed by another bridge meanwhile, is not to get what was
+// kept for this one.
 void Mirror::destroy() {
+  if (id_ && may_resume(origin_.qos, qos_))
+    for (const Candidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
+  vanish();
+}
+
+void Mirror::vanish() {
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};

@@ -42,6 +42,9 @@ class Mirror {
   void name_node(const std::string& node, const Now& now);
   // The connection is lost: the candidate waits for its return.
   void lose_topic(LinkId link, const Now& now);
+  // The link is dead: nothing is left to wait for, unless another link offers the origin too. What
+  // subscribers here miss will come when the link is back, but not where another one may feed them.
+  void lose_link(LinkId link);
   // After this the mirror may be over (ImportContext::remove_candidate asks).
   void remove_candidate(LinkId link, const Now& now);
   // Null: the link does not offer the origin.
@@ -93,6 +96,7 @@ class Mirror {
   using Timer = Timers<Mirror*>::Timer;
 
   void create(const Now& now);
+  void vanish();
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   void update_demands(const Now& now) const;

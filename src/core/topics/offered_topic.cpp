@@ -34,11 +34,13 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       type_hash_(offer.type_hash),
       action_type_(offer.action_type),
       decision_(std::move(decision)),
+      offers_resume_(offer.resume),
       deltas_(peer.bases()) {
   const auto wire_name = context_.graph_options.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
   link_.take_offered(number_, *this);
+  if (!offers_resume_) link_.arrived.erase(key_);
 }
 
 OfferedTopic::~OfferedTopic() {
@@ -153,7 +155,29 @@ void OfferedTopic::leave_mirrors(const Now& now) {
     context_.remove_candidate(*mirror, link_.id, now);
 }
 
+void OfferedTopic::finish(std::uint64_t& bytes_left, const Now& now) {
+  if (!resume_) return;
+  job_.cancel();
+  for (const Waiting& waiting : std::exchange(waiting_, {})) {
+    const InMessage& message = waiting.message;
+    if (message.codec == Codec::kNone) {
+      publish(message, message.body, now);
+      continue;
+    }
+    auto raw = message.raw_bytes <= bytes_left
+                   ? decompress(message.body.view(), message.codec, message.raw_bytes)
+                   : Result<Bytes>(Error{CloseCode::kTooLarge, "no time"});
+    if (!raw) {
+      dropped_.add(DropReason::kLinkLost);
+      continue;
+    }
+    bytes_left -= message.raw_bytes;
+    publish(message, Payload::adopt(std::move(raw).value()), now);
+  }
+}
+
 void OfferedTopic::lose(const Now& now) {
+  if (resume_ && context_.graph.has_reliable_subscriber(key_)) link_.arrived[key_] = last_sequence_;
   for (const auto& [id, mirror] : std::exchange(origins_, {})) mirror->lose_topic(link_.id, now);
 }
 
@@ -170,7 +194,31 @@ void OfferedTopic::update_demand(const Now& now) {
   peer_.change_demand(*this, on);
 }
 
+// Messages of /parameter_events are permitted one by one, by rules that may have changed when the
+// link returns.
+bool OfferedTopic::may_resume() const {
+  return link_.resume_for > Duration::zero() && !parameter_events_ &&
+         resumes(treatment(), key_.first, key_.second);
+}
+
+ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
+  demand_ = number;
+  deltas_.clear();
+  resume_ = may_resume();
+  ChannelDemand begun{number, resume_};
+  const auto arrived = link_.arrived.find(key_);
+  const bool missed =
+      arrived != link_.arrived.end() && context_.graph.has_reliable_subscriber(key_);
+  if (std::exchange(offers_resume_, false) && resume_ && missed) {
+    begun.after = last_sequence_ = arrived->second;
+    link_.connection->resume_incoming(number_, last_sequence_);
+  }
+  if (arrived != link_.arrived.end()) link_.arrived.erase(arrived);
+  return begun;
+}
+
 void OfferedTopic::end_demand() {
+  resume_ = false;
   job_.cancel();
   dropped_.add(DropReason::kNoDemand, waiting_.size());
   waiting_.clear();
@@ -186,6 +234,7 @@ void OfferedTopic::demand_again(const Now& now) {
 
 Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   wire_bytes_ += message.body.size();
+  last_sequence_ = message.sequence;
   if (!wants(message.demand)) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};

@@ -36,6 +36,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void renew(const Now& now);
   // The peer is told that it is not imported any longer.
   void decline(const Now& now);
+  // The connection is about to be lost: what waits for a worker is decompressed and published here
+  // and now, within these bytes. They become less.
+  void finish(std::uint64_t& bytes_left, const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
 
@@ -43,10 +46,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void update_demand(const Now& now);
   // The peer is told of it: under this number, or of its end. What still waits here is dropped
   // then.
-  void begin_demand(std::uint16_t number) {
-    demand_ = number;
-    deltas_.clear();
-  }
+  ChannelDemand begin_demand(std::uint16_t number);
   void end_demand();
   // Ends the demand for a moment, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
@@ -91,6 +91,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   }
   [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
   [[nodiscard]] bool permits(const Mirror& mirror, const Payload& raw) const;
+  // Whether the peer shall keep what a lost connection loses.
+  [[nodiscard]] bool may_resume() const;
   // Whether our rule's rates let a message of this size through; then it counts.
   [[nodiscard]] bool admits(std::size_t bytes, const Now& now);
 
@@ -105,6 +107,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   bool parameter_events_ = false;
   bool demanded_ = false;
   std::uint16_t demand_ = 0;             // its number, once the peer was told
+  bool resume_ = false;                  // it asks for what a lost connection loses
+  bool offers_resume_ = false;           // the peer may have kept something for the first demand
+  std::uint32_t last_sequence_ = 0;      // of what arrived
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
   std::set<OriginId> left_out_;          // for which there was no mirror
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set

@@ -10,6 +10,7 @@ namespace connect_bridge {
 struct TopicOptions {
   std::uint32_t default_depth = 100;           // queue and mirror depth where the graph gives none
   std::uint32_t latched_depth = 10;            // the same for transient local
+  std::uint64_t resume_bytes_max = 16 << 20;   // of what is kept for one lost link
   std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
   std::uint32_t mirrors_max = 2048;            // of one peer
   std::uint32_t topic_mirrors_max = 256;       // of one peer and one topic

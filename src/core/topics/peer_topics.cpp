@@ -5,6 +5,12 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// What is decompressed at once when a connection is lost: some ten milliseconds of work.
+constexpr std::uint64_t kFinishedBytesMax = 16 << 20;
+
+}  // namespace
 
 void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const NameMap& names = context_.graph_options.names;
@@ -49,6 +55,11 @@ void PeerTopics::renew(const Now& now) {
   for (auto& [number, topic] : topics_) topic.renew(now);
 }
 
+void PeerTopics::finish(const Now& now) {
+  std::uint64_t bytes_left = kFinishedBytesMax;
+  for (auto& [number, topic] : topics_) topic.finish(bytes_left, now);
+}
+
 void PeerTopics::on_link_lost(const Now& now) {
   for (auto it = topics_.begin(); it != topics_.end(); it = topics_.erase(it)) it->second.lose(now);
 }
@@ -66,10 +77,18 @@ void PeerTopics::send_demands() {
   if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});
   if (wants_.empty()) return;
   if (++demands_ == 0) ++demands_;
-  for (const ChannelId number : wants_)
-    if (const auto topic = topics_.find(number); topic != topics_.end())
-      topic->second.begin_demand(demands_);
-  link_.send(Demand{std::exchange(wants_, {}), demands_});
+  Demand plain{{}, demands_};
+  Demand fresh{{}, demands_, true};  // and to be kept from now on
+  Demand going_on{{}, demands_, true};
+  for (const ChannelId number : std::exchange(wants_, {})) {
+    const auto topic = topics_.find(number);
+    if (topic == topics_.end()) continue;
+    const auto begun = topic->second.begin_demand(demands_);
+    if (begun.after) going_on.after.push_back(*begun.after);
+    (begun.after ? going_on : begun.resume ? fresh : plain).channels.push_back(number);
+  }
+  for (const Demand& demand : {plain, fresh, going_on})
+    if (!demand.channels.empty()) link_.send(demand);
 }
 
 void PeerTopics::add_status(LinkStatus& status) const {

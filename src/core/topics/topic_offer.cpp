@@ -188,11 +188,15 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   configure_queue();
 }
 
-void TopicOffer::on_demand(std::uint16_t number, const Now& now) {
-  if (demanded() == (number != 0)) return;
-  demand_ = number;
+void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
+  if (demanded() == (demand.number != 0)) return;
+  demand_ = demand.number;
+  resume_ = demand.resume && may_resume();
   if (!demanded()) link_.outbox().clear_channel(number_);
-  topic_.on_demand(*this, link_.id, now);
+  // What the offer told of may be gone by now; the numbers rise all the same.
+  if (demanded() && demand.after)
+    link_.outbox().go_on(number_, {{}, *demand.after}, now, now.steady);
+  topic_.on_demand(*this, link_.id, demand, now);
 }
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
@@ -200,6 +204,43 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   const std::string what = shown(InterfaceKind::kTopic, name, type);
   if (const auto line = link_.note_decline(declined_, what, decline, now))
     context_.outputs.log(LogLevel::kWarn, *line);
+}
+
+// ---- over connections
+
+// The messages of /parameter_events are permitted one by one, by rules that may have changed when
+// the link returns.
+bool TopicOffer::may_resume() const {
+  const auto& [name, type] = topic_.key();
+  return link_.resume_for > Duration::zero() && !parameter_events_ &&
+         treatment().qos.reliability != Reliability::kBestEffort &&
+         connect_bridge::resumes(treatment(), name, type);
+}
+
+Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const {
+  Backlog::Options options;
+  options.treatment = treatment();
+  options.rate = rate_;
+  options.message_bytes_max = link_.peer_message_bytes_max();
+  options.last_sequence = last_sequence;
+  return options;
+}
+
+bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
+  return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment();
+}
+
+void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
+  const auto too_large = std::erase_if(kept.messages, [&](const OutMessage& message) {
+    return message.raw_bytes > link_.peer_message_bytes_max();
+  });
+  drop(DropReason::kTooLarge, too_large);
+  for (auto& message : kept.messages) message.demand = demand_;
+  link_.outbox().go_on(number_, std::move(kept), now, now.steady + link_.resume_for);
+}
+
+bool TopicOffer::goes_on() const {
+  return is_open() && link_.connection && link_.outbox().goes_on(number_);
 }
 
 // ---- samples
@@ -236,15 +277,21 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   if (!link_.open()) return;
   if (!demanded()) return drop(DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();
+  OutMessage message = message_of(sample, codec, body);
+  message.demand = demand_;
+  message.resumes = resume_ && sample.reliable;
+  link_.outbox().push(number_, std::move(message), now);
+}
+
+OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {
   OutMessage message;
   message.subject = sample.subject;
-  message.demand = demand_;
   message.stamp = sample.stamp;
   message.number = sample.number;
   message.codec = codec;
   message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
   message.body = body;
-  link_.outbox().push(number_, std::move(message), now);
+  return message;
 }
 
 double TopicOffer::queue_seconds() const {

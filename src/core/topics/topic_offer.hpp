@@ -35,8 +35,25 @@ class TopicOffer final : public OutgoingChannel {
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);
 
-  void on_demand(std::uint16_t number, const Now& now) override;
+  void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
+
+  // ---- over connections
+  // Whether the topic may be resumed, and whether the peer asked for that.
+  [[nodiscard]] bool may_resume() const;
+  [[nodiscard]] bool resumes() const { return resume_ && demanded(); }
+  // What the connection that is lost may not have brought.
+  [[nodiscard]] Outbox::Unarrived take_unarrived() {
+    return link_.outbox().take_unarrived(number_);
+  }
+  [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
+  // Whether it is treated as the one before, so that it can take its place.
+  [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
+  // Sends what was kept and has not arrived.
+  void go_on(Outbox::Unarrived kept, const Now& now);
+  [[nodiscard]] bool goes_on() const;
+  [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
+                                             const Payload& body);
 
   // Whether a sample just taken goes to this peer; one that does not for a limit is counted.
   [[nodiscard]] bool admit(OriginId origin, const Payload& sample, const Now& now);
@@ -46,6 +63,7 @@ class TopicOffer final : public OutgoingChannel {
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
   [[nodiscard]] bool is_open() const { return bool(number_); }
+  [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   // Bytes per second that the path carries, as far as it can be told; 0: nothing tells.
@@ -76,6 +94,7 @@ class TopicOffer final : public OutgoingChannel {
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
   std::uint16_t demand_ = 0;  // the peer's number of it; 0: none
+  bool resume_ = false;       // with it: what a lost connection loses is kept
   bool parameter_events_ = false;
   RateLimit rate_;
   std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens

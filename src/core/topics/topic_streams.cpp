@@ -128,10 +128,11 @@ void TopicStreams::on_time(const Now& now) {
 
 // What a worker has for the link would come in its next demand before the last samples, and may be
 // among them.
-std::size_t TopicStreams::forget(LinkId link) {
-  std::size_t count = 0;
-  for (auto& [how, stream] : streams_) count += stream.encoder.forget(link);
-  return count;
+std::vector<OutSample> TopicStreams::forget(LinkId link) {
+  std::vector<OutSample> forgotten;  // all of one stream, see way_to()
+  for (auto& [how, stream] : streams_)
+    for (auto& sample : stream.encoder.forget(link)) forgotten.push_back(std::move(sample));
+  return forgotten;
 }
 
 void TopicStreams::clear() {

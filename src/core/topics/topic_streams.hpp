@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "core/flow/compression_gain.hpp"
 #include "core/jobs/encoder.hpp"
@@ -29,8 +30,8 @@ class TopicStreams {
   void encode(const Compression& how, OutSample sample, const Now& now);
   // A deadline of the topic has come.
   void on_time(const Now& now);
-  // How many samples for the link were under way; it gets none of them.
-  std::size_t forget(LinkId link);
+  // The samples for the link that are under way, in order; it gets none of them.
+  std::vector<OutSample> forget(LinkId link);
   // Drops all that is under way.
   void clear();
   [[nodiscard]] std::uint64_t bytes() const;

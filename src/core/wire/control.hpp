@@ -51,7 +51,8 @@ struct ChannelOffer {
   std::string type_hash;    // topic: "RIHS01_..." (REP-2016), empty where there is none
   std::string action_type;  // part of an action: "example_interfaces/action/Fibonacci"
   Priority priority = Priority::kNormal;
-  bool newest_only = false;          // the importer, too, keeps only the newest (for /clock)
+  bool newest_only = false;  // the importer, too, keeps only the newest (for /clock)
+  bool resume = false;       // topic: goes on where the connection before ended, sequences included
   std::vector<OriginOffer> origins;  // topic
   std::string node;         // service: fully qualified name of the node that serves it, or empty
   std::uint32_t epoch = 0;  // service: the exporter's memory of this service's calls; a new number
@@ -80,6 +81,12 @@ struct Withdraw {
 struct Demand {
   std::vector<ChannelId> channels;
   std::uint16_t number = 0;  // what their messages carry from now on; 0: not wanted any longer
+  // Of what is lost with a connection nothing shall be missing: the exporter keeps it for the next
+  // one.
+  bool resume = false;
+  // For each channel, the last sequence that arrived on the connection before: it goes on behind
+  // that. Empty: none goes on.
+  std::vector<std::uint32_t> after = {};
 };
 // "accepts": what this side would import, so that the peer offers nothing in vain. One entry per
 // rule.

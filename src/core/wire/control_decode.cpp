@@ -78,6 +78,7 @@ ChannelOffer read_channel(Reader& reader, const Json& json) {
   }
   channel.type_hash = reader.optional_string(json, "type_hash", kNameBytesMax);
   channel.newest_only = reader.flag(json, "newest_only", true);
+  channel.resume = reader.flag(json, "resume", true);
   channel.origins = read_origins(reader, json, "origins");
   return channel;
 }
@@ -140,6 +141,15 @@ Demand read_demand(Reader& reader, const Json& json) {
   demand.channels = read_ids<ChannelId>(reader, json, "channels", kChannelIdsMax);
   if (const Json* number = reader.find(json, "number"))
     demand.number = reader.number_of<std::uint16_t>(*number, "number", 0);
+  demand.resume = reader.flag(json, "resume", true);
+  if (reader.find(json, "after", true) == nullptr) return demand;
+  const Json* after = reader.array(json, "after", kChannelIdsMax);
+  for (const Json& entry : after ? *after : Json::array()) {
+    demand.after.push_back(reader.number_of(entry, "after", 0U));
+    if (reader.failed()) break;
+  }
+  if (demand.after.size() != demand.channels.size())
+    reader.fail("after", "has not a number for each channel");
   return demand;
 }
 

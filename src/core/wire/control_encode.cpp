@@ -67,6 +67,7 @@ Json json_of(const ChannelOffer& channel) {
   json["type_hash"] = channel.type_hash;
   json["priority"] = word_of(kPriorityWords, channel.priority);
   json["newest_only"] = channel.newest_only;
+  if (channel.resume) json["resume"] = true;
   json["origins"] = json_of(channel.origins);
   return json;
 }
@@ -97,6 +98,8 @@ void put(const Demand& message, Json& json) {
   json["type"] = "demand";
   json["channels"] = json_of(message.channels);
   json["number"] = message.number;
+  if (message.resume) json["resume"] = true;
+  if (!message.after.empty()) json["after"] = message.after;
 }
 
 void put(const Accepts& message, Json& json) {

@@ -169,11 +169,11 @@ TEST(Encoder, ALinkCanBeForgotten) {
   Script script;
   script.push(1, 1000);
   script.push(2, 1000);
-  EXPECT_EQ(script.encoder.forget({2}), 0U);
+  EXPECT_EQ(script.encoder.forget({2}).size(), 0U);
   EXPECT_EQ(script.encoder.bytes(), 2000U);
-  EXPECT_EQ(script.encoder.forget({1}), 2U);
+  EXPECT_EQ(script.encoder.forget({1}).size(), 2U);
   EXPECT_EQ(script.encoder.bytes(), 1000U);  // nobody wants what waited; a worker has the other
-  EXPECT_EQ(script.encoder.forget({1}), 0U);
+  EXPECT_EQ(script.encoder.forget({1}).size(), 0U);
 }
 
 }  // namespace

@@ -112,7 +112,11 @@ std::string word_of(const Control& control) {
             return "withdraw " + ids(m.channels) + (m.code.empty() ? "" : " " + m.code);
           },
           [&](const Demand& m) {
-            return "demand " + ids(m.channels) + (m.number ? " on" : " off");
+            std::string line = "demand " + ids(m.channels) + (m.number ? " on" : " off");
+            if (m.resume) line += " resume";
+            if (!m.after.empty()) line += " after";
+            for (const std::uint32_t sequence : m.after) line += " " + std::to_string(sequence);
+            return line;
           },
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
           [&](const Decline& m) {

@@ -15,7 +15,8 @@ struct Script {
   std::string removed(bool drained, std::int64_t at) {
     while (timers.take_due(ms(at).steady)) {
     }
-    return list_of(origins.remove_vanished(drained, ms(at)), [](OriginId id) { return id.value; });
+    return list_of(origins.remove_vanished(drained, false, ms(at)),
+                   [](OriginId id) { return id.value; });
   }
 
   ExportTimers timers;

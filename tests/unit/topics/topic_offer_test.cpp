@@ -75,7 +75,7 @@ TEST(TopicOffer, CountsWhatItsRateForbids) {
   limited.treatment.max_rate = 1;
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand(1, ms(0));
+  s.offer.on_demand({1}, ms(0));
   EXPECT_TRUE(s.offer.admit({1}, bytes(10), ms(0)));
   EXPECT_FALSE(s.offer.admit({1}, bytes(10), ms(10)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
@@ -86,7 +86,7 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   Offering s;
   s.peer.link.connection->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
-  s.offer.on_demand(1, ms(0));
+  s.offer.on_demand({1}, ms(0));
   EXPECT_FALSE(s.offer.admit({1}, bytes(101), ms(0)));
   EXPECT_FALSE(s.offer.admit({1}, bytes(102), ms(0)));
   EXPECT_FALSE(s.offer.admit_old({1}, bytes(103)));

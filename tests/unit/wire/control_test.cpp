@@ -100,6 +100,11 @@ TEST(Control, OriginsWithdrawDemandAcceptsDeclineKeepEveryField) {
   const auto demand = read<Demand>(encode(Demand{{{1}}, 65535}));
   EXPECT_EQ(demand.number, 65535U);
   EXPECT_EQ(demand.channels, std::vector<ChannelId>{{1}});
+  EXPECT_FALSE(demand.resume);
+  EXPECT_TRUE(demand.after.empty());
+  const auto resumed = read<Demand>(encode(Demand{{{1}, {2}}, 1, true, {0, 4'294'967'295}}));
+  EXPECT_TRUE(resumed.resume);
+  EXPECT_EQ(resumed.after, (std::vector<std::uint32_t>{0, 4'294'967'295}));
 
   const auto accepts = read<Accepts>(encode(Accepts{{{{"/a", "/b"}, {"a/msg/A"}}}, {"/c"}}));
   ASSERT_EQ(accepts.rules.size(), 1U);

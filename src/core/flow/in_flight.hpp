@@ -1,0 +1,51 @@
+// Messages that have left, and whose arrival at the peer somebody waits for.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "core/base/ids.hpp"
+#include "core/flow/channel_queue.hpp"
+
+namespace connect_bridge {
+
+// In the order in which they left; bounded by the window. Bytes are those of a connection's binary
+// packets. Belongs to an Outbox.
+class InFlight {
+ public:
+  struct Message {
+    ChannelId channel;
+    ChannelQueue::Whole whole;
+  };
+
+  // Its last part is in the packet that is being gathered.
+  void add(Message message) {
+    messages_.push_back({0, message});
+    ++gathered_;
+  }
+  // That packet ends behind so many bytes.
+  void packet_ends(std::uint64_t at) {
+    for (; gathered_ > 0; --gathered_) messages_[messages_.size() - gathered_].end = at;
+  }
+  // The next one that the peer has, which has received so many bytes; nullopt: there is no more.
+  [[nodiscard]] std::optional<Message> take_arrived(std::uint64_t received_bytes) {
+    if (messages_.size() == gathered_ || messages_.front().end > received_bytes)
+      return std::nullopt;
+    const Message arrived = messages_.front().message;
+    messages_.pop_front();
+    return arrived;
+  }
+  // The connection is another one.
+  void clear() { messages_.clear(); }
+
+ private:
+  struct Sent {
+    std::uint64_t end = 0;  // bytes sent up to its end
+    Message message;
+  };
+  std::deque<Sent> messages_;
+  std::size_t gathered_ = 0;  // the last of them, whose packet has not ended
+};
+
+}  // namespace connect_bridge

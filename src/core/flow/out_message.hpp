@@ -1,0 +1,30 @@
+// A message on its way to a peer.
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/bytes.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/time.hpp"
+#include "core/wire/codec.hpp"
+
+namespace connect_bridge {
+
+// In the form in which it leaves.
+struct OutMessage {
+  Subject subject;
+  std::uint16_t demand = 0;  // as in MessageFrame
+  Stamp stamp = 0;           // 0: not known, then it has no age
+  std::uint64_t number = 0;  // as in MessageFrame
+  Codec codec = Codec::kNone;
+  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
+  Payload body;
+  bool tracked = false;  // the owner is told when the peer has it all (Outbox::take_delivered)
+  bool resumes = false;  // is kept until the peer has it all, for another connection
+  std::uint32_t sequence = 0;  // as in MessageFrame; 0: it was never begun
+};
+
+// What each counts beside its body where none is dropped by number.
+inline constexpr std::uint64_t kKeptMessageBytes = 128;
+
+}  // namespace connect_bridge

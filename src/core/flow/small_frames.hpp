@@ -1,0 +1,59 @@
+// The frames that overtake all data on a connection: acknowledgements, time frames, aborts.
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/base/check.hpp"
+#include "core/base/ids.hpp"
+#include "core/flow/packet.hpp"
+#include "core/wire/frame.hpp"
+
+namespace connect_bridge {
+
+// Time frames that wait; a newer one displaces the oldest (a peer may ask faster than it reads).
+inline constexpr std::size_t kTimeFramesMax = 16;
+
+// Belongs to an Outbox.
+class SmallFrames {
+ public:
+  // Queues an ack or time frame; a newer ack replaces an older one.
+  void push(const Frame& frame) {
+    if (std::holds_alternative<AckFrame>(frame)) {
+      ack_ = frame;
+      return;
+    }
+    CONNECT_CHECK(std::holds_alternative<TimeRequest>(frame) ||
+                  std::holds_alternative<TimeReply>(frame));
+    if (times_.size() == kTimeFramesMax) times_.pop_front();
+    times_.push_back(frame);
+  }
+  // The channel's open message ends unfinished.
+  void abort(ChannelId channel) { aborts_.push_back(channel); }
+  // The channel has ended.
+  void forget(ChannelId channel) { std::erase(aborts_, channel); }
+
+  // Moves all of them into the packet. Aborts are among them, so that they leave before their
+  // channel's next message.
+  void leave(PacketBuilder& packet) {
+    if (ack_) packet.add(*ack_);
+    for (const auto& frame : times_) packet.add(frame);
+    for (const auto channel : aborts_) packet.add(PartFrame{channel, true, {}});
+    clear();
+  }
+  void clear() {
+    ack_.reset();
+    times_.clear();
+    aborts_.clear();
+  }
+
+ private:
+  std::optional<Frame> ack_;
+  std::deque<Frame> times_;
+  std::vector<ChannelId> aborts_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,38 @@
+// What a side is told about its links.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "core/base/bytes.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/outbox_options.hpp"
+#include "core/flow/reassembly.hpp"
+
+namespace connect_bridge {
+
+enum class Role : std::uint8_t { kServer, kClient };
+
+struct LinkOptions {
+  Role role = Role::kServer;
+  std::string node = "/connect";      // fully qualified name of our node
+  std::string login_method = "none";  // client: what it logs in with
+  Bytes credential;                   // client, until CredentialChanged
+  Duration login_timeout = std::chrono::seconds(5);
+  Duration dead_after = std::chrono::seconds(3);
+  Duration retry_min = std::chrono::milliseconds(200);   // client: first back-off
+  Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
+  Duration dial_timeout = std::chrono::seconds(5);
+  // After a loss: how long what is to resume is kept for the link's return. Zero: not at all.
+  Duration resume_for{};
+  std::uint32_t links_max = 64;          // server
+  std::uint32_t identity_links_max = 0;  // server: of one identity with a name; 0: half of them
+  // Source of session secrets; the seeded generator when empty (simulation). Give it a
+  // cryptographic one.
+  std::function<std::uint64_t()> secret_random;
+  OutboxOptions outbox;
+  ReassemblyOptions reassembly;
+};
+
+}  // namespace connect_bridge

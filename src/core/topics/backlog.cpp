@@ -1,0 +1,85 @@
+#include "core/topics/backlog.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+std::uint64_t bytes_of(const OutMessage& message) {
+  return message.body.size() + kKeptMessageBytes;
+}
+
+// Sequence numbers begin anew when they are used up (docs/protocol.md, "Sequence numbers").
+bool is_behind(std::uint32_t sequence, std::uint32_t last) {
+  return sequence != last && sequence - last < (std::uint32_t{1} << 31);
+}
+
+}  // namespace
+
+void LinkBacklog::keep_bound() {
+  while (bytes_ > bytes_max_) {
+    const auto most =
+        std::max_element(topics_.begin(), topics_.end(),
+                         [](const Backlog* a, const Backlog* b) { return a->bytes_ < b->bytes_; });
+    (*most)->drop_oldest(DropReason::kResumeBound);
+  }
+}
+
+Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
+    : all_(all), link_(link), options_(std::move(options)) {
+  all_.topics_.push_back(this);
+}
+
+Backlog::~Backlog() {
+  all_.bytes_ -= bytes_;
+  std::erase(all_.topics_, this);
+}
+
+bool Backlog::admit(std::size_t bytes, const Now& now) {
+  if (over_) return false;
+  if (bytes > options_.message_bytes_max) {
+    drop(DropReason::kTooLarge);
+    return false;
+  }
+  if (options_.rate.admit(bytes, now.steady)) return true;
+  drop(DropReason::kRate);
+  return false;
+}
+
+void Backlog::add(OutMessage message) {
+  if (over_) return;
+  bytes_ += bytes_of(message);
+  all_.bytes_ += bytes_of(message);
+  messages_.push_back(std::move(message));
+  all_.keep_bound();
+}
+
+std::deque<OutMessage> Backlog::take(std::uint32_t after) {
+  while (!messages_.empty() && messages_.front().sequence != 0 &&
+         !is_behind(messages_.front().sequence, after))
+    messages_.pop_front();
+  all_.bytes_ -= std::exchange(bytes_, 0);
+  all_.resumed_ += messages_.size();
+  return std::exchange(messages_, {});
+}
+
+void Backlog::end(DropReason reason) {
+  while (!messages_.empty()) drop_oldest(reason);
+  over_ = true;
+}
+
+void Backlog::drop(DropReason reason, std::uint64_t count) {
+  dropped_.add(reason, count);
+  all_.lost_ += count;
+}
+
+void Backlog::drop_oldest(DropReason reason) {
+  const std::uint64_t bytes = bytes_of(messages_.front());
+  messages_.pop_front();
+  bytes_ -= bytes;
+  all_.bytes_ -= bytes;
+  drop(reason);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,148 @@
+#include "core/topics/backlogs.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/topics/exported_topic.hpp"
+
+namespace connect_bridge {
+namespace {
+
+TopicStatus status_of(const TopicKey& key) {
+  TopicStatus status;
+  status.topic = key.first;
+  status.type = key.second;
+  status.exported = true;
+  return status;
+}
+
+void keep(Backlog& backlog, const OutSample& sample) {
+  OutMessage message = TopicOffer::message_of(sample, Codec::kNone, sample.raw);
+  message.resumes = true;
+  backlog.add(std::move(message));
+}
+
+}  // namespace
+
+bool Backlogs::want_samples() const {
+  return std::any_of(backlogs_.begin(), backlogs_.end(),
+                     [](const auto& entry) { return !entry.second.is_over(); });
+}
+
+bool Backlogs::want_volatile() const {
+  return std::any_of(backlogs_.begin(), backlogs_.end(), [](const auto& entry) {
+    return entry.second.treatment().qos.durability == Durability::kVolatile;
+  });
+}
+
+ExportTimers::Timer Backlogs::timer_for(const Link& link, const Now& now) {
+  return context_.timers.set(now.steady + link.resume_for, &topic_);
+}
+
+void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
+                     const Now& now) {
+  Link& lost = offer.link();
+  auto unarrived = offer.take_unarrived();
+  auto options = offer.backlog_options(unarrived.last_sequence);
+  options.ends = timer_for(lost, now);
+  LinkBacklog& all =
+      context_.kept.try_emplace(link, context_.options.resume_bytes_max).first->second;
+  Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
+  for (auto& message : unarrived.messages) backlog.add(std::move(message));
+  for (const auto& sample : encoding)
+    if (sample.reliable) keep(backlog, sample);
+}
+
+void Backlogs::renew(LinkId link, const Now& now) {
+  Backlog& backlog = backlogs_.at(link);
+  if (!backlog.is_over()) backlog.end_at(timer_for(backlog.link(), now));
+}
+
+void Backlogs::add(const OutSample& sample, const Now& now) {
+  if (!sample.reliable) return;
+  for (auto& [link, backlog] : backlogs_)
+    if (backlog.admit(sample.raw.size(), now)) keep(backlog, sample);
+}
+
+bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
+  const auto backlog = backlogs_.find(link);
+  if (backlog == backlogs_.end()) return false;
+  if (opened && offer.may_take_place_of(backlog->second)) return true;
+  backlog->second.end(DropReason::kWithdrawn);
+  // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
+  backlog->second.end_at(context_.timers.set(TimePoint::min(), &topic_));
+  return false;
+}
+
+bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now) {
+  const auto at = backlogs_.find(link);
+  if (at == backlogs_.end()) return false;
+  Backlog& backlog = at->second;
+  const bool goes_on = offer.resumes() && demand.after && !backlog.is_over();
+  if (goes_on) {
+    TopicStatus arrived = status_of(topic_.key());  // that was not known, and is counted nowhere
+    arrived.messages = backlog.size();
+    auto messages = backlog.take(*demand.after);
+    arrived.messages -= messages.size();
+    offer.link().keep_counts({std::move(arrived)});
+    offer.go_on({std::move(messages), backlog.last_sequence()}, now);
+  }
+  backlog.end(DropReason::kNoDemand);
+  remove(at);
+  return goes_on;
+}
+
+bool Backlogs::end(LinkId link, DropReason reason) {
+  const auto backlog = backlogs_.find(link);
+  if (backlog == backlogs_.end()) return false;
+  backlog->second.end(reason);
+  remove(backlog);
+  return true;
+}
+
+bool Backlogs::end_overdue(const Now& now) {
+  bool any = false;
+  for (auto it = backlogs_.begin(); it != backlogs_.end();) {
+    const auto backlog = it++;
+    if (backlog->second.ends_at() > now.steady) continue;
+    backlog->second.end(DropReason::kResumeBound);
+    remove(backlog);
+    any = true;
+  }
+  return any;
+}
+
+void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog) {
+  TopicStatus counts = status_of(topic_.key());
+  counts.dropped = backlog->second.dropped();
+  Link& link = backlog->second.link();
+  link.keep_counts({std::move(counts)});
+  backlogs_.erase(backlog);
+  const auto all = context_.kept.find(link.id);
+  if (!all->second.empty()) return;
+  const auto resumed = all->second.resumed();
+  const auto lost = all->second.lost();
+  context_.kept.erase(all);
+  if (resumed + lost == 0) return;
+  context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
+                       "of the break of the link with " + link.label() + " " +
+                           std::to_string(resumed) + " messages come late, " +
+                           std::to_string(lost) + " are lost");
+}
+
+void Backlogs::add_status(LinkId link, LinkStatus& status) const {
+  const auto backlog = backlogs_.find(link);
+  if (backlog == backlogs_.end()) return;
+  TopicStatus own = status_of(topic_.key());
+  const auto is_own = [&](const TopicStatus& s) {
+    return s.exported && s.topic == own.topic && s.type == own.type;
+  };
+  auto shown = std::find_if(status.topics.begin(), status.topics.end(), is_own);
+  if (shown == status.topics.end()) shown = status.topics.insert(shown, std::move(own));
+  shown->queued += backlog->second.size();
+  for (std::size_t i = 0; i < kDropReasons; ++i)
+    shown->dropped.by_reason[i] += backlog->second.dropped().by_reason[i];
+}
+
+}  // namespace connect_bridge

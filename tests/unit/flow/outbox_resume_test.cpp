@@ -1,0 +1,145 @@
+// Messages that are kept until the peer has them, and that go on over another connection.
+#include <gtest/gtest.h>
+
+#include "core/flow/outbox.hpp"
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+OutboxOptions thin() {
+  OutboxOptions options;
+  options.queue_delay_target = {};
+  options.fragment_bytes = 100;
+  options.packet_bytes = 1;
+  return options;
+}
+
+OutMessage resuming(std::size_t size) {
+  OutMessage result = message(size);
+  result.resumes = true;
+  result.raw_bytes = static_cast<std::uint32_t>(size);
+  return result;
+}
+
+QueueOptions depth(std::uint32_t messages) {
+  QueueOptions options = queue(Priority::kNormal);
+  options.depth = messages;
+  return options;
+}
+
+std::string sizes(const std::deque<OutMessage>& messages) {
+  std::string line;
+  for (const auto& message : messages)
+    line +=
+        "#" + std::to_string(message.sequence) + ":" + std::to_string(message.body.size()) + " ";
+  return line;
+}
+
+// Frame headers take 44 bytes.
+TEST(OutboxResume, KeepsWhatThePeerDoesNotHave) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, depth(100));
+  for (const std::size_t size : {10, 20, 250, 30}) outbox.push(kA, resuming(size), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:10");
+  EXPECT_EQ(next(outbox), "1#2:20");
+  EXPECT_EQ(next(outbox), "1#3:100/250");  // it is begun and not finished
+  ASSERT_TRUE(outbox.acknowledge({54, 1}, now_ms(1)));
+  const auto kept = outbox.take_unarrived(kA);
+  EXPECT_EQ(sizes(kept.messages), "#2:20 #3:250 #0:30 ");
+  EXPECT_EQ(kept.last_sequence, 3U);
+  const auto counts = outbox.counts(kA);
+  expect_balance(counts);
+  EXPECT_EQ(counts.sent, 1U);  // the others are counted where they go
+  EXPECT_EQ(counts.queued, 0U);
+  EXPECT_EQ(outbox.data_bytes(), 0U);
+}
+
+// Else the memory of a side would be as large as what small packets can unfold to.
+TEST(OutboxResume, TheWindowCountsWhatIsKeptAsItWas) {
+  auto options = thin();
+  options.unacknowledged_bytes_max = 5000;
+  Outbox outbox(options);
+  QueueOptions compressed = depth(100);
+  compressed.compression = {Codec::kZstd, 3};
+  outbox.add_channel(kA, compressed);
+  for (int i = 0; i < 10; ++i) outbox.push(kA, resuming(1000), now_ms(0));
+  drain(outbox);
+  EXPECT_EQ(outbox.counts(kA).sent, 6U);  // one is begun while there is room
+  EXPECT_LT(outbox.unacknowledged_bytes(), 1000U);
+  ASSERT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, now_ms(1)));
+  drain(outbox);
+  EXPECT_EQ(outbox.counts(kA).sent, 10U);
+}
+
+TEST(OutboxResume, LeavesWhatDoesNotResume) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, depth(100));
+  outbox.push(kA, message(10), now_ms(0));
+  outbox.push(kA, resuming(20), now_ms(0));
+  outbox.push(kA, message(30), now_ms(0));
+  EXPECT_EQ(next(outbox), "1#1:10");
+  EXPECT_EQ(sizes(outbox.take_unarrived(kA).messages), "#0:20 ");
+  EXPECT_EQ(outbox.counts(kA).queued, 1U);
+  EXPECT_EQ(drain(outbox), "1#2:30\n");
+}
+
+TEST(OutboxResume, WhatWasSentForADemandThatEndedIsNotKept) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, depth(100));
+  outbox.push(kA, resuming(10), now_ms(0));
+  next(outbox);
+  outbox.clear_channel(kA);
+  outbox.push(kA, resuming(20), now_ms(0));
+  next(outbox);
+  ASSERT_TRUE(outbox.acknowledge({54, 1}, now_ms(1)));  // the first one: it is nobody's
+  EXPECT_EQ(sizes(outbox.take_unarrived(kA).messages), "#2:20 ");
+}
+
+TEST(OutboxResume, GoesOnWithTheNumbersOfTheConnectionBefore) {
+  Outbox before(thin());
+  before.add_channel(kA, depth(100));
+  before.push(kA, resuming(10), now_ms(0));
+  next(before);
+  before.push(kA, resuming(20), now_ms(0));
+  auto kept = before.take_unarrived(kA);
+
+  Outbox after(thin());
+  after.add_channel(kB, depth(100));
+  after.go_on(kB, std::move(kept), now_ms(0), now_ms(1000).steady);
+  after.push(kB, resuming(30), now_ms(0));
+  EXPECT_EQ(drain(after), "2#1:10\n2#2:20\n2#3:30\n");
+  expect_balance(after.counts(kB));
+  EXPECT_EQ(sizes(after.take_unarrived(kB).messages), "#1:10 #2:20 #3:30 ");
+}
+
+TEST(OutboxResume, DepthDoesNotLimitWhatGoesOnNorWhatJoinsItInTime) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, depth(2));
+  std::deque<OutMessage> kept;
+  for (const std::size_t size : {11, 12, 13}) kept.push_back(resuming(size));
+  outbox.go_on(kA, {std::move(kept)}, now_ms(0), now_ms(1000).steady);
+  for (const std::size_t size : {21, 22, 23}) outbox.push(kA, resuming(size), now_ms(500));
+  for (const std::size_t size : {31, 32, 33}) outbox.push(kA, resuming(size), now_ms(1000));
+  EXPECT_TRUE(outbox.goes_on(kA));
+  EXPECT_EQ(drain(outbox, now_ms(1000)),
+            "1#1:11\n1#2:12\n1#3:13\n1#4:21\n1#5:22\n1#6:23\n1#7:32\n1#8:33\n");
+  EXPECT_FALSE(outbox.goes_on(kA));
+  EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueDepth), 1U);
+  expect_balance(outbox.counts(kA));
+}
+
+TEST(OutboxResume, TheLinksBudgetLimitsWhatGoesOn) {
+  auto options = thin();
+  options.data_bytes_max = 100;
+  Outbox outbox(options);
+  outbox.add_channel(kA, depth(2));
+  std::deque<OutMessage> kept;
+  for (const std::size_t size : {60, 61, 30}) kept.push_back(resuming(size));
+  outbox.go_on(kA, {std::move(kept)}, now_ms(0), now_ms(1000).steady);
+  EXPECT_EQ(drain(outbox), "1#1:61\n1#2:30\n");
+  EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueBytes), 1U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test

@@ -1,0 +1,360 @@
+// A link that is lost and comes back: what was published meanwhile, what is asked for, and what is
+// never resumed.
+#include <gtest/gtest.h>
+
+#include "unit/flow/script.hpp"
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+SideOptions keeping(Treatment treatment = {}) {
+  auto options = server();
+  auto treated = everything();
+  treated.treatment = treatment;
+  options.policy = Policy({treated});
+  options.resume_for = std::chrono::seconds(60);
+  return options;
+}
+
+// ---- the side that exports
+
+// Link 1 demands /a of publisher 1 by subscription 2, and has got "a".
+struct Exporting : Script {
+  explicit Exporting(SideOptions options = keeping(), const Qos& q = qos())
+      : Script(std::move(options)) {
+    graph({topic("/a").pub(1, q)});
+    session = join(1);
+    say(1, Demand{{{1}}, 1, true});
+    take(2, 1, "a");
+    EXPECT_EQ(said(1), "1.1 a\n");
+    acknowledge(1);
+    did();
+  }
+  // The link is back, and has offered /a on channel 2.
+  void come_back() {
+    EXPECT_EQ(join(2, session), session);
+    logged.clear();
+  }
+  Token128 session;
+};
+
+// Of the next message that is sent to the peer; 0: there is none.
+std::uint32_t next_sequence(Script& s, std::uint32_t connection) {
+  while (const auto packet = s.side.next_packet({connection}, {})) {
+    if (packet->text) continue;
+    const Bytes bytes = flow_test::joined(*packet);
+    FrameReader reader(bytes);
+    for (auto frame = reader.next(); frame && frame.value(); frame = reader.next())
+      if (const auto* message = std::get_if<MessageFrame>(&*frame.value()))
+        return message->sequence;
+  }
+  return 0;
+}
+
+TEST(SideResume, WhatABreakLosesComesLaterAndOnce) {
+  Exporting s;
+  s.take(2, 1, "b");
+  EXPECT_EQ(s.said(1), "1.1 b\n");  // it may have arrived or not
+  s.take(2, 1, "c");                // never sent
+  s.lose(1);
+  s.pass(10'000);  // the link is dead
+  s.take(2, 1, "d");
+  EXPECT_EQ(s.did(), "");  // still subscribed
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).queued, 3U);
+  s.come_back();
+  s.take(2, 1, "e");
+  EXPECT_EQ(s.said(2), "");  // not demanded yet
+  s.say(2, Demand{{{2}}, 1, true, {2}});
+  s.take(2, 1, "f");
+  EXPECT_EQ(s.said(2), "2.1 c, 2.1 d, 2.1 e, 2.1 f\n");
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).messages, 6U);
+  EXPECT_EQ(s.status().links.at(0).topics.at(0).dropped.total(), 0U);
+  s.did();
+  EXPECT_NE(s.logged.find("3 messages come late, 0 are lost"), std::string::npos) << s.logged;
+}
+
+TEST(SideResume, WhatDidNotArriveComesAgain) {
+  Exporting s;
+  s.take(2, 1, "b");
+  EXPECT_EQ(s.said(1), "1.1 b\n");
+  s.lose(1);
+  s.come_back();
+  s.say(2, Demand{{{2}}, 1, true, {1}});
+  EXPECT_EQ(s.said(2), "2.1 b\n");
+}
+
+TEST(SideResume, AnImporterThatDoesNotGoOnGetsNothingOfIt) {
+  Exporting s;
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.come_back();
+  s.say(2, Demand{{{2}}, 1, true});
+  s.take(2, 1, "c");
+  EXPECT_EQ(s.said(2), "2.1 c\n");
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+}
+
+TEST(SideResume, NumbersRiseAlsoWhereNothingIsLeft) {
+  Exporting s;
+  s.lose(1);
+  s.pass(59'900);
+  s.come_back();
+  s.pass(200);  // what was kept is over
+  s.say(2, Demand{{{2}}, 1, true, {7}});
+  s.take(3, 1, "b");
+  EXPECT_EQ(next_sequence(s, 2), 8U);
+}
+
+TEST(SideResume, NothingIsKeptWithoutTheImportersWish) {
+  Exporting s;
+  s.demand(1, 1, false);
+  s.demand(1, 1);
+  s.did();
+  s.lose(1);
+  EXPECT_EQ(s.did(), "unsubscribe 3\n");
+}
+
+TEST(SideResume, CommandsAreNeverReplayed) {
+  Treatment urgent;
+  urgent.priority = Priority::kUrgent;
+  Treatment aged;
+  aged.max_age = std::chrono::seconds(1);
+  Treatment refused;
+  refused.resume = false;
+  for (const auto& treatment : {urgent, aged, refused}) {
+    Exporting s(keeping(treatment));
+    s.lose(1);
+    EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  }
+  urgent.resume = true;
+  Exporting s(keeping(urgent));
+  s.lose(1);
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(SideResume, BestEffortIsNotKept) {
+  Exporting s(keeping(), best_effort());
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.come_back();
+  s.say(2, Demand{{{2}}, 1, true, {1}});
+  s.take(3, 1, "c");
+  EXPECT_EQ(s.said(2), "2.1 c\n");
+}
+
+TEST(SideResume, TheTimeToKeepHasAnEnd) {
+  Exporting s;
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.pass(59'999);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.status().links.size(), 1U);
+  s.pass(1);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  EXPECT_EQ(s.status().links.size(), 0U);
+  EXPECT_NE(s.logged.find("0 messages come late, 1 are lost"), std::string::npos) << s.logged;
+}
+
+TEST(SideResume, TheTopicThatHasMostLosesItsOldest) {
+  auto options = keeping();
+  options.resume_bytes_max = 10'000;
+  Script s(std::move(options));
+  s.graph({topic("/large").pub(1), topic("/small").pub(2)});
+  const auto session = s.join(1);
+  s.say(1, Demand{{{1}, {2}}, 1, true});
+  s.did();
+  s.lose(1);
+  s.take(3, 2, "small");
+  for (int i = 0; i < 10; ++i) s.take(2, 1, std::string(3000, static_cast<char>('0' + i)));
+  EXPECT_EQ(s.join(2, session), session);
+  s.say(2, Demand{{{3}, {4}}, 1, true, {0, 0}});
+  const std::string said = s.said(2);
+  EXPECT_NE(said.find("4.1 small"), std::string::npos);
+  EXPECT_EQ(said.find(std::string(3000, '6')), std::string::npos);
+  EXPECT_NE(said.find(std::string(3000, '7')), std::string::npos);
+  EXPECT_EQ(s.dropped(DropReason::kResumeBound), 7U);
+}
+
+TEST(SideResume, AnotherProcessAtTheOtherEndGetsNothing) {
+  Exporting s;
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.give(ConnectionOpened{{2}, "10.0.0.2"});
+  s.binary(2, encode(Hello{1, 1, Script::peer_id(9), s.session, "/peer"}));
+  s.binary(2, encode(Login{"none", {}}));
+  s.give(Authenticated{{2}, Identity{}, ""});
+  s.did();
+  EXPECT_NE(s.logged.find("it was started anew"), std::string::npos) << s.logged;
+  EXPECT_TRUE(s.status().links.at(0).topics.empty());
+}
+
+TEST(SideResume, AChangeOfTheRulesEndsWhatIsKept) {
+  Exporting s;
+  s.lose(1);
+  s.give(PolicyChanged{Policy{std::vector<Rule>{}}});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+TEST(SideResume, NothingIsKeptForAPeerThatSaidGoodbye) {
+  Exporting s;
+  s.lose(1, 1001);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  s.pass(1);
+  EXPECT_EQ(s.status().links.size(), 0U);
+}
+
+TEST(SideResume, APublisherThatEndedMeanwhileIsStillHeard) {
+  Exporting s;
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.graph({});
+  s.pass(20'000);
+  s.come_back();
+  s.say(2, Demand{{{2}}, 1, true, {1}});
+  EXPECT_EQ(s.said(2), "2.1 b\n");
+  s.acknowledge(2);
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+// ---- the side that imports
+
+// Link 1 offers /a of publisher 11, demanded by a local subscriber through mirror 2.
+struct Importing : Script {
+  explicit Importing(SideOptions options = keeping(), const Qos& listener = qos(),
+                     const Qos& origin_qos = qos())
+      : Script(std::move(options)), told(origin_qos) {
+    graph({topic("/a").sub(1, listener)});
+    pass(1000);
+    session = join(1);
+    say(1, Offer{{channel(1, "/a", {origin(1, 11, told)})}, true});
+    did();
+  }
+  // The link is back, and the peer has kept what came meanwhile.
+  std::string come_back(bool kept = true) {
+    EXPECT_EQ(join(2, session), session);
+    auto offered = channel(5, "/a", {origin(3, 11, told)});
+    offered.resume = kept;
+    say(2, Offer{{offered}, true});
+    return said(2);
+  }
+  Qos told;
+  Token128 session;
+};
+
+TEST(SideResume, AMirrorIsMadeAnewAndGoesOnBehindWhatArrived) {
+  Importing s;
+  EXPECT_EQ(s.said(1), "demand 1 on resume\n");
+  s.message(1, 1, 1, "a");  // sequences 1, 2
+  s.message(1, 1, 1, "b");
+  EXPECT_EQ(s.did(), "publish 2 a\npublish 2 b\n");
+  s.lose(1);
+  s.pass(30'000);
+  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
+  EXPECT_EQ(s.come_back(), "");  // its subscribers have to find it
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11]\n");
+  s.pass(399);
+  EXPECT_EQ(s.said(2), "");
+  s.pass(1);
+  EXPECT_EQ(s.said(2), "demand 5 on resume after 2\n");
+  s.message(2, 5, 3, "c");
+  EXPECT_EQ(s.did(), "publish 3 c\n");
+}
+
+TEST(SideResume, AShortBreakLeavesTheMirrorAndNothingWaits) {
+  Importing s;
+  s.message(1, 1, 1, "a");
+  s.message(1, 1, 1, "b");
+  s.lose(1);
+  EXPECT_EQ(s.come_back(), "demand 5 on resume after 2\n");
+  s.message(2, 5, 3, "c");
+  // A further break before anything arrived, or after it.
+  s.lose(2);
+  EXPECT_EQ(s.join(3, s.session), s.session);
+  auto offered = channel(6, "/a", {origin(3, 11)});
+  offered.resume = true;
+  s.say(3, Offer{{offered}, true});
+  EXPECT_EQ(s.said(3), "demand 6 on resume after 3\n");
+  s.lose(3);
+  EXPECT_EQ(s.join(4, s.session), s.session);
+  s.say(4, Offer{{offered}, true});
+  EXPECT_EQ(s.said(4), "demand 6 on resume after 3\n");
+}
+
+TEST(SideResume, AFurtherBreakWhileTheMirrorSettlesChangesNothing) {
+  Importing s;
+  s.message(1, 1, 1, "a");
+  s.lose(1);
+  s.pass(30'000);
+  EXPECT_EQ(s.come_back(), "");
+  s.pass(200);
+  s.lose(2);
+  EXPECT_EQ(s.join(3, s.session), s.session);
+  auto offered = channel(6, "/a", {origin(3, 11)});
+  offered.resume = true;
+  s.say(3, Offer{{offered}, true});
+  s.pass(400);
+  EXPECT_EQ(s.said(3), "demand 6 on resume after 1\n");
+}
+
+TEST(SideResume, APeerThatKeptNothingIsAskedForNothing) {
+  Importing s;
+  s.message(1, 1, 1, "a");
+  s.lose(1);
+  EXPECT_EQ(s.come_back(false), "demand 5 on resume\n");
+}
+
+TEST(SideResume, WhatArrivedIsNotRememberedForEver) {
+  Importing s;
+  s.said(1);
+  s.message(1, 1, 1, "a");
+  s.lose(1);
+  s.pass(59'999);
+  EXPECT_EQ(s.status().links.size(), 1U);
+  s.pass(1);
+  EXPECT_EQ(s.status().links.size(), 0U);
+}
+
+TEST(SideResume, BestEffortSubscribersAreNotSentWhatIsLate) {
+  Importing s(keeping(), best_effort());
+  EXPECT_EQ(s.said(1), "demand 1 on resume\n");
+  s.lose(1);
+  EXPECT_EQ(s.come_back(), "demand 5 on resume\n");
+  s.lose(2);
+  s.pass(3000);
+  EXPECT_EQ(s.status().links.size(), 0U);  // nothing to wait for
+}
+
+TEST(SideResume, WhereAnotherBridgeMayTakeOverNothingComesLate) {
+  Importing s;
+  s.message(1, 1, 1, "a");
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").sub(1)});
+  s.lose(1);
+  s.pass(3000);
+  EXPECT_EQ(s.status().links.size(), 0U);
+}
+
+TEST(SideResume, TheImportersRuleMayRefuseIt) {
+  Treatment aged;
+  aged.max_age = std::chrono::seconds(1);
+  Importing s(keeping(aged));
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
+TEST(SideResume, WhatWaitsForAWorkerIsPublishedWhenTheConnectionIsLost) {
+  auto options = keeping();
+  options.compress_job_bytes = 10;
+  Importing s(std::move(options));
+  s.said(1);
+  s.compressed(1, 1, 1, "a long sample, a long sample, a long sample");
+  s.message(1, 1, 1, "b");
+  s.did();
+  s.lose(1);
+  EXPECT_EQ(s.did(),
+            "cancel 1\npublish 2 a long sample, a long sample, a long sample\npublish 2 b\n");
+  EXPECT_EQ(s.come_back(), "demand 5 on resume after 2\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
