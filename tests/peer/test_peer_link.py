@@ -11,7 +11,17 @@ from std_msgs.msg import String, UInt8MultiArray
 from websockets.exceptions import ConnectionClosed
 
 from connect_peer import Peer
-from peer_world import BYTES, LATCHED, STRING, TOKEN, cdr_bytes, cdr_string, string_of
+from peer_world import (
+    BYTES,
+    LATCHED,
+    STRING,
+    TOKEN,
+    cdr_bytes,
+    cdr_string,
+    message,
+    packet,
+    string_of,
+)
 
 
 def test_time(world, peer):
@@ -195,6 +205,12 @@ def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
         side=old.side,
         first_round=lambda mine: mine.offer("/o/resumed", STRING, resume=True),
     )
-    new.channel_of("/o/resumed")
+    channel = new.channel_of("/o/resumed")
     assert new.demands[-1]["after"] == [1]
+    # It is ahead of that by less than 2^31, and would be too far ahead of none.
+    demand = new.demanded[channel]
+    frame = message(channel, 1 << 31, cdr_string("two"))
+    new.send_raw(packet(dict(frame, demand=demand)))
+    until(lambda: collector.messages[-1].data == "two", "what follows")
+    assert [m.data for m in collector.messages] == ["one", "two"]
     collector.close()

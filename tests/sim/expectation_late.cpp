@@ -109,7 +109,6 @@ void Expectation::check_late(const Late& late) const {
 }
 
 // ---- over cuts
-// -----------------------------------------------------------------------------------------
 
 // Both sides count by topic.
 std::uint64_t Expectation::count_drops(const ExpectedMirror& expected) const {

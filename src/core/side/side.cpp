@@ -235,7 +235,6 @@ bool Side::resumes(const Link& link) const {
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
   link.arrived.clear();
-  imports_.on_link_dead(link.id, now);
   exports_.end_kept(link, now);
 }
 
