@@ -5,7 +5,6 @@ import hashlib
 import json
 import os
 import pathlib
-import statistics
 import subprocess
 import sys
 import threading
@@ -15,7 +14,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "e2e"), str(HERE.parents[1] / "tools")]
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of the contexts in this process
 
-from graph import Graph, connect, until  # noqa: E402
+from graph import Graph, connect  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, build_dir, dies_with_us, ros_environment  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
@@ -82,9 +81,6 @@ class Seen:
         if not self._delays:
             return float("nan")
         return 1000 * self._delays[min(len(self._delays) - 1, int(share * len(self._delays)))]
-
-    def median_ms(self):
-        return 1000 * statistics.median(self._delays) if self._delays else float("nan")
 
     def log_bytes_per_hour(self):
         return self.log_bytes * 3600 / self.seconds

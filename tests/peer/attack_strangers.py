@@ -56,8 +56,8 @@ async def resets(attack):
 
 async def wrong_logins(attack):
     async def log_in():
-        async with attack.logged_in(b"a wrong token of some length") as web:
-            await web.until_closed(1)
+        async with attack.logged_in(b"a wrong token of some length"):
+            pass
 
     await attack.many(16, log_in)
 

@@ -49,9 +49,9 @@ class Web:
     async def drain(self):
         await asyncio.wait_for(self.writer.drain(), PATIENCE)
 
-    async def recv(self):
+    async def recv(self, patience=PATIENCE):
         """The next message: its opcode and its bytes."""
-        head = await asyncio.wait_for(self.reader.readexactly(2), PATIENCE)
+        head = await asyncio.wait_for(self.reader.readexactly(2), patience)
         size = head[1] & 127
         if size >= 126:
             wide = size == 127
@@ -62,10 +62,10 @@ class Web:
         """Reads, whatever it is, until the server ends the connection or the time is over."""
 
         async def read():
-            while await self.reader.read(1 << 16):
+            while (await self.recv(seconds))[0] != CLOSE:
                 pass
 
-        with contextlib.suppress(asyncio.TimeoutError):
+        with contextlib.suppress(*LOST):
             await asyncio.wait_for(read(), seconds)
 
     def reset(self):

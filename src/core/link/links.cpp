@@ -27,6 +27,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       random_(random),
       outputs_(outputs),
       user_(user),
+      accounts_(options.account),
       dialer_({options.retry_min, options.retry_max}),
       renewal_(options.login_method, options.credential, outputs) {}
 
@@ -198,15 +199,17 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   link.node = peer.node;
   link.connection = std::move(connection);
   link.connection->carry(link);
+  link.account = accounts_.of(link.identity.name);
   link.forgotten_at.reset();
   link.orphans_end_at = now.steady + kOffersTime;
   link.opened_at = now.steady;
   ++link.connects;
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
-  outputs_.log(LogLevel::kInfo,
-               "link open with " + link.label() +
-                   (link.identity.name.empty() ? "" : " as " + link.identity.name));
+  log(link, LogLevel::kInfo,
+      "link open with " + link.label() +
+          (link.identity.name.empty() ? "" : " as " + link.identity.name),
+      now);
   check_expiry(link, now);
   user_.on_link_open(link, now);
   if (options_.role == Role::kClient) renewal_.on_open(link);
@@ -238,7 +241,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   }
   Link* link = link_of(input.connection);
   if (!link) return;
-  outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint);
+  log(*link, LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint, now);
   last_failure_ = reason;
   lose(*link, !client && is_goodbye(input.code), now, refused);
 }
@@ -257,8 +260,10 @@ bool Links::end_failed(const Now& now) {
   for (auto& [id, link] : links_) {
     if (!link.connection || !link.connection->failure()) continue;
     const Error error = *link.connection->failure();
-    outputs_.log(LogLevel::kWarn, "closing the link with " + link.label() + ": " + error.message +
-                                      " (" + std::string(name_of(error.code)) + ")");
+    log(link, LogLevel::kWarn,
+        "closing the link with " + link.label() + ": " + error.message + " (" +
+            std::string(name_of(error.code)) + ")",
+        now);
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
     const bool silent =
@@ -299,7 +304,12 @@ void Links::dial_if_due(const Now& now) {
   outputs_.push(Dial{dialing_});
 }
 
+void Links::log(const Link& link, LogLevel level, std::string text, const Now& now) {
+  if (const auto end = link.account->lines.take(now)) outputs_.log(level, std::move(text) + *end);
+}
+
 void Links::on_time(const Now& now) {
+  accounts_.on_time(now);
   for (auto it = pending_.begin(); it != pending_.end();) {
     const auto waiting = it++;
     waiting->second->on_time(now);

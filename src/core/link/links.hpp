@@ -38,6 +38,7 @@ struct LinkOptions {
   // Source of session secrets; the seeded generator when empty (simulation). Give it a
   // cryptographic one.
   std::function<std::uint64_t()> secret_random;
+  AccountOptions account;
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
 };
@@ -120,12 +121,15 @@ class Links {
   // of silence.
   void lose(Link& link, bool dead, const Now& now, bool login_refused = false);
   void dial_later(bool login_refused, const Now& now);
+  // A line about a link that came or goes, unless its identity has caused too many.
+  void log(const Link& link, LogLevel level, std::string text, const Now& now);
 
   const LinkOptions& options_;
   Token128 side_;
   Random& random_;
   Outputs& outputs_;
   LinksUser& user_;
+  Accounts accounts_;
   LinkTable links_;
   Pending pending_;  // connections before login or welcome
   Dialer dialer_;

@@ -17,6 +17,8 @@ constexpr Duration kLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
+// How often one asks whether it may be made now.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
 // A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 
@@ -114,7 +116,7 @@ bool Mirror::refresh(const Now& now) {
   // either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_ && has_waited_for_name(now)) {
+  if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {
     taken_over = true;
     create(now);
   }
@@ -133,6 +135,16 @@ bool Mirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
   if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
   return naming_.at() <= now.steady;
+}
+
+// What comes and goes in the graph costs every process there. Who waits asks again in the order in
+// which it came, as all wait equally long.
+bool Mirror::may_be_made(const Now& now) {
+  if (paced_ && paced_.at() > now.steady) return false;
+  paced_.cancel();
+  if (candidates_.front().link->account->mirrors.take(now.steady)) return true;
+  paced_ = context_.timers.set(now.steady + kPacing, this);
+  return false;
 }
 
 bool Mirror::may_exist() const {
@@ -191,6 +203,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
+  if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
