@@ -14,9 +14,10 @@ from std_msgs.msg import UInt8MultiArray
 from attack_web import BINARY, LOST, TEXT
 from connect_control import encode_control
 from connect_packets import encode_packet, zstd_compress
-from peer_world import BYTES, STRING, message, vectors
+from peer_world import BYTES, STRING, message, part_of, vectors
 
 MBIT = 125_000  # bytes
+PART_BYTES = 1_000_000
 SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
 
 
@@ -52,7 +53,8 @@ def topic(number, name, kind=STRING):
 async def malformed(attack):
     """1 Mbit/s of what no peer may say. Each earns an end, so each is another peer's."""
     said = [(TEXT, vector["text"].encode()) for vector in vectors("malformed_control")]
-    said += [(BINARY, bytes.fromhex(v["hex"])) for v in vectors("malformed") if v["kind"] == "packet"]
+    packets = [v["hex"] for v in vectors("malformed") if v["kind"] == "packet"]
+    said += [(BINARY, bytes.fromhex(packet)) for packet in packets]
     said += [(BINARY, random.Random(n).randbytes(1200)) for n in range(20)]
     turns, first = itertools.cycle(said), time.monotonic()
 
@@ -90,6 +92,40 @@ async def bomb(attack):
                     return
 
     await attack.many(1, throw)
+    listener.close()
+
+
+async def unfinished(attack):
+    """Peers that each begin four messages of 64 MiB, and send all of them but the ends."""
+    names = [f"/o/large{n}" for n in range(1, 5)]
+    listener = Graph(attack.domain, name="listener")
+    for name in names:
+        listener.tester.create_subscription(UInt8MultiArray, name, lambda _: None, 1, raw=True)
+
+    async def hoard():
+        async with attack.logged_in() as web:
+            begin(web)
+            offered = [topic(n, name, BYTES) for n, name in enumerate(names, 1)]
+            say(web, type="offer", channels=offered)
+            demands = {}
+            while len(demands) < len(names):
+                demand = await told(web, "demand")
+                demands.update(dict.fromkeys(demand["channels"], demand["number"]))
+            ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            for channel, number in demands.items():
+                first = message(channel, 1, bytes(PART_BYTES), body_bytes=64 << 20)
+                web.send(encode_packet([dict(first, demand=number)]))
+            for _ in range(66):
+                for channel in demands:
+                    web.send(encode_packet([part_of(channel, bytes(PART_BYTES))]))
+                    await web.drain()
+                    attack.done["bytes"] += PART_BYTES
+            attack.done["hoards"] += 1
+            while attack.seconds_left() and not ends.done():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.3)
+
+    await attack.many(8, hoard)
     listener.close()
 
 

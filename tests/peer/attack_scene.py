@@ -27,6 +27,7 @@ ATTACKS = (
     "wrong_logins",
     "tls_handshakes",
     "bomb",
+    "unfinished",
     "malformed",
     "never_reads",
     "origins",
@@ -35,6 +36,9 @@ ATTACKS = (
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
+# docs/security.md, section 5: memory_max, what workers hold, strangers; and the program itself.
+MEMORY_MAX = 192 << 20
+RESIDENT_BYTES_MAX = MEMORY_MAX + (192 << 20) + (30 << 20) + (64 << 20)
 RULES = {
     "rules": ["operator", "hostile"],
     "rule": {
@@ -103,6 +107,7 @@ class Scene:
     def _bridge(self, tls, parameters):
         server = {
             **RULES,
+            "memory_max": MEMORY_MAX,
             "auth": {"method": "token", "token_file": token_file(self._folder)},
             **parameters,
         }

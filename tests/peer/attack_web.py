@@ -1,4 +1,4 @@
-"""What the attacks share: when they end, what they count, and a WebSocket that does as it is told."""
+"""What the attacks share: how long they last, what they count, and an obedient WebSocket."""
 
 import asyncio
 import collections
@@ -35,7 +35,7 @@ def web_frame(data, opcode=BINARY):
 
 
 class Web:
-    """A connection to the server: TCP or TLS, later a WebSocket. Whoever fails raises one of LOST."""
+    """A connection to the server: TCP or TLS, later a WebSocket. What fails is one of LOST."""
 
     def __init__(self, reader, writer):
         self.reader, self.writer = reader, writer

@@ -4,7 +4,7 @@ A few seconds of each; `tools/bench/attack` has the long version, with times."""
 
 import pytest
 
-from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, Scene
+from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
 
 SECONDS = 4.0
 # What many logins at once may write before their lines are limited.
@@ -20,7 +20,7 @@ def test_the_others_go_on(tmp_path, attack):
         seen = scene.watch(SECONDS, attack)
         assert sum(seen.done.values()) > 0, "nothing was tried"
         assert seen.lost == 0 and seen.in_order
-        assert seen.resident_bytes < scene.resident_bytes_max()
+        assert seen.resident_bytes < RESIDENT_BYTES_MAX
         log_bytes = LOG_BYTES_PER_HOUR * seen.seconds / 3600 + LOG_BYTES_AT_ONCE
         assert seen.log_bytes < log_bytes, scene.server.text()[-4000:]
     finally:

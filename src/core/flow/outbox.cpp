@@ -91,7 +91,12 @@ void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
   judge_weight(at->second, message.body.size(), now);
   change(at->second,
          [&](ChannelQueue& queue) { queue.push(std::move(message), ++arrivals_, now); });
-  if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+  if (is_over()) keep_data_budget(at->second.priority());
+}
+
+bool Outbox::is_over() {
+  held_.resize(data_bytes_ + control_bytes_);
+  return data_bytes_ > options_.data_bytes_max || held_.is_full();
 }
 
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
@@ -111,7 +116,7 @@ void Outbox::keep_data_budget(Priority newest) {
   // one. In its own class something waits to be dropped (itself, at the latest) before an open
   // message is; otherwise none would ever be finished.
   for (int i = kPriorities - 1; i >= static_cast<int>(newest); --i) {
-    while (data_bytes_ > options_.data_bytes_max && drop_one_of(static_cast<Priority>(i))) {
+    while (is_over() && drop_one_of(static_cast<Priority>(i))) {
     }
   }
 }
@@ -127,14 +132,15 @@ bool Outbox::drop_one_of(Priority priority) {
   };
   for (auto* queue : schedule_.queues(priority)) look_at(queue);
   for (auto* queue : schedule_.light()) look_at(queue);
+  const auto why =
+      data_bytes_ > options_.data_bytes_max ? DropReason::kQueueBytes : DropReason::kMemory;
   if (oldest != nullptr) {
-    change(*oldest,
-           [](ChannelQueue& queue) { queue.drop_oldest_waiting(DropReason::kQueueBytes); });
+    change(*oldest, [&](ChannelQueue& queue) { queue.drop_oldest_waiting(why); });
     return true;
   }
   if (open == nullptr) return false;
   aborts_.push_back(open->id());
-  change(*open, [](ChannelQueue& queue) { queue.drop_open(DropReason::kQueueBytes); });
+  change(*open, [&](ChannelQueue& queue) { queue.drop_open(why); });
   return true;
 }
 
@@ -158,6 +164,7 @@ void Outbox::push_small(const Frame& frame) {
 
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
+  held_.resize(data_bytes_ + control_bytes_);
   if (!controls_.empty()) return next_control();
   add_small();
   const bool holds_data = add_data(now);

@@ -16,30 +16,13 @@
 #include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
+#include "core/flow/outbox_options.hpp"
 #include "core/flow/pacer.hpp"
 #include "core/flow/packet.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/wire/frame.hpp"
 
 namespace connect_bridge {
-
-struct OutboxOptions {
-  // Largest part of a message in one packet; the rate of the link decides (Pacer). The default
-  // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of
-  // unacknowledged_bytes_max is used.
-  std::uint32_t fragment_bytes = 256 << 10;
-  // Small parts are gathered into a packet up to this size (likewise); a part larger than it ends
-  // the packet.
-  std::uint32_t packet_bytes = 65536;
-  // How long what is not urgent may keep the queues on the way; zero: as long as they take it.
-  Duration queue_delay_target = std::chrono::milliseconds(2);
-  // Binary packet bytes sent and not yet acknowledged.
-  std::uint64_t unacknowledged_bytes_max = 16 << 20;
-  // Of control texts; beyond: the link closes with kSlowPeer.
-  std::uint64_t control_bytes_max = 8 << 20;
-  // Bodies in all channels' queues together; beyond: the oldest of the lowest class goes.
-  std::uint64_t data_bytes_max = 64 << 20;
-};
 
 // By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait
@@ -115,6 +98,12 @@ class Outbox {
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
   [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
+  // Before channels are added. What waits, and the bases, count there, too; where nothing is left
+  // of it, data is dropped as at data_bytes_max. It outlives this.
+  void draw_from(Budget& memory) {
+    bases_ = std::make_unique<Budget>(&memory);
+    held_ = memory.hold(0);
+  }
   // What is known of the link's rate and queue.
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
 
@@ -137,6 +126,7 @@ class Outbox {
   [[nodiscard]] bool window_allows(Priority priority, std::size_t packet_bytes) const;
   // Makes room for what was just pushed with this priority.
   void keep_data_budget(Priority newest);
+  [[nodiscard]] bool is_over();
   // The oldest that waits, else an open one; false when the class has nothing.
   bool drop_one_of(Priority priority);
   [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
@@ -150,6 +140,7 @@ class Outbox {
   std::unique_ptr<Budget> bases_ = std::make_unique<Budget>();  // of all channels; does not move
   std::unordered_map<ChannelId, ChannelQueue> queues_;
   ClassSchedule schedule_;
+  Budget::Hold held_;  // data and control texts, as of the last push or packet
   std::uint64_t data_bytes_ = 0;
   std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;

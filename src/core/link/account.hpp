@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "core/base/budget.hpp"
 #include "core/base/line_pace.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
@@ -18,6 +19,8 @@ struct AccountOptions {
   // Publishers and services that its peers may make exist here: so many at once, then one a period.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
+  // What all peers together may make this side hold, in bytes.
+  std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
 // It outlives the links, so that who logs in again and again, or in many links, gets no more by
@@ -29,9 +32,11 @@ struct Account {
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
 
-  explicit Account(const AccountOptions& options = {})
-      : mirrors(options.mirrors_at_once, options.mirror_period) {}
+  Account() : Account({}, nullptr) {}  // of nobody else
+  Account(const AccountOptions& options, Budget* all)
+      : memory(all), mirrors(options.mirrors_at_once, options.mirror_period) {}
 
+  Budget memory;  // what its links hold
   Pace mirrors;
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   LinePace lines;     // of links that come and go
@@ -45,14 +50,17 @@ class Accounts {
  public:
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
 
-  explicit Accounts(AccountOptions options) : options_(options) {}
+  explicit Accounts(const AccountOptions& options)
+      : options_(options), memory_(options.memory_bytes_max) {}
 
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account) account = std::make_shared<Account>(options_);
+    if (!account) account = std::make_shared<Account>(options_, &memory_);
     return account;
   }
+  [[nodiscard]] Budget& memory() { return memory_; }
+  [[nodiscard]] const Budget& memory() const { return memory_; }
   void on_time(const Now& now) {
     for (auto& [name, account] : accounts_) account->told.on_time(now);
   }
@@ -64,6 +72,7 @@ class Accounts {
   }
 
   AccountOptions options_;
+  Budget memory_;
   std::size_t kept_ = kUnusedMax;
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };

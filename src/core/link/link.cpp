@@ -67,6 +67,7 @@ LinkStatus Link::status() const {
   shown.identity = identity.name;
   shown.open = open();
   shown.connects = connects;
+  shown.memory_bytes = memory.used();
   if (!connection) return shown;
   const Outbox& outbox = connection->outbox();
   shown.sent_bytes = connection->sent_bytes();

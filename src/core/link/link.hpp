@@ -39,15 +39,17 @@ class Link final : public ConnectionUser {
  public:
   static constexpr std::size_t kOfferedMax = 4096;
 
-  Link(LinkId link, LinkUser& user) : id(link), user_(user) {}
+  Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>())
+      : id(link), account(std::move(own)), user_(user) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
   const LinkId id;
+  const std::shared_ptr<Account> account;  // of its identity
+  Budget memory{&account->memory};
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
-  std::shared_ptr<Account> account = std::make_shared<Account>();  // of its identity
   bool renewing = false;  // a new login on the open connection is being looked at
   Pace renewals{16, std::chrono::seconds(1)};
   std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
@@ -208,6 +210,26 @@ class Link final : public ConnectionUser {
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
   // come and go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
+};
+
+// What becomes of links, for those who have channels on them.
+class LinksUser : public LinkUser {
+ public:
+  // A connection carries the link from now on.
+  virtual void on_link_open(Link& link, const Now& now) = 0;
+  // The link goes on with another process at the other end, that remembers no call.
+  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
+  // The connection is about to go, and its channels with it. Mirrors and calls wait.
+  virtual void on_link_lost(Link& link, const Now& now) = 0;
+  // It was lost for dead_after, or left for good: nothing of it stays.
+  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // Its identity has changed: its rights, perhaps.
+  virtual void on_identity_changed(Link& link) = 0;
+  // What the peer has not offered again by now it will not.
+  virtual void on_offers_over(Link& link, const Now& now) = 0;
+
+ protected:
+  ~LinksUser() = default;
 };
 
 using LinkTable = std::map<LinkId, Link>;

@@ -52,9 +52,9 @@ Link* Links::link_of(ConnectionId connection) {
   return nullptr;
 }
 
-Link& Links::make_link() {
+Link& Links::make_link(const std::string& identity) {
   const LinkId id{++last_link_};
-  return links_.try_emplace(id, id, user_).first->second;
+  return links_.try_emplace(id, id, user_, accounts_.of(identity)).first->second;
 }
 
 void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
@@ -95,7 +95,7 @@ void Links::look_at(Pending::iterator waiting, const Now& now) {
   if (!connection.open()) return;
   auto welcomed = std::move(waiting->second);  // we are a client
   pending_.erase(waiting);
-  carry(links_.empty() ? make_link() : links_.begin()->second, std::move(welcomed), now);
+  carry(links_.empty() ? make_link({}) : links_.begin()->second, std::move(welcomed), now);
 }
 
 void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
@@ -162,7 +162,7 @@ Link* Links::link_for_login(const Connection& connection, const Identity& identi
                                     : std::max(options_.links_max / 2, kIdentityLinksMin);
   if (!identity.name.empty() && !make_room(own_max, now, own)) return nullptr;
   if (!make_room(options_.links_max, now, [](const Link&) { return true; })) return nullptr;
-  Link& link = make_link();
+  Link& link = make_link(identity.name);
   link.session = make_token(random_, options_.secret_random);
   return &link;
 }
@@ -198,8 +198,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   link.address = peer.address;
   link.node = peer.node;
   link.connection = std::move(connection);
-  link.connection->carry(link);
-  link.account = accounts_.of(link.identity.name);
+  link.connection->carry(link, &link.memory);
   link.forgotten_at.reset();
   link.orphans_end_at = now.steady + kOffersTime;
   link.opened_at = now.steady;

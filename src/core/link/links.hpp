@@ -43,26 +43,6 @@ struct LinkOptions {
   ReassemblyOptions reassembly;
 };
 
-// What becomes of links, for those who have channels on them.
-class LinksUser : public LinkUser {
- public:
-  // A connection carries the link from now on.
-  virtual void on_link_open(Link& link, const Now& now) = 0;
-  // The link goes on with another process at the other end, that remembers no call.
-  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
-  // The connection is about to go, and its channels with it. Mirrors and calls wait.
-  virtual void on_link_lost(Link& link, const Now& now) = 0;
-  // It was lost for dead_after, or left for good: nothing of it stays.
-  virtual void on_link_dead(Link& link, const Now& now) = 0;
-  // Its identity has changed: its rights, perhaps.
-  virtual void on_identity_changed(Link& link) = 0;
-  // What the peer has not offered again by now it will not.
-  virtual void on_offers_over(Link& link, const Now& now) = 0;
-
- protected:
-  ~LinksUser() = default;
-};
-
 // A session is a link: a client that presents its secret continues it on another connection. A
 // lost link waits `dead_after` for that; then it is dead. Single-threaded; owned by the side.
 class Links {
@@ -95,6 +75,9 @@ class Links {
   // Those of living links and of lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
   [[nodiscard]] const LinkTable& all() const { return links_; }
+  // What their peers make this side hold, in bytes.
+  [[nodiscard]] Budget& memory() { return accounts_.memory(); }
+  [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   // Why the last connection ended, or could not be made.
   [[nodiscard]] const std::string& last_failure() const { return last_failure_; }
 
@@ -109,7 +92,7 @@ class Links {
   // is here. False: there is none.
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
-  [[nodiscard]] Link& make_link();
+  [[nodiscard]] Link& make_link(const std::string& identity);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
   void look_at(Pending::iterator waiting, const Now& now);

@@ -30,7 +30,9 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
       key_(std::move(key)),
       origins_(context.timers, this),
-      streams_(context, *this, offers_, subscription_qos_) {}
+      streams_(context, *this, offers_, subscription_qos_) {
+  history_.draw_from(context.memory);
+}
 
 // ---- origins and links
 

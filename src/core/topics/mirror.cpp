@@ -43,6 +43,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
     // A client that was restarted while its old connection seems alive: nothing comes on that.
     if (is_successor(link, *candidates_.front().link))
       std::swap(candidates_.front(), candidates_.back());
+    charge();
   } else if (!own->offered) {
     own->offered = &offered;
   } else {
@@ -83,6 +84,7 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
   --candidate(link)->link->mirrors;
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
+  charge();
   if (candidates_.empty()) {
     ends_ = context_.timers.set(now.steady + kLinger, this);
     return;
@@ -110,6 +112,7 @@ bool Mirror::refresh(const Now& now) {
                                     [](const Candidate& c) { return c.offered != nullptr; });
   if (!candidates_.front().offered && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
+    charge();
     taken_over = true;
   }
   // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
@@ -179,6 +182,7 @@ void Mirror::destroy() {
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
+  kept_.release();
   settles_.cancel();
   unnamed_.cancel();
   context_.claim_changed = true;
@@ -191,6 +195,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   context_.outputs.log_once(LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
+  kept_.release();
   settles_.cancel();
   context_.claim_changed = true;
   for (const auto& [link, offered] : candidates_) {
@@ -313,20 +318,30 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
       depth_max_ = fitting;
       destroy();
       update(now);
-      if (is_latched()) return DropReason::kQueueBytes;  // it comes again
+      // It comes again; without a publisher (there were too many) it cannot go anywhere.
+      if (is_latched() || !id_) return DropReason::kQueueBytes;
     }
     sample_bytes_ = raw.size();
+    charge();
   }
   last_number_ = std::max(last_number_, number);
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }
 
+void Mirror::charge() {
+  kept_.release();
+  if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
+}
+
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
 // power of two, so that a peer whose samples grow and grow makes the publisher anew a few times
 // only.
 std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
-  const std::uint64_t fitting = context_.mirror_room(*this) / sample_bytes;
+  const std::uint64_t memory = candidates_.front().link->memory.room();
+  // Half of what the link may hold is left to what is under way.
+  const std::uint64_t room = memory == Budget::kNoLimit ? memory : memory / 2 + kept_.amount();
+  const std::uint64_t fitting = std::min(context_.mirror_room(*this), room) / sample_bytes;
   return fitting >= depth() ? depth() : static_cast<std::uint32_t>(std::bit_floor(fitting));
 }
 

@@ -93,6 +93,8 @@ class Mirror {
   using Timer = Timers<Mirror*>::Timer;
 
   void create(const Now& now);
+  // What the middleware may keep counts as held by who feeds it.
+  void charge();
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
@@ -124,6 +126,7 @@ class Mirror {
   Timer unnamed_;   // what a warning would name has no name yet; then it is told without
   std::uint64_t last_number_ = 0;   // of what was published
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
+  Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // Of the size of its samples so many may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
