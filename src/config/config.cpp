@@ -37,6 +37,9 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.topic_mirrors_max = to_u32(values.whole("topic_mirrors_max"));
   limits.mirror_depth_max = to_u32(values.whole("mirror_depth_max"));
   limits.mirror_bytes_max = static_cast<std::uint64_t>(values.whole("mirror_bytes_max"));
+  limits.account.memory_bytes_max = static_cast<std::uint64_t>(values.whole("memory_max"));
+  limits.account.mirror_period =
+      Duration(std::chrono::seconds(1)) / values.whole("mirrors_per_second");
   limits.calls_max = to_u32(values.whole("calls_max"));
   limits.outbox.queue_delay_target = from_seconds(values.number("queue_delay_target"));
   limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));
@@ -75,7 +78,13 @@ class ConfigMaker {
     if (config_.limits.retry_min > config_.limits.retry_max) {
       add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
     }
+    // A link that is alone has a third (core/base/budget.hpp).
+    const SideOptions& limits = config_.limits;
+    if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
+      warn("memory_max: less than 3 times max_message_size, its largest messages find no room");
     config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
+    config_.socket.packets_per_second = values_.whole("peer_packets_per_second");
+    config_.socket.bytes_per_second = values_.whole("peer_bytes_per_second");
     config_.socket.congestion_control = values_.text("congestion_control");
     read_policy(moment);
     if (parsed_.problems.empty()) {

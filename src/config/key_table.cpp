@@ -2,6 +2,7 @@
 
 #include "config/login_rows.hpp"
 #include "config/rule_rows.hpp"
+#include "config/share_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/base/time.hpp"
 
@@ -377,6 +378,7 @@ const std::vector<KeySpec>& key_table() {
     add_link_limits(rows, core);
     add_numbers(rows, core);
     add_mirror_limits(rows, core);
+    add_share_rows(rows, core);
     rows.push_back({.section = "Rules",
                     .key = "rules",
                     .type = ParameterType::kStrings,

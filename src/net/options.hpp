@@ -44,6 +44,12 @@ struct SocketOptions {
   std::uint32_t write_buffer_bytes = 128 << 10;
   // "bbr", "cubic", ...; "auto": bbr where the host allows it; empty or "host": the host's default
   std::string congestion_control;
+  // What is read from a connection per second; beyond, reading waits, and so does who sends. 0: no
+  // limit. What makes up a burst of receive_burst passes at once.
+  double receive_packets_per_second = 50'000;
+  double receive_bytes_per_second = 0;
+  double receive_text_bytes_per_second = 4 << 20;  // control messages, which cost the most
+  std::chrono::milliseconds receive_burst{4000};
   std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
 };

@@ -24,6 +24,10 @@ constexpr std::size_t kCloseReasonBytesMax = 120;
 constexpr std::size_t kFlatBytesMax = 16384;
 constexpr std::size_t kPiecesMax = 32;
 
+TimePoint steady_now() {
+  return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
+}
+
 // At most `limit` bytes, not ending inside a UTF-8 character.
 std::string cut(const std::string& text, std::size_t limit) {
   if (text.size() <= limit) return text;
@@ -44,6 +48,10 @@ Socket::Socket(SocketSetup setup)
     : setup_(std::move(setup)),
       socket_(std::move(setup_.socket)),
       deadline_(socket_->get_executor()),
+      packet_rate_(setup_.options.receive_packets_per_second, setup_.options.receive_burst),
+      byte_rate_(setup_.options.receive_bytes_per_second, setup_.options.receive_burst),
+      text_rate_(setup_.options.receive_text_bytes_per_second, setup_.options.receive_burst),
+      read_at_(socket_->get_executor()),
       unsent_max_(setup_.options.unsent_bytes_max) {
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
@@ -85,7 +93,7 @@ void Socket::allow(std::size_t packet_bytes_max) {
 // --------------------------------------------------------------------------------------
 
 void Socket::read() {
-  if (reading_ || state_ != State::kOpen) return;
+  if (reading_ || held_ || state_ != State::kOpen) return;
   reading_ = true;
   socket_->async_read(received_, [self = shared_from_this()](ErrorCode error, std::size_t) {
     self->reading_ = false;
@@ -99,9 +107,26 @@ void Socket::on_read(const ErrorCode& error) {
   const bool text = socket_->got_text();
   if (!gate_open_ && !within_gate(received_.size())) return;
   received_bytes_ += received_.size();
+  const auto bytes = static_cast<double>(received_.size());
+  const TimePoint now = steady_now();
+  packet_rate_.take(1, now);
+  byte_rate_.take(bytes, now);
+  if (text) text_rate_.take(bytes, now);
   packet_unhandled_ = !gate_open_;
   setup_.events->input(PacketReceived{setup_.id, text, received_.take()});
-  if (state_ == State::kOpen && !packet_unhandled_) read();
+  if (state_ == State::kOpen && !packet_unhandled_) read_on();
+}
+
+void Socket::read_on() {
+  const TimePoint at =
+      std::max({packet_rate_.ready_at(), byte_rate_.ready_at(), text_rate_.ready_at()});
+  if (at <= steady_now()) return read();
+  held_ = true;
+  read_at_.expires_at(std::chrono::steady_clock::time_point(at.time_since_epoch()));
+  read_at_.async_wait([self = shared_from_this()](ErrorCode) {
+    self->held_ = false;
+    self->read();
+  });
 }
 
 bool Socket::within_gate(std::size_t bytes) {
@@ -267,6 +292,7 @@ void Socket::abandon() {
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
   deadline_.cancel();
+  read_at_.cancel();
   socket_->next_layer().abort();
 }
 
@@ -276,6 +302,7 @@ void Socket::forget() {
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
   deadline_.cancel();
+  read_at_.cancel();
   setup_.gone(setup_.id);
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/flow/rate_limit.hpp"
 #include "net/admission.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
@@ -63,6 +64,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void read();
   void on_read(const boost::system::error_code& error);
   bool within_gate(std::size_t bytes);
+  // Reads on, at once or when the rates allow it.
+  void read_on();
   void send();
   bool has_room();
   void wait_for_room();
@@ -82,10 +85,15 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   ReceiveBuffer received_;
   bool reading_ = false;
+  bool held_ = false;  // until read_at_: it sends too much
   bool gate_open_ = false;
   bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
   std::size_t gate_bytes_ = 0;     // read before the gate opened
   std::uint64_t received_bytes_ = 0;
+  Throttle packet_rate_;
+  Throttle byte_rate_;
+  Throttle text_rate_;
+  boost::asio::steady_timer read_at_;
 
   bool writing_ = false;
   bool waiting_for_room_ = false;

@@ -34,6 +34,8 @@ std::uint64_t secret_random() {
 SocketOptions socket_options(const Config& config) {
   SocketOptions sockets;
   sockets.unsent_bytes_max = config.socket.not_sent_bytes;
+  sockets.receive_packets_per_second = static_cast<double>(config.socket.packets_per_second);
+  sockets.receive_bytes_per_second = static_cast<double>(config.socket.bytes_per_second);
   sockets.congestion_control = config.socket.congestion_control;
   return sockets;
 }

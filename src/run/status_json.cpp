@@ -65,6 +65,7 @@ Json to_value(const LinkStatus& link) {
                {"received_bytes", link.received_bytes},
                {"queued_bytes", link.queued_bytes},
                {"unacknowledged_bytes", link.unacknowledged_bytes},
+               {"memory_bytes", link.memory_bytes},
                {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
                {"path_queue_ms", milliseconds(link.path_queue)}};
   if (link.clock.known)
@@ -85,6 +86,8 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"role", run.role},
                {"loop_lag_ms", run.loop_lag_ms},
                {"memory_bytes", status.memory_bytes},
+               {"memory_max_used_bytes", status.shared_bytes},
+               {"memory_max_bytes", status.shared_bytes_max},
                {"taken", run.taken},
                {"published", run.published},
                {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},

@@ -172,6 +172,13 @@ void Checker::check_memory(const Host& host, const Status& status) const {
     }
     bound += queued_max + calls + options.reassembly.open_bytes_max + options.resume_bytes_max;
   }
+  // What is held without asking: one message and some texts of each link.
+  const std::uint64_t shared =
+      options.account.memory_bytes_max + status.links.size() * (one + 65536);
+  if (status.shared_bytes > shared) {
+    violated(describe(host) + " makes its peers hold " + std::to_string(status.shared_bytes) +
+             " bytes, bound " + std::to_string(shared));
+  }
   if (status.memory_bytes > bound) {
     violated(describe(host) + " tells of " + std::to_string(status.memory_bytes) +
              " bytes, bound " + std::to_string(bound));

@@ -27,6 +27,7 @@ bool Expectation::was_overloaded(const Writer& origin) const {
       for (const auto& topic : link.topics) {
         if (!topic.exported || topic.topic != origin.spec.topic) continue;
         if (topic.dropped.of(DropReason::kQueueBytes) > 0) return true;
+        if (topic.dropped.of(DropReason::kMemory) > 0) return true;
         if (topic.dropped.of(DropReason::kQueueDepth) > 0) return true;
       }
     }

@@ -192,6 +192,10 @@ SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
     o.reassembly.message_bytes_max = static_cast<std::uint32_t>(rng.between(3000, 50'000));
   }
   if (rng.chance(50)) o.clock_publish_period = 100ms;
+  // Enough for what honest peers do: what is expected of them holds.
+  if (rng.chance(100))
+    o.account.memory_bytes_max = static_cast<std::uint64_t>(rng.between(16'000'000, 64'000'000));
+  if (rng.chance(100)) o.account.mirrors_at_once = static_cast<int>(rng.between(1, 20));
   return o;
 }
 

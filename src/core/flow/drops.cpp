@@ -17,6 +17,7 @@ std::string_view name_of(DropReason reason) {
     case DropReason::kDuplicate: return "duplicate";
     case DropReason::kNewerAvailable: return "newer_available";
     case DropReason::kPublishFailed: return "publish_failed";
+    case DropReason::kMemory: return "memory";
     case DropReason::kNotPermitted: return "not_permitted";
     case DropReason::kResumeBound: return "resume_bound";
     case DropReason::kCount: break;

@@ -22,6 +22,7 @@ enum class DropReason : std::uint8_t {
   kDuplicate,       // a transient-local sample that was delivered before
   kNewerAvailable,  // newest-only channel: displaced by a newer message
   kPublishFailed,   // the local middleware refused it
+  kMemory,          // memory_max: this peer's share of it was used up
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's
   kResumeBound,     // kept for a lost link, beyond the bytes or the time for that
   kCount,

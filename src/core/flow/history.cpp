@@ -38,16 +38,19 @@ void HistoryCache::clear() {
   samples_.clear();
   by_origin_.clear();
   bytes_ = 0;
+  held_.resize(0);
 }
 
 void HistoryCache::drop_oldest_of(Own& own) {
   bytes_ -= own.front()->payload.size();
+  held_.resize(bytes_);
   samples_.erase(own.front());
   own.pop_front();
 }
 
 void HistoryCache::keep_bytes() {
-  while (bytes_ > bytes_max_) {
+  held_.resize(bytes_);
+  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {
     ++lost_;
     drop_oldest_of(by_origin_[samples_.front().origin]);
   }

@@ -6,6 +6,7 @@
 #include <list>
 #include <unordered_map>
 
+#include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
@@ -28,6 +29,9 @@ class HistoryCache {
   HistoryCache(std::uint32_t depth, std::uint64_t bytes_max)
       : depth_(depth), bytes_max_(bytes_max) {}
   void limit(std::uint32_t depth, std::uint64_t bytes_max);
+  // What is kept counts in this budget, too, which outlives this; where nothing is left of it the
+  // oldest goes.
+  void draw_from(Budget& memory) { held_ = memory.hold(bytes_); }
 
   void add(Sample sample);
   // The origin is gone; with it go its samples.
@@ -50,6 +54,7 @@ class HistoryCache {
 
   std::uint32_t depth_ = 0;
   std::uint64_t bytes_max_ = std::numeric_limits<std::uint64_t>::max();
+  Budget::Hold held_;
   Samples samples_;
   std::unordered_map<OriginId, Own> by_origin_;
   std::uint64_t bytes_ = 0;

@@ -97,7 +97,7 @@ void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint 
   change(at->second, [&](ChannelQueue& queue) {
     queue.go_on(std::move(left.messages), arrivals_, now, until);
   });
-  if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+  if (is_over()) keep_data_budget(at->second.priority());
 }
 
 bool Outbox::goes_on(ChannelId channel) const {
@@ -122,7 +122,12 @@ void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
   judge_weight(at->second, message.body.size(), now);
   change(at->second,
          [&](ChannelQueue& queue) { queue.push(std::move(message), ++arrivals_, now); });
-  if (data_bytes_ > options_.data_bytes_max) keep_data_budget(at->second.priority());
+  if (is_over()) keep_data_budget(at->second.priority());
+}
+
+bool Outbox::is_over() {
+  held_.resize(data_bytes_ + control_bytes_ + resend_bytes_);
+  return data_bytes_ > options_.data_bytes_max || held_.is_full();
 }
 
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
@@ -142,7 +147,7 @@ void Outbox::keep_data_budget(Priority newest) {
   // one. In its own class something waits to be dropped (itself, at the latest) before an open
   // message is; otherwise none would ever be finished.
   for (int i = kPriorities - 1; i >= static_cast<int>(newest); --i) {
-    while (data_bytes_ > options_.data_bytes_max && drop_one_of(static_cast<Priority>(i))) {
+    while (is_over() && drop_one_of(static_cast<Priority>(i))) {
     }
   }
 }
@@ -158,14 +163,15 @@ bool Outbox::drop_one_of(Priority priority) {
   };
   for (auto* queue : schedule_.queues(priority)) look_at(queue);
   for (auto* queue : schedule_.light()) look_at(queue);
+  const auto why =
+      data_bytes_ > options_.data_bytes_max ? DropReason::kQueueBytes : DropReason::kMemory;
   if (oldest != nullptr) {
-    change(*oldest,
-           [](ChannelQueue& queue) { queue.drop_oldest_waiting(DropReason::kQueueBytes); });
+    change(*oldest, [&](ChannelQueue& queue) { queue.drop_oldest_waiting(why); });
     return true;
   }
   if (open == nullptr) return false;
   small_.abort(open->id());
-  change(*open, [](ChannelQueue& queue) { queue.drop_open(DropReason::kQueueBytes); });
+  change(*open, [&](ChannelQueue& queue) { queue.drop_open(why); });
   return true;
 }
 
@@ -178,6 +184,7 @@ bool Outbox::push_control(std::string text) {
 
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
+  held_.resize(data_bytes_ + control_bytes_ + resend_bytes_);
   if (!controls_.empty()) return next_control();
   small_.leave(packet_);
   const bool holds_data = add_data(now);

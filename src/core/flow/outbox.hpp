@@ -109,6 +109,12 @@ class Outbox {
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
   [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
+  // Before channels are added. What waits, and the bases, count there, too; where nothing is left
+  // of it, data is dropped as at data_bytes_max. It outlives this.
+  void draw_from(Budget& memory) {
+    bases_ = std::make_unique<Budget>(&memory);
+    held_ = memory.hold(0);
+  }
   // What is known of the link's rate and queue.
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
 
@@ -130,6 +136,7 @@ class Outbox {
   [[nodiscard]] bool window_allows(Priority priority, std::size_t packet_bytes) const;
   // Makes room for what was just pushed with this priority.
   void keep_data_budget(Priority newest);
+  [[nodiscard]] bool is_over();
   // The oldest that waits, else an open one; false when the class has nothing.
   bool drop_one_of(Priority priority);
   [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
@@ -143,6 +150,7 @@ class Outbox {
   std::unique_ptr<Budget> bases_ = std::make_unique<Budget>();  // of all channels; does not move
   std::unordered_map<ChannelId, ChannelQueue> queues_;
   ClassSchedule schedule_;
+  Budget::Hold held_;  // data and control texts, as of the last push or packet
   std::uint64_t data_bytes_ = 0;
   std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;

@@ -55,15 +55,22 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
     message.body = slice_of(packet, frame.part);
     return std::optional<InMessage>{std::move(message)};
   }
-  const std::uint32_t kept = keep ? frame.body_bytes : 0;
+  const bool fits = !memory_ || frame.body_bytes <= memory_->room();
+  // Later messages refer to one that makes a base, so that it cannot be left out.
+  if (keep && !fits && makes_base(frame.codec))
+    return refusal(CloseCode::kTooLarge, frame.channel,
+                   "no memory is left for unfinished messages");
+  message.kept = keep && fits;
+  const std::uint32_t kept = message.kept ? frame.body_bytes : 0;
   if (open_bytes_ + kept > options_.open_bytes_max) {
     return refusal(CloseCode::kTooLarge, frame.channel, "too many bytes in unfinished messages");
   }
   stream.last_sequence = frame.sequence;
   open_bytes_ += kept;
   const auto missing = frame.body_bytes - static_cast<std::uint32_t>(frame.part.size());
-  auto& open = stream.open.emplace(Open{std::move(message), missing, kept, {}});
-  if (!keep) return std::optional<InMessage>{};
+  auto& open = stream.open.emplace(Open{std::move(message), missing, kept, {}, {}});
+  if (kept == 0) return std::optional<InMessage>{};
+  if (memory_) open.memory = memory_->hold(kept);
   // All at once: it is within the budget, and pages that the peer never fills are never touched.
   open.body.reserve(frame.body_bytes);
   open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());

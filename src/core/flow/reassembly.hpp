@@ -5,6 +5,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/frame.hpp"
@@ -22,6 +23,7 @@ struct InMessage {
   Codec codec = Codec::kNone;
   std::uint32_t raw_bytes = 0;
   Payload body;
+  bool kept = true;  // false: there was no memory for the body, which is empty
 };
 
 struct ReassemblyOptions {
@@ -37,6 +39,10 @@ struct ReassemblyOptions {
 class Reassembly {
  public:
   explicit Reassembly(ReassemblyOptions options) : options_(options) {}
+
+  // What is unfinished counts in this budget, too, which outlives this. A message that finds no
+  // room there arrives without its body (InMessage::kept).
+  void draw_from(Budget& memory) { memory_ = &memory; }
 
   // `packet` is the packet in which the frame's part lies: a message that is whole in one frame
   // becomes a slice of it, without a copy. `keep`: of one that is dropped anyway the parts are
@@ -59,6 +65,7 @@ class Reassembly {
     std::uint32_t missing = 0;
     std::uint32_t kept_bytes = 0;  // of the budget
     Bytes body;
+    Budget::Hold memory;
   };
   struct Stream {
     std::uint32_t last_sequence = 0;
@@ -67,6 +74,7 @@ class Reassembly {
   void close(Stream& stream);
 
   ReassemblyOptions options_;
+  Budget* memory_ = nullptr;
   std::unordered_map<ChannelId, Stream> streams_;
   std::uint64_t open_bytes_ = 0;
 };

@@ -82,8 +82,14 @@ class Connection {
   std::optional<Login> take_login() { return std::exchange(login_, std::nullopt); }
   // Server: the login is right. `session` names the link that is opened or continued.
   void on_authenticated(const Identity& identity, Token128 session, const Now& now);
-  // From now on an open connection has a user; it is given one before the next input.
-  void carry(ConnectionUser& user) { user_ = &user; }
+  // From now on an open connection has a user; it is given one before the next input. `memory`:
+  // what it holds is drawn from, and may not exceed; outlives it. Null: no limit but its own.
+  void carry(ConnectionUser& user, Budget* memory = nullptr) {
+    user_ = &user;
+    if (!memory) return;
+    outbox_.draw_from(*memory);
+    reassembly_.draw_from(*memory);
+  }
   void on_time(const Now& now);
   // The network has changed: a peer that can still be reached is heard within a third of
   // dead_after, or a second if that is longer.

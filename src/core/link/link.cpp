@@ -56,7 +56,7 @@ std::optional<std::string> Link::note_decline(std::string& declined, const std::
   std::string line =
       label() + " does not import " + what + ", and says: " + reason + " (" + decline.code + ")";
   const bool again = !std::exchange(declined, std::move(reason)).empty();
-  if (again ? !declines_.count(now) : !told_.first(line)) return std::nullopt;
+  if (again ? !account->declines.count(now) : !account->told.first(line)) return std::nullopt;
   return line;
 }
 
@@ -67,6 +67,7 @@ LinkStatus Link::status() const {
   shown.identity = identity.name;
   shown.open = open();
   shown.connects = connects;
+  shown.memory_bytes = memory.used();
   if (!connection) return shown;
   const Outbox& outbox = connection->outbox();
   shown.sent_bytes = connection->sent_bytes();
@@ -141,7 +142,6 @@ Result<Nothing> Link::take_accepts(const Now& now) {
 }
 
 void Link::on_time(const Now& now) {
-  told_.on_time(now);
   if (!accepts_at_ || *accepts_at_ > now.steady) return;
   if (const auto result = take_accepts(now); !result) fail(result.error());
 }

@@ -11,10 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
-#include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/account.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/ports/status.hpp"
@@ -39,17 +38,15 @@ class LinkUser {
 class Link final : public ConnectionUser {
  public:
   static constexpr std::size_t kOfferedMax = 4096;
-  // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
-  // is thousands of times. What is beyond the first counts against the second, so that a few bytes
-  // a second cannot become gigabytes.
-  static constexpr std::uint64_t kUsualRatioMax = 32;
-  static constexpr double kInflatedBytesPerSecond = 64 << 20;
 
-  Link(LinkId link, LinkUser& user) : id(link), user_(user) {}
+  Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>())
+      : id(link), account(std::move(own)), user_(user) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
   const LinkId id;
+  const std::shared_ptr<Account> account;  // of its identity
+  Budget memory{&account->memory};
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
@@ -72,8 +69,6 @@ class Link final : public ConnectionUser {
   // By topic and type (local names): what arrived last, where the peer was asked to keep what does
   // not arrive. With an entry the topic goes on when the link is back.
   std::map<std::pair<std::string, std::string>, std::uint32_t> arrived;
-  // What may be decompressed beyond the size that messages usually have.
-  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   Token128 peer_side;   // of the last connection
   std::string address;  // of the last connection, for people
   std::string node;
@@ -94,10 +89,10 @@ class Link final : public ConnectionUser {
 
   // Whether a body may be decompressed now; then it counts.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
-    const std::uint64_t usual = kUsualRatioMax * message.body.size();
+    const std::uint64_t usual = Account::kUsualRatioMax * message.body.size();
     if (message.codec == Codec::kNone || message.raw_bytes <= usual) return true;
-    if (!inflation.ready(now.steady)) return false;
-    inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
+    if (!account->inflation.ready(now.steady)) return false;
+    account->inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
     return true;
   }
 
@@ -211,18 +206,36 @@ class Link final : public ConnectionUser {
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  LogLimit declines_;          // of channels that were declined before
   // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
   // more patterns there are. What comes faster than this is put off, and the last one holds.
   Throttle accepts_{100, std::chrono::seconds(5)};
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
-  TellOnce told_;
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
   // come and go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
+};
+
+// What becomes of links, for those who have channels on them.
+class LinksUser : public LinkUser {
+ public:
+  // A connection carries the link from now on.
+  virtual void on_link_open(Link& link, const Now& now) = 0;
+  // The link goes on with another process at the other end, that remembers no call.
+  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
+  // The connection is about to go, and its channels with it. Mirrors and calls wait.
+  virtual void on_link_lost(Link& link, const Now& now) = 0;
+  // It was lost for dead_after, or left for good: nothing of it stays.
+  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // Its identity has changed: its rights, perhaps.
+  virtual void on_identity_changed(Link& link) = 0;
+  // What the peer has not offered again by now it will not.
+  virtual void on_offers_over(Link& link, const Now& now) = 0;
+
+ protected:
+  ~LinksUser() = default;
 };
 
 using LinkTable = std::map<LinkId, Link>;

@@ -27,6 +27,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       random_(random),
       outputs_(outputs),
       user_(user),
+      accounts_(options.account),
       dialer_({options.retry_min, options.retry_max}),
       renewal_(options.login_method, options.credential, outputs) {}
 
@@ -51,9 +52,9 @@ Link* Links::link_of(ConnectionId connection) {
   return nullptr;
 }
 
-Link& Links::make_link() {
+Link& Links::make_link(const std::string& identity) {
   const LinkId id{++last_link_};
-  Link& link = links_.try_emplace(id, id, user_).first->second;
+  Link& link = links_.try_emplace(id, id, user_, accounts_.of(identity)).first->second;
   link.resume_for = options_.resume_for;
   return link;
 }
@@ -96,7 +97,7 @@ void Links::look_at(Pending::iterator waiting, const Now& now) {
   if (!connection.open()) return;
   auto welcomed = std::move(waiting->second);  // we are a client
   pending_.erase(waiting);
-  carry(links_.empty() ? make_link() : links_.begin()->second, std::move(welcomed), now);
+  carry(links_.empty() ? make_link({}) : links_.begin()->second, std::move(welcomed), now);
 }
 
 void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
@@ -163,7 +164,7 @@ Link* Links::link_for_login(const Connection& connection, const Identity& identi
                                     : std::max(options_.links_max / 2, kIdentityLinksMin);
   if (!identity.name.empty() && !make_room(own_max, now, own)) return nullptr;
   if (!make_room(options_.links_max, now, [](const Link&) { return true; })) return nullptr;
-  Link& link = make_link();
+  Link& link = make_link(identity.name);
   link.session = make_token(random_, options_.secret_random);
   return &link;
 }
@@ -204,7 +205,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   link.address = peer.address;
   link.node = peer.node;
   link.connection = std::move(connection);
-  link.connection->carry(link);
+  link.connection->carry(link, &link.memory);
   link.dead_at.reset();
   link.forgotten_at.reset();
   link.orphans_end_at = now.steady + kOffersTime;
@@ -212,9 +213,10 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   ++link.connects;
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
-  outputs_.log(LogLevel::kInfo,
-               "link open with " + link.label() +
-                   (link.identity.name.empty() ? "" : " as " + link.identity.name) + before);
+  log(link, LogLevel::kInfo,
+      "link open with " + link.label() +
+          (link.identity.name.empty() ? "" : " as " + link.identity.name) + before,
+      now);
   check_expiry(link, now);
   user_.on_link_open(link, now);
   if (options_.role == Role::kClient) renewal_.on_open(link);
@@ -246,7 +248,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   }
   Link* link = link_of(input.connection);
   if (!link) return;
-  outputs_.log(LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint);
+  log(*link, LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint, now);
   last_failure_ = reason;
   lose(*link, loss_by(input.code, options_.role), now, refused);
 }
@@ -265,8 +267,10 @@ bool Links::end_failed(const Now& now) {
   for (auto& [id, link] : links_) {
     if (!link.connection || !link.connection->failure()) continue;
     const Error error = *link.connection->failure();
-    outputs_.log(LogLevel::kWarn, "closing the link with " + link.label() + ": " + error.message +
-                                      " (" + std::string(name_of(error.code)) + ")");
+    log(link, LogLevel::kWarn,
+        "closing the link with " + link.label() + ": " + error.message + " (" +
+            std::string(name_of(error.code)) + ")",
+        now);
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
     lose(link, loss_by(error, link, now), now);
@@ -311,7 +315,12 @@ void Links::dial_if_due(const Now& now) {
   outputs_.push(Dial{dialing_});
 }
 
+void Links::log(const Link& link, LogLevel level, std::string text, const Now& now) {
+  if (const auto end = link.account->lines.take(now)) outputs_.log(level, std::move(text) + *end);
+}
+
 void Links::on_time(const Now& now) {
+  accounts_.on_time(now);
   for (auto it = pending_.begin(); it != pending_.end();) {
     const auto waiting = it++;
     waiting->second->on_time(now);

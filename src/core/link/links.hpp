@@ -79,6 +79,9 @@ class Links {
   // Those of living links and of lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
   [[nodiscard]] const LinkTable& all() const { return links_; }
+  // What their peers make this side hold, in bytes.
+  [[nodiscard]] Budget& memory() { return accounts_.memory(); }
+  [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   // Why the last connection ended, or could not be made.
   [[nodiscard]] const std::string& last_failure() const { return last_failure_; }
 
@@ -93,7 +96,7 @@ class Links {
   // is here. False: there is none.
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
-  [[nodiscard]] Link& make_link();
+  [[nodiscard]] Link& make_link(const std::string& identity);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
   void look_at(Pending::iterator waiting, const Now& now);
@@ -105,12 +108,15 @@ class Links {
   void lose(Link& link, Loss loss, const Now& now, bool login_refused = false);
   void end(Link& link, const Now& now);  // it is dead
   void dial_later(bool login_refused, const Now& now);
+  // A line about a link that came or goes, unless its identity has caused too many.
+  void log(const Link& link, LogLevel level, std::string text, const Now& now);
 
   const LinkOptions& options_;
   Token128 side_;
   Random& random_;
   Outputs& outputs_;
   LinksUser& user_;
+  Accounts accounts_;
   LinkTable links_;
   Pending pending_;  // connections before login or welcome
   Dialer dialer_;

@@ -9,6 +9,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/outbox_options.hpp"
 #include "core/flow/reassembly.hpp"
+#include "core/link/account.hpp"
 
 namespace connect_bridge {
 
@@ -31,6 +32,7 @@ struct LinkOptions {
   // Source of session secrets; the seeded generator when empty (simulation). Give it a
   // cryptographic one.
   std::function<std::uint64_t()> secret_random;
+  AccountOptions account;
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
 };

@@ -73,8 +73,9 @@ struct LinkStatus {
   std::uint64_t received_bytes = 0;
   std::uint64_t queued_bytes = 0;
   std::uint64_t unacknowledged_bytes = 0;
-  double rate = 0;        // bytes per second that the path there carries; 0: not known
-  Duration path_queue{};  // how long packets wait on it
+  std::uint64_t memory_bytes = 0;  // what the peer makes this side hold, of memory_max
+  double rate = 0;                 // bytes per second that the path there carries; 0: not known
+  Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
   ClockStatus clock;
   std::vector<TopicStatus> topics;
@@ -83,8 +84,10 @@ struct LinkStatus {
 
 struct Status {
   std::vector<LinkStatus> links;
-  std::uint64_t memory_bytes = 0;  // what queues, histories and reassembly hold
-  std::string last_failure;        // why the last connection ended
+  std::uint64_t memory_bytes = 0;      // what queues, histories, bases and reassembly hold
+  std::uint64_t shared_bytes = 0;      // of memory_max
+  std::uint64_t shared_bytes_max = 0;  // memory_max
+  std::string last_failure;            // why the last connection ended
 };
 
 }  // namespace connect_bridge

@@ -10,12 +10,16 @@ namespace {
 
 // After a reconnect the peer has this long to attach again to what it had been attached to.
 constexpr Duration kAttachTime = std::chrono::seconds(30);
+constexpr char kNoMemory[] = "this peer's share of the memory is used up";
 constexpr char kTooLarge[] = "the answer is larger than this peer takes";
 
 }  // namespace
 
 Attachment::Attachment(RealService& service, Link& link, Serving& serving)
-    : service_(service), link_(link), serving_(serving), load_(serving.loads[link.id]) {}
+    : service_(service),
+      link_(link),
+      serving_(serving),
+      load_(serving.loads.try_emplace(link.id, link.memory).first->second) {}
 
 CallGate::Caller Attachment::caller() const {
   return {link_.id, service_.client()};
@@ -197,7 +201,7 @@ void Attachment::take(InMessage message, const Now& now) {
   const CallId id = message.subject.call();
   ++counts_.calls;
   counts_.request_bytes += message.raw_bytes;
-  std::string why = no_room_for_request(message.body.size());
+  std::string why = message.kept ? no_room_for_request(message.body.size()) : kNoMemory;
   if (why.empty() && !link_.may_inflate(message, now)) why = "too much is compressed too well";
   if (!why.empty()) {
     note_refusal("refused", why, now);
@@ -213,6 +217,7 @@ std::string Attachment::no_room_for_request(std::size_t bytes) const {
   if (load_.calls.used() >= kPeerCallsMax) return "too many calls without an answer";
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max)
     return "too many bytes of requests wait";
+  if (bytes > link_.memory.room()) return kNoMemory;
   if (service_.gives_results() && calls_.size() >= kResultCallsMax)
     return "too many results are waited for";
   if (serving_.gate.would_wait(caller()) &&
@@ -227,7 +232,8 @@ std::string Attachment::no_room_for_answer(std::size_t bytes) const {
   if (load_.answer_bytes.used() > bytes_max ||
       (link_.connection && link_.outbox().kept_bytes() > kept_bytes_max(bytes_max)))
     return "too many bytes of answers wait for this peer";
-  return {};
+  // It is held already.
+  return link_.memory.room() == 0 ? kNoMemory : "";
 }
 
 void Attachment::begin(CallId id, const Now& now) {

@@ -13,11 +13,15 @@ namespace {
 
 // Of compressed answers that wait for the worker; what comes beyond is decompressed at once.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
+constexpr char kNoMemory[] = "the share of the memory is used up by ";
 
 }  // namespace
 
 Feed::Feed(MirroredService& service, Link& link, Mirroring& mirroring)
-    : service_(service), link_(link), mirroring_(mirroring), load_(mirroring.loads[link.id]) {}
+    : service_(service),
+      link_(link),
+      mirroring_(mirroring),
+      load_(mirroring.loads.try_emplace(link.id, link.memory).first->second) {}
 
 // ---- what is offered
 
@@ -141,6 +145,7 @@ std::string Feed::no_room(std::size_t bytes) const {
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
       (link_.connection && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
     return "too many bytes of requests wait for " + link_.label();
+  if (bytes > link_.memory.room()) return std::string(kNoMemory) + link_.label();
   if (last_.value >= UINT32_MAX - 1) return "no call numbers are left";
   return {};
 }
@@ -192,19 +197,25 @@ void Feed::on_delivered(CallId id, const Now&) {
 
 // ---- answers
 
-Result<Nothing> Feed::on_message(InMessage message, const Now&) {
+Result<Nothing> Feed::on_message(InMessage message, const Now& now) {
   const auto at = calls_.find(message.subject.call());
   if (!attached_ || at == calls_.end() || at->second.has_answer()) {
     ++counts_.duplicates;  // sent again, or nobody waits any longer
     return Nothing{};
   }
   MadeCall& call = at->second;
+  if (!message.kept) {
+    note_refusal(kNoMemory + link_.label(), now);
+    give_up(call);
+    return Nothing{};
+  }
   if (message.codec == Codec::kNone) {
     respond(call, message.body);
     return Nothing{};
   }
   if (mirroring_.jobs.is_large(message.raw_bytes) &&
-      load_.decoding_bytes.used() + message.body.size() <= kDecodingBytesMax) {
+      load_.decoding_bytes.used() + message.body.size() <= kDecodingBytesMax &&
+      message.body.size() <= link_.memory.room()) {
     call.decode(message.codec, message.raw_bytes, message.body);
     return Nothing{};
   }

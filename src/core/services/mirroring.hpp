@@ -25,6 +25,8 @@ class MirroredService;
 
 // What the calls to one peer take, all services together.
 struct MadeLoad {
+  explicit MadeLoad(Budget& memory) : request_bytes(&memory), decoding_bytes(&memory) {}
+
   Budget calls;
   Budget request_bytes;   // not known to have arrived
   Budget decoding_bytes;  // of answers

@@ -28,6 +28,8 @@ class ServedCall;
 
 // What the calls of one peer take, all services together.
 struct ServedLoad {
+  explicit ServedLoad(Budget& memory) : request_bytes(&memory), answer_bytes(&memory) {}
+
   Budget calls;
   Budget request_bytes;  // of calls that wait
   Budget answer_bytes;   // not known to have arrived

@@ -20,7 +20,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       claims_(side_),
       links_(options_, side_, random_, outputs_, *this),
-      exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_),
+      exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
       imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
@@ -337,6 +337,8 @@ Status Side::status(const Now&) const {
   status.last_failure = links_.last_failure();
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
                         service_exports_.memory_bytes() + service_imports_.memory_bytes();
+  status.shared_bytes = links_.memory().used();
+  status.shared_bytes_max = options_.account.memory_bytes_max;
   for (const auto& [id, link] : links_.all()) {
     status.links.push_back(status_of(link));
     status.memory_bytes += link.memory_bytes();

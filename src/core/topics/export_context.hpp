@@ -25,6 +25,7 @@ struct ExportContext {
   const LocalActions& actions;
   Jobs& jobs;
   Outputs& outputs;
+  Budget memory{};  // what is kept of local samples for links that come later
 
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};

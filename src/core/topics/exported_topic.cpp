@@ -36,7 +36,9 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
       key_(std::move(key)),
       origins_(context.timers, this),
       backlogs_(context, *this),
-      streams_(context, *this, offers_, subscription_qos_) {}
+      streams_(context, *this, offers_, subscription_qos_) {
+  history_.draw_from(context.memory);
+}
 
 // ---- origins and links
 

@@ -15,8 +15,9 @@ namespace connect_bridge {
 class Exports {
  public:
   Exports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
-          const GraphView& graph, const LocalActions& actions, Jobs& jobs, Outputs& outputs)
-      : context_{options, graph_options, policy, graph, actions, jobs, outputs} {}
+          const GraphView& graph, const LocalActions& actions, Jobs& jobs, Outputs& outputs,
+          Budget* memory = nullptr)
+      : context_{options, graph_options, policy, graph, actions, jobs, outputs, Budget(memory)} {}
 
   void on_graph(const Now& now);
   // The peer's Accepts or our rules are new: withdraws what is no longer allowed, or is treated

@@ -17,6 +17,8 @@ constexpr Duration kLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
+// How often one asks whether it may be made now.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
 // A peer cannot make the middleware watch shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 // By then subscribers have found a publisher that was made anew: what was kept for them must not
@@ -50,6 +52,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
     // A client that was restarted while its old connection seems alive: nothing comes on that.
     if (is_successor(link, *candidates_.front().link))
       std::swap(candidates_.front(), candidates_.back());
+    charge();
   } else if (!own->offered) {
     own->offered = &offered;
   } else {
@@ -90,6 +93,7 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
   --candidate(link)->link->mirrors;
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
+  charge();
   if (candidates_.empty()) {
     ends_ = context_.timers.set(now.steady + kLinger, this);
     return;
@@ -124,13 +128,14 @@ bool Mirror::refresh(const Now& now) {
   if (!candidates_.front().offered && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
     present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
+    charge();
     taken_over = true;
   }
   // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
   // either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_ && has_waited_for_name(now)) {
+  if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {
     taken_over = true;
     create(now);
   }
@@ -149,6 +154,16 @@ bool Mirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
   if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
   return naming_.at() <= now.steady;
+}
+
+// What comes and goes in the graph costs every process there. Who waits asks again in the order in
+// which it came, as all wait equally long.
+bool Mirror::may_be_made(const Now& now) {
+  if (paced_ && paced_.at() > now.steady) return false;
+  paced_.cancel();
+  if (candidates_.front().link->account->mirrors.take(now.steady)) return true;
+  paced_ = context_.timers.set(now.steady + kPacing, this);
+  return false;
 }
 
 bool Mirror::may_exist() const {
@@ -193,6 +208,7 @@ void Mirror::vanish() {
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
+  kept_.release();
   settles_.cancel();
   unnamed_.cancel();
   context_.claim_changed = true;
@@ -205,6 +221,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   context_.outputs.log_once(LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
+  kept_.release();
   settles_.cancel();
   context_.claim_changed = true;
   for (const auto& [link, offered] : candidates_) {
@@ -217,6 +234,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
+  if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
@@ -326,20 +344,30 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
       depth_max_ = fitting;
       destroy();
       update(now);
-      if (is_latched()) return DropReason::kQueueBytes;  // it comes again
+      // It comes again; without a publisher (there were too many) it cannot go anywhere.
+      if (is_latched() || !id_) return DropReason::kQueueBytes;
     }
     sample_bytes_ = raw.size();
+    charge();
   }
   last_number_ = std::max(last_number_, number);
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }
 
+void Mirror::charge() {
+  kept_.release();
+  if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
+}
+
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
 // power of two, so that a peer whose samples grow and grow makes the publisher anew a few times
 // only.
 std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
-  const std::uint64_t fitting = context_.mirror_room(*this) / sample_bytes;
+  const std::uint64_t memory = candidates_.front().link->memory.room();
+  // Half of what the link may hold is left to what is under way.
+  const std::uint64_t room = memory == Budget::kNoLimit ? memory : memory / 2 + kept_.amount();
+  const std::uint64_t fitting = std::min(context_.mirror_room(*this), room) / sample_bytes;
   return fitting >= depth() ? depth() : static_cast<std::uint32_t>(std::bit_floor(fitting));
 }
 

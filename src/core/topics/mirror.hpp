@@ -97,8 +97,11 @@ class Mirror {
 
   void create(const Now& now);
   void vanish();
+  // What the middleware may keep counts as held by who feeds it.
+  void charge();
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
+  [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
   void ask_for_last_samples(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
@@ -123,9 +126,11 @@ class Mirror {
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name
+  Timer paced_;     // until then it is not made: its identity makes too many
   Timer unnamed_;   // what a warning would name has no name yet; then it is told without
   std::uint64_t last_number_ = 0;   // of what was published
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
+  Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // Of the size of its samples so many may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop

@@ -239,6 +239,10 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(DropReason::kNoDemand);
     return Nothing{};
   }
+  if (!message.kept) {
+    dropped_.add(DropReason::kMemory);
+    return Nothing{};
+  }
   const auto useful = resolve(message, now);
   if (!useful) return useful.error();
   if (!useful.value()) return Nothing{};
@@ -255,6 +259,10 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   }
   if (peer_.decoding().used() + message.body.size() + sizeof(Waiting) > kDecodingBytesMax) {
     dropped_.add(DropReason::kQueueBytes);
+    return Nothing{};
+  }
+  if (message.body.size() + sizeof(Waiting) > link_.memory.room()) {
+    dropped_.add(DropReason::kMemory);
     return Nothing{};
   }
   // A message of one part is a slice: it must not keep its whole packet while it waits.

@@ -43,8 +43,8 @@ class PeerTopics {
 
   ImportContext& context_;
   Link& link_;
-  Budget decoding_;
-  Budget bases_;
+  Budget decoding_{&link_.memory};
+  Budget bases_{&link_.memory};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   std::uint16_t demands_ = 0;  // how many were told, without 0 when it begins anew

@@ -46,5 +46,34 @@ TEST(PaceTest, LetsSomePassAtOnceAndThenOnePerPeriod) {
   EXPECT_FALSE(pace.take(now + std::chrono::seconds(1)));
 }
 
+TEST(Budget, WhatIsHeldIsHeldAbove) {
+  Budget all(100);
+  Budget one(&all);
+  {
+    auto hold = one.hold(30);
+    EXPECT_EQ(all.used(), 30U);
+    hold.resize(10);
+    EXPECT_EQ(all.used(), 10U);
+  }
+  EXPECT_EQ(all.used(), 0U);
+  EXPECT_EQ(Budget().room(), Budget::kNoLimit);
+  EXPECT_EQ(Budget(nullptr).room(), Budget::kNoLimit);
+}
+
+// One that takes all that it may leaves as much to the others, and so does each of several.
+TEST(Budget, NobodyTakesMoreThanItLeaves) {
+  Budget all(120);
+  Budget one(&all);
+  Budget two(&all);
+  auto greedy = one.hold(0);
+  while (one.room() > 0) greedy.resize(greedy.amount() + 1);
+  EXPECT_EQ(one.used(), 60U);
+  auto late = two.hold(0);
+  while (two.room() > 0) late.resize(late.amount() + 1);
+  EXPECT_EQ(two.used(), 30U);
+  EXPECT_EQ(one.room(), 0U);
+  EXPECT_EQ(all.room(), 30U);
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -75,5 +75,20 @@ TEST(History, NewLimitsHoldAtOnce) {
   EXPECT_EQ(line_of(history), "1:5 1:6");
 }
 
+// Where the memory is used up by others, too, the oldest goes.
+TEST(History, LeavesAsMuchMemoryAsItTakes) {
+  Budget memory(100);
+  HistoryCache history(0, 1000);
+  Budget own(&memory);
+  history.draw_from(own);
+  for (int i = 0; i < 20; ++i) history.add({kOne, i, 0, sample(10)});
+  EXPECT_LE(own.used(), 50U);
+  EXPECT_GE(own.used(), 40U);
+  EXPECT_EQ(own.used(), history.bytes());
+  EXPECT_GT(history.lost(), 0U);
+  history.clear();
+  EXPECT_EQ(memory.used(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge

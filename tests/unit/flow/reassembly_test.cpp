@@ -189,5 +189,25 @@ TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
+// What finds no memory is checked as any other, and arrives without its body; what comes later
+// finds the room that others have given back.
+TEST_F(ReassemblyTest, WhatFindsNoMemoryArrivesWithoutItsBody) {
+  Budget memory(200);
+  auto others = memory.hold(150);
+  reassembly_.draw_from(memory);
+  EXPECT_EQ(begin(kOne, 1, 20, 60), "open");
+  EXPECT_EQ(memory.used(), 150U);
+  EXPECT_EQ(go_on(kOne, 41), "malformed");
+  const auto whole = reassembly_.on_part({kOne, false, packet_.view().first(40)});
+  ASSERT_TRUE(whole.ok() && whole.value());
+  EXPECT_FALSE(whole.value()->kept);
+  EXPECT_TRUE(whole.value()->body.empty());
+  others.release();
+  EXPECT_EQ(begin(kOne, 2, 20, 60), "open");
+  EXPECT_EQ(memory.used(), 60U);
+  EXPECT_EQ(go_on(kOne, 40), "whole 60");
+  EXPECT_EQ(memory.used(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -18,11 +18,14 @@ using Json = nlohmann::json;
 TEST(StatusJson, WithoutLinks) {
   Status status;
   status.memory_bytes = 7;
+  status.shared_bytes = 8;
+  status.shared_bytes_max = 9;
   status.last_failure = "refused";
   const auto json =
       Json::parse(to_json(status, {"/connect", "client", 1.5, 2, 3, 4, {5, 6}, {7, 8}}));
   EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
-    "memory_bytes": 7, "taken": 2, "published": 3, "types_not_installed": 4,
+    "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
+    "taken": 2, "published": 3, "types_not_installed": 4,
     "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
               "month": {"sent_bytes": 7, "received_bytes": 8}},
     "last_failure": "refused", "links": []})"));
@@ -53,6 +56,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.received_bytes = 2;
   link.queued_bytes = 3;
   link.unacknowledged_bytes = 4;
+  link.memory_bytes = 6;
   link.rate = 2250000;
   link.path_queue = std::chrono::microseconds(1500);
   link.connects = 5;
@@ -82,7 +86,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   EXPECT_EQ(json.at("links"), Json::parse(R"([{
     "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
     "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3, "unacknowledged_bytes": 4,
-    "rate_bytes_per_second": 2250000, "path_queue_ms": 1.5,
+    "memory_bytes": 6, "rate_bytes_per_second": 2250000, "path_queue_ms": 1.5,
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25},
     "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,

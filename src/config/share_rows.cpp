@@ -1,0 +1,61 @@
+#include "config/share_rows.hpp"
+
+#include <string>
+
+namespace connect_bridge {
+namespace {
+
+constexpr double kGiB = 1 << 30;
+
+ParameterValue whole(std::int64_t value) {
+  return value;
+}
+
+}  // namespace
+
+// What all peers together, and those of one identity, may take.
+void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
+  const std::string section = "Limits of a link";
+  rows.push_back({.section = section,
+                  .key = "memory_max",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(static_cast<std::int64_t>(core.account.memory_bytes_max)),
+                  .min = 1 << 20,
+                  .max = 1024 * kGiB,
+                  .unit = "bytes",
+                  .help = "What all peers together may make this side hold: unfinished messages, "
+                          "queues, calls, bases, histories. No identity has more of it than it "
+                          "leaves to the others, and no link of an identity more than it leaves to "
+                          "the others of it: one alone has a third. What finds no room is dropped "
+                          "(`memory` in the status) or refused."});
+  rows.push_back({.section = section,
+                  .key = "mirrors_per_second",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
+                  .min = 1,
+                  .max = 100000,
+                  .help = "Publishers that the peers of one identity may make appear here, after " +
+                          std::to_string(core.account.mirrors_at_once) +
+                          " at once. Those beyond appear later: each costs every process of the "
+                          "graph."});
+  rows.push_back({.section = section,
+                  .key = "peer_packets_per_second",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(50'000),
+                  .min = 0,
+                  .max = 1'000'000'000,
+                  .help =
+                      "WebSocket messages that are read from a peer; beyond, reading waits, and "
+                      "so does the peer. What 4 seconds allow passes at once. 0: no limit."});
+  rows.push_back({.section = section,
+                  .key = "peer_bytes_per_second",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(0),
+                  .min = 0,
+                  .max = 1024 * kGiB,
+                  .unit = "bytes",
+                  .help = "The same in bytes. Of control messages 4 MiB a second are read in any "
+                          "case."});
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,80 @@
+// What the links of one identity have together.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "core/base/budget.hpp"
+#include "core/base/line_pace.hpp"
+#include "core/base/log_limit.hpp"
+#include "core/base/pace.hpp"
+#include "core/base/tell_once.hpp"
+#include "core/flow/rate_limit.hpp"
+
+namespace connect_bridge {
+
+struct AccountOptions {
+  // Publishers and services that its peers may make exist here: so many at once, then one a period.
+  int mirrors_at_once = 512;
+  Duration mirror_period = std::chrono::milliseconds(5);
+  // What all peers together may make this side hold, in bytes.
+  std::uint64_t memory_bytes_max = 512ULL << 20;
+};
+
+// It outlives the links, so that who logs in again and again, or in many links, gets no more by
+// that. Single-threaded.
+struct Account {
+  // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
+  // is thousands of times. What is beyond 32 times counts, so that a few bytes a second cannot
+  // become gigabytes.
+  static constexpr std::uint64_t kUsualRatioMax = 32;
+  static constexpr double kInflatedBytesPerSecond = 64 << 20;
+
+  Account() : Account({}, nullptr) {}  // of nobody else
+  Account(const AccountOptions& options, Budget* all)
+      : memory(all), mirrors(options.mirrors_at_once, options.mirror_period) {}
+
+  Budget memory;  // what its links hold
+  Pace mirrors;
+  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
+  LinePace lines;     // of links that come and go
+  LogLimit declines;  // of channels that were declined before
+  TellOnce told;
+};
+
+// The accounts of a side by the names of their identities. Who has no name has one with all others
+// that have none.
+class Accounts {
+ public:
+  static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
+
+  explicit Accounts(const AccountOptions& options)
+      : options_(options), memory_(options.memory_bytes_max) {}
+
+  [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
+    if (accounts_.size() >= kept_) forget_unused();
+    auto& account = accounts_[identity];
+    if (!account) account = std::make_shared<Account>(options_, &memory_);
+    return account;
+  }
+  [[nodiscard]] Budget& memory() { return memory_; }
+  [[nodiscard]] const Budget& memory() const { return memory_; }
+  void on_time(const Now& now) {
+    for (auto& [name, account] : accounts_) account->told.on_time(now);
+  }
+
+ private:
+  void forget_unused() {
+    std::erase_if(accounts_, [](const auto& entry) { return entry.second.use_count() == 1; });
+    kept_ = accounts_.size() + kUnusedMax;
+  }
+
+  AccountOptions options_;
+  Budget memory_;
+  std::size_t kept_ = kUnusedMax;
+  std::map<std::string, std::shared_ptr<Account>> accounts_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,200 @@
+"""What who has a token can do to a server. Each keeps on until its time is over, and counts."""
+
+import asyncio
+import contextlib
+import itertools
+import json
+import os
+import random
+import time
+
+from graph import Graph
+from std_msgs.msg import UInt8MultiArray
+
+from attack_web import BINARY, LOST, TEXT
+from connect_control import encode_control
+from connect_packets import encode_packet, zstd_compress
+from peer_world import BYTES, STRING, message, part_of, vectors
+
+MBIT = 125_000  # bytes
+PART_BYTES = 1_000_000
+SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
+
+
+def say(web, **control):
+    web.send(encode_control(control).encode(), TEXT)
+
+
+def begin(web, *imports):
+    """The first round of a peer that imports this, and offers nothing yet."""
+    say(web, type="accepts", rules=[{"topics": list(imports), "types": []}], deny=[])
+    say(web, type="offer", channels=[], complete=True)
+
+
+async def told(web, kind, holds=lambda _: True):
+    """The next control message of this kind for which that holds."""
+    while True:
+        opcode, data = await web.recv()
+        text = json.loads(data) if opcode == TEXT else {}
+        if text.get("type") == kind and holds(text):
+            return text
+
+
+def origin(number, prefix):
+    gid = prefix + number.to_bytes(4, "big")
+    return {"origin": number, "gid": gid.ljust(24, b"\0").hex(), "qos": {"depth": 10}}
+
+
+def topic(number, name, kind=STRING):
+    origins = [origin(1, os.urandom(12))]
+    return {"channel": number, "kind": "topic", "name": name, "type": kind, "origins": origins}
+
+
+async def malformed(attack):
+    """1 Mbit/s of what no peer may say. Each earns an end, so each is another peer's."""
+    said = [(TEXT, vector["text"].encode()) for vector in vectors("malformed_control")]
+    packets = [v["hex"] for v in vectors("malformed") if v["kind"] == "packet"]
+    said += [(BINARY, bytes.fromhex(packet)) for packet in packets]
+    said += [(BINARY, random.Random(n).randbytes(1200)) for n in range(20)]
+    turns, first = itertools.cycle(said), time.monotonic()
+
+    async def offend():
+        opcode, data = next(turns)
+        async with attack.logged_in() as web:
+            for _ in range(20):  # those behind the first are there while it ends
+                web.send(data[: 1 << 16], opcode)
+            attack.done["bytes"] += 20 * len(data[: 1 << 16])
+            await web.until_closed(2)
+        await asyncio.sleep(max(0.0, first + attack.done["bytes"] / MBIT - time.monotonic()))
+
+    await attack.many(8, offend)
+
+
+async def bomb(attack):
+    """2 kB that become 64 MiB, as fast as they go out, for a node that listens."""
+    listener = Graph(attack.domain, name="listener")
+    listener.tester.create_subscription(UInt8MultiArray, "/o/bomb", lambda _: None, 1, raw=True)
+    raw = b"\0\1\0\0" + bytes((64 << 20) - 4)
+    body = zstd_compress(raw)
+
+    async def throw():
+        async with attack.logged_in() as web:
+            begin(web)
+            say(web, type="offer", channels=[topic(1, "/o/bomb", BYTES)])
+            await told(web, "demand")
+            drain = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            for sequence in itertools.count(1):
+                frame = message(1, sequence, body)
+                web.send(encode_packet([dict(frame, codec="zstd", raw_bytes=len(raw))]))
+                await web.drain()
+                attack.done["bombs"] += 1
+                if drain.done() or not attack.seconds_left():
+                    return
+
+    await attack.many(1, throw)
+    listener.close()
+
+
+async def unfinished(attack):
+    """Peers that each begin four messages of 64 MiB, and send all of them but the ends."""
+    names = [f"/o/large{n}" for n in range(1, 5)]
+    listener = Graph(attack.domain, name="listener")
+    for name in names:
+        listener.tester.create_subscription(UInt8MultiArray, name, lambda _: None, 1, raw=True)
+
+    async def hoard():
+        async with attack.logged_in() as web:
+            begin(web)
+            offered = [topic(n, name, BYTES) for n, name in enumerate(names, 1)]
+            say(web, type="offer", channels=offered)
+            demands = {}
+            while len(demands) < len(names):
+                demand = await told(web, "demand")
+                demands.update(dict.fromkeys(demand["channels"], demand["number"]))
+            ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            for channel, number in demands.items():
+                first = message(channel, 1, bytes(PART_BYTES), body_bytes=64 << 20)
+                web.send(encode_packet([dict(first, demand=number)]))
+            for _ in range(66):
+                for channel in demands:
+                    web.send(encode_packet([part_of(channel, bytes(PART_BYTES))]))
+                    await web.drain()
+                    attack.done["bytes"] += PART_BYTES
+            attack.done["hoards"] += 1
+            while attack.seconds_left() and not ends.done():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.3)
+
+    await attack.many(8, hoard)
+    listener.close()
+
+
+async def never_reads(attack):
+    """Peers that each demand 25 MB/s and read none of it, but tell that they live."""
+    robot = Graph(attack.domain, name="camera")
+    publisher = robot.publisher(UInt8MultiArray, "/t/large", 5)
+    large = UInt8MultiArray(data=os.urandom(1 << 20))
+
+    async def publish():
+        while attack.seconds_left():
+            publisher.publish(large)
+            attack.done["published"] += 1
+            await asyncio.sleep(0.04)
+
+    async def demand():
+        async with attack.logged_in() as web:
+            begin(web, "/t/**")
+            offer = await told(web, "offer", lambda o: "/t/large" in str(o))
+            number = next(c["channel"] for c in offer["channels"] if c["name"] == "/t/large")
+            say(web, type="demand", channels=[number], number=1)
+            attack.done["links"] += 1
+            while attack.seconds_left():
+                web.send(SIGN_OF_LIFE)
+                await asyncio.sleep(0.5)
+                await web.drain()
+
+    publishing = asyncio.create_task(publish())
+    await attack.many(8, demand)
+    await publishing
+    robot.close()
+
+
+async def origins(attack):
+    """Publishers of a topic that come and go as fast as it can be told."""
+
+    async def churn():
+        async with attack.logged_in() as web:
+            begin(web)
+            say(web, type="offer", channels=[topic(1, "/o/busy")])
+            ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            prefix = os.urandom(8)
+            for first in itertools.count(2, 50):
+                added = [origin(n, prefix) for n in range(first, first + 50)]
+                removed = list(range(first - 50, first)) if first > 50 else []
+                say(web, type="origins", channel=1, added=added, removed=removed)
+                await web.drain()
+                attack.done["origins"] += 50
+                if ends.done() or not attack.seconds_left():
+                    return
+
+    await attack.many(1, churn)
+
+
+async def channels(attack):
+    """5,000 topics of one peer, then as many as it may, taken back at once; again and again."""
+    turns = itertools.count()
+
+    async def offer():
+        count, back = ((5000, False), (4000, True))[next(turns) % 2]
+        async with attack.logged_in() as web:
+            begin(web)
+            for first in range(1, count, 500):
+                offered = [topic(n, f"/o/many{n}") for n in range(first, first + 500)]
+                say(web, type="offer", channels=offered)
+                attack.done["channels"] += len(offered)
+                await web.drain()
+            if back:
+                say(web, type="withdraw", channels=list(range(1, count + 1)))
+            await web.until_closed(1)
+
+    await attack.many(1, offer)

@@ -1,0 +1,27 @@
+"""A link's commands while others attack: none is lost, and memory and log stay within bounds.
+
+A few seconds of each; `tools/bench/attack` has the long version, with times."""
+
+import pytest
+
+from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
+
+SECONDS = 4.0
+# What many logins at once may write before their lines are limited.
+LOG_BYTES_AT_ONCE = 16 << 10
+PARTS = 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_the_others_go_on(tmp_path, attack):
+    scene = Scene(tmp_path, tls=attack == "tls_handshakes")
+    try:
+        seen = scene.watch(SECONDS, attack)
+        assert sum(seen.done.values()) > 0, "nothing was tried"
+        assert seen.lost == 0 and seen.in_order
+        assert seen.resident_bytes < RESIDENT_BYTES_MAX
+        log_bytes = LOG_BYTES_PER_HOUR * seen.seconds / 3600 + LOG_BYTES_AT_ONCE
+        assert seen.log_bytes < log_bytes, scene.server.text()[-4000:]
+    finally:
+        scene.close()

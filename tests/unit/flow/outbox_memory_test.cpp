@@ -1,0 +1,37 @@
+// What waits to be sent has a share of the memory of the side.
+#include <gtest/gtest.h>
+
+#include "core/flow/outbox.hpp"
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge::flow_test {
+namespace {
+
+std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason) {
+  const auto counts = outbox.counts(channel);
+  expect_balance(counts);
+  return counts.dropped.of(reason);
+}
+
+// As at its own limit: the oldest of the lowest class goes first.
+TEST(OutboxMemory, WhatFindsNoMemoryTakesTheRoomOfLowerClasses) {
+  Budget all(4000);
+  Budget memory(&all);
+  Outbox outbox({});
+  outbox.draw_from(memory);
+  outbox.add_channel(kA, queue(Priority::kBulk));
+  outbox.add_channel(kB, queue(Priority::kUrgent));
+  for (int i = 0; i < 30; ++i) outbox.push(kA, message(100), now_ms(0));
+  EXPECT_LT(memory.used(), 2000U);
+  EXPECT_GT(memory.used(), 1500U);
+  const auto before = dropped(outbox, kA, DropReason::kMemory);
+  EXPECT_GT(before, 0U);
+  for (int i = 0; i < 5; ++i) outbox.push(kB, message(100), now_ms(0));
+  EXPECT_EQ(dropped(outbox, kB, DropReason::kMemory), 0U);
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kMemory), before + 5);
+  drain(outbox);
+  EXPECT_EQ(memory.used(), 0U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::flow_test
