@@ -17,6 +17,9 @@ struct ListenConfig {      // server
   std::string address;     // an IP address (IPv6 without brackets), or "*" for every one
   std::uint16_t port = 0;  // 0: any free one
   std::string path;        // begins with '/'
+  std::vector<std::string> trusted_proxies;  // addresses and ranges of them
+  std::string proxy_header;                  // x_forwarded_for, forwarded, proxy_protocol
+  bool proxies_only = false;                 // there is no TLS for others
 };
 
 struct DialConfig {  // client

@@ -49,7 +49,14 @@ std::string listen_text(const Config& config) {
     tls = fmt::format("with TLS (certificate {})", config.tls.certificate);
   }
   if (!config.tls.ca.empty()) tls += fmt::format(", clients show one signed by {}", config.tls.ca);
-  return fmt::format("listens: on {}, {}, path {}, {}; {}", where, port, listen.path, tls, reach);
+  std::string proxies;
+  if (!listen.trusted_proxies.empty()) {
+    proxies = fmt::format("; {} tells by {} for whom it connects",
+                          joined(listen.trusted_proxies, "or"), listen.proxy_header);
+    if (listen.proxies_only) proxies += ", and nobody else may connect";
+  }
+  return fmt::format("listens: on {}, {}, path {}, {}; {}{}", where, port, listen.path, tls, reach,
+                     proxies);
 }
 
 std::string dial_text(const Config& config) {

@@ -212,6 +212,17 @@ Complaint check_listen_address(std::string_view text) {
                 "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, or * for every address");
 }
 
+Complaint check_address_range(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  const std::string_view address = text.substr(0, slash);
+  const unsigned bits_max = parse_ipv4(address) ? 32 : 128;
+  const auto bits =
+      slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 10, 3, bits_max);
+  // With 0 bits everybody would be a proxy.
+  return expect(is_ip_address(address) && bits && *bits > 0,
+                "an IP address or a range of them, e.g. 127.0.0.1 or 10.0.0.0/8");
+}
+
 Complaint check_url(std::string_view text) {
   if (text.find('@') != std::string_view::npos && !parse_url(text)) {
     return "a URL without user and password; a token belongs in auth.token_file";

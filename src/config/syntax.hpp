@@ -27,6 +27,7 @@ namespace connect_bridge::syntax {
 // For the table (see Syntax): nullopt is fine, else what was expected.
 using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
+Complaint check_address_range(std::string_view text);
 Complaint check_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);

@@ -8,20 +8,12 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::milliseconds kRetryTime{100};
-// Behind a proxy at this host is the whole world.
-constexpr int kLoopbackShare = 8;
+// Behind a proxy, which mostly is at this host, is the whole world.
+constexpr int kProxyShare = 8;
 constexpr std::size_t kPacesMax = 4096;
 
 TimePoint steady_now() {
   return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
-}
-
-// IPv4 peers of an IPv6 socket are shown, and counted, as what they are.
-asio::ip::address plain_address(const asio::ip::address& address) {
-  if (address.is_v6() && address.to_v6().is_v4_mapped()) {
-    return asio::ip::make_address_v4(asio::ip::v4_mapped, address.to_v6());
-  }
-  return address;
 }
 
 // Whom limits count: an IPv6 customer has at least a /64 of addresses.
@@ -30,6 +22,10 @@ std::string limit_key(const asio::ip::address& address) {
   auto bytes = address.to_v6().to_bytes();
   std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
   return asio::ip::make_address_v6(bytes).to_string();
+}
+
+int share_of(const asio::ip::address& address) {
+  return address.is_loopback() ? kProxyShare : 1;
 }
 
 std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
@@ -51,6 +47,12 @@ std::string Listener::open(const ListenOptions& options) {
   accept_options->path = options.path;
   accept_options->origins = options.origins;
   accept_options->timeout = options.handshake_timeout;
+  accept_options->told_by = options.told_by;
+  for (const std::string& text : options.trusted_proxies) {
+    const auto range = AddressRange::parse(text);
+    if (!range) return "trusted proxy '" + text + "': it is no IP address and no range of them";
+    accept_options->proxies.push_back(*range);
+  }
   if (options.tls) {
     std::string problem;
     tls_.emplace(*options.tls);
@@ -157,7 +159,7 @@ bool Listener::take_handshake(const std::string& key, int share) {
   const TimePoint now = steady_now();
   if (paces_.size() >= kPacesMax)
     std::erase_if(paces_, [&](const auto& entry) { return entry.second.idle(now); });
-  if (paces_.size() < kPacesMax || paces_.contains(key)) {
+  if (share > 0 && (paces_.size() < kPacesMax || paces_.contains(key))) {
     const Pace fresh(limits_.address_handshakes_at_once * share,
                      limits_.address_handshake_period / share);
     if (!paces_.try_emplace(key, fresh).first->second.take(now)) return false;
@@ -165,30 +167,51 @@ bool Listener::take_handshake(const std::string& key, int share) {
   return pace_.take(now);
 }
 
+void Listener::drop(TcpSocket& socket, const std::string& why) {
+  ++refused_;
+  ErrorCode ignored;
+  socket.set_option(TcpSocket::linger(true, 0), ignored);
+  socket.close(ignored);
+  log(LogLevel::kDebug, why);
+}
+
 void Listener::admit(TcpSocket socket) {
   ErrorCode error;
   const Endpoint remote = socket.remote_endpoint(error);
   if (error) return;  // gone already
   const auto address = plain_address(remote.address());
-  const std::string peer = peer_text(address, remote.port());
+  const auto visitor = std::make_shared<Visitor>();
+  visitor->peer = peer_text(address, remote.port());
+  visitor->address = address;
+  const bool proxy = contain(options_->proxies, address);
+  if (limits_.proxies_only && !proxy)
+    return drop(socket, visitor->peer + ": dropped, it is no trusted proxy");
   const std::string key = limit_key(address);
-  const int share = address.is_loopback() ? kLoopbackShare : 1;
-  if (options_->tls && !take_handshake(key, share)) {
-    ++refused_;
-    ErrorCode ignored;
-    socket.set_option(TcpSocket::linger(true, 0), ignored);
-    socket.close(ignored);
-    return log(LogLevel::kDebug, peer + ": dropped, too many handshakes");
-  }
-  const auto slot = admission_->take_pending(key, share);
+  const int share = proxy ? 0 : share_of(address);
+  const bool told_before_tls = proxy && options_->told_by == ToldBy::kProxyProtocol;
+  if (options_->tls && !told_before_tls && !take_handshake(key, share))
+    return drop(socket, visitor->peer + ": dropped, too many handshakes");
+  visitor->slot = admission_->take_pending(proxy ? std::string{} : key, share);
   const std::string refused = tune_socket(socket.native_handle(), sockets_);
   if (!refused.empty() && !tuning_told_) {
     tuning_told_ = true;
     log(LogLevel::kWarn, "this host refuses socket options: " + refused);
   }
-  auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_);
+  start(std::move(socket), visitor, proxy);
+}
+
+void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy) {
+  const auto weak = weak_from_this();
+  Acceptance::Identify identify;
+  if (from_proxy) {
+    identify = [weak, visitor](const std::optional<Source>& source) {
+      const auto self = weak.lock();
+      return self && self->identify(*visitor, source);
+    };
+  }
+  auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_, std::move(identify));
   acceptances_.insert(acceptance);
-  slot->give_way = [weak = weak_from_this(), handshake = std::weak_ptr{acceptance}] {
+  visitor->slot->give_way = [weak, handshake = std::weak_ptr{acceptance}] {
     const auto self = weak.lock();
     const auto oldest = handshake.lock();
     if (!self || !oldest) return;
@@ -196,24 +219,43 @@ void Listener::admit(TcpSocket socket) {
     self->acceptances_.erase(oldest);
     oldest->abandon();
   };
-  acceptance->start([weak = weak_from_this(), handshake = std::weak_ptr{acceptance}, peer,
-                     slot](Accepted accepted) {
+  acceptance->start([weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
     if (const auto self = weak.lock()) {
-      self->on_done(handshake.lock(), peer, slot, std::move(accepted));
+      self->on_done(handshake.lock(), *visitor, std::move(accepted));
     }
   });
 }
 
-void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
-                       std::shared_ptr<Admission::Pending> pending_slot, Accepted accepted) {
+bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
+  if (source) {
+    visitor.address = source->address;
+    visitor.peer =
+        source->port == 0 ? source->address.to_string() : peer_text(source->address, source->port);
+  }
+  const std::string key = limit_key(visitor.address);
+  // Who is told of nobody counts as the proxy itself.
+  const int share = source ? share_of(visitor.address) : kProxyShare;
+  const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;
+  if (before_tls && !take_handshake(key, share)) return false;
+  admission_->move_pending(*visitor.slot, key, share);
+  return true;
+}
+
+void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor,
+                       Accepted accepted) {
   acceptances_.erase(acceptance);
+  const auto slot = std::move(visitor.slot);
+  if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
   if (!accepted.socket) {
     ++refused_;
-    return log(LogLevel::kDebug, peer + ": " + accepted.problem);
+    return log(LogLevel::kDebug, visitor.peer + ": " + accepted.problem);
   }
   if (!events_.arrived) return;
-  events_.arrived(
-      {std::move(accepted.socket), peer, std::move(pending_slot), std::move(accepted.slot)});
+  events_.arrived({std::move(accepted.socket), visitor.peer, slot, std::move(accepted.slot)});
+}
+
+void Listener::log_notice(const Visitor& visitor, const std::string& notice) {
+  if (notices_.take(steady_now())) log(LogLevel::kWarn, visitor.peer + ": " + notice);
 }
 
 void Listener::log(LogLevel level, const std::string& text) {

@@ -48,6 +48,12 @@ class Listener : public std::enable_shared_from_this<Listener> {
   [[nodiscard]] std::size_t pending() const { return acceptances_.size(); }
 
  private:
+  // A connection on its way to become a WebSocket.
+  struct Visitor {
+    std::string peer;           // for logs and for the core
+    asio::ip::address address;  // whom limits count
+    std::shared_ptr<Admission::Pending> slot;
+  };
   using Acceptor = asio::ip::tcp::acceptor;
   using Endpoint = asio::ip::tcp::endpoint;
 
@@ -58,9 +64,14 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // Whether a handshake may begin with this address; then it counts.
   bool take_handshake(const std::string& key, int share);
   void accept_at(TimePoint when);
-  void on_done(const std::shared_ptr<Acceptance>& acceptance, const std::string& peer,
-               std::shared_ptr<Admission::Pending> pending_slot, Accepted accepted);
+  void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
+  void drop(TcpSocket& socket, const std::string& why);
+  // A proxy tells for whom it connects, or nothing; false: that one has begun too many handshakes.
+  bool identify(Visitor& visitor, const std::optional<Source>& source);
+  void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
   void log(LogLevel level, const std::string& text);
+  // A mistake of an operator, perhaps, but strangers can cause it too: a line now and then.
+  void log_notice(const Visitor& visitor, const std::string& notice);
 
   asio::io_context& io_;
   SocketOptions sockets_;
@@ -78,6 +89,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::uint64_t accepted_ = 0;
   std::uint64_t refused_ = 0;
   bool tuning_told_ = false;
+  Pace notices_{1, std::chrono::minutes{10}};
 };
 
 }  // namespace connect_bridge

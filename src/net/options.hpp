@@ -48,6 +48,10 @@ struct SocketOptions {
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
 };
 
+// How a proxy tells for whom it connects. One way only: what a proxy does not write itself it may
+// hand on as a client has written it.
+enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
+
 struct ListenOptions {
   std::string address = "127.0.0.1";  // a literal; "::" takes IPv6 and IPv4, "*" whatever there is
   std::uint16_t port = 9090;          // 0: any free one, see Network::listen_port()
@@ -57,6 +61,12 @@ struct ListenOptions {
   // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
   // Programs send no origin and are not concerned.
   std::vector<std::string> origins;
+  // Addresses and ranges ("10.0.0.0/8") of proxies that are believed whom they connect for: the
+  // limits for an address then count that one. With ToldBy::kProxyProtocol all their connections
+  // must begin with such a header; nobody else's may.
+  std::vector<std::string> trusted_proxies;
+  ToldBy told_by = ToldBy::kXForwardedFor;
+  bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
   // Connections without a login; beyond: the oldest is dropped. Of the loopback 8 times as many,
   // and handshakes as often: a proxy there stands for all of the world.

@@ -42,6 +42,11 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
+ToldBy told_by(const std::string& word) {
+  if (word == "forwarded") return ToldBy::kForwarded;
+  return word == "proxy_protocol" ? ToldBy::kProxyProtocol : ToldBy::kXForwardedFor;
+}
+
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
   AuthOptions auth;
@@ -74,6 +79,9 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.listen.address = config.listen.address;
   parts.listen.port = config.listen.port;
   parts.listen.path = config.listen.path;
+  parts.listen.trusted_proxies = config.listen.trusted_proxies;
+  parts.listen.told_by = told_by(config.listen.proxy_header);
+  parts.listen.proxies_only = config.listen.proxies_only;
   // The core counts links after login; strangers must not take the place of those.
   parts.listen.connections_max = config.limits.links_max + kStrangersMax;
   if (!config.tls.certificate.empty())
