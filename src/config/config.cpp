@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "config/checked_values.hpp"
+#include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
@@ -128,7 +129,7 @@ class ConfigMaker {
     if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies beside it, else it has no effect");
     const std::string& address = config_.listen.address;
-    const bool beyond = !syntax::is_loopback(address);
+    const bool beyond = !syntax::listens_on_loopback(address);
     if (!beyond && config_.listen.trusted_proxies.empty()) return;
     if (config_.auth.method == "none") {
       add("auth.method", "\"none\"",
@@ -151,6 +152,7 @@ class ConfigMaker {
     const auto dial = syntax::parse_url(values_.text("url"));
     if (!dial) return;
     config_.dial = *dial;
+    config_.dial.proxy = read_http_proxy(values_, *dial, around_.variable, parsed_.problems);
     if (dial->tls) return;
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");

@@ -1,6 +1,7 @@
 #include "config/key_table.hpp"
 
 #include "config/login_rows.hpp"
+#include "config/reach_rows.hpp"
 #include "config/rule_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/base/time.hpp"
@@ -19,56 +20,6 @@ double seconds(Duration duration) {
 }
 ParameterValue whole(std::uint64_t value) {
   return static_cast<std::int64_t>(value);
-}
-
-void add_listen(Rows& rows, const std::string& section) {
-  const auto add = [&](KeySpec spec) {
-    spec.section = section;
-    spec.used_by = UsedBy::kServer;
-    rows.push_back(std::move(spec));
-  };
-  add({.key = "listen.address",
-       .fallback = "127.0.0.1",
-       .syntax = check_listen_address,
-       .help = "IP address to listen on. Beyond loopback a login and TLS are required."});
-  add({.key = "listen.port",
-       .type = ParameterType::kInteger,
-       .fallback = whole(9090),
-       .min = 0,
-       .max = 65535,
-       .help = "TCP port to listen on; 0 takes a free one and logs it."});
-  add({.key = "listen.path",
-       .fallback = "/",
-       .syntax = check_path,
-       .help = "Path of the URL under which the bridge answers."});
-  add({.key = "listen.trusted_proxies",
-       .type = ParameterType::kStrings,
-       .fallback = Strings{},
-       .syntax = check_address_range,
-       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are believed for whom "
-               "they connect: limits and logs are of that address. Beyond loopback and without "
-               "TLS nobody else may connect, unless allow_plaintext."});
-  add({.key = "listen.proxy_header",
-       .fallback = "x_forwarded_for",
-       .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
-       .help = "How they tell it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
-               "protocol (1 or 2), with which each of their connections must then begin."});
-}
-
-void add_reach(Rows& rows) {
-  const std::string section = "Who is reached where";
-  add_listen(rows, section);
-  rows.push_back({.section = section,
-                  .key = "url",
-                  .syntax = check_url,
-                  .used_by = UsedBy::kClient,
-                  .help = "The server to dial, wss:// or ws://. Required."});
-  rows.push_back({.section = section,
-                  .key = "allow_plaintext",
-                  .type = ParameterType::kBool,
-                  .fallback = false,
-                  .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
-                          "everything, the token included."});
 }
 
 void add_tls(Rows& rows) {
@@ -362,7 +313,7 @@ const std::vector<KeySpec>& key_table() {
   static const Rows table = [] {
     const SideOptions core;
     Rows rows;
-    add_reach(rows);
+    add_reach_rows(rows);
     add_login_rows(rows);
     add_tls(rows);
     add_names(rows);

@@ -1,5 +1,7 @@
 #include "net/listener.hpp"
 
+#include <sys/socket.h>
+
 #include <boost/asio/ip/v6_only.hpp>
 
 #include "net/socket_tuning.hpp"
@@ -36,11 +38,7 @@ std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
 }  // namespace
 
 Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
-    : io_(io),
-      sockets_(std::move(sockets)),
-      events_(std::move(events)),
-      acceptor_(io),
-      retry_(io) {}
+    : io_(io), sockets_(std::move(sockets)), events_(std::move(events)) {}
 
 std::string Listener::open(const ListenOptions& options) {
   auto accept_options = std::make_shared<AcceptOptions>();
@@ -59,23 +57,48 @@ std::string Listener::open(const ListenOptions& options) {
     accept_options->tls = tls_->get(problem);
     if (!accept_options->tls) return problem;
   }
-  pace_ = Pace(options.handshakes_at_once, options.handshake_period);
   limits_ = options;
   admission_ =
       std::make_shared<Admission>(options.connections_max, options.pending_per_address_max);
   accept_options->reserve = [admission = admission_] { return admission->take_connection(); };
   options_ = std::move(accept_options);
 
-  std::string problem;
-  if (options.address == "*") {
-    problem = bind("::", options.port);
-    if (!problem.empty()) problem = bind("0.0.0.0", options.port);  // a host without IPv6
-  } else {
-    problem = bind(options.address == "localhost" ? "127.0.0.1" : options.address, options.port);
-  }
+  const std::string problem = open_doors(options);
   if (!problem.empty()) return problem;
-  accept();
+  spare_ = static_cast<int>(doors_.size()) - 1;
+  pace_ = Pace(options.handshakes_at_once + spare_, options.handshake_period);
+  for (const DoorPtr& door : doors_) accept(door);
   return {};
+}
+
+std::string Listener::open_doors(const ListenOptions& options) {
+  std::string problem;
+  for (std::size_t i = 0; i < options.sockets.size() && problem.empty(); ++i)
+    problem = take_socket(options.sockets[i]);
+  if (!options.sockets.empty()) return problem;
+  std::vector<std::string> addresses = options.addresses;
+  if (addresses == std::vector<std::string>{"*"}) {
+    if (bind("::", options.port).empty()) return {};
+    addresses = {"0.0.0.0"};  // a host without IPv6
+  }
+  for (std::size_t i = 0; i < addresses.size() && problem.empty(); ++i)
+    problem = bind(addresses[i], i == 0 ? options.port : port());
+  return problem;
+}
+
+std::uint16_t Listener::port() const {
+  ErrorCode ignored;
+  return doors_.empty() ? std::uint16_t{0} : doors_[0]->acceptor.local_endpoint(ignored).port();
+}
+
+std::vector<std::string> Listener::addresses() const {
+  std::vector<std::string> texts;
+  for (const DoorPtr& door : doors_) {
+    ErrorCode ignored;
+    const Endpoint endpoint = door->acceptor.local_endpoint(ignored);
+    texts.push_back(peer_text(endpoint.address(), endpoint.port()));
+  }
+  return texts;
 }
 
 void Listener::check_files() {
@@ -92,64 +115,85 @@ void Listener::check_files() {
 
 std::string Listener::bind(const std::string& address, std::uint16_t port) {
   ErrorCode error;
-  const auto parsed = asio::ip::make_address(address, error);
+  const auto parsed = asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
   if (error) return "cannot listen on '" + address + "': it is no IP address";
   const Endpoint endpoint{parsed, port};
+  const auto door = std::make_shared<Door>(io_);
+  Acceptor& acceptor = door->acceptor;
   ErrorCode ignored;
-  acceptor_.close(ignored);
-  acceptor_.open(endpoint.protocol(), error);
-  if (!error) acceptor_.set_option(Acceptor::reuse_address(true), error);
+  acceptor.open(endpoint.protocol(), error);
+  if (!error) acceptor.set_option(Acceptor::reuse_address(true), error);
   if (!error && parsed.is_v6()) {
-    acceptor_.set_option(asio::ip::v6_only(!parsed.is_unspecified()), ignored);
+    acceptor.set_option(asio::ip::v6_only(!parsed.is_unspecified()), ignored);
   }
-  if (!error) acceptor_.bind(endpoint, error);
-  if (!error) acceptor_.listen(Acceptor::max_listen_connections, error);
-  if (error) {
-    acceptor_.close(ignored);
-    return "cannot listen on " + peer_text(parsed, port) + ": " + error.message();
-  }
-  port_ = acceptor_.local_endpoint(ignored).port();
+  if (!error) acceptor.bind(endpoint, error);
+  if (!error) acceptor.listen(Acceptor::max_listen_connections, error);
+  if (error) return "cannot listen on " + peer_text(parsed, port) + ": " + error.message();
+  doors_.push_back(door);
+  return {};
+}
+
+std::string Listener::take_socket(int socket) {
+  const auto option = [socket](int name) {
+    int value = -1;
+    socklen_t size = sizeof value;
+    return getsockopt(socket, SOL_SOCKET, name, &value, &size) == 0 ? value : -1;
+  };
+  const int family = option(SO_DOMAIN);
+  if ((family != AF_INET && family != AF_INET6) || option(SO_TYPE) != SOCK_STREAM ||
+      option(SO_ACCEPTCONN) != 1)
+    return "the socket " + std::to_string(socket) +
+           " that this process was given does not listen for TCP";
+  const auto door = std::make_shared<Door>(io_);
+  ErrorCode error;
+  door->acceptor.assign(family == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6(), socket,
+                        error);
+  if (error) return "cannot use the socket that this process was given: " + error.message();
+  doors_.push_back(door);
   return {};
 }
 
 void Listener::close() {
-  ErrorCode ignored;
-  acceptor_.close(ignored);
-  retry_.cancel();
+  for (const DoorPtr& door : doors_) {
+    ErrorCode ignored;
+    door->acceptor.close(ignored);
+    door->retry.cancel();
+  }
   events_ = {};
   const auto acceptances = std::move(acceptances_);
   acceptances_.clear();
   for (const auto& acceptance : acceptances) acceptance->abandon();
 }
 
-void Listener::accept() {
-  acceptor_.async_accept(io_.get_executor(),
-                         [self = shared_from_this()](ErrorCode error, TcpSocket socket) {
-                           self->on_accepted(error, std::move(socket));
-                         });
+void Listener::accept(const DoorPtr& door) {
+  door->acceptor.async_accept(io_.get_executor(),
+                              [self = shared_from_this(), door](ErrorCode error, TcpSocket socket) {
+                                self->on_accepted(door, error, std::move(socket));
+                              });
 }
 
-void Listener::on_accepted(const ErrorCode& error, TcpSocket socket) {
-  if (!acceptor_.is_open()) return;
+void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket) {
+  if (!door->acceptor.is_open()) return;
   if (!error) {
     ++accepted_;
     admit(std::move(socket));
-    return accept_at(pace_.free_at());
+    return accept_at(door, pace_.free_at() + spare_ * limits_.handshake_period);
   }
-  if (error == asio::error::connection_aborted) return accept();
+  if (error == asio::error::connection_aborted) return accept(door);
   // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
   // would spin.
   log(LogLevel::kWarn, "cannot accept connections now: " + error.message());
-  accept_at(steady_now() + kRetryTime);
+  accept_at(door, steady_now() + kRetryTime);
 }
 
 // Until then the kernel keeps them waiting.
-void Listener::accept_at(TimePoint when) {
-  if (when <= steady_now()) return accept();
-  retry_.expires_at(std::chrono::steady_clock::time_point(when.time_since_epoch()));
-  retry_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
+void Listener::accept_at(const DoorPtr& door, TimePoint when) {
+  if (when <= steady_now()) return accept(door);
+  door->retry.expires_at(std::chrono::steady_clock::time_point(when.time_since_epoch()));
+  door->retry.async_wait([weak = weak_from_this(), at = std::weak_ptr{door}](ErrorCode cancelled) {
     const auto self = weak.lock();
-    if (self && !cancelled && self->acceptor_.is_open()) self->accept();
+    const auto waiting = at.lock();
+    if (self && waiting && !cancelled && waiting->acceptor.is_open()) self->accept(waiting);
   });
 }
 

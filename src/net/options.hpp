@@ -53,9 +53,13 @@ struct SocketOptions {
 enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
 
 struct ListenOptions {
-  std::string address = "127.0.0.1";  // a literal; "::" takes IPv6 and IPv4, "*" whatever there is
-  std::uint16_t port = 9090;          // 0: any free one, see Network::listen_port()
-  std::string path = "/";             // the only path that upgrades; others get 404
+  // Literals; "::" takes IPv6 and IPv4, "*" whatever there is.
+  std::vector<std::string> addresses{"127.0.0.1"};
+  std::uint16_t port = 9090;  // 0: any free one, see Network::listen_port()
+  // Listening TCP sockets that this process was given, in place of `addresses` and `port`. They are
+  // the listener's from now on.
+  std::vector<int> sockets;
+  std::string path = "/";  // the only path that upgrades; others get 404
   std::optional<ServerTls> tls;
   // Web origins ("https://operator.example") whose pages may connect; "*": all. Any web page can
   // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
@@ -79,8 +83,16 @@ struct ListenOptions {
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 
+// A proxy that is asked for the way to the server (CONNECT), over plain HTTP.
+struct HttpProxy {
+  std::string host;  // name or address literal, IPv6 without its brackets
+  std::uint16_t port = 80;
+  std::string login;  // "user:password"; empty: none
+};
+
 struct DialOptions {
   Url url;
+  std::optional<HttpProxy> proxy;
   ClientTls tls;
   std::chrono::milliseconds timeout{10000};  // from the name look-up to the open WebSocket
 };

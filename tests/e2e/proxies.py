@@ -8,6 +8,7 @@ import re
 import shutil
 import signal
 import subprocess
+import tempfile
 
 import pytest
 
@@ -157,11 +158,15 @@ class ForwardProxy(Apache):
     def shown(self):
         name, password = self.login.split(":")
         digest = base64.b64encode(hashlib.sha1(password.encode()).digest()).decode()
-        users = self.folder / "users"
-        users.write_text(f"{name}:{{SHA}}{digest}\n", encoding="ascii")
+        # Who starts it as root makes it read the file as somebody else.
+        with tempfile.NamedTemporaryFile("w", encoding="ascii", delete=False) as users:
+            users.write(f"{name}:{{SHA}}{digest}\n")
+        self.users = pathlib.Path(users.name)
+        self.users.chmod(0o644)
         return (
             f"ProxyRequests On\nAllowCONNECT {self.changes['9090']}\n<Proxy *>\n"
-            f"AuthType Basic\nAuthName proxy\nAuthUserFile {users}\nRequire valid-user\n</Proxy>\n"
+            f"AuthType Basic\nAuthName proxy\nAuthUserFile {self.users}\n"
+            "Require valid-user\n</Proxy>\n"
         )
 
 

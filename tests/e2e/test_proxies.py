@@ -89,7 +89,7 @@ def test_a_message_of_64_mib(behind, topic, kind):
     pair = behind(kind, dead_after=20.0)  # a busy machine may stand still for seconds
     publisher, collector = pair.opened(Blob, topic, Blob(), qos(2))
     publisher.publish(Blob(data=array.array("B", bytes(LARGE))))
-    assert len(collector.wait(1, 60)[0].data) == LARGE
+    assert len(collector.wait(1, 120)[0].data) == LARGE
 
 
 @pytest.mark.slow
