@@ -48,6 +48,7 @@ build: setup ## build everything into build/ (BUILD=dir for another folder, TARG
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
 
 test: build ## set up, build, and run all tests
+	@bash tools/setup/proxies.sh
 	@$(in_env) $(call ctest,$(BUILD),-j $(places))
 
 sim: build ## SEEDS=n scenarios of the simulator

@@ -74,7 +74,7 @@ endif()
 # fuzz: one libFuzzer program per file.
 if(CONNECT_FUZZ)
   file(GLOB fuzz_sources CONFIGURE_DEPENDS "${tests}/fuzz/fuzz_*.cpp")
-  connect_available(layers connect_auth connect_config connect_core)
+  connect_available(layers connect_net connect_auth connect_config connect_core)
   add_custom_target(fuzz_targets)
   foreach(source ${fuzz_sources})
     get_filename_component(name "${source}" NAME_WE)

@@ -25,7 +25,8 @@ bool may_be_secret(std::string_view key, std::string_view nearest) {
 
 std::string shown(const KeySpec& spec, const ParameterValue& value) {
   if (spec.secret) return kHidden;
-  if (const auto* text = std::get_if<std::string>(&value); text != nullptr && spec.key == "url") {
+  const bool is_url = spec.key == "url" || spec.key == "http_proxy";
+  if (const auto* text = std::get_if<std::string>(&value); text != nullptr && is_url) {
     return to_text(syntax::url_to_show(*text));
   }
   return to_text(value);

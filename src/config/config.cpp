@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "config/checked_values.hpp"
+#include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
@@ -134,16 +135,21 @@ class ConfigMaker {
     config_.listen.address = values_.text("listen.address");
     config_.listen.port = static_cast<std::uint16_t>(values_.whole("listen.port"));
     config_.listen.path = values_.text("listen.path");
+    config_.listen.trusted_proxies = values_.list("listen.trusted_proxies");
+    config_.listen.proxy_header = values_.text("listen.proxy_header");
+    if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
+      add("listen.proxy_header", "", "listen.trusted_proxies beside it, else it has no effect");
     const std::string& address = config_.listen.address;
-    if (syntax::is_loopback(address)) return;
+    const bool beyond = !syntax::listens_on_loopback(address);
+    if (!beyond && config_.listen.trusted_proxies.empty()) return;
     if (config_.auth.method == "none") {
       add("auth.method", "\"none\"",
-          fmt::format("a login (token), since listen.address {} is reachable by others", address));
+          beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
+                               address)
+                 : "a login (token), since others come by the proxies of listen.trusted_proxies");
     }
-    if (!values_.given("tls.certificate") && !values_.given("tls.private_key")) {
-      judge_plaintext("listen.address", address,
-                      "tls.certificate and tls.private_key, since others can reach this address; "
-                      "or allow_plaintext: true");
+    if (beyond && !values_.given("tls.certificate") && !values_.given("tls.private_key")) {
+      judge_plain_listener(address);
     }
     if (!config_.auth.token.empty() && config_.auth.token.size() < kGoodTokenBytes) {
       warn("auth.token: shorter than 16 characters; others can reach this server and guess");
@@ -157,6 +163,7 @@ class ConfigMaker {
     const auto dial = syntax::parse_url(values_.text("url"));
     if (!dial) return;
     config_.dial = *dial;
+    config_.dial.proxy = read_http_proxy(values_, *dial, around_.variable, parsed_.problems);
     if (dial->tls) return;
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
@@ -165,6 +172,20 @@ class ConfigMaker {
       judge_plaintext("url", syntax::url_to_show(dial->url),
                       "wss://, since the way leaves this machine; or allow_plaintext: true");
     }
+  }
+
+  void judge_plain_listener(const std::string& address) {
+    config_.listen.proxies_only =
+        !config_.listen.trusted_proxies.empty() && !values_.flag("allow_plaintext");
+    if (!config_.listen.proxies_only)
+      return judge_plaintext("listen.address", address,
+                             "tls.certificate and tls.private_key, since others can reach this "
+                             "address; listen.trusted_proxies, if proxies do TLS for it; or "
+                             "allow_plaintext: true");
+    warn(
+        fmt::format("listen.trusted_proxies: {} is used without TLS, by these proxies only; "
+                    "everybody between them and this machine can read and change everything",
+                    address));
   }
 
   void judge_plaintext(std::string_view key, const std::string& value, std::string expected) {

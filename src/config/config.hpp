@@ -2,21 +2,31 @@
 // Pure: whether a file can be read and whether a token is in the environment are arguments.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/parameter.hpp"
+#include "config/surroundings.hpp"
 #include "core/policy/policy.hpp"
 #include "core/side/side.hpp"
 
 namespace connect_bridge {
 
-struct ListenConfig {      // server
-  std::string address;     // an IP address (IPv6 without brackets), or "*" for every one
-  std::uint16_t port = 0;  // 0: any free one
-  std::string path;        // begins with '/'
+struct ListenConfig {  // server
+  // IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
+  std::string address;
+  std::uint16_t port = 0;                    // 0: any free one
+  std::string path;                          // begins with '/'
+  std::vector<std::string> trusted_proxies;  // addresses and ranges of them
+  std::string proxy_header;                  // x_forwarded_for, forwarded, proxy_protocol
+  bool proxies_only = false;                 // there is no TLS for others
+};
+
+struct HttpProxyConfig {
+  std::string host;  // name or IP address; IPv6 without brackets
+  std::uint16_t port = 0;
+  std::string login;  // "user:password", secret; empty: none
 };
 
 struct DialConfig {  // client
@@ -24,7 +34,8 @@ struct DialConfig {  // client
   bool tls = false;  // wss
   std::string host;  // name or IP address; IPv6 without brackets
   std::uint16_t port = 0;
-  std::string target;  // path and query; begins with '/'
+  std::string target;                    // path and query; begins with '/'
+  std::optional<HttpProxyConfig> proxy;  // asked for the way by CONNECT
 };
 
 // Files are PEM. Server: with a certificate it speaks TLS only, with `ca` clients must show one,
@@ -77,12 +88,6 @@ struct Config {
   bool token_in_environment = false;  // as it was at start
   std::vector<std::string> warnings;  // sentences to log at start
   ParameterMap given;                 // what it was made of; holds the token, never print it
-};
-
-struct Surroundings {
-  bool token_in_environment = false;
-  std::function<bool(const std::string& file)> readable;   // empty: not checked
-  std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked
 };
 
 struct Parsed {

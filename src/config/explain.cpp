@@ -40,21 +40,39 @@ std::string bytes_text(std::uint64_t bytes) {
 
 std::string listen_text(const Config& config) {
   const ListenConfig& listen = config.listen;
-  const std::string where = listen.address == "*" ? "every address" : listen.address;
-  const std::string port = listen.port == 0 ? "any free port" : fmt::format("port {}", listen.port);
-  const std::string reach = syntax::is_loopback(listen.address) ? "reachable from this machine only"
-                                                                : "reachable by others";
+  const bool passed = listen.address == "systemd";
+  std::string where = listen.address == "*" ? "every address" : listen.address;
+  if (passed) where = "the sockets of systemd";
+  std::string port = listen.port == 0 ? "any free port" : fmt::format("port {}", listen.port);
+  if (passed) port = "their ports";
+  const std::string reach = syntax::listens_on_loopback(listen.address)
+                                ? "reachable from this machine only"
+                                : "reachable by others";
   std::string tls = "without TLS";
   if (!config.tls.certificate.empty()) {
     tls = fmt::format("with TLS (certificate {})", config.tls.certificate);
   }
   if (!config.tls.ca.empty()) tls += fmt::format(", clients show one signed by {}", config.tls.ca);
-  return fmt::format("listens: on {}, {}, path {}, {}; {}", where, port, listen.path, tls, reach);
+  std::string proxies;
+  if (!listen.trusted_proxies.empty()) {
+    proxies = fmt::format("; {} tells by {} for whom it connects",
+                          joined(listen.trusted_proxies, "or"), listen.proxy_header);
+    if (listen.proxies_only) proxies += ", and nobody else may connect";
+  }
+  return fmt::format("listens: on {}, {}, path {}, {}; {}{}", where, port, listen.path, tls, reach,
+                     proxies);
+}
+
+std::string proxy_words(const Config& config) {
+  const auto& proxy = config.dial.proxy;
+  if (!proxy) return {};
+  return fmt::format("; through the HTTP proxy {}:{}{}", proxy->host, proxy->port,
+                     proxy->login.empty() ? "" : ", with a login");
 }
 
 std::string dial_text(const Config& config) {
   const std::string url = syntax::url_to_show(config.dial.url);
-  if (!config.dial.tls) return fmt::format("dials: {}, without TLS", url);
+  if (!config.dial.tls) return fmt::format("dials: {}, without TLS{}", url, proxy_words(config));
   const std::string& name = config.tls.server_name;
   const Names& pins = config.tls.pins;
   std::string text = fmt::format("dials: {}, with TLS; the ", url);
@@ -66,7 +84,7 @@ std::string dial_text(const Config& config) {
                         name.empty() ? config.dial.host : name,
                         config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
   if (!config.tls.certificate.empty()) text += "; shows " + config.tls.certificate;
-  return text;
+  return text + proxy_words(config);
 }
 
 std::string login_text(const Config& config) {

@@ -1,6 +1,7 @@
 #include "config/key_table.hpp"
 
 #include "config/login_rows.hpp"
+#include "config/reach_rows.hpp"
 #include "config/rule_rows.hpp"
 #include "config/share_rows.hpp"
 #include "config/syntax.hpp"
@@ -20,42 +21,6 @@ double seconds(Duration duration) {
 }
 ParameterValue whole(std::uint64_t value) {
   return static_cast<std::int64_t>(value);
-}
-
-void add_reach(Rows& rows) {
-  const std::string section = "Who is reached where";
-  rows.push_back(
-      {.section = section,
-       .key = "listen.address",
-       .fallback = "127.0.0.1",
-       .syntax = check_listen_address,
-       .used_by = UsedBy::kServer,
-       .help = "IP address to listen on. Beyond loopback a login and TLS are required."});
-  rows.push_back({.section = section,
-                  .key = "listen.port",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(9090),
-                  .min = 0,
-                  .max = 65535,
-                  .used_by = UsedBy::kServer,
-                  .help = "TCP port to listen on; 0 takes a free one and logs it."});
-  rows.push_back({.section = section,
-                  .key = "listen.path",
-                  .fallback = "/",
-                  .syntax = check_path,
-                  .used_by = UsedBy::kServer,
-                  .help = "Path of the URL under which the bridge answers."});
-  rows.push_back({.section = section,
-                  .key = "url",
-                  .syntax = check_url,
-                  .used_by = UsedBy::kClient,
-                  .help = "The server to dial, wss:// or ws://. Required."});
-  rows.push_back({.section = section,
-                  .key = "allow_plaintext",
-                  .type = ParameterType::kBool,
-                  .fallback = false,
-                  .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
-                          "everything, the token included."});
 }
 
 void add_tls(Rows& rows) {
@@ -368,7 +333,7 @@ const std::vector<KeySpec>& key_table() {
   static const Rows table = [] {
     const SideOptions core;
     Rows rows;
-    add_reach(rows);
+    add_reach_rows(rows);
     add_login_rows(rows);
     add_tls(rows);
     add_names(rows);

@@ -207,9 +207,43 @@ std::optional<NameMap::Pair> parse_remap(std::string_view text) {
   return pair;
 }
 
+std::vector<std::string> listen_addresses(std::string_view text) {
+  std::vector<std::string> addresses;
+  std::optional<std::string_view> rest = text;
+  while (rest) {
+    std::string_view part = take(rest, ',');
+    while (part.starts_with(' ')) part.remove_prefix(1);
+    while (part.ends_with(' ')) part.remove_suffix(1);
+    addresses.emplace_back(part);
+  }
+  return addresses;
+}
+
+bool listens_on_loopback(std::string_view text) {
+  const auto addresses = listen_addresses(text);
+  return std::all_of(addresses.begin(), addresses.end(),
+                     [](const std::string& address) { return is_loopback(address); });
+}
+
 Complaint check_listen_address(std::string_view text) {
-  return expect(text == "*" || is_ip_address(text),
-                "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, or * for every address");
+  constexpr std::size_t kAddressesMax = 8;
+  const auto addresses = listen_addresses(text);
+  const bool several = addresses.size() <= kAddressesMax &&
+                       std::all_of(addresses.begin(), addresses.end(), is_ip_address);
+  return expect(text == "*" || text == "systemd" || several,
+                "an IP address, e.g. 127.0.0.1, 0.0.0.0 or ::, up to 8 of them with commas, * for "
+                "every address, or systemd for its sockets");
+}
+
+Complaint check_address_range(std::string_view text) {
+  const std::size_t slash = text.find('/');
+  const std::string_view address = text.substr(0, slash);
+  const unsigned bits_max = parse_ipv4(address) ? 32 : 128;
+  const auto bits =
+      slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 10, 3, bits_max);
+  // With 0 bits everybody would be a proxy.
+  return expect(is_ip_address(address) && bits && *bits > 0,
+                "an IP address or a range of them, e.g. 127.0.0.1 or 10.0.0.0/8");
 }
 
 Complaint check_url(std::string_view text) {

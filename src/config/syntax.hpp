@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/config.hpp"
 #include "core/policy/policy.hpp"
@@ -15,6 +16,10 @@ namespace connect_bridge::syntax {
 [[nodiscard]] bool is_ip_address(std::string_view text);
 // "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public: the safe error.
 [[nodiscard]] bool is_loopback(std::string_view host);
+// The parts of listen.address, which commas divide.
+[[nodiscard]] std::vector<std::string> listen_addresses(std::string_view text);
+// Whether all of them are.
+[[nodiscard]] bool listens_on_loopback(std::string_view text);
 [[nodiscard]] std::optional<DialConfig> parse_url(std::string_view text);
 // "https://..."; on this machine "http://..." too.
 [[nodiscard]] std::optional<HttpAddress> parse_http_url(std::string_view text);
@@ -27,6 +32,7 @@ namespace connect_bridge::syntax {
 // For the table (see Syntax): nullopt is fine, else what was expected.
 using Complaint = std::optional<std::string>;
 Complaint check_listen_address(std::string_view text);
+Complaint check_address_range(std::string_view text);
 Complaint check_url(std::string_view text);
 Complaint check_http_url(std::string_view text);
 Complaint check_file_or_http_url(std::string_view text);

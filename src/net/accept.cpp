@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
@@ -22,6 +23,8 @@ namespace {
 constexpr std::uint32_t kHeaderBytesMax = 8192;
 constexpr std::chrono::milliseconds kRefusalTime{1000};
 constexpr char kServerName[] = "ROS2 Connect";
+constexpr char kXForwardedForHeader[] = "X-Forwarded-For";
+constexpr char kForwardedHeader[] = "Forwarded";
 
 using HttpRequest = http::request<http::empty_body>;
 
@@ -38,6 +41,13 @@ bool origin_allowed(const std::vector<std::string>& origins, const std::string& 
   return std::any_of(origins.begin(), origins.end(), [&](const std::string& allowed) {
     return allowed == "*" || allowed == origin;
   });
+}
+
+// Both versions, where HTTP was expected. The parser may have passed over empty lines.
+bool is_proxy_protocol(asio::const_buffer received) {
+  const std::string_view text{static_cast<const char*>(received.data()), received.size()};
+  constexpr std::string_view kVersion2{"\0\r\nQUIT\n", 8};
+  return text.starts_with("PROXY ") || text.substr(0, 12).find(kVersion2) != std::string_view::npos;
 }
 
 // What is wrong with the request, seen as the opening of a connection of ours.
@@ -82,10 +92,12 @@ struct Acceptance::Request {
   http::response<http::string_body> response;
 };
 
-Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options)
+Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options,
+                       Identify identify)
     : options_(std::move(options)),
       socket_(std::make_shared<WebSocket>(std::move(socket))),
       request_(std::make_unique<Request>()),
+      identify_(std::move(identify)),
       deadline_(socket_->get_executor()) {
   request_->parser.header_limit(kHeaderBytesMax);
 }
@@ -95,6 +107,67 @@ Acceptance::~Acceptance() = default;
 void Acceptance::start(Done done) {
   done_ = std::move(done);
   set_deadline(options_->timeout);
+  if (identify_ && options_->told_by == ToldBy::kProxyProtocol) return read_proxy();
+  begin();
+}
+
+// No byte more than the header: what follows belongs to TLS or HTTP.
+void Acceptance::read_proxy() {
+  const ProxyHeader header = read_proxy_header(proxy_header_);
+  if (header.state == ProxyHeader::State::kWrong) {
+    notice_ =
+        "refused, since this trusted proxy sends no header of the PROXY protocol "
+        "(listen.proxy_header)";
+    return fail(notice_);
+  }
+  if (header.state == ProxyHeader::State::kComplete) {
+    if (identified(header.source)) begin();
+    return;
+  }
+  const std::size_t have = proxy_header_.size();
+  proxy_header_.resize(have + header.missing);
+  asio::async_read(socket_->next_layer().socket(),
+                   asio::buffer(proxy_header_.data() + have, header.missing),
+                   [self = shared_from_this()](ErrorCode error, std::size_t) {
+                     if (!self->done_) return;
+                     if (error) return self->fail(failure_text(error, nullptr, {}));
+                     self->read_proxy();
+                   });
+}
+
+bool Acceptance::identified(const std::optional<Source>& source) {
+  if (identify_(source)) return true;
+  fail("dropped, too many handshakes");
+  return false;
+}
+
+bool Acceptance::read_forwarded() {
+  if (!identify_) return notice_unheard(), true;
+  if (options_->told_by == ToldBy::kProxyProtocol) return true;
+  const bool standard = options_->told_by == ToldBy::kForwarded;
+  const char* const name = standard ? kForwardedHeader : kXForwardedForHeader;
+  const auto fields = request_->parser.get().equal_range(name);
+  std::vector<std::string_view> lines;
+  for (auto field = fields.first; field != fields.second; ++field)
+    lines.emplace_back(field->value().data(), field->value().size());
+  const auto source = forwarded_source(
+      standard ? ForwardedBy::kForwarded : ForwardedBy::kXForwardedFor, lines, options_->proxies);
+  if (!source)
+    notice_ = std::string{"this trusted proxy tells by no "} + name +
+              " for whom it connects: limits count its own address";
+  return identified(source);
+}
+
+void Acceptance::notice_unheard() {
+  for (const char* name : {kXForwardedForHeader, kForwardedHeader}) {
+    if (request_->parser.get().count(name) == 0) continue;
+    notice_ =
+        std::string{"its "} + name +
+        " is ignored, since listen.trusted_proxies does not name it: limits count its address";
+  }
+}
+
+void Acceptance::begin() {
   if (!options_->tls) return read_request();
   Transport& transport = socket_->next_layer();
   transport.start_tls(options_->tls);
@@ -135,12 +208,18 @@ void Acceptance::on_request(const ErrorCode& error) {
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     return refuse(431, "The HTTP header is too long.");
   }
+  if (error && is_proxy_protocol(request_->buffer.cdata())) {
+    notice_ =
+        "its header of the PROXY protocol is refused: listen.trusted_proxies does not name it, or "
+        "listen.proxy_header is not proxy_protocol";
+  }
   const bool http = error.category() == make_error_code(http::error::bad_version).category();
   if (error && http && error != http::error::end_of_stream &&
       error != http::error::partial_message) {
     return refuse(400, "This is no HTTP request: " + error.message() + ".");
   }
   if (error) return fail(failure_text(error, socket_->next_layer().tls(), {}));
+  if (!read_forwarded()) return;
   const HttpRequest& request = request_->parser.get();
   if (const auto refusal = refusal_of(request, *options_)) {
     return refuse(static_cast<unsigned>(refusal->status), refusal->text);
@@ -161,7 +240,7 @@ void Acceptance::upgrade() {
   socket_->async_accept(request_->parser.get(), [self = shared_from_this()](ErrorCode error) {
     if (!self->done_) return;
     if (error) return self->fail("upgrade: " + error.message());
-    self->finish({std::move(self->socket_), std::move(self->slot_), {}});
+    self->finish({std::move(self->socket_), std::move(self->slot_), {}, {}});
   });
 }
 
@@ -195,19 +274,22 @@ void Acceptance::refuse(unsigned status, const std::string& text) {
 void Acceptance::fail(std::string problem) {
   if (!done_) return;
   socket_->next_layer().abort();
-  finish({nullptr, nullptr, std::move(problem)});
+  finish({nullptr, nullptr, std::move(problem), {}});
 }
 
 void Acceptance::finish(Accepted accepted) {
   deadline_.cancel();
+  identify_ = nullptr;
   const Done done = std::move(done_);
   done_ = nullptr;
   slot_.reset();
+  accepted.notice = std::move(notice_);
   done(std::move(accepted));
 }
 
 void Acceptance::abandon() {
   done_ = nullptr;
+  identify_ = nullptr;
   deadline_.cancel();
   slot_.reset();
   if (socket_) socket_->next_layer().abort();

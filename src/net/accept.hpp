@@ -5,9 +5,12 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "net/options.hpp"
+#include "net/proxy_header.hpp"
 #include "net/tls.hpp"
 #include "net/transport.hpp"
 
@@ -20,6 +23,8 @@ struct AcceptOptions {
   std::vector<std::string> origins;
   TlsContext tls;  // null: plain
   std::chrono::milliseconds timeout{};
+  AddressRanges proxies;
+  ToldBy told_by = ToldBy::kXForwardedFor;
   // A slot among the open connections, null when all are taken.
   std::function<std::shared_ptr<void>()> reserve;
 };
@@ -28,13 +33,18 @@ struct Accepted {
   std::shared_ptr<WebSocket> socket;  // null: refused or failed
   std::shared_ptr<void> slot;
   std::string problem;
+  std::string notice;  // what may be wrong with proxies or their list; empty: nothing
 };
 
 class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options);
+  // For whom the proxy connects, if it tells. False: that one may not go on now.
+  using Identify = std::function<bool(const std::optional<Source>&)>;
+
+  // `identify`: of a connection from a trusted proxy, else empty.
+  Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify);
   ~Acceptance();
   // `done` is called once, when the WebSocket is open or the socket is closed.
   void start(Done done);
@@ -44,6 +54,11 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  private:
   struct Request;
 
+  void read_proxy();
+  void begin();
+  bool identified(const std::optional<Source>& source);
+  bool read_forwarded();
+  void notice_unheard();
   void on_tls(const ErrorCode& error);
   void read_request();
   void on_request(const ErrorCode& error);
@@ -57,9 +72,12 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
   std::shared_ptr<const AcceptOptions> options_;
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Request> request_;
+  Identify identify_;
+  Bytes proxy_header_;
   boost::asio::steady_timer deadline_;
   std::shared_ptr<void> slot_;
   std::string problem_;
+  std::string notice_;
   Done done_;
 };
 

@@ -36,12 +36,9 @@ class Admission {
   }
 
   // A place for a connection without a login. `share`: how many times the usual number its address
-  // may have.
+  // may have; 0: any number, until it is told whom the connection is for.
   std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
-    std::size_t of_address = 0;
-    for (const auto& [number, entry] : state_->pending) of_address += entry.address == address;
-    if (of_address >= static_cast<std::size_t>(share) * pending_per_address_max_)
-      give_way([&](const Entry& entry) { return entry.address == address; });
+    make_room(address, share);
     if (state_->pending.size() >= connections_max_ + kPendingSpare)
       give_way([](const Entry&) { return true; });
     const std::uint64_t number = ++state_->last;
@@ -51,6 +48,17 @@ class Admission {
               state->pending.erase(number);
               delete gone;
             }};
+  }
+
+  // The proxy has told of which address it is: there it counts from now on.
+  void move_pending(const Pending& place, const std::string& address, int share) {
+    for (auto& [number, entry] : state_->pending) {
+      if (entry.place != &place) continue;
+      entry.address.clear();
+      make_room(address, share);
+      entry.address = address;
+      return;
+    }
   }
 
  private:
@@ -66,6 +74,14 @@ class Admission {
     std::uint64_t last = 0;
     std::map<std::uint64_t, Entry> pending;  // the oldest first
   };
+
+  void make_room(const std::string& address, int share) {
+    if (share == 0) return;
+    std::size_t of_address = 0;
+    for (const auto& [number, entry] : state_->pending) of_address += entry.address == address;
+    if (of_address >= static_cast<std::size_t>(share) * pending_per_address_max_)
+      give_way([&](const Entry& entry) { return entry.address == address; });
+  }
 
   // The oldest one that `may`.
   template <class May>

@@ -6,6 +6,7 @@
 #include <boost/beast/websocket/error.hpp>
 
 #include "core/wire/login.hpp"
+#include "net/http_proxy.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/websocket.hpp"
 
@@ -53,22 +54,23 @@ void Dialing::start(Done done) {
 }
 
 void Dialing::resolve() {
-  const Url& url = options_.url;
+  const std::string& host = options_.proxy ? options_.proxy->host : options_.url.host;
+  const std::uint16_t port = options_.proxy ? options_.proxy->port : options_.url.port;
   ErrorCode no_literal;
-  const auto address = asio::ip::make_address(url.host, no_literal);
+  const auto address = asio::ip::make_address(host, no_literal);
   if (!no_literal) {  // without the resolver's thread
-    endpoints_ = {Endpoint{address, url.port}};
+    endpoints_ = {Endpoint{address, port}};
     asio::post(io_, [self = shared_from_this()] { self->connect_next(); });
     return;
   }
-  resolver_.async_resolve(
-      url.host, std::to_string(url.port), asio::ip::tcp::resolver::numeric_service,
-      [self = shared_from_this()](ErrorCode error, const auto& results) {
-        if (!self->done_) return;
-        if (error) return self->fail(failure_text(error, nullptr, self->options_.url.host));
-        for (const auto& result : results) self->endpoints_.push_back(result.endpoint());
-        self->connect_next();
-      });
+  resolver_.async_resolve(host, std::to_string(port), asio::ip::tcp::resolver::numeric_service,
+                          [self = shared_from_this(), host](ErrorCode error, const auto& results) {
+                            if (!self->done_) return;
+                            if (error) return self->fail(failure_text(error, nullptr, host));
+                            for (const auto& result : results)
+                              self->endpoints_.push_back(result.endpoint());
+                            self->connect_next();
+                          });
 }
 
 void Dialing::connect_next() {
@@ -102,6 +104,21 @@ void Dialing::on_connected(const Endpoint& endpoint, const ErrorCode& error) {
     return fail(failure_text(error, nullptr, {}));
   }
   tune_socket(socket_->next_layer().socket().native_handle(), sockets_);
+  if (options_.proxy) return ask_proxy();
+  enter();
+}
+
+void Dialing::ask_proxy() {
+  stage_ = "CONNECT of the proxy";
+  open_way(socket_, *options_.proxy, options_.url,
+           [self = shared_from_this()](const std::string& problem) {
+             if (!self->done_) return;
+             if (!problem.empty()) return self->fail(problem);
+             self->enter();
+           });
+}
+
+void Dialing::enter() {
   if (options_.url.secure) return start_tls();
   upgrade();
 }
@@ -180,7 +197,8 @@ void Dialing::cancel(std::string problem) {
 void Dialing::fail(const std::string& problem) {
   if (!done_) return;
   if (socket_) socket_->next_layer().abort();
-  finish(nullptr, "cannot connect to " + options_.url.text() + ": " + problem);
+  const std::string by = options_.proxy ? " by the proxy " + proxy_text(*options_.proxy) : "";
+  finish(nullptr, "cannot connect to " + options_.url.text() + by + ": " + problem);
 }
 
 void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {

@@ -1,4 +1,4 @@
-// The client's half of a handshake: look up the name, connect, TLS, upgrade.
+// The client's half of a handshake: look up the name, connect, ask a proxy, TLS, upgrade.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -38,6 +38,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void resolve();
   void connect_next();
   void on_connected(const Endpoint& endpoint, const ErrorCode& error);
+  void ask_proxy();
+  void enter();
   void start_tls();
   void on_tls(const ErrorCode& error);
   void upgrade();

@@ -164,6 +164,10 @@ std::uint16_t Network::listen_port() const {
   return state_->listener ? state_->listener->port() : std::uint16_t{0};
 }
 
+std::vector<std::string> Network::listen_addresses() const {
+  return state_->listener ? state_->listener->addresses() : std::vector<std::string>{};
+}
+
 void Network::dial(ConnectionId connection, const DialOptions& options) {
   state_->watch_routes();
   std::string problem;

@@ -72,6 +72,8 @@ class Network {
   // nothing. Once only.
   [[nodiscard]] std::string listen(const ListenOptions& options);
   [[nodiscard]] std::uint16_t listen_port() const;
+  // "127.0.0.1:9090", "[::1]:9090"
+  [[nodiscard]] std::vector<std::string> listen_addresses() const;
 
   // Ends in ConnectionOpened or DialFailed.
   void dial(ConnectionId connection, const DialOptions& options);

@@ -54,15 +54,29 @@ struct SocketOptions {
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
 };
 
+// How a proxy tells for whom it connects. One way only: what a proxy does not write itself it may
+// hand on as a client has written it.
+enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
+
 struct ListenOptions {
-  std::string address = "127.0.0.1";  // a literal; "::" takes IPv6 and IPv4, "*" whatever there is
-  std::uint16_t port = 9090;          // 0: any free one, see Network::listen_port()
-  std::string path = "/";             // the only path that upgrades; others get 404
+  // Literals; "::" takes IPv6 and IPv4, "*" whatever there is.
+  std::vector<std::string> addresses{"127.0.0.1"};
+  std::uint16_t port = 9090;  // 0: any free one, see Network::listen_port()
+  // Listening TCP sockets that this process was given, in place of `addresses` and `port`. They are
+  // the listener's from now on.
+  std::vector<int> sockets;
+  std::string path = "/";  // the only path that upgrades; others get 404
   std::optional<ServerTls> tls;
   // Web origins ("https://operator.example") whose pages may connect; "*": all. Any web page can
   // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
   // Programs send no origin and are not concerned.
   std::vector<std::string> origins;
+  // Addresses and ranges ("10.0.0.0/8") of proxies that are believed whom they connect for: the
+  // limits for an address then count that one. With ToldBy::kProxyProtocol all their connections
+  // must begin with such a header; nobody else's may.
+  std::vector<std::string> trusted_proxies;
+  ToldBy told_by = ToldBy::kXForwardedFor;
+  bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
   // Connections without a login; beyond: the oldest is dropped. Of the loopback 8 times as many,
   // and handshakes as often: a proxy there stands for all of the world.
@@ -75,8 +89,16 @@ struct ListenOptions {
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 
+// A proxy that is asked for the way to the server (CONNECT), over plain HTTP.
+struct HttpProxy {
+  std::string host;  // name or address literal, IPv6 without its brackets
+  std::uint16_t port = 80;
+  std::string login;  // "user:password"; empty: none
+};
+
 struct DialOptions {
   Url url;
+  std::optional<HttpProxy> proxy;
   ClientTls tls;
   std::chrono::milliseconds timeout{10000};  // from the name look-up to the open WebSocket
 };

@@ -15,6 +15,7 @@
 #include "net/certified.hpp"
 #include "net/https.hpp"
 #include "ros/types/type_supports.hpp"
+#include "run/activation.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -40,8 +41,20 @@ SocketOptions socket_options(const Config& config) {
   return sockets;
 }
 
+Variable environment() {
+  return [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string{value ? value : ""};
+  };
+}
+
 void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
   to.insert(to.end(), from.begin(), from.end());
+}
+
+ToldBy told_by(const std::string& word) {
+  if (word == "forwarded") return ToldBy::kForwarded;
+  return word == "proxy_protocol" ? ToldBy::kProxyProtocol : ToldBy::kXForwardedFor;
 }
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
@@ -73,9 +86,18 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
                      Assembly& assembly) {
   parts.certificate_login = config.auth.method == kCertificateLogin;
   if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
-  parts.listen.address = config.listen.address;
+  if (config.listen.address == "systemd") {
+    const Variable variable = environment();
+    PassedSockets passed = passed_sockets(getpid(), variable("LISTEN_PID"), variable("LISTEN_FDS"));
+    if (!passed.problem.empty()) assembly.problems.push_back(passed.problem);
+    parts.listen.sockets = std::move(passed.sockets);
+  }
+  parts.listen.addresses = syntax::listen_addresses(config.listen.address);
   parts.listen.port = config.listen.port;
   parts.listen.path = config.listen.path;
+  parts.listen.trusted_proxies = config.listen.trusted_proxies;
+  parts.listen.told_by = told_by(config.listen.proxy_header);
+  parts.listen.proxies_only = config.listen.proxies_only;
   // The core counts links after login; strangers must not take the place of those.
   parts.listen.connections_max = config.limits.links_max + kStrangersMax;
   if (!config.tls.certificate.empty())
@@ -100,6 +122,8 @@ void assemble_client(const Config& config, const Start& start, BridgeParts& part
     parts.side.credential = {shown.begin(), shown.end()};
   }
   parts.dial.url = {config.dial.tls, config.dial.host, config.dial.port, config.dial.target};
+  if (const auto& proxy = config.dial.proxy)
+    parts.dial.proxy = HttpProxy{proxy->host, proxy->port, proxy->login};
   parts.dial.tls.ca_file = config.tls.ca;
   parts.dial.tls.server_name = config.tls.server_name;
   parts.dial.tls.pins = config.tls.pins;
@@ -132,6 +156,7 @@ Surroundings surroundings() {
   Surroundings s;
   const char* token = std::getenv(kTokenVariable);
   s.token_in_environment = token && *token;
+  s.variable = environment();
   s.readable = [](const std::string& file) { return access(file.c_str(), R_OK) == 0; };
   s.installed = [types = std::make_shared<ros::TypeSupports>()](const std::string& type) {
     return !std::holds_alternative<ros::Refusal>(types->message(type, ""));
@@ -142,7 +167,8 @@ Surroundings surroundings() {
 void hide_secrets(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument(argv[i]);
-    for (const std::string_view key : {"auth.token:=", "auth.plugin_options:="}) {
+    for (const std::string_view key :
+         {"auth.token:=", "auth.plugin_options:=", "http_proxy_login:="}) {
       const auto at = argument.find(key);
       if (at != std::string_view::npos)
         std::memset(argv[i] + at + key.size(), 'x', argument.size() - at - key.size());

@@ -77,8 +77,10 @@ std::string Bridge::open() {
   std::string problem = network_.listen(parts_.listen);
   if (problem.empty()) {
     const std::string scheme = parts_.listen.tls ? "wss://" : "ws://";
-    node_.log(LogLevel::kInfo, "listening on " + scheme + parts_.listen.address + ":" +
-                                   std::to_string(network_.listen_port()) + parts_.listen.path);
+    std::string urls;
+    for (const std::string& address : network_.listen_addresses())
+      urls += (urls.empty() ? "" : ", ") + scheme + address + parts_.listen.path;
+    node_.log(LogLevel::kInfo, "listening on " + urls);
   }
   return problem;
 }

@@ -9,6 +9,7 @@
 
 #include "auth/pairing_login.hpp"
 #include "auth/secret.hpp"
+#include "config/syntax.hpp"
 #include "core/base/hex.hpp"
 #include "net/authority.hpp"
 #include "net/own_address.hpp"
@@ -99,8 +100,9 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
   const std::string path = text_of(parameters, "listen.path");
   std::string authority = host;
   if (authority.empty()) {
-    authority = text_of(parameters, "listen.address");
-    if (authority == "*" || authority == "0.0.0.0" || authority == "::") authority = own_address();
+    authority = syntax::listen_addresses(text_of(parameters, "listen.address")).front();
+    for (const char* all : {"*", "0.0.0.0", "::", "systemd"})
+      if (authority == all) authority = own_address();
     if (authority.find(':') != std::string::npos) authority = "[" + authority + "]";
   }
   return "wss://" + authority + (path.empty() ? "/" : path);

@@ -32,6 +32,23 @@ TEST(ConfigExplain, PinsOfTheServer) {
                               "/ca.pem\n"));
 }
 
+TEST(ConfigExplain, TrustedProxies) {
+  const ParameterMap given{
+      {"listen.address", "0.0.0.0"},
+      {"listen.proxy_header", "proxy_protocol"},
+      {"listen.trusted_proxies", std::vector<std::string>{"10.0.0.1", "fd00::/8"}}};
+  const Config config = config_of(given, Role::kServer);
+  EXPECT_TRUE(config.listen.proxies_only);
+  EXPECT_THAT(explain(config),
+              HasSubstr("10.0.0.1 or fd00::/8 tells by proxy_protocol for whom it connects, and "
+                        "nobody else may connect\n"));
+  EXPECT_THAT(explain(config),
+              HasSubstr("warning: listen.trusted_proxies: 0.0.0.0 is used without"));
+  ParameterMap open = given;
+  open["allow_plaintext"] = true;
+  EXPECT_FALSE(config_of(open, Role::kServer).listen.proxies_only);
+}
+
 TEST(ConfigExplain, ALoginByCertificate) {
   const ParameterMap server{{"auth.method", "certificate"},
                             {"tls.certificate", "/c"},

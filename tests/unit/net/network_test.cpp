@@ -248,13 +248,13 @@ TEST(Network, ReportsWhyItCannotListen) {
   ListenOptions options;
   options.port = pair.server.network.listen_port();
   EXPECT_NE(other.network.listen(options).find("Address already in use"), std::string::npos);
-  options.address = "robot";
+  options.addresses = {"robot"};
   EXPECT_NE(other.network.listen(options).find("no IP address"), std::string::npos);
 }
 
 TEST(Network, ListensOnIPv6AndIPv4) {
   ListenOptions options;
-  options.address = "*";
+  options.addresses = {"*"};
   Pair pair{options};
   ASSERT_EQ(pair.problem, "");
   DialOptions dial = pair.dial_options();
@@ -264,6 +264,54 @@ TEST(Network, ListensOnIPv6AndIPv4) {
   if (pair.connect(dial, {78})) {
     EXPECT_EQ(pair.server.peers[pair.accepted()].substr(0, 6), "[::1]:");
   }
+}
+
+TEST(Network, ListensOnSeveralAddressesWithOnePort) {
+  ListenOptions options;
+  options.addresses = {"127.0.0.1", "127.0.0.2", "::1"};
+  Pair pair{options};
+  if (pair.problem.find("::1") != std::string::npos) GTEST_SKIP() << "no IPv6 here";
+  ASSERT_EQ(pair.problem, "");
+  DialOptions dial = pair.dial_options();
+  const std::string port = ":" + std::to_string(dial.url.port);
+  EXPECT_EQ(pair.server.network.listen_addresses(),
+            (std::vector<std::string>{"127.0.0.1" + port, "127.0.0.2" + port, "[::1]" + port}));
+  for (const std::string& address : options.addresses) {
+    dial.url.host = address;
+    EXPECT_TRUE(pair.connect(dial, {pair.server.opened.size() + 1})) << address;
+  }
+  EXPECT_EQ(pair.server.network.counts().accepted, 3U);
+}
+
+TEST(Network, ListensOnNoneOfTheAddressesIfOneIsWrong) {
+  Pair pair;
+  Side other(pair.loop);
+  ListenOptions options;
+  options.port = pair.server.network.listen_port();
+  options.addresses = {"127.0.0.2", "127.0.0.1"};
+  const std::string said = other.network.listen(options);
+  EXPECT_EQ(said, "cannot listen on 127.0.0.1:" + std::to_string(options.port) +
+                      ": Address already in use");
+  EXPECT_FALSE(RawPeer(options.port, "127.0.0.2").connected);
+}
+
+// As systemd hands them over.
+TEST(Network, TakesSocketsThatItIsGiven) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  ASSERT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  ListenOptions options;
+  options.sockets = {socket};
+  EXPECT_EQ(Pair{options}.problem, "the socket " + std::to_string(socket) +
+                                       " that this process was given does not listen for TCP");
+  ASSERT_EQ(::listen(socket, 8), 0);
+  Pair pair{options};
+  ASSERT_EQ(pair.problem, "");
+  EXPECT_TRUE(pair.connect());
+  pair.server.network.stop();
+  EXPECT_EQ(::fcntl(socket, F_GETFD), -1) << "it stays open";
 }
 
 TEST(Dial, ReportsARefusedConnection) {

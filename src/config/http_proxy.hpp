@@ -1,0 +1,34 @@
+// HTTP proxies on the way to the server: how they are written, and which one a URL needs.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/checked_values.hpp"
+#include "config/config.hpp"
+
+namespace connect_bridge {
+
+// "http://proxy.example:3128", also with "user:password@" before the host (percent-encoded), or
+// without "http://". nullopt: something else.
+[[nodiscard]] std::optional<HttpProxyConfig> parse_http_proxy(std::string_view text);
+
+// Whether no_proxy has this host: a list of names, each with all below it, addresses, or "*"; each
+// may end in ":port".
+[[nodiscard]] bool is_exempt(std::string_view no_proxy, std::string_view host, std::uint16_t port);
+
+// For the table (see Syntax).
+[[nodiscard]] std::optional<std::string> check_http_proxy(std::string_view text);
+[[nodiscard]] std::optional<std::string> check_http_proxy_login(std::string_view text);
+
+// The proxy of http_proxy and http_proxy_login. By default it is the environment's, as other
+// programs have it: for wss:// https_proxy, or HTTPS_PROXY, but not for loopback and what no_proxy,
+// or NO_PROXY, has. Adds what is wrong to `problems`.
+[[nodiscard]] std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values,
+                                                             const DialConfig& dial,
+                                                             const Variable& variable,
+                                                             std::vector<Problem>& problems);
+
+}  // namespace connect_bridge

@@ -1,0 +1,84 @@
+#include "config/reach_rows.hpp"
+
+#include <string>
+#include <utility>
+
+#include "config/http_proxy.hpp"
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using namespace syntax;  // NOLINT: a table reads better without the repeated word
+using Strings = std::vector<std::string>;
+using Rows = std::vector<KeySpec>;
+
+void add_listen(Rows& rows, const std::string& section) {
+  const auto add = [&](KeySpec spec) {
+    spec.section = section;
+    spec.used_by = UsedBy::kServer;
+    rows.push_back(std::move(spec));
+  };
+  add({.key = "listen.address",
+       .fallback = "127.0.0.1",
+       .syntax = check_listen_address,
+       .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
+               "sockets that it passes. Beyond loopback a login and TLS are required."});
+  add({.key = "listen.port",
+       .type = ParameterType::kInteger,
+       .fallback = std::int64_t{9090},
+       .min = 0,
+       .max = 65535,
+       .help = "TCP port to listen on, at all addresses; 0 takes a free one and logs it."});
+  add({.key = "listen.path",
+       .fallback = "/",
+       .syntax = check_path,
+       .help = "Path of the URL under which the bridge answers."});
+  add({.key = "listen.trusted_proxies",
+       .type = ParameterType::kStrings,
+       .fallback = Strings{},
+       .syntax = check_address_range,
+       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are believed for whom "
+               "they connect: limits and logs are of that address. Beyond loopback and without "
+               "TLS nobody else may connect, unless allow_plaintext."});
+  add({.key = "listen.proxy_header",
+       .fallback = "x_forwarded_for",
+       .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
+       .help = "How they tell it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
+               "protocol (1 or 2), with which each of their connections must then begin."});
+}
+
+}  // namespace
+
+void add_reach_rows(Rows& rows) {
+  const std::string section = "Who is reached where";
+  add_listen(rows, section);
+  rows.push_back({.section = section,
+                  .key = "url",
+                  .syntax = check_url,
+                  .used_by = UsedBy::kClient,
+                  .help = "The server to dial, wss:// or ws://. Required."});
+  rows.push_back({.section = section,
+                  .key = "http_proxy",
+                  .fallback = "environment",
+                  .syntax = check_http_proxy,
+                  .used_by = UsedBy::kClient,
+                  .help = "HTTP proxy that the client dials through (CONNECT), "
+                          "http://proxy.example:3128. `environment`: that of https_proxy, for "
+                          "wss:// and a server that is not in no_proxy. `none`: no proxy."});
+  rows.push_back({.section = section,
+                  .key = "http_proxy_login",
+                  .syntax = check_http_proxy_login,
+                  .used_by = UsedBy::kClient,
+                  .secret = true,
+                  .help = "\"user:password\" for the proxy in http_proxy. It goes there "
+                          "unencrypted, as with all such proxies."});
+  rows.push_back({.section = section,
+                  .key = "allow_plaintext",
+                  .type = ParameterType::kBool,
+                  .fallback = false,
+                  .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
+                          "everything, the token included."});
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,102 @@
+#include "net/http_proxy.hpp"
+
+#include <openssl/evp.h>
+
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/status.hpp>
+
+#include "net/tls.hpp"
+#include "net/websocket.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kAnswerBytesMax = 8192;
+
+std::string host_and_port(const std::string& host, std::uint16_t port) {
+  return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" +
+         std::to_string(port);
+}
+
+std::string base64(const std::string& text) {
+  std::string encoded(4 * ((text.size() + 2) / 3) + 1, '\0');
+  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(encoded.data()),
+                                   reinterpret_cast<const unsigned char*>(text.data()),
+                                   static_cast<int>(text.size()));
+  encoded.resize(static_cast<std::size_t>(size));
+  return encoded;
+}
+
+struct Way {
+  std::shared_ptr<WebSocket> socket;
+  HttpProxy proxy;
+  std::string request;
+  beast::flat_buffer buffer{kAnswerBytesMax};
+  http::response_parser<http::empty_body> answer;
+  std::function<void(std::string)> done;
+};
+
+std::string request_text(const HttpProxy& proxy, const Url& server) {
+  const std::string target = host_and_port(server.host, server.port);
+  std::string text =
+      "CONNECT " + target + " HTTP/1.1\r\nHost: " + target + "\r\nUser-Agent: ROS2 Connect\r\n";
+  if (!proxy.login.empty()) text += "Proxy-Authorization: Basic " + base64(proxy.login) + "\r\n";
+  return text + "\r\n";
+}
+
+std::string refusal(const Way& way) {
+  const auto status = way.answer.get().result();
+  if (status == http::status::proxy_authentication_required)
+    return way.proxy.login.empty() ? "it wants a login (http_proxy_login)"
+                                   : "it refuses this login (http_proxy_login)";
+  const auto reason = http::obsolete_reason(status);
+  return "it refuses the way with HTTP " + std::to_string(way.answer.get().result_int()) + " " +
+         std::string{reason.data(), reason.size()};
+}
+
+std::string problem_of(const Way& way, const ErrorCode& error) {
+  if (error == http::error::end_of_stream || error == http::error::partial_message)
+    return "it ended the connection instead of answering";
+  if (error.category() == make_error_code(http::error::bad_version).category())
+    return "what answers there is no HTTP proxy (" + error.message() + ")";
+  if (error) return failure_text(error, nullptr, {});
+  if (http::to_status_class(way.answer.get().result()) != http::status_class::successful)
+    return refusal(way);
+  // Neither TLS nor HTTP servers speak first.
+  if (way.buffer.size() > 0) return "it sent more than its answer";
+  return {};
+}
+
+void read_answer(const std::shared_ptr<Way>& way) {
+  http::async_read_header(
+      way->socket->next_layer(), way->buffer, way->answer,
+      [way](ErrorCode error, std::size_t) { way->done(problem_of(*way, error)); });
+}
+
+}  // namespace
+
+std::string proxy_text(const HttpProxy& proxy) {
+  return host_and_port(proxy.host, proxy.port);
+}
+
+void open_way(std::shared_ptr<WebSocket> socket, const HttpProxy& proxy, const Url& server,
+              std::function<void(std::string)> done) {
+  const auto way = std::make_shared<Way>();
+  way->socket = std::move(socket);
+  way->proxy = proxy;
+  way->request = request_text(proxy, server);
+  way->done = std::move(done);
+  way->answer.header_limit(kAnswerBytesMax);
+  way->answer.skip(true);  // no body follows, whatever the header says
+  asio::async_write(way->socket->next_layer(), asio::buffer(way->request),
+                    [way](ErrorCode error, std::size_t) {
+                      if (error) return way->done(failure_text(error, nullptr, {}));
+                      read_answer(way);
+                    });
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,162 @@
+// Connections that come through a proxy.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "unit/net/certificates.hpp"
+#include "unit/net/raw_tls.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+using testing::HasSubstr;
+
+ListenOptions trusting(ToldBy told_by, const std::string& proxies = "127.0.0.0/8") {
+  ListenOptions options;
+  options.trusted_proxies = {proxies};
+  options.told_by = told_by;
+  return options;
+}
+
+std::string forwarded_for(const std::string& address) {
+  return upgrade_request("X-Forwarded-For: " + address + "\r\n");
+}
+
+constexpr char kProxied[] = "PROXY TCP4 203.0.113.5 10.0.0.1 50000 443\r\n";
+
+// Whom the server takes a peer for that says this first.
+std::string peer_of(const ListenOptions& options, const std::string& said) {
+  Pair pair{options};
+  EXPECT_EQ(pair.problem, "");
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(said);
+  pair.loop.until([&] { return peer.poll(), peer.ended || !pair.server.opened.empty(); });
+  return pair.server.opened.empty() ? "nobody" : pair.server.peers[pair.accepted()];
+}
+
+TEST(Proxy, TellsTheAddressOfItsClient) {
+  EXPECT_EQ(peer_of(trusting(ToldBy::kXForwardedFor), forwarded_for("192.0.2.9, 203.0.113.5")),
+            "203.0.113.5");
+  EXPECT_EQ(peer_of(trusting(ToldBy::kForwarded),
+                    upgrade_request("Forwarded: for=\"[2001:db8::5]:4711\"\r\n")),
+            "[2001:db8::5]:4711");
+  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), kProxied + upgrade_request()),
+            "203.0.113.5:50000");
+}
+
+TEST(Proxy, OfOthersNothingIsBelieved) {
+  const auto stranger = [](ToldBy told_by) { return trusting(told_by, "10.0.0.0/8"); };
+  EXPECT_THAT(peer_of(stranger(ToldBy::kXForwardedFor), forwarded_for("203.0.113.5")),
+              HasSubstr("127.0.0.1:"));
+  EXPECT_THAT(
+      peer_of(stranger(ToldBy::kForwarded), upgrade_request("Forwarded: for=203.0.113.5\r\n")),
+      HasSubstr("127.0.0.1:"));
+  EXPECT_THAT(peer_of(stranger(ToldBy::kProxyProtocol), upgrade_request()),
+              HasSubstr("127.0.0.1:"));
+  EXPECT_EQ(peer_of(stranger(ToldBy::kProxyProtocol), kProxied + upgrade_request()), "nobody");
+}
+
+TEST(Proxy, OneWayOfTellingOnly) {
+  EXPECT_THAT(peer_of(trusting(ToldBy::kForwarded), forwarded_for("203.0.113.5")),
+              HasSubstr("127.0.0.1:"));
+  EXPECT_EQ(peer_of(trusting(ToldBy::kXForwardedFor), kProxied + upgrade_request()), "nobody");
+  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), forwarded_for("203.0.113.5")), "nobody");
+  EXPECT_EQ(peer_of(trusting(ToldBy::kProxyProtocol), kProxied + forwarded_for("192.0.2.9")),
+            "203.0.113.5:50000");
+}
+
+// What is told of proxies to the log of a server to which this is said three times.
+std::string told(const ListenOptions& options, const std::string& said) {
+  Pair pair{options};
+  for (int i = 0; i < 3; ++i) {
+    RawPeer peer(pair.server.network.listen_port());
+    peer.send(said);
+    pair.loop.until([&] { return peer.poll(), peer.ended || !peer.text.empty(); });
+  }
+  std::string all;
+  for (const std::string& line : pair.server.logs)
+    if (line.find("listen.") != std::string::npos || line.find("tells by") != std::string::npos)
+      all += line.substr(line.find(": ") + 2) + "\n";
+  return all;
+}
+
+// Who reads the log must learn of it, and strangers must not fill it.
+TEST(Proxy, WhatIsNotHeardIsToldNowAndThen) {
+  const ListenOptions strangers = trusting(ToldBy::kXForwardedFor, "10.0.0.0/8");
+  const std::string ignored =
+      " is ignored, since listen.trusted_proxies does not name it: limits count its address\n";
+  EXPECT_EQ(told(strangers, forwarded_for("203.0.113.5")), "its X-Forwarded-For" + ignored);
+  EXPECT_EQ(told({}, upgrade_request("Forwarded: for=203.0.113.5\r\n")), "its Forwarded" + ignored);
+  const std::string version2{"\r\n\r\n\0\r\nQUIT\n\x21\0\0\0", 16};
+  for (const std::string& header : {std::string{kProxied}, version2})
+    EXPECT_EQ(told(strangers, header + upgrade_request()),
+              "its header of the PROXY protocol is refused: listen.trusted_proxies does not name "
+              "it, or listen.proxy_header is not proxy_protocol\n");
+  EXPECT_EQ(told(trusting(ToldBy::kXForwardedFor), upgrade_request()),
+            "this trusted proxy tells by no X-Forwarded-For for whom it connects: limits count its "
+            "own address\n");
+  EXPECT_EQ(told(trusting(ToldBy::kXForwardedFor), forwarded_for("203.0.113.5")), "");
+  EXPECT_EQ(told({}, upgrade_request()), "");
+}
+
+TEST(Proxy, WhereNoOtherMayConnectNoneDoes) {
+  ListenOptions options = trusting(ToldBy::kXForwardedFor, "10.0.0.0/8");
+  options.proxies_only = true;
+  EXPECT_EQ(peer_of(options, upgrade_request()), "nobody");
+  options.trusted_proxies.emplace_back("127.0.0.1");
+  EXPECT_EQ(peer_of(options, forwarded_for("203.0.113.5")), "203.0.113.5");
+}
+
+// Who opens many connections through the proxy keeps nobody out who comes the same way.
+TEST(Proxy, LimitsCountTheClientsAddress) {
+  ListenOptions options = trusting(ToldBy::kXForwardedFor);
+  options.pending_per_address_max = 2;
+  Pair pair{options};
+  pair.server.packet_bytes_max = 0;  // nobody logs in
+  const std::uint16_t port = pair.server.network.listen_port();
+  const auto open = [&](RawPeer& peer, const std::string& address) {
+    peer.send(forwarded_for(address));
+    return peer.sees(pair.loop, "101 Switching");
+  };
+  RawPeer other(port), first(port), second(port), third(port);
+  EXPECT_TRUE(open(other, "198.51.100.7"));
+  EXPECT_TRUE(open(first, "203.0.113.5"));
+  EXPECT_TRUE(open(second, "203.0.113.5"));
+  EXPECT_TRUE(open(third, "203.0.113.5"));
+  EXPECT_TRUE(first.ends(pair.loop));
+  other.poll();
+  second.poll();
+  EXPECT_FALSE(other.ended || second.ended);
+}
+
+TEST(Proxy, ItsHeaderComesBeforeTls) {
+  Authority authority{scratch_folder() + "proxy_"};
+  const auto files = authority.sign("robot", "IP:127.0.0.1");
+  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  options.tls = ServerTls{files.certificate, files.key, ""};
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 800s;
+  Pair pair{options};
+  const auto shakes = [&](const std::string& header) {
+    RawTls client{pair.server.network.listen_port(), [](SSL_CTX*) {}};
+    EXPECT_EQ(::send(SSL_get_fd(client.tls()), header.data(), header.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(header.size()));
+    return client.shakes(pair.loop);
+  };
+  EXPECT_TRUE(shakes(kProxied));
+  EXPECT_FALSE(shakes(kProxied)) << "handshakes are counted by the client's address";
+  EXPECT_TRUE(shakes("PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
+  EXPECT_FALSE(shakes("")) << "there is no header";
+}
+
+TEST(Proxy, ASlowHeaderIsCut) {
+  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  options.handshake_timeout = 200ms;
+  Pair pair{options};
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send("PROXY TCP4 203.0.");
+  EXPECT_TRUE(peer.ends(pair.loop, 2s));
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
