@@ -61,6 +61,16 @@ if(unit_tests)
   add_dependencies(unit_tests auth_plugin odd_plugin late_plugin)
 endif()
 
+# rule_tuples: the rules against the simulator's second opinion on them.
+set(CONNECT_RULE_TUPLES 300000 CACHE STRING "Random tuples that the rules are tested with")
+if(TARGET connect_core AND EXISTS "${tests}/model/rule_tuples.cpp")
+  add_executable(rule_tuples "${tests}/model/rule_tuples.cpp" "${tests}/sim/rights.cpp")
+  target_link_libraries(rule_tuples PRIVATE connect_core connect_options)
+  target_include_directories(rule_tuples PRIVATE "${tests}")
+  add_test(NAME rule_tuples COMMAND rule_tuples --tuples ${CONNECT_RULE_TUPLES})
+  set_tests_properties(rule_tuples PROPERTIES LABELS unit TIMEOUT 1800)
+endif()
+
 # sim: a program of its own that takes seeds, and every processor.
 file(GLOB sim_sources CONFIGURE_DEPENDS "${tests}/sim/*.cpp")
 if(sim_sources AND TARGET connect_core)

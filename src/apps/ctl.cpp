@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/ctl_certs.hpp"
+#include "apps/ctl_explain.hpp"
 #include "apps/ctl_token.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
@@ -72,7 +73,11 @@ int main(int argc, char** argv) {
   TokenRequest request;
   const auto* token = add_token(app, request);
 
+  ExplainRequest question;
+  const auto* explain = add_explain_command(app, question);
+
   CLI11_PARSE(app, argc, argv);
+  if (*explain) return run_explain(question);
   if (*certs) return connect_bridge::run_certs(order);
   if (*token) return make_token(request);
   if (*check) return connect_bridge::check_file(file, role);

@@ -75,6 +75,7 @@ class ConfigMaker {
     check_method();
     check_files();
     read_names();
+    read_audit();
     fill_limits(values_, config_.limits);
     if (config_.limits.retry_min > config_.limits.retry_max) {
       add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
@@ -257,6 +258,13 @@ class ConfigMaker {
     }
   }
 
+  void read_audit() {
+    config_.audit.file = values_.text("audit.file");
+    config_.audit.file_bytes_max =
+        static_cast<std::uint64_t>(values_.whole("audit.file_bytes_max"));
+    config_.audit.files_kept = to_u32(values_.whole("audit.files_kept"));
+  }
+
   void read_names() {
     config_.prefix = values_.text("prefix");
     const std::string graph = values_.text("graph");
@@ -387,6 +395,7 @@ SideOptions side_options(const Config& config) {
   options.role = config.role;
   options.policy = config.policy;
   options.names = config.names;
+  options.audits = !config.audit.file.empty();
   options.login_method = config.auth.method;
   options.credential.assign(config.auth.token.begin(), config.auth.token.end());
   options.clock_publish_period = config.clock_publish_period;

@@ -67,6 +67,12 @@ struct SocketConfig {
   std::string congestion_control;
 };
 
+struct AuditConfig {
+  std::string file;  // empty: there is no audit log
+  std::uint64_t file_bytes_max = 0;
+  std::uint32_t files_kept = 0;
+};
+
 // Immutable once made; a change is a new Config.
 struct Config {
   Role role = Role::kServer;
@@ -81,6 +87,7 @@ struct Config {
   std::vector<NameMap::Pair> remap;
   std::string status_file;  // empty: none is written
   std::string usage_file;   // likewise
+  AuditConfig audit;
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()
   Duration clock_publish_period = Duration::zero();

@@ -11,22 +11,6 @@ namespace {
 constexpr std::string_view kRule = "rule.";
 constexpr std::string_view kTemplate = "rule.<name>.";
 
-// Number of characters to insert, delete or replace (Levenshtein).
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
 // Every known key of the role, with the templates filled in for `rule`.
 std::vector<std::string> candidates(Role role, std::string_view rule) {
   std::vector<std::string> keys;
@@ -46,6 +30,21 @@ std::string number_text(double value) {
 }
 
 }  // namespace
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
 
 bool is_used_by(const KeySpec& spec, Role role) {
   return spec.used_by == UsedBy::kBoth ||
@@ -88,7 +87,7 @@ std::string nearest_key(std::string_view key, Role role) {
   for (const std::string& candidate : candidates(role, rule_of(asked))) {
     // A part of a key stands for the first key that has it: "listen", "port".
     const bool part = candidate.starts_with(asked + ".") || candidate.ends_with("." + asked);
-    const std::size_t found = std::min(distance(asked, candidate), part ? 1 : best_distance);
+    const std::size_t found = std::min(edit_distance(asked, candidate), part ? 1 : best_distance);
     if (found < best_distance) {
       best_distance = found;
       best = candidate;

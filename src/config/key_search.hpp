@@ -23,6 +23,9 @@ namespace connect_bridge {
 // The known key that is written most like this one, or empty. A rule's name is kept.
 [[nodiscard]] std::string nearest_key(std::string_view key, Role role);
 
+// Number of characters to insert, delete or replace (Levenshtein).
+[[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);
+
 [[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
 
 // "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".

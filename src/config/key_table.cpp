@@ -1,5 +1,6 @@
 #include "config/key_table.hpp"
 
+#include "config/audit_rows.hpp"
 #include "config/login_rows.hpp"
 #include "config/reach_rows.hpp"
 #include "config/rule_rows.hpp"
@@ -338,6 +339,7 @@ const std::vector<KeySpec>& key_table() {
     add_tls(rows);
     add_names(rows);
     add_operation(rows);
+    add_audit_rows(rows);
     add_times(rows, core);
     add_flow(rows, core);
     add_link_limits(rows, core);

@@ -40,7 +40,8 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
       parameters_(io_, node, std::move(parts_.config),
                   {[this](const Policy& policy) { loop_.feed(PolicyChanged{policy}); },
-                   [this](bool on) { gateway_.set_use_sim_time(on); }}),
+                   [this](bool on) { gateway_.set_use_sim_time(on); },
+                   [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
                {[this](Input&& input) { loop_.feed(std::move(input)); },
                 [this](ConnectionId id) { return loop_.next_packet(id); },
@@ -49,6 +50,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       status_file_(node),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
+      hangup_(io_, [this] { parameters_.reload(); }),
       // Two, so that what takes seconds (a high level of zstd) does not hold up what takes
       // milliseconds.
       workers_(2,
@@ -73,7 +75,38 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
 std::string Bridge::open() {
   const std::string unread = usage_file_.open(parameters_.config().usage_file);
   if (!unread.empty()) node_.log(LogLevel::kWarn, unread);
-  if (parts_.side.role == Role::kClient) return {};
+  std::string problem = open_audit_log();
+  if (problem.empty() && parts_.side.role == Role::kServer) problem = listen();
+  if (problem.empty()) note(AuditEvent::kStarted);
+  return problem;
+}
+
+std::string Bridge::open_audit_log() {
+  const AuditConfig& audit = parameters_.config().audit;
+  if (audit.file.empty()) return {};
+  const AuditFileOptions options{audit.file, audit.file_bytes_max, audit.files_kept};
+  if (std::string problem = AuditFile(options).open(); !problem.empty())
+    return "audit.file: " + problem;
+  audit_log_.emplace(options, [this](bool works, const std::string& problem) {
+    boost::asio::post(io_, [this, works, problem] {
+      node_.log(
+          works ? LogLevel::kInfo : LogLevel::kError,
+          works ? "the audit log is written again" : "the audit log is not written: " + problem);
+    });
+  });
+  return {};
+}
+
+void Bridge::note(AuditEvent event, std::string reason) {
+  if (!audit_log_) return;
+  Audit line;
+  line.event = event;
+  line.node = node_.full_name();
+  line.reason = std::move(reason);
+  audit_log_->add(std::move(line));
+}
+
+std::string Bridge::listen() {
   std::string problem = network_.listen(parts_.listen);
   if (problem.empty()) {
     const std::string scheme = parts_.listen.tls ? "wss://" : "ws://";
@@ -87,6 +120,7 @@ std::string Bridge::open() {
 
 void Bridge::run() {
   stop_.wait_for_signal();
+  hangup_.wait_for_signal();
   seconds_.start();
   loop_.feed(TimePassed{});
   io_.run();
@@ -102,7 +136,11 @@ void Bridge::carry_out(Action&& action) {
                  [&](CompressJob& a) { workers_.add(std::move(a)); },
                  [&](DecompressJob& a) { workers_.add(std::move(a)); },
                  [&](CancelJob& a) { workers_.cancel(a.job); },
-                 [&](Log& a) { node_.log(a.level, a.text); }, [&](Stopped&) { network_.stop(); },
+                 [&](Log& a) { node_.log(a.level, a.text); },
+                 [&](Audit& a) {
+                   if (audit_log_) audit_log_->add(std::move(a));
+                 },
+                 [&](Stopped&) { network_.stop(); },
                  [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
              },
              action);
@@ -161,6 +199,7 @@ void Bridge::every_second(double lag_ms) {
   const std::string day = today();
   const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
   if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);
+  parameters_.check_files();
   const Config& config = parameters_.config();
   if (config.status_file.empty()) return;
   RunStatus run;
@@ -172,6 +211,7 @@ void Bridge::every_second(double lag_ms) {
   run.today = usage_file_.usage().of_day(day);
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   run.types_not_installed = counters.types_not_installed;
+  if (audit_log_) run.audit = audit_log_->counts();
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }
 
@@ -179,6 +219,7 @@ void Bridge::stop() {
   node_.log(LogLevel::kInfo, "stopping");
   seconds_.stop();
   loop_.feed(StopRequested{});
+  note(AuditEvent::kStopped);
 }
 
 }  // namespace connect_bridge

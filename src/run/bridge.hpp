@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "auth/authenticator.hpp"
@@ -12,6 +13,8 @@
 #include "core/side/side.hpp"
 #include "net/network.hpp"
 #include "ros/gateway.hpp"
+#include "run/audit_log.hpp"
+#include "run/hangup.hpp"
 #include "run/heap.hpp"
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
@@ -52,6 +55,9 @@ class Bridge {
   [[nodiscard]] std::uint16_t port() const { return network_.listen_port(); }
 
  private:
+  [[nodiscard]] std::string open_audit_log();
+  [[nodiscard]] std::string listen();
+  void note(AuditEvent event, std::string reason = {});
   void carry_out(Action&& action);
   void open_gate(const OpenGate& gate);
   void authenticate(Authenticate&& request);
@@ -69,12 +75,14 @@ class Bridge {
   ros::Gateway gateway_;
   LiveParameters parameters_;
   Network network_;
+  std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
   UsageFile usage_file_;
   HeapTrim heap_;
   LogLimit lags_;
   Seconds seconds_;
   Stop stop_;
+  Hangup hangup_;
   Workers workers_;
   LoginDesk login_desk_;  // last, so its threads end first
 };

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "config/explain.hpp"
+#include "config/explain_right.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 
@@ -49,37 +50,82 @@ int report(const std::string& file, const std::vector<std::string>& problems) {
   return kExitConfiguration;
 }
 
+// What a file says for a node of ours.
+struct OfNode {
+  Role role = Role::kServer;
+  std::string node;
+  ParameterMap parameters;
+  std::vector<std::string> problems;  // empty: the rest is valid
+};
+
+OfNode read_for_node(const std::string& file, const std::string& asked_role) {
+  OfNode result;
+  const ros::ParameterFile read = ros::read_parameter_file(file);
+  if (!read.problem.empty()) {
+    result.problems = {read.problem};
+    return result;
+  }
+  const auto role = role_of(read, asked_role);
+  if (!role) {
+    result.problems = {
+        "no parameters for connect_server or connect_client; with another node name say "
+        "--role server or --role client"};
+    return result;
+  }
+  result.role = *role;
+  result.node = *role == Role::kServer ? kServerNode : kClientNode;
+  Given given = parameters_for(read, result.node);
+  if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
+  result.parameters = std::move(given.parameters);
+  return result;
+}
+
+// The token and the files that are missing on this machine change nothing of what the rest means.
+Parsed parse_as_elsewhere(const OfNode& of_node) {
+  Surroundings elsewhere;
+  elsewhere.token_in_environment = true;
+  return parse_config(of_node.parameters, of_node.role, elsewhere);
+}
+
 }  // namespace
 
 int check_file(const std::string& file, const std::string& asked_role) {
-  const ros::ParameterFile read = ros::read_parameter_file(file);
-  if (!read.problem.empty()) return report(file, {read.problem});
-  const auto role = role_of(read, asked_role);
-  if (!role)
-    return report(file,
-                  {"no parameters for connect_server or connect_client; with another node name say "
-                   "--role server or --role client"});
-  const std::string node = *role == Role::kServer ? kServerNode : kClientNode;
-  Given given = parameters_for(read, node);
-  if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
-  const Parsed parsed = parse_config(given.parameters, *role, surroundings());
+  const OfNode of_node = read_for_node(file, asked_role);
+  if (!of_node.problems.empty()) return report(file, of_node.problems);
+  const Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
   std::vector<std::string> problems;
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   Assembly assembly;
   if (parsed.config) {
-    assembly = assemble(*parsed.config, node);
+    assembly = assemble(*parsed.config, of_node.node);
     problems = assembly.problems;
   }
   const int code = problems.empty() ? 0 : report(file, problems);
-  // The token and the files that are missing on this machine change nothing of what the rest means.
-  Surroundings elsewhere;
-  elsewhere.token_in_environment = true;
-  const Parsed rest = parsed.config ? parsed : parse_config(given.parameters, *role, elsewhere);
+  const Parsed rest = parsed.config ? parsed : parse_as_elsewhere(of_node);
   if (!rest.config) return code;
   if (code != 0) std::puts("The rest of the file means:");
   std::fputs(explain(*rest.config).c_str(), stdout);
   for (const auto& warning : assembly.warnings) std::printf("warning: %s\n", warning.c_str());
   return code;
+}
+
+int explain_file(const std::string& file, const std::string& asked_role,
+                 const RightQuestion& question) {
+  if (const std::string problem = problem_of(question); !problem.empty()) {
+    std::fprintf(stderr, "%s: expected %s\n", (question.name + " " + question.type).c_str(),
+                 problem.c_str());
+    return kExitConfiguration;
+  }
+  const OfNode of_node = read_for_node(file, asked_role);
+  if (!of_node.problems.empty()) return report(file, of_node.problems);
+  const Parsed parsed = parse_as_elsewhere(of_node);
+  if (!parsed.config) {
+    std::vector<std::string> problems;
+    for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+    return report(file, problems);
+  }
+  std::fputs(explain_right(*parsed.config, question).c_str(), stdout);
+  return 0;
 }
 
 }  // namespace connect_bridge

@@ -1,12 +1,36 @@
 #include "run/live_parameters.hpp"
 
+#include <algorithm>
 #include <boost/asio/post.hpp>
 #include <string>
 #include <utility>
 
 #include "config/describe.hpp"
+#include "config/rule_changes.hpp"
+#include "run/assembly.hpp"
 
 namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kTold = 20;
+
+std::string text_of(const Problem& problem) {
+  return to_text(problem);
+}
+const std::string& text_of(const std::string& key) {
+  return key;
+}
+
+template <class List>
+std::string joined(const List& list) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(list.size(), kTold); ++i)
+    text += (i == 0 ? "" : "; ") + text_of(list[i]);
+  return list.size() <= kTold ? text
+                              : text + "; and " + std::to_string(list.size() - kTold) + " more";
+}
+
+}  // namespace
 
 LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config,
                                Changes changes)
@@ -14,7 +38,11 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
       node_(node),
       config_(std::move(config)),
       changes_(std::move(changes)),
-      server_(node, server_options()) {}
+      server_(node, server_options()) {
+  for (const auto& file : node_.parameter_files()) files_.emplace_back(file);
+  for (const auto& [key, value] : config_.given)
+    if (!node_.parameter_overrides().contains(key)) added_.emplace(key, value);
+}
 
 ros::ParameterServerOptions LiveParameters::server_options() {
   ros::ParameterServerOptions options;
@@ -34,16 +62,51 @@ void LiveParameters::answer() {
 
 ros::SetResult LiveParameters::set(const std::vector<Parameter>& parameters) {
   Parsed parsed = apply_change(config_, parameters, {});
-  if (parsed.config) {
-    for (const auto& warning : parsed.config->warnings) node_.log(LogLevel::kWarn, warning);
-    config_ = std::move(*parsed.config);
-    changes_.policy(config_.policy);
-    return {};
+  if (!parsed.config) {
+    std::string reason = joined(parsed.problems);
+    refuse(reason);
+    return {false, std::move(reason)};
   }
-  std::string reason;
-  for (const auto& problem : parsed.problems)
-    reason += (reason.empty() ? "" : "; ") + to_text(problem);
-  return {false, reason};
+  for (const auto& warning : parsed.config->warnings) node_.log(LogLevel::kWarn, warning);
+  const std::string what = to_text(rule_changes(config_, *parsed.config));
+  config_ = std::move(*parsed.config);
+  changes_.policy(config_.policy);
+  node_.log(LogLevel::kInfo, "rules: " + what);
+  changes_.audit(AuditEvent::kRulesChanged, what);
+  return {};
+}
+
+void LiveParameters::refuse(const std::string& why) {
+  node_.log(LogLevel::kError, "the rules stay as they were: " + why);
+  changes_.audit(AuditEvent::kRulesRefused, why);
+}
+
+void LiveParameters::check_files() {
+  bool changed = false;
+  for (auto& file : files_) changed = file.settled_change() || changed;
+  if (changed) reload();
+}
+
+void LiveParameters::reload() {
+  if (files_.empty())
+    return node_.log(LogLevel::kWarn, "there is no parameter file to be read again");
+  auto again = node_.read_overrides_again();
+  if (!again.problem.empty()) return refuse(again.problem);
+  again.parameters.insert(added_.begin(), added_.end());
+  FileChanges found = file_changes(config_, again.parameters);
+  if (found.problems.empty()) {
+    Surroundings around = surroundings();
+    around.readable = {};  // files of keys that need a restart
+    found.problems = apply_change(config_, found.changes, around).problems;
+  }
+  if (!found.problems.empty()) return refuse("in the parameter file " + joined(found.problems));
+  if (!found.fixed.empty())
+    node_.log(LogLevel::kWarn,
+              joined(found.fixed) + ": changed in the parameter file; this needs a restart");
+  if (found.changes.empty())
+    return node_.log(LogLevel::kInfo, "the parameter file was read again; rules: none changed");
+  if (const auto result = server_.set(std::move(found.changes)); !result.successful)
+    node_.log(LogLevel::kError, "the parameter file is not in force: " + result.reason);
 }
 
 }  // namespace connect_bridge

@@ -3,9 +3,12 @@
 
 #include <boost/asio/io_context.hpp>
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "auth/file_watch.hpp"
 #include "config/config.hpp"
+#include "core/ports/audit.hpp"
 #include "ros/node/node.hpp"
 #include "ros/parameters/parameter_server.hpp"
 
@@ -17,22 +20,33 @@ class LiveParameters {
   struct Changes {
     std::function<void(const Policy&)> policy;
     std::function<void(bool on)> use_sim_time;
+    // For the audit log: rules were changed, or were to be.
+    std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
   LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config, Changes changes);
 
   [[nodiscard]] const Config& config() const { return config_; }
+  // Reads the parameter files again if one of them has changed and is not being written. Blocks as
+  // long as the disk does.
+  void check_files();
+  // Reads them in any case. Rules change as a whole or not at all; the log says which did, what is
+  // wrong, and what else has changed and needs a restart.
+  void reload();
 
  private:
   [[nodiscard]] ros::ParameterServerOptions server_options();
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
+  void refuse(const std::string& why);
 
   boost::asio::io_context& io_;
   ros::Node& node_;
   Config config_;
   const Changes changes_;
   ros::ParameterServer server_;
+  std::vector<FileWatch> files_;
+  ParameterMap added_;  // what the program has added at its start to what files and -p say
 };
 
 }  // namespace connect_bridge

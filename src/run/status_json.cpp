@@ -93,6 +93,10 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
                {"types_not_installed", run.types_not_installed},
                {"last_failure", status.last_failure}};
+  if (run.audit) {
+    json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
+    if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
+  }
   json["links"] = Json::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));
   return json.dump(1, ' ', false, Json::error_handler_t::replace);

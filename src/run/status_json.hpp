@@ -1,10 +1,12 @@
 // The status of a side as JSON, for the status file (docs/config.md, `status_file`).
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/ports/status.hpp"
 #include "net/traffic.hpp"
+#include "run/audit_log.hpp"
 
 namespace connect_bridge {
 
@@ -17,6 +19,7 @@ struct RunStatus {
   std::uint64_t published = 0;
   std::uint32_t types_not_installed = 0;  // in use, those of requests and responses counted
   Traffic today = {}, this_month = {};
+  std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
 };
 
 std::string to_json(const Status& status, const RunStatus& run);

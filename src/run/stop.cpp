@@ -28,6 +28,7 @@ void Stop::wait_for_signal() {
 void LastSteps::begin() {
   signals_.add(SIGINT);
   signals_.add(SIGTERM);
+  signals_.add(SIGHUP);
   alarm(kLastStepsTime);
 }
 
@@ -38,10 +39,11 @@ LastSteps::~LastSteps() {
   sigemptyset(&stops);
   sigaddset(&stops, SIGINT);
   sigaddset(&stops, SIGTERM);
+  sigaddset(&stops, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &stops, nullptr);
   boost::system::error_code ignored;
   signals_.clear(ignored);
-  for (const int number : {SIGINT, SIGTERM}) std::signal(number, SIG_IGN);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, SIG_IGN);
 }
 
 }  // namespace connect_bridge

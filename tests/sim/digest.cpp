@@ -36,7 +36,7 @@ constexpr std::size_t fields() {
 template <class T, class F>
 void for_each_field(const T& value, const F& use) {
   constexpr std::size_t kFields = fields<T>();
-  static_assert(kFields <= 8, "add a case");
+  static_assert(kFields <= 9, "add a case");
   const auto all = [&](const auto&... field) { (use(field), ...); };
   if constexpr (kFields == 1) {
     const auto& [a] = value;
@@ -62,6 +62,9 @@ void for_each_field(const T& value, const F& use) {
   } else if constexpr (kFields == 8) {
     const auto& [a, b, c, d, e, f, g, h] = value;
     all(a, b, c, d, e, f, g, h);
+  } else if constexpr (kFields == 9) {
+    const auto& [a, b, c, d, e, f, g, h, i] = value;
+    all(a, b, c, d, e, f, g, h, i);
   }
 }
 

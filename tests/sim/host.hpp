@@ -173,6 +173,7 @@ class Host : public Party {
   void act(const DecompressJob& action);
   void act(const CancelJob&) {}  // a worker may have begun it: its result comes
   void act(const Log& action);
+  void act(const Audit& action);
   void act(const Stopped& action);
 
   EndpointSpec endpoint(const std::string& topic, const std::string& type,
@@ -207,6 +208,8 @@ class Host : public Party {
   std::set<ServiceMirrorId> failed_service_mirrors_;
   std::set<ServiceClientId> failed_service_clients_;
   std::shared_ptr<std::uint64_t> held_bytes_;
+  std::uint64_t calls_noted_ = 0;  // by the audit log
+  std::uint64_t calls_handed_over_ = 0;
   TimePoint last_packet_{}, last_open_{}, last_network_change_{};
 };
 

@@ -173,6 +173,12 @@ void Host::act(const Log& action) {
   tell(std::string(letter_of(action.level)) + " " + action.text);
 }
 
+// What reaches a server has its line in the audit log before.
+void Host::act(const Audit& action) {
+  if (action.event == AuditEvent::kCall || action.event == AuditEvent::kGoal) ++calls_noted_;
+  if (action.event != AuditEvent::kRefused && !action.link) violated("a line of no link");
+}
+
 void Host::act(const Stopped&) {
   if (stopped_) violated("a side stops twice");
   stopped_ = true;

@@ -174,6 +174,7 @@ SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   o.retry_max = rng.between(300ms, 1500ms);
   o.default_depth = static_cast<std::uint32_t>(rng.pick(std::vector<int>{10, 100, 100}));
   o.latched_depth = static_cast<std::uint32_t>(rng.pick(std::vector<int>{3, 10, 10}));
+  o.audits = true;
   o.compress_job_bytes = static_cast<std::uint32_t>(rng.pick(std::vector<int>{64, 2000, 16384}));
   // A fragment must not keep a thin line busy for so long that the peer seems silent.
   const auto fragment_max = std::clamp<std::int64_t>(

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "core/base/result.hpp"
 #include "core/base/time.hpp"
@@ -12,6 +13,12 @@
 #include "core/wire/control.hpp"
 
 namespace connect_bridge {
+
+// Why a channel of this side ends while its link goes on.
+struct Ending {
+  std::string reason;     // for the audit log
+  std::string code = {};  // the peer is told the code and the reason; empty: neither
+};
 
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a
 // service of ours. An error ends the connection with its code. It is its link's until it is

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/link/link_audit.hpp"
 #include "core/link/standing.hpp"
 #include "core/wire/text.hpp"
 
@@ -103,13 +104,7 @@ void Links::look_at(Pending::iterator waiting, const Now& now) {
 void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
                    const std::string& told) {
   const bool client = options_.role == Role::kClient;
-  // Strangers can make as many of these lines as they like.
-  if (const auto count = client ? 1 : refusals_.count(now))
-    outputs_.log(
-        LogLevel::kWarn,
-        "closing " + waiting->second->peer().address + ": " + why.message + " (" +
-            std::string(name_of(why.code)) + ")" +
-            (*count > 1 ? "; " + std::to_string(*count) + " refused since the last line" : ""));
+  note_refusal(*waiting->second, why, client ? nullptr : &refusals_, outputs_, now);
   close(waiting->first, why.code, told.empty() ? why.message : told);
   pending_.erase(waiting);
   if (!client) return;
@@ -141,7 +136,7 @@ void Links::on(Authenticated& input, const Now& now) {
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
   for (auto& [id, link] : links_)
-    if (take_change(link, input, now)) user_.on_identity_changed(link);
+    if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link);
 }
 
 void Links::on(CredentialChanged& input, const Now& now) {
@@ -190,8 +185,9 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
 
 void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now& now) {
   if (link.connection) {
-    close(link.connection->id(), CloseCode::kReplaced,
-          "a newer connection of this session took over");
+    const std::string why = "a newer connection of this session took over";
+    audit(outputs_, link, AuditEvent::kLinkLost, why, name_of(CloseCode::kReplaced));
+    close(link.connection->id(), CloseCode::kReplaced, why);
     lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
@@ -217,6 +213,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
       "link open with " + link.label() +
           (link.identity.name.empty() ? "" : " as " + link.identity.name) + before,
       now);
+  audit_login(outputs_, link, AuditEvent::kLogin);
   check_expiry(link, now);
   user_.on_link_open(link, now);
   if (options_.role == Role::kClient) renewal_.on_open(link);
@@ -249,6 +246,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   Link* link = link_of(input.connection);
   if (!link) return;
   log(*link, LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint, now);
+  audit(outputs_, *link, AuditEvent::kLinkLost, reason);
   last_failure_ = reason;
   lose(*link, loss_by(input.code, options_.role), now, refused);
 }
@@ -271,6 +269,7 @@ bool Links::end_failed(const Now& now) {
         "closing the link with " + link.label() + ": " + error.message + " (" +
             std::string(name_of(error.code)) + ")",
         now);
+    audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
     lose(link, loss_by(error, link, now), now);
@@ -354,6 +353,7 @@ void Links::stop(const Now& now) {
   pending_.clear();
   for (auto& [id, link] : links_) {
     if (!link.connection) continue;
+    audit(outputs_, link, AuditEvent::kLinkLost, "this side stops");
     close(link.connection->id(), CloseCode::kGoingAway, "this side stops");
     lose(link, Loss::kEnd, now);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/link/link_audit.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -15,6 +17,25 @@ std::string refusal(const Authenticated& answer, const Now& now) {
   if (!answer.identity) return answer.reason.empty() ? "no reason given" : answer.reason;
   const Stamp expires = answer.identity->expires;
   return expires != 0 && now.system >= expires ? "it has expired" : "";
+}
+
+void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
+                  const Now& now) {
+  const Peer& peer = refused.peer();
+  if (const auto count = limit ? limit->count(now) : 1)
+    outputs.log(
+        LogLevel::kWarn,
+        "closing " + peer.address + ": " + why.message + " (" + std::string(name_of(why.code)) +
+            ")" +
+            (*count > 1 ? "; " + std::to_string(*count) + " refused since the last line" : ""));
+  if (!limit || !outputs.audits()) return;
+  Audit line;
+  line.event = AuditEvent::kRefused;
+  line.address = peer.address;
+  line.node = peer.node;
+  line.code = name_of(why.code);
+  line.reason = why.message;
+  outputs.push(std::move(line));
 }
 
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now) {
@@ -36,15 +57,17 @@ bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, con
   link.send(Renewed{why.empty()});
   if (!why.empty()) {
     outputs.log(LogLevel::kWarn, "the new login of " + link.label() + " is refused: " + why);
+    audit(outputs, link, AuditEvent::kRenewalRefused, why);
     return false;
   }
   link.identity = *answer.identity;
   check_expiry(link, now);
   outputs.log(LogLevel::kInfo, link.label() + " has renewed its login as " + link.identity.name);
+  audit_login(outputs, link, AuditEvent::kRenewed);
   return true;
 }
 
-bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now) {
+bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now) {
   if (link.identity.credential.empty()) return false;
   const auto change =
       std::find_if(changed.changes.begin(), changed.changes.end(),
@@ -52,9 +75,11 @@ bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now) {
   if (change == changed.changes.end()) return false;
   if (change->identity) {
     link.identity = *change->identity;
+    audit_login(outputs, link, AuditEvent::kRightsChanged);
     check_expiry(link, now);
     return true;
   }
+  audit(outputs, link, AuditEvent::kRevoked, "the login method withdrew the login");
   link.fail({CloseCode::kRevoked, "the login of " + link.identity.name + " was withdrawn"});
   if (link.connection) return false;
   link.returns = false;

@@ -12,6 +12,11 @@ namespace connect_bridge {
 // Why a login is not to be had, by what the login method answered; empty: it is.
 [[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
 
+// A connection without a link is closed: for the logs. `limit`, a server's: strangers can make as
+// many of these lines as they like.
+void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
+                  const Now& now);
+
 // ---- a server's
 // The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.
@@ -20,7 +25,7 @@ Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
 // The login method tells of its own accord. Whether the identity has changed; without one the link
 // fails, or is forgotten if it is lost.
-bool take_change(Link& link, const IdentitiesChanged& changed, const Now& now);
+bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now);
 // Ends what has expired, and notes when to look again.
 void check_expiry(Link& link, const Now& now);
 

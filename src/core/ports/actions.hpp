@@ -9,6 +9,7 @@
 #include "core/base/close_code.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/qos.hpp"
+#include "core/ports/audit.hpp"
 #include "core/wire/codec.hpp"
 
 namespace connect_bridge {
@@ -143,6 +144,6 @@ using Action =
                  CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
                  CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
                  FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
-                 CompressJob, DecompressJob, CancelJob, Log, Stopped>;
+                 CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
 
 }  // namespace connect_bridge

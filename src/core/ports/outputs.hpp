@@ -20,6 +20,10 @@ class Outputs {
     if (told_.first(text)) log(level, text);
   }
 
+  // Whether somebody keeps the audit log: else its lines need not be made.
+  [[nodiscard]] bool audits() const { return audits_; }
+  void set_audits(bool on) { audits_ = on; }
+
   // To be called now and then.
   void on_time(const Now& now) { told_.on_time(now); }
 
@@ -40,6 +44,7 @@ class Outputs {
  private:
   std::deque<Action> actions_;
   TellOnce told_;
+  bool audits_ = false;
   std::uint64_t last_subscription_ = 0;
   std::uint64_t last_mirror_ = 0;
   std::uint64_t last_service_mirror_ = 0;

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/link/link_audit.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/real_service.hpp"
 
@@ -57,6 +58,7 @@ ChannelOffer Attachment::open_channel() {
   offer.priority = queue_of_calls(decision_).priority;
   offer.node = names.to_wire(service_.node()).value_or(service_.node());
   offer.epoch = epoch_;
+  note(AuditEvent::kChannelOpened);
   return offer;
 }
 
@@ -93,14 +95,16 @@ void Attachment::on_link_lost() {
   channel_ = requests_ = {};
 }
 
-void Attachment::end(const Now& now, const ServiceClientFailed* why) {
+void Attachment::end(const Ending& why, const Now& now) {
   end_calls(now);
   // Requests may be on their way: they are expected until the peer says that none follow.
   if (requests_) link_.let_go(requests_);
   if (channel_) {
+    note(AuditEvent::kChannelEnded, why);
     link_.close_channel(channel_);
     if (link_.connection) link_.outbox().remove_channel(channel_);
-    link_.send(why ? Withdraw{{channel_}, why->code, why->reason} : Withdraw{{channel_}});
+    link_.send(why.code.empty() ? Withdraw{{channel_}}
+                                : Withdraw{{channel_}, why.code, why.reason});
   }
   channel_ = requests_ = {};
   held_ = attached_ = false;
@@ -136,9 +140,34 @@ void Attachment::send_attached(const Now& now) {
   }
 }
 
+// ---- for the audit log
+
+void Attachment::note(AuditEvent event, const Ending& why) const {
+  if (!serving_.outputs.audits()) return;
+  const auto& [name, type] = service_.key();
+  const std::string wire_name = serving_.graph_options.names.to_wire(name).value_or(name);
+  audit(serving_.outputs, link_, event,
+        {Direction::kExport, InterfaceKind::kService, wire_name, type, decision_.rule}, why.reason,
+        why.code);
+}
+
+// A goal is told by the name of its action.
+void Attachment::note_call(AuditEvent event, const std::string& why) const {
+  if (!serving_.outputs.audits()) return;
+  const auto& [name, type] = service_.key();
+  const std::string wire_name = serving_.graph_options.names.to_wire(name).value_or(name);
+  const auto part = part_of_action(InterfaceKind::kService, wire_name, type);
+  if (!part || part->part != ActionPart::kSendGoal) return note(event, {why});
+  audit(serving_.outputs, link_, event == AuditEvent::kCall ? AuditEvent::kGoal : event,
+        {Direction::kExport, InterfaceKind::kAction, std::string(part->action),
+         std::string(part->action_type), decision_.rule},
+        why);
+}
+
 // ---- what the peer says
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
+  note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
   const auto& [name, type] = service_.key();
   const std::string what = shown(InterfaceKind::kService, name, type);
   if (const auto line = link_.note_decline(counts_.declined, what, decline, now))
@@ -204,9 +233,11 @@ void Attachment::take(InMessage message, const Now& now) {
   std::string why = message.kept ? no_room_for_request(message.body.size()) : kNoMemory;
   if (why.empty() && !link_.may_inflate(message, now)) why = "too much is compressed too well";
   if (!why.empty()) {
+    note_call(AuditEvent::kCallRefused, why);
     note_refusal("refused", why, now);
     return refuse(id, "limit", why);
   }
+  note_call(AuditEvent::kCall);
   calls_.try_emplace(id, *this, id, std::move(message), now);
   serving_.begin_calls(now);
   if (const auto call = calls_.find(id); call != calls_.end()) call->second.keep_copy();

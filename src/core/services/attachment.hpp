@@ -44,8 +44,8 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void on_link_lost();
   // Nothing is known that a further connection could need.
   [[nodiscard]] bool is_idle() const { return !held_ && calls_.empty(); }
-  // Both channels end, and all calls. The peer is told why, if the service cannot be called at all.
-  void end(const Now& now, const ServiceClientFailed* why = nullptr);
+  // Both channels end, and all calls.
+  void end(const Ending& why, const Now& now);
   [[nodiscard]] bool is_offered() const { return bool(channel_); }
   // The server can be called.
   void on_ready(const Now& now);
@@ -98,6 +98,8 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void send_attached(const Now& now);
   void end_calls(const Now& now);
   void take(InMessage message, const Now& now);
+  void note(AuditEvent event, const Ending& why = {}) const;
+  void note_call(AuditEvent event, const std::string& why = {}) const;
   [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
   void refuse(CallId call, const std::string& code, const std::string& reason);
   void note_refusal(const std::string& what, const std::string& why, const Now& now);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/compress/compress.hpp"
+#include "core/link/link_audit.hpp"
 #include "core/services/calls.hpp"
 #include "core/services/mirrored_service.hpp"
 
@@ -44,7 +45,17 @@ void Feed::on_withdraw(const Withdraw& why, const Now& now) {
   const std::string what = shown(InterfaceKind::kService, name, type);
   if (const std::string line = link_.line_of(why, what); !line.empty())
     mirroring_.outputs.log_once(LogLevel::kWarn, line);
+  note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   service_.on_withdraw(link_.id, now);
+}
+
+void Feed::note_end(const Ending& why) const {
+  if (!mirroring_.outputs.audits()) return;
+  const auto& [name, type] = service_.key();
+  audit(mirroring_.outputs, link_, AuditEvent::kChannelEnded,
+        {Direction::kImport, InterfaceKind::kService,
+         mirroring_.graph_options.names.to_wire(name).value_or(name), type, decision_.rule},
+        why.reason, why.code);
 }
 
 // ---- the attachment

@@ -45,6 +45,8 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   void on_decision(Decision decision) { decision_ = std::move(decision); }
   // The connection is gone: calls wait for the link's return.
   void on_link_lost();
+  // For the audit log: the channel is about to end.
+  void note_end(const Ending& why) const;
   [[nodiscard]] bool is_offered() const { return static_cast<bool>(channel_); }
   [[nodiscard]] ChannelId channel() const { return channel_; }
   [[nodiscard]] std::uint32_t epoch() const { return epoch_; }

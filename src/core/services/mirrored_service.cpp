@@ -138,10 +138,12 @@ void MirroredService::on_policy() {
     }
     Link& link = feed.link();
     const ChannelId channel = feed.channel();
+    const Ending why{"no rule allows importing it any longer", "not_permitted"};
+    if (channel) feed.note_end(why);
     remove_feed(link.id);
     if (!channel) continue;
     link.let_go(channel);
-    link.send(Decline{channel, "not_permitted", "no rule allows importing it any longer"});
+    link.send(Decline{channel, why.code, why.reason});
   }
 }
 

@@ -51,7 +51,7 @@ void RealService::end(const Now& now) {
 }
 
 void RealService::end_attachments(const Now& now) {
-  for (auto& [id, attachment] : attachments_) attachment.end(now);
+  for (auto& [id, attachment] : attachments_) attachment.end({"its server has gone"}, now);
   attachments_.clear();
 }
 
@@ -63,7 +63,7 @@ void RealService::end_lost(const Now& now) {
 
 // ---- links
 
-std::optional<Decision> RealService::permission(const Link& link) const {
+std::optional<Decision> RealService::permission(const Link& link, bool own_only) const {
   const auto wire_name = serving_.graph_options.names.to_wire(key_.first);
   if (!wire_name) return std::nullopt;
   const auto action_type =
@@ -71,8 +71,8 @@ std::optional<Decision> RealService::permission(const Link& link) const {
   if (!action_type) return std::nullopt;  // it is not whole
   const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
   auto decision = serving_.policy.decide(Direction::kExport, what, link.identity);
-  if (!decision || (link.accepts && !accepted_by(*link.accepts, what))) return std::nullopt;
-  return decision;
+  if (!decision || own_only) return decision;
+  return !link.accepts || accepted_by(*link.accepts, what) ? decision : std::nullopt;
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
@@ -84,7 +84,14 @@ void RealService::recheck(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
   if (auto decision = permission(link)) return it->second.on_decision(std::move(*decision));
-  it->second.end(now);
+  const bool whole =
+      serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
+  Ending why{"its action is not whole any longer"};
+  // The peer knows itself what it accepts no longer.
+  if (whole && permission(link, true)) why = {"the peer does not accept it any longer"};
+  if (whole && !permission(link, true))
+    why = {"no rule allows exporting it any longer", "not_permitted"};
+  it->second.end(why, now);
   attachments_.erase(it);
   release_client();
 }
@@ -99,7 +106,7 @@ void RealService::on_link_lost(LinkId link) {
 void RealService::on_link_dead(LinkId link, const Now& now) {
   const auto it = attachments_.find(link);
   if (it == attachments_.end()) return;
-  it->second.end(now);
+  it->second.end({"it is to be offered anew"}, now);
   attachments_.erase(it);
   release_client();
 }
@@ -169,7 +176,7 @@ void RealService::on_client_failed(const ServiceClientFailed& failed, const Now&
   invocations_.clear();  // the gateway has none of them any more
   note_action_use(false);
   serving_.gate.server_gone(client_);
-  for (auto& [link, attachment] : attachments_) attachment.end(now, &failed);
+  for (auto& [link, attachment] : attachments_) attachment.end({failed.reason, failed.code}, now);
   serving_.gate.close(client_);
   client_ = {};
 }

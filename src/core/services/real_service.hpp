@@ -37,7 +37,7 @@ class RealService {
   void consider_callers();
   // What our own rules and the peer's say, as far as that is known: between two connections ours
   // hold at once.
-  [[nodiscard]] std::optional<Decision> permission(const Link& link) const;
+  [[nodiscard]] std::optional<Decision> permission(const Link& link, bool own_only = false) const;
 
   // ---- the client
   void on_ready(const ServiceReady& ready, const Now& now);

@@ -1,5 +1,6 @@
 #include "core/services/service_imports.hpp"
 
+#include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -12,7 +13,9 @@ ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;
+  const AuditChannel shown{Direction::kImport, offer.kind, offer.name, offer.type, {}};
   const auto no = [&](const std::string& code, const std::string& reason) {
+    audit(mirroring_.outputs, link, AuditEvent::kChannelRefused, shown, reason, code);
     link.send(Decline{offer.channel, code, reason});
   };
   if (!is_canonical_name(offer.name) || !is_service_type(offer.type))
@@ -26,8 +29,11 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
   const ServiceKey key{names.to_local(offer.name), offer.type};
   auto& service = mirroring_.services[key];
   if (!service) service = std::make_unique<MirroredService>(key, mirroring_);
+  const std::string rule = decision->rule;
   if (!service->on_offer(link, offer, std::move(*decision)))
     return no("failed", "this service is offered twice");
+  audit(mirroring_.outputs, link, AuditEvent::kChannelOpened,
+        {shown.direction, shown.kind, shown.name, shown.type, rule});
   mirroring_.update(*service, now);
 }
 

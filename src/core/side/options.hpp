@@ -15,6 +15,7 @@ namespace connect_bridge {
 // The sum of what its parts want to know; `config` fills it.
 struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
   Policy policy;
+  bool audits = false;                // whether lines of the audit log are made
   std::uint32_t channels_max = 4096;  // offers accepted from one peer
 };
 

@@ -27,7 +27,9 @@ Side::Side(SideOptions options, std::uint64_t seed)
       service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
                        outputs_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(outputs_) {}
+      claims_topic_(outputs_) {
+  outputs_.set_audits(options_.audits);
+}
 
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;

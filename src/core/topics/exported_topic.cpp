@@ -61,7 +61,7 @@ void ExportedTopic::remove_vanished(const Now& now) {
   for (const OriginId origin : removed) history_.remove(origin);
   for (auto& [link, offer] : offers_) {
     if (origins_.empty()) {
-      offer.withdraw();
+      offer.withdraw({"it has no publisher any longer"});
     } else {
       offer.remove_origins(removed);
     }
@@ -92,7 +92,7 @@ std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
 void ExportedTopic::recheck(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
   if (it == offers_.end() || it->second.is_current()) return;
-  it->second.withdraw();
+  it->second.withdraw_outdated();
   offers_.erase(it);
   backlogs_.end(link.id, DropReason::kWithdrawn);
   streams_.forget(link.id);
@@ -233,7 +233,7 @@ void ExportedTopic::on_subscription_failed(const std::string& code, const std::s
   context_.by_subscription.erase(subscription_);
   subscription_ = {};
   failed_ = true;
-  for (auto& [link, offer] : offers_) offer.withdraw(code, reason);
+  for (auto& [link, offer] : offers_) offer.withdraw({reason, code});
 }
 
 void ExportedTopic::warn_mixed() {

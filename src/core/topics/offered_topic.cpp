@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/compress/compress.hpp"
+#include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 #include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
@@ -138,14 +139,26 @@ void OfferedTopic::renew(const Now& now) {
 
 void OfferedTopic::decline(const Now& now) {
   if (std::exchange(demanded_, false)) peer_.change_demand(*this, false);
-  link_.send(Decline{number_, "not_permitted", "no rule allows importing it any longer"});
+  const Ending why{"no rule allows importing it any longer", "not_permitted"};
+  note_end(why);
+  link_.send(Decline{number_, why.code, why.reason});
   leave_mirrors(now);
+}
+
+void OfferedTopic::note_end(const Ending& why) const {
+  if (!context_.outputs.audits()) return;
+  audit(context_.outputs, link_, AuditEvent::kChannelEnded,
+        {Direction::kImport, InterfaceKind::kTopic,
+         context_.graph_options.names.to_wire(key_.first).value_or(key_.first), key_.second,
+         decision_.rule},
+        why.reason, why.code);
 }
 
 void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
   const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
   if (const std::string line = link_.line_of(why, what); !line.empty())
     context_.outputs.log_once(LogLevel::kWarn, line);
+  note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   leave_mirrors(now);
   peer_.erase(number_);
 }

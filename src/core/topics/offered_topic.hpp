@@ -86,6 +86,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);
   void leave_mirrors(const Now& now);
+  void note_end(const Ending& why) const;
   [[nodiscard]] bool knows(OriginId origin) const {
     return origins_.contains(origin) || left_out_.contains(origin);
   }

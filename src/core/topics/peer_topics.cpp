@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -15,18 +16,19 @@ constexpr std::uint64_t kFinishedBytesMax = 16 << 20;
 void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const NameMap& names = context_.graph_options.names;
   if (offer.kind != InterfaceKind::kTopic)
-    return decline(offer.channel, "unsupported", "such channels are not forwarded");
+    return decline(offer, "unsupported", "such channels are not forwarded");
   if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
-    return decline(offer.channel, "not_permitted", "the name or type is not canonical");
+    return decline(offer, "not_permitted", "the name or type is not canonical");
   auto decision = context_.permission(link_, offer.name, offer.type, offer.action_type);
-  if (!decision)
-    return decline(offer.channel, "not_permitted", "no rule allows importing " + offer.name);
+  if (!decision) return decline(offer, "not_permitted", "no rule allows importing " + offer.name);
   const std::string local = names.to_local(offer.name);
   if (names.to_wire(local) != offer.name)
-    return decline(offer.channel, "not_permitted", "another name is mapped to its name here");
+    return decline(offer, "not_permitted", "another name is mapped to its name here");
   // What rules and limits say of a topic they say of one channel.
   if (!names_.emplace(local, offer.type).second)
-    return decline(offer.channel, "limit", "the topic is offered on another channel");
+    return decline(offer, "limit", "the topic is offered on another channel");
+  audit(context_.outputs, link_, AuditEvent::kChannelOpened,
+        {Direction::kImport, offer.kind, offer.name, offer.type, decision->rule});
   OfferedTopic& topic = topics_
                             .try_emplace(offer.channel, *this, TopicKey{local, offer.type}, offer,
                                          *std::move(decision))
@@ -35,8 +37,11 @@ void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
 }
 
 // What comes on a declined channel is dropped: it stays without an owner until it is withdrawn.
-void PeerTopics::decline(ChannelId number, const std::string& code, const std::string& reason) {
-  link_.send(Decline{number, code, reason});
+void PeerTopics::decline(const ChannelOffer& offer, const std::string& code,
+                         const std::string& reason) {
+  audit(context_.outputs, link_, AuditEvent::kChannelRefused,
+        {Direction::kImport, offer.kind, offer.name, offer.type, {}}, reason, code);
+  link_.send(Decline{offer.channel, code, reason});
 }
 
 void PeerTopics::recheck(const Now& now) {

@@ -39,7 +39,7 @@ class PeerTopics {
   void add_status(LinkStatus& status) const;
 
  private:
-  void decline(ChannelId number, const std::string& code, const std::string& reason);
+  void decline(const ChannelOffer& offer, const std::string& code, const std::string& reason);
 
   ImportContext& context_;
   Link& link_;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/link/link_audit.hpp"
 #include "core/topics/exported_topic.hpp"
 #include "core/topics/parameter_event.hpp"
 
@@ -23,24 +24,35 @@ TopicOffer::~TopicOffer() {
 // ---- whether, and as what
 
 // Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
-std::optional<Decision> TopicOffer::permission() const {
+std::optional<Decision> TopicOffer::own_permission() const {
   const auto& [name, type] = topic_.key();
   const auto wire_name = context_.graph_options.names.to_wire(name);
   if (!wire_name) return std::nullopt;
   if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
     // Each origin is decided on its own, see is_withheld().
-    const auto& rules = link_.accepts->rules;
-    const bool accepted = std::any_of(rules.begin(), rules.end(),
-                                      [](const auto& rule) { return !rule.parameters.empty(); });
-    if (!accepted || type != kParameterEventType) return std::nullopt;
+    if (type != kParameterEventType) return std::nullopt;
     return context_.policy.decide_parameter_events(Direction::kExport, link_.identity);
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   if (!action_type) return std::nullopt;
-  const Interface what{InterfaceKind::kTopic, *wire_name, type, *action_type};
-  auto decision = context_.policy.decide(Direction::kExport, what, link_.identity);
-  if (!decision || !accepted_by(*link_.accepts, what)) return std::nullopt;
-  return decision;
+  return context_.policy.decide(
+      Direction::kExport, {InterfaceKind::kTopic, *wire_name, type, *action_type}, link_.identity);
+}
+
+std::optional<Decision> TopicOffer::permission() const {
+  auto decision = own_permission();
+  if (!decision) return std::nullopt;
+  const auto& [name, type] = topic_.key();
+  const std::string wire_name = *context_.graph_options.names.to_wire(name);
+  const Accepts& accepts = *link_.accepts;
+  if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
+    const bool accepted = std::any_of(accepts.rules.begin(), accepts.rules.end(),
+                                      [](const auto& rule) { return !rule.parameters.empty(); });
+    return accepted ? decision : std::nullopt;
+  }
+  const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
+  const Interface what{InterfaceKind::kTopic, wire_name, type, *action_type};
+  return accepted_by(accepts, what) ? decision : std::nullopt;
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
@@ -96,6 +108,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   offer.newest_only = is_clock(topic_.key());
   for (const auto& [gid, origin] : topic_.origins())
     if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
+  note(AuditEvent::kChannelOpened);
   return offer;
 }
 
@@ -153,13 +166,31 @@ void TopicOffer::configure_queue() {
 
 // ---- changes
 
-void TopicOffer::withdraw(const std::string& code, const std::string& reason) {
+void TopicOffer::withdraw(const Ending& why) {
   if (!is_open()) return;
+  note(AuditEvent::kChannelEnded, why);
   link_.close_channel(number_);
   if (link_.connection) link_.outbox().remove_channel(number_);
-  link_.send(Withdraw{{number_}, code, reason});
+  link_.send(why.code.empty() ? Withdraw{{number_}} : Withdraw{{number_}, why.code, why.reason});
   number_ = {};
   demand_ = 0;
+}
+
+void TopicOffer::withdraw_outdated() {
+  const auto& [name, type] = topic_.key();
+  if (!context_.actions.type_of(InterfaceKind::kTopic, name, type))
+    return withdraw({"its action is not whole any longer"});
+  if (own_permission()) return withdraw({"rules here, or what the peer accepts, have changed"});
+  withdraw({"no rule allows exporting it any longer", "not_permitted"});
+}
+
+void TopicOffer::note(AuditEvent event, const Ending& why) const {
+  if (!context_.outputs.audits()) return;
+  const auto& [name, type] = topic_.key();
+  audit(context_.outputs, link_, event,
+        {Direction::kExport, InterfaceKind::kTopic,
+         context_.graph_options.names.to_wire(name).value_or(name), type, decision_.rule},
+        why.reason, why.code);
 }
 
 void TopicOffer::add_origins(const std::vector<Gid>& added) {
@@ -192,6 +223,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;
   resume_ = demand.resume && may_resume();
+  note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   if (!demanded()) link_.outbox().clear_channel(number_);
   // What the offer told of may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
@@ -200,6 +232,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 }
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
+  note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
   const auto& [name, type] = topic_.key();
   const std::string what = shown(InterfaceKind::kTopic, name, type);
   if (const auto line = link_.note_decline(declined_, what, decline, now))

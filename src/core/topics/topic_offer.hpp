@@ -29,8 +29,10 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<ChannelOffer> open();
   // Whether rules and Accepts still say what they said when it was opened.
   [[nodiscard]] bool is_current() const;
-  // Ends the channel, and tells the peer; with a code: that and why the topic cannot be had.
-  void withdraw(const std::string& code = {}, const std::string& reason = {});
+  // Ends the channel, and tells the peer.
+  void withdraw(const Ending& why);
+  // The same because it is not current any longer. The peer is told if it has lost its right here.
+  void withdraw_outdated();
   // Tells the peer of origins of the topic that are new, have a name now, or are gone.
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);
@@ -77,7 +79,11 @@ class TopicOffer final : public OutgoingChannel {
   void add_status(LinkStatus& status) const;
 
  private:
+  // What the rules here say.
+  [[nodiscard]] std::optional<Decision> own_permission() const;
+  // What both sides say.
   [[nodiscard]] std::optional<Decision> permission() const;
+  void note(AuditEvent event, const Ending& why = {}) const;
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
   // Whether rules and Accepts open the parameters of a local node.
   [[nodiscard]] bool opens(std::string_view node) const;

@@ -88,6 +88,22 @@ std::vector<std::string> pick(const NodeOptions& options, int count, rcl_ret_t r
   return texts;
 }
 
+std::vector<std::string> parameter_files_of(const rcl_arguments_t& arguments) {
+  const int count = rcl_arguments_get_param_files_count(&arguments);
+  auto allocator = rcl_get_default_allocator();
+  char** files = nullptr;
+  std::vector<std::string> names;
+  if (count <= 0) return names;
+  require_ok(rcl_arguments_get_param_files(&arguments, allocator, &files),
+             "cannot tell the parameter files");
+  for (int i = 0; i < count; ++i) {
+    names.emplace_back(files[i]);
+    allocator.deallocate(files[i], allocator.state);
+  }
+  allocator.deallocate(files, allocator.state);
+  return names;
+}
+
 }  // namespace
 
 struct Node::State {
@@ -102,6 +118,8 @@ struct Node::State {
   ParameterMap overrides;
   std::vector<std::string> others;
   std::vector<std::string> arguments;
+  std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
+  std::vector<std::string> parameter_files;
 
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
@@ -159,6 +177,8 @@ void Node::State::open(const NodeOptions& options) {
   full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(full_name);
   read_overrides(context.global_arguments, full_name, overrides, others);
+  all_arguments.assign(options.argv, options.argv + options.argc);
+  parameter_files = parameter_files_of(context.global_arguments);
 }
 
 void Node::State::open_publisher_ids() {
@@ -233,6 +253,29 @@ const std::string& Node::full_name() const {
 const ParameterMap& Node::parameter_overrides() const {
   return state_->overrides;
 }
+const std::vector<std::string>& Node::parameter_files() const {
+  return state_->parameter_files;
+}
+
+// The arguments are parsed anew: rcl reads the files then, in the order of before.
+Node::Overrides Node::read_overrides_again() const {
+  std::vector<const char*> words;
+  for (const auto& word : state_->all_arguments) words.push_back(word.c_str());
+  rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
+  const rcl_ret_t result = rcl_parse_arguments(static_cast<int>(words.size()), words.data(),
+                                               rcl_get_default_allocator(), &arguments);
+  if (result != RCL_RET_OK) return {{}, error_text("cannot read the parameters", result)};
+  Overrides again;
+  std::vector<std::string> others;
+  try {
+    read_overrides(arguments, full_name(), again.parameters, others);
+  } catch (const RosError& error) {
+    again.problem = error.what();
+  }
+  ignore_error(rcl_arguments_fini(&arguments));
+  return again;
+}
+
 const std::vector<std::string>& Node::others_with_parameters() const {
   return state_->others;
 }

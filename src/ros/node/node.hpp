@@ -50,6 +50,14 @@ class Node {
   [[nodiscard]] const std::string& full_name() const;   // "/connect_server"
   // What parameter files and -p say for this node, already merged.
   [[nodiscard]] const ParameterMap& parameter_overrides() const;
+  // The files of --params-file, in their order.
+  [[nodiscard]] const std::vector<std::string>& parameter_files() const;
+  // What the files and -p say by now, merged as at the start. Blocks as long as the disk does.
+  struct Overrides {
+    ParameterMap parameters;
+    std::string problem;  // empty: the files were read
+  };
+  [[nodiscard]] Overrides read_overrides_again() const;
   // The other nodes that have parameters in the files: "connect_server", "/**/camera".
   [[nodiscard]] const std::vector<std::string>& others_with_parameters() const;
   // The arguments of main() that are not for ROS, without the program's name.

@@ -255,6 +255,10 @@ ParameterServer::ParameterServer(Node& node, ParameterServerOptions options)
 
 ParameterServer::~ParameterServer() = default;
 
+SetResult ParameterServer::set(std::vector<Parameter> parameters) {
+  return state_->apply(std::move(parameters));
+}
+
 bool ParameterServer::drain() {
   State& state = *state_;
   state.ready.collect();

@@ -27,7 +27,7 @@ struct ParameterServerOptions {
   std::function<void()> wake;
 };
 
-// Thread: all calls from the loop's thread. `set` is called inside drain().
+// Thread: all calls from the loop's thread. `set` is called inside drain() and set().
 class ParameterServer {
  public:
   ParameterServer(Node& node, ParameterServerOptions options);
@@ -35,6 +35,8 @@ class ParameterServer {
   ParameterServer(const ParameterServer&) = delete;
   ParameterServer& operator=(const ParameterServer&) = delete;
 
+  // As if somebody had set them together: `set` is asked, the entries change, the graph is told.
+  SetResult set(std::vector<Parameter> parameters);
   // Answers waiting requests, a bounded number of them. Returns whether more wait.
   bool drain();
 

@@ -117,5 +117,38 @@ TEST(ConfigTable, DefaultsAreValid) {
   }
 }
 
+// The example of read-only operators allows what the text before it says.
+TEST(ConfigDocument, WatchersOnlyLook) {
+  const std::string text = file_text("docs/config.in.md");
+  const std::size_t mark = text.find("<!-- test: read only -->");
+  ASSERT_NE(mark, std::string::npos);
+  const std::size_t begin = text.find("```yaml\n", mark) + 8;
+  const Config config =
+      config_of(yaml(text.substr(begin, text.find("```", begin) - begin)), Role::kServer);
+  const auto allows = [&](const std::string& group, Direction direction, InterfaceKind kind,
+                          const std::string& name, const std::string& type) {
+    return config.policy.decide(direction, kind, name, type, {"someone", {group}}).has_value();
+  };
+  for (const Direction direction : {Direction::kExport, Direction::kImport}) {
+    const bool out = direction == Direction::kExport;
+    for (const std::string group : {"watchers", "drivers"}) {
+      const bool drives = group == "drivers";
+      EXPECT_EQ(allows(group, direction, InterfaceKind::kTopic, "/scan", "p/msg/T"), out);
+      EXPECT_EQ(allows(group, direction, InterfaceKind::kTopic, "/cmd_vel", "p/msg/T"),
+                out || drives);
+      EXPECT_EQ(
+          allows(group, direction, InterfaceKind::kTopic, "/camera/workshop/image", "p/msg/T"),
+          out && drives);
+      EXPECT_EQ(allows(group, direction, InterfaceKind::kService, "/s", "p/srv/T"), out && drives);
+      EXPECT_EQ(allows(group, direction, InterfaceKind::kAction, "/a", "p/action/T"),
+                out && drives);
+      EXPECT_EQ(allows(group, direction, InterfaceKind::kService, "/node/set_parameters",
+                       "rcl_interfaces/srv/SetParameters"),
+                out && drives);
+    }
+    EXPECT_FALSE(allows("others", direction, InterfaceKind::kTopic, "/scan", "p/msg/T"));
+  }
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -141,7 +141,7 @@ TEST(ServiceExports, WhatIsNoLongerAllowedEnds) {
   s.did();
   s.give(PolicyChanged{Policy({rule({}, {})})});
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
-  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1\n");
+  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1 not_permitted\n");
 }
 
 TEST(ServiceExports, WhatIsNoLongerAllowedEndsAlsoWhileTheLinkIsLost) {

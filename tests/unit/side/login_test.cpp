@@ -143,7 +143,7 @@ TEST(SideLogin, ChangedGroupsChangeRightsAtOnce) {
   s.say(1, Accepts{{{{"/**"}, {}}}, {}});
   EXPECT_THAT(s.said(1), HasSubstr("/a"));
   s.give(changed(anna()));
-  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1\n");
+  EXPECT_EQ(s.said(1), "accepts 0 rules\nwithdraw 1 not_permitted\n");
   s.give(changed(anna(0, {"ops"})));
   EXPECT_THAT(s.said(1), HasSubstr("offer 2/a"));
 }

@@ -159,6 +159,7 @@ std::string Script::did() {
   std::string lines;
   while (const auto action = side.next_action()) {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
+    if (const auto* line = std::get_if<Audit>(&*action)) noted += word_of(*line) + "\n";
     const std::string word = word_of(*action);
     if (!word.empty()) lines += word + "\n";
   }

@@ -73,6 +73,7 @@ class Script {
   Side side;
   std::int64_t at = 0;
   std::string logged;
+  std::string noted;  // for the audit log, if the options ask for it
 
  private:
   Token128 welcomed(std::uint32_t connection);

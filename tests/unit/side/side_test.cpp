@@ -200,7 +200,7 @@ TEST(Side, ChangedRulesWithdrawAndOffer) {
   s.take(2, 1, "discarded");
   s.give(PolicyChanged{Policy({rule({"/b", "/c"}, {"/x"})})});
   EXPECT_EQ(s.did(), "unsubscribe 2\n");
-  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\noffer 3/c[1]\n");
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1 not_permitted\noffer 3/c[1]\n");
 }
 
 TEST(Side, AnotherTreatmentIsAnotherChannel) {

@@ -86,9 +86,23 @@ std::string word_of(const Action& action) {
           [&](const DecompressJob& a) { return "decompress " + id(a.job); },
           [&](const CancelJob& a) { return "cancel " + id(a.job); },
           [&](const Log&) -> std::string { return ""; },
+          [&](const Audit&) -> std::string { return ""; },
           [&](const Stopped&) -> std::string { return "stopped"; },
       },
       action);
+}
+
+std::string word_of(const Audit& line) {
+  std::string word = std::string(name_of(line.event)) + " " + std::to_string(line.link.value);
+  if (!line.identity.empty()) word += " " + line.identity;
+  if (line.channel) {
+    word += line.channel->direction == Direction::kExport ? " export " : " import ";
+    word += line.channel->name;
+    if (!line.channel->rule.empty()) word += " by " + line.channel->rule;
+  }
+  for (const auto& group : line.groups) word += " " + group;
+  if (!line.code.empty()) word += " " + line.code;
+  return line.reason.empty() ? word : word + ": " + line.reason;
 }
 
 std::string word_of(const Control& control) {

@@ -20,6 +20,8 @@ std::string word_of(const Qos& qos);
 // Ids are printed as they are: the claims have subscription 1 and mirror 1. "claim 1 2" is what
 // the side tells other bridges: the origins it mirrors. Logs have no word.
 std::string word_of(const Action& action);
+// "login 1 anna", "channel_opened 1 anna export /a by all", "call_refused 1 anna export /s: why"
+std::string word_of(const Audit& line);
 // "1[2 3]" is origins 2 and 3 of channel 1.
 std::string word_of(const Control& control);
 // What one packet says, without acks and time frames: "1.2 hello" is a message of origin 2 on

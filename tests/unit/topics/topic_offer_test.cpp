@@ -39,7 +39,7 @@ TEST(TopicOffer, WithoutARightThereIsNone) {
   Offering s(rule({"/b"}, {"/**"}));
   EXPECT_FALSE(s.offer.open());
   EXPECT_FALSE(s.offer.is_open());
-  s.offer.withdraw();
+  s.offer.withdraw({});
   EXPECT_EQ(s.peer.said(), "");
 }
 
@@ -48,7 +48,7 @@ TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   ASSERT_TRUE(s.offer.open());
   s.peer.link.accepts = Accepts{{{{"/b"}, {}}}, {}};
   EXPECT_FALSE(s.offer.is_current());
-  s.offer.withdraw();
+  s.offer.withdraw_outdated();
   EXPECT_EQ(s.peer.said(), "withdraw 1\n");
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
 }

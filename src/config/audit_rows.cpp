@@ -1,0 +1,35 @@
+#include "config/audit_rows.hpp"
+
+#include <string>
+
+#include "config/syntax.hpp"
+
+namespace connect_bridge {
+
+void add_audit_rows(std::vector<KeySpec>& rows) {
+  const std::string section = "Audit log";
+  rows.push_back({.section = section,
+                  .key = "audit.file",
+                  .syntax = syntax::check_not_empty,
+                  .help = "File that gets a line of JSON for each login, refusal, lost link, "
+                          "channel, call, goal and change of rules (docs/security.md). Unset: "
+                          "there is none."});
+  rows.push_back({.section = section,
+                  .key = "audit.file_bytes_max",
+                  .type = ParameterType::kInteger,
+                  .fallback = std::int64_t{10 << 20},
+                  .min = 65536,
+                  .max = 1024.0 * 1024.0 * 1024.0,
+                  .unit = "bytes",
+                  .help = "Then it is renamed, with .1 at its end, and a new one begins."});
+  rows.push_back({.section = section,
+                  .key = "audit.files_kept",
+                  .type = ParameterType::kInteger,
+                  .fallback = std::int64_t{10},
+                  .min = 0,
+                  .max = 1000,
+                  .unit = "files",
+                  .help = "Older files that are kept; the oldest goes."});
+}
+
+}  // namespace connect_bridge

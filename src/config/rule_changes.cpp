@@ -1,0 +1,90 @@
+#include "config/rule_changes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "config/checked_values.hpp"
+#include "config/key_search.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kNamesTold = 10;
+
+std::vector<std::string> names_of(const Config& config) {
+  std::vector<std::string> names;
+  for (const Rule& rule : config.policy.rules()) names.push_back(rule.name);
+  return names;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+ParameterMap keys_of(const Config& config, const std::string& rule) {
+  ParameterMap keys;
+  for (const auto& [key, value] : config.given)
+    if (rule_of(key) == rule) keys.emplace(key, value);
+  return keys;
+}
+
+std::string told(const std::vector<std::string>& names, const char* what) {
+  if (names.empty()) return {};
+  std::string list;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamesTold); ++i)
+    list += (i == 0 ? "" : ", ") + names[i];
+  if (names.size() > kNamesTold) list += ", ...";
+  return fmt::format(", {} {} ({})", names.size(), what, list);
+}
+
+}  // namespace
+
+RuleChanges rule_changes(const Config& before, const Config& after) {
+  RuleChanges changes;
+  const auto old_names = names_of(before);
+  const auto new_names = names_of(after);
+  std::vector<std::string> stay_old;
+  std::vector<std::string> stay_new;
+  for (const auto& name : old_names)
+    (contains(new_names, name) ? stay_old : changes.removed).push_back(name);
+  for (const auto& name : new_names)
+    (contains(old_names, name) ? stay_new : changes.added).push_back(name);
+  for (const auto& name : stay_new)
+    if (keys_of(before, name) != keys_of(after, name)) changes.changed.push_back(name);
+  changes.reordered = stay_old != stay_new;
+  return changes;
+}
+
+std::string to_text(const RuleChanges& changes) {
+  if (changes.none()) return "none changed";
+  std::string text = told(changes.added, "added") + told(changes.changed, "changed") +
+                     told(changes.removed, "removed");
+  if (changes.reordered) text += ", in another order";
+  return text.substr(2);
+}
+
+FileChanges file_changes(const Config& current, const ParameterMap& file) {
+  FileChanges found;
+  const CheckedValues checked(file, current.role, found.problems);
+  if (!found.problems.empty()) return found;
+  const ParameterMap& now = checked.values();
+  const auto compare = [&](const std::string& key, std::optional<ParameterValue> value) {
+    const KeySpec* spec = find_key(key);
+    const auto known = current.given.find(key);
+    const auto before = known == current.given.end() ? std::nullopt : std::optional(known->second);
+    if (spec == nullptr || before == value) return;
+    if (spec->changeable) {
+      found.changes.push_back({key, std::move(value)});
+    } else if (before.value_or(spec->fallback.value_or(ParameterValue{})) !=
+               value.value_or(spec->fallback.value_or(ParameterValue{}))) {
+      found.fixed.push_back(key);
+    }
+  };
+  for (const auto& [key, value] : now) compare(key, value);
+  for (const auto& [key, value] : current.given)
+    if (!now.contains(key)) compare(key, std::nullopt);
+  return found;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,33 @@
+// What a change of the configuration means for the rules.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+
+namespace connect_bridge {
+
+// Names of rules in use, before and after a change.
+struct RuleChanges {
+  std::vector<std::string> added, changed, removed;
+  bool reordered = false;  // of those that stay
+  [[nodiscard]] bool none() const {
+    return added.empty() && changed.empty() && removed.empty() && !reordered;
+  }
+};
+
+[[nodiscard]] RuleChanges rule_changes(const Config& before, const Config& after);
+// "1 added (watch), 2 changed (a, b)", "none changed"; for log lines.
+[[nodiscard]] std::string to_text(const RuleChanges& changes);
+
+// What a parameter file that was read again means for a program that runs.
+struct FileChanges {
+  std::vector<Parameter> changes;  // for apply_change(); without a value: not in the file now
+  std::vector<std::string> fixed;  // keys that differ and need a restart
+  std::vector<Problem> problems;   // keys that are unknown or wrong: nothing is to be changed
+};
+
+[[nodiscard]] FileChanges file_changes(const Config& current, const ParameterMap& file);
+
+}  // namespace connect_bridge

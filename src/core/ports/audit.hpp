@@ -1,0 +1,64 @@
+// What an operator may want to know later: who was let in, and what they were given and did.
+// docs/security.md section "The audit log".
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/ids.hpp"
+#include "core/policy/policy.hpp"
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+
+enum class AuditEvent : std::uint8_t {
+  kStarted,  // of this side, as kStopped
+  kStopped,
+  kRulesChanged,  // the operator's change is in force
+  kRulesRefused,  // it is not
+  kLogin,         // a connection carries a link from now on
+  kRefused,       // a connection before its login was ended
+  kLinkLost,      // a connection that carried a link has ended
+  kRenewed,       // the login of a link was renewed
+  kRenewalRefused,
+  kRightsChanged,   // the login method tells other groups or another end of a login
+  kRevoked,         // it withdrew the login
+  kChannelOpened,   // rules here allow it; exported: the peer accepts it
+  kChannelRefused,  // imported: by rules or limits here; exported: by the peer
+  kChannelEnded,    // while the link goes on
+  kDemanded,        // the peer receives an exported topic from now on
+  kDemandEnded,
+  kCall,  // of a peer at a service here
+  kGoal,  // the same of an action
+  kCallRefused,
+};
+
+// As the log has it: "channel_opened".
+[[nodiscard]] std::string_view name_of(AuditEvent event);
+
+struct AuditChannel {
+  Direction direction = Direction::kExport;
+  InterfaceKind kind = InterfaceKind::kTopic;
+  std::string name;  // on the wire; of a goal: the action's
+  std::string type;
+  std::string rule;  // that opened it; empty: none, or not known here
+};
+
+// One line of the audit log. Whatever a peer says is in it as it came, in size bounded by the
+// protocol: who writes it makes it text.
+struct Audit {
+  AuditEvent event = AuditEvent::kStarted;
+  LinkId link = {};  // none: before the login, or of no peer
+  std::string identity = {};
+  std::string address = {};
+  std::string node = {};
+  std::vector<std::string> groups = {};
+  std::optional<AuditChannel> channel = {};
+  std::string code = {};    // a word of the protocol
+  std::string reason = {};  // for people
+};
+
+}  // namespace connect_bridge

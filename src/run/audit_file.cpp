@@ -1,0 +1,89 @@
+#include "run/audit_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+constexpr mode_t kOwnerOnly = S_IRUSR | S_IWUSR;
+
+std::string cannot(const char* what, const std::string& file) {
+  return std::string("cannot ") + what + " " + file + ": " + std::strerror(errno);
+}
+
+}  // namespace
+
+std::string AuditFile::open() {
+  if (file_ >= 0) return {};
+  // A link that others put there is not followed, and a pipe is not waited for.
+  const int flags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  file_ = ::open(options_.file.c_str(), flags, kOwnerOnly);
+  if (file_ < 0) return cannot("open", options_.file);
+  struct stat found {};
+  if (::fstat(file_, &found) != 0 || !S_ISREG(found.st_mode)) {
+    close();
+    return "cannot write " + options_.file + ": it is no regular file";
+  }
+  if (::fchmod(file_, kOwnerOnly) != 0) {
+    std::string problem = cannot("keep others out of", options_.file);
+    close();
+    return problem;
+  }
+  bytes_ = static_cast<std::uint64_t>(found.st_size);
+  return {};
+}
+
+std::string AuditFile::write(const std::string& lines) {
+  if (file_ >= 0 && !is_current()) close();
+  if (std::string problem = open(); !problem.empty()) return problem;
+  if (bytes_ > 0 && bytes_ + lines.size() > options_.bytes_max)
+    if (std::string problem = rotate(); !problem.empty()) return problem;
+  std::size_t written = 0;
+  while (written < lines.size()) {
+    const ssize_t n = ::write(file_, lines.data() + written, lines.size() - written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      std::string problem = cannot("write", options_.file);
+      // Half a line would spoil the next one.
+      if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) close();
+      return problem;
+    }
+    written += static_cast<std::size_t>(n);
+  }
+  bytes_ += lines.size();
+  return {};
+}
+
+bool AuditFile::is_current() const {
+  struct stat named {};
+  struct stat opened {};
+  return ::stat(options_.file.c_str(), &named) == 0 && ::fstat(file_, &opened) == 0 &&
+         named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+}
+
+std::string AuditFile::rotate() {
+  close();
+  const auto older = [&](std::uint32_t n) { return options_.file + "." + std::to_string(n); };
+  if (options_.files_kept == 0 && ::unlink(options_.file.c_str()) != 0)
+    return cannot("delete", options_.file);
+  for (std::uint32_t n = options_.files_kept; n > 0; --n) {
+    const std::string from = n == 1 ? options_.file : older(n - 1);
+    if (std::rename(from.c_str(), older(n).c_str()) != 0 && errno != ENOENT)
+      return cannot("rename", from);
+  }
+  return open();
+}
+
+void AuditFile::close() {
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+}
+
+}  // namespace connect_bridge

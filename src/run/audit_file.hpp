@@ -1,0 +1,41 @@
+// The files of the audit log.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace connect_bridge {
+
+struct AuditFileOptions {
+  std::string file;              // the newest; older ones are <file>.1, <file>.2 ...
+  std::uint64_t bytes_max = 0;   // of each
+  std::uint32_t files_kept = 0;  // older ones
+};
+
+// Appends lines; when the file is full it becomes the first of the older ones, and the oldest goes.
+// Readable for its owner only (mode 0600). A file that was renamed or deleted by others is made
+// anew. Blocks as long as the disk does. Not thread-safe.
+class AuditFile {
+ public:
+  explicit AuditFile(AuditFileOptions options) : options_(std::move(options)) {}
+  ~AuditFile() { close(); }
+  AuditFile(const AuditFile&) = delete;
+  AuditFile& operator=(const AuditFile&) = delete;
+
+  // Opens it, if it is not. Returns what is wrong: it is no regular file, it belongs to somebody
+  // else, the folder does not exist ...; empty: nothing.
+  [[nodiscard]] std::string open();
+  // Lines that are not written whole are not in the file at all. Returns what is wrong, as open().
+  [[nodiscard]] std::string write(const std::string& lines);
+
+ private:
+  [[nodiscard]] bool is_current() const;
+  [[nodiscard]] std::string rotate();
+  void close();
+
+  const AuditFileOptions options_;
+  int file_ = -1;
+  std::uint64_t bytes_ = 0;
+};
+
+}  // namespace connect_bridge

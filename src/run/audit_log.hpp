@@ -1,0 +1,55 @@
+// Writes the audit log beside the loop (docs/security.md, "The audit log").
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "run/audit_book.hpp"
+#include "run/audit_file.hpp"
+
+namespace connect_bridge {
+
+// A disk that is slow, full or gone delays nothing: what cannot be kept is lost and counted.
+class AuditLog {
+ public:
+  static constexpr std::size_t kWaitingMax = 8192;
+
+  struct Counts {
+    std::uint64_t lines = 0;  // written
+    std::uint64_t lost = 0;   // for any reason
+    std::string problem;      // why nothing can be written now; empty: it can
+  };
+
+  // `tell` is called from the log's thread, when writing begins to fail or works again.
+  AuditLog(AuditFileOptions options, std::function<void(bool works, const std::string&)> tell);
+  // Writes what waits.
+  ~AuditLog();
+  AuditLog(const AuditLog&) = delete;
+  AuditLog& operator=(const AuditLog&) = delete;
+
+  // Any thread; never blocks for the disk.
+  void add(Audit audit);
+  [[nodiscard]] Counts counts() const;
+
+ private:
+  void run();
+  void write(const std::string& lines);
+
+  AuditFile file_;
+  AuditBook book_;
+  const std::function<void(bool works, const std::string&)> tell_;
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<AuditBook::Entry> waiting_;
+  Counts counts_;
+  std::uint64_t not_kept_ = 0;  // for want of room here, or on the disk
+  bool ending_ = false;
+  std::thread thread_;  // last: it uses the others
+};
+
+}  // namespace connect_bridge

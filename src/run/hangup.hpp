@@ -1,0 +1,25 @@
+// SIGHUP: read the parameter file again, as for any program that runs in the background.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <functional>
+
+namespace connect_bridge {
+
+// Thread: that of the io_context.
+class Hangup {
+ public:
+  Hangup(boost::asio::io_context& io, std::function<void()> reload);
+
+  // From now on. When the terminal that the program was started in has gone, the signal means what
+  // it always meant: it is passed on as SIGTERM.
+  void wait_for_signal();
+
+ private:
+  boost::asio::signal_set signals_;
+  const std::function<void()> reload_;
+  const bool in_terminal_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,73 @@
+"""`ctl explain`: which rule decides about a name, and why."""
+
+import subprocess
+
+import pytest
+
+from harness.programs import build_dir
+
+FILE = """/**:
+  ros__parameters:
+    rules: [drive, look, shut]
+    rule:
+      drive: {import_topics: [/cmd_vel], identities: [ops], groups: [crew]}
+      look: {export_topics: ["/camera/**"]}
+      shut: {deny: ["/camera/secret"]}
+"""
+
+
+def ctl(*words):
+    return subprocess.run(
+        [build_dir() / "ctl", "explain", *words], capture_output=True, text=True, timeout=20
+    )
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text(FILE, encoding="ascii")
+    return str(path)
+
+
+def test_it_says_which_rule_decides(file):
+    made = ctl(file, "--identity", "ops", "--topic", "/cmd_vel")
+    assert made.returncode == 0, made.stderr
+    exported, imported = made.stdout.split("import (")
+    assert exported.startswith("export (the topic here, for the peer), /cmd_vel: not allowed\n")
+    assert imported.startswith("the topic of the peer, here), /cmd_vel: allowed\n")
+    assert 'allowed by rule "drive" (rule.drive.import_topics: "/cmd_vel")' in imported
+    assert "export_topics" in imported  # what the peer needs
+    crew = ctl(file, "--identity", "x", "--group", "crew", "--direction", "import", "--topic",
+               "/cmd_vel")
+    assert crew.stdout == "import (" + imported
+    nobody = ctl(file, "--direction", "import", "--topic", "/cmd_vel")
+    assert "not allowed" in nobody.stdout and 'only for identities ["ops"]' in nobody.stdout
+
+
+def test_it_says_what_denies_and_what_is_near(file):
+    secret = ctl(file, "--direction", "export", "--topic", "/camera/secret").stdout
+    assert "not allowed" in secret and 'denied by rule "shut"' in secret
+    misspelt = ctl(file, "--direction", "import", "--topic", "/cmd_vle").stdout
+    assert "not allowed" in misspelt and 'the nearest is rule "drive"' in misspelt
+
+
+def test_what_is_wrong_is_told(file, tmp_path):
+    for words in (
+        [file, "--topic", "cmd_vel"],
+        [file, "--topic", "/a/_action/feedback"],
+        [file, "--service", "/a/set_parameters"],
+        [file, "--topic", "/a", "--type", "p/srv/T"],
+        [str(tmp_path / "nowhere.yaml"), "--topic", "/a"],
+    ):
+        wrong = ctl(*words)
+        assert wrong.returncode == 2 and wrong.stderr and not wrong.stdout, words
+    for words in ([file], [file, "--topic", "/a", "--service", "/b"], [file, "--topic"]):
+        assert ctl(*words).returncode not in (0, 2), words
+
+
+def test_help():
+    shown = ctl("--help")
+    assert shown.returncode == 0
+    for word in ("--identity", "--group", "--topic", "--service", "--action", "--parameters",
+                 "--type", "--direction", "export or both"):
+        assert word in shown.stdout

@@ -1,0 +1,144 @@
+"""Rules that change while links are open: by the file, SIGHUP and `ros2 param set`."""
+
+import os
+import pty
+import signal
+import subprocess
+import time
+
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import GetParameters, SetParameters
+from std_msgs.msg import String
+
+from calls import Caller
+from graph import connect, until
+from harness.domains import free_port
+
+BEFORE = {"rules": ["see"], "rule": {"see": {"export_topics": ["/t/a", "/t/b"]}}}
+AFTER = {
+    "rules": ["see", "more"],
+    "rule": {"see": {"export_topics": ["/t/a"]}, "more": {"export_topics": ["/t/c"]}},
+}
+
+
+@pytest.fixture
+def world(make_pair):
+    pair = make_pair(server=BEFORE)
+    for name in "abc":
+        pair.robot.publisher(String, f"/t/{name}")
+    pair.operator.wait_publishers("/t/a", 1)
+    pair.operator.wait_publishers("/t/b", 1)
+    return pair
+
+
+def with_rules(pair, rules, **more):
+    parameters = {k: v for k, v in pair.server.parameters.items() if k not in ("rules", "rule")}
+    return {**parameters, **rules, **more}
+
+
+def expect(pair, names):
+    def seen():
+        return [n for n in "abc" if pair.operator.publishers(f"/t/{n}")]
+
+    until(lambda: seen() == names, lambda: f"{names}, not {seen()}", 10)
+
+
+def check_links_stay(pair):
+    assert pair.server.text().count("link open with") == 1
+    assert pair.client.text().count("link open with") == 1
+
+
+def test_by_a_change_of_the_file(world):
+    publisher = world.robot.publisher(String, "/t/a")
+    collector = world.operator.collector(String, "/t/a")
+    connect(publisher, collector, String(data="x"))
+    world.server.set_parameters(with_rules(world, AFTER))
+    world.server.wait_for(r"rules: 1 added \(more\), 1 changed \(see\)", 10)
+    expect(world, ["a", "c"])
+    world.client.wait_for(r"cannot export /t/b, and says: no rule allows exporting it any longer")
+    collector.clear()
+    publisher.publish(String(data="still"))
+    collector.wait_for(lambda m: m.data == "still")
+    check_links_stay(world)
+    # What the file says is what the node's parameters say.
+    node = world.server.node
+    caller = Caller(world.robot, f"/{node}/get_parameters", GetParameters).wait_ready()
+    values = caller.call(GetParameters.Request(names=["rules", "rule.more.export_topics"])).values
+    assert [v.string_array_value for v in values] == [["see", "more"], ["/t/c"]]
+
+
+def test_a_wrong_file_changes_nothing(world):
+    world.server.parameters_file.write_text("connect_server: {ros__parameters: [", encoding="ascii")
+    world.server.wait_for(r"the rules stay as they were: .*params\.yaml", 10)
+    wrong = {"rules": ["see"], "rule": {"see": {"export_topic": ["/t/c"], "max_rate": -1.0}}}
+    world.server.set_parameters(with_rules(world, wrong))
+    world.server.wait_for(r"the rules stay as they were: in the parameter file .*export_topic", 10)
+    world.server.wait_for(r"rule\.see\.max_rate: -1")
+    world.server.parameters_file.unlink()
+    time.sleep(3)
+    expect(world, ["a", "b"])
+    world.server.set_parameters(with_rules(world, AFTER))
+    expect(world, ["a", "c"])
+    check_links_stay(world)
+
+
+def test_what_needs_a_restart_is_named_and_rules_change(world):
+    port = world.server.parameters["listen"]["port"]
+    moved = with_rules(world, AFTER, listen={"address": "127.0.0.1", "port": port + 1})
+    world.server.set_parameters({**moved, "calls_max": 7})
+    said = world.server.wait_for(r"(.*): changed in the parameter file; this needs a restart", 10)
+    assert "calls_max" in said.group(1) and "listen.port" in said.group(1)
+    assert "auth.token" not in said.group(1)
+    expect(world, ["a", "c"])
+    check_links_stay(world)
+
+
+def test_by_sighup_and_by_parameters(world):
+    world.server.process.send_signal(signal.SIGHUP)
+    world.server.wait_for("the parameter file was read again; rules: none changed")
+    node = world.server.node
+    caller = Caller(world.robot, f"/{node}/set_parameters", SetParameters).wait_ready()
+
+    def set_list(name, values):
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING_ARRAY, string_array_value=values)
+        request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+        return caller.call(request).results[0]
+
+    assert set_list("rule.see.export_topics", ["/t/c"]).successful
+    world.server.wait_for(r"rules: 1 changed \(see\)")
+    expect(world, ["c"])
+    refused = set_list("rules", ["see", "nobody"])
+    assert not refused.successful and "nobody" in refused.reason
+    world.server.wait_for("the rules stay as they were: .*nobody")
+    # The file is what holds.
+    world.server.process.send_signal(signal.SIGHUP)
+    expect(world, ["a", "b"])
+    check_links_stay(world)
+
+
+def test_a_terminal_that_closes_ends_it(tmp_path, domains, make_side):
+    (domain,) = domains(1)
+    parameters = {
+        "listen": {"port": free_port()},
+        "auth": {"token": "a-token-for-one-run"},
+        **BEFORE,
+    }
+    side = make_side("server", domain, parameters)
+    terminal, stdin = pty.openpty()
+    with open(side.log, "wb") as out:
+        command = ["setsid", "--ctty", *side.command]
+        process = subprocess.Popen(
+            command, env=side.env, stdin=stdin, stdout=out, stderr=out
+        )
+    os.close(stdin)
+    try:
+        until(lambda: b"listening on" in side.log.read_bytes(), "it listens", 20)
+        process.send_signal(signal.SIGHUP)
+        until(lambda: b"rules: none changed" in side.log.read_bytes(), "it reads again", 10)
+        os.close(terminal)
+        assert process.wait(10) == 0
+        assert b"stopping" in side.log.read_bytes()
+    finally:
+        process.kill()
+        process.wait()

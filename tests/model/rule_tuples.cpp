@@ -1,0 +1,197 @@
+// The rules against the second opinion on them (sim/rights.hpp), which shares no code with them.
+//
+//   rule_tuples [--tuples N] [--seed S]
+//
+// A tuple is a set of rules, a peer with its groups, a direction, and an interface with a kind, a
+// name and a type. Whether it is allowed, and by which rule, must be the same for both; and what is
+// told to a peer (`accepts`) must open exactly what the importing side allows.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/rights.hpp"
+#include "sim/rng.hpp"
+
+namespace {
+
+using namespace connect_bridge;  // NOLINT: a program of one file
+using sim::Rng;
+using Strings = std::vector<std::string>;
+
+constexpr std::uint64_t kTuplesOfAPolicy = 50;
+const Strings kTokens = {"a", "b", "ab", "aab", "_h", "_ab", "a_b"};
+const Strings kPatternTokens = {"a",  "b",  "ab", "*",   "**",  "**",  "a*",
+                                "*b", "_*", "_h", "a*b", "*a*", "a_b", "*_*"};
+const Strings kTopicTypes = {"p/msg/A", "p/msg/B", "p/srv/C_Event"};
+const Strings kServiceTypes = {"p/srv/C", "p/srv/D"};
+const Strings kActionTypes = {sim::kActionType, "p/action/Do"};
+const Strings kAllTypes = {"p/msg/A",       "p/msg/B",        "p/srv/C",    "p/srv/D",
+                           "p/srv/C_Event", sim::kActionType, "p/action/Do"};
+const Strings kParameterServices = {"describe_parameters", "get_parameter_types",
+                                    "get_parameters",      "list_parameters",
+                                    "set_parameters",      "set_parameters_atomically"};
+const Strings kParameterTypes = {"DescribeParameters", "GetParameterTypes",
+                                 "GetParameters",      "ListParameters",
+                                 "SetParameters",      "SetParametersAtomically"};
+const Strings kPeople = {"anna", "bert", "ops"};
+
+std::string name(Rng& rng, const Strings& tokens) {
+  std::string text;
+  for (std::uint64_t n = 1 + rng.below(4); n > 0; --n) text += "/" + rng.pick(tokens);
+  return text;
+}
+
+std::vector<Pattern> patterns(Rng& rng, unsigned permille) {
+  std::vector<Pattern> result;
+  while (rng.chance(permille)) {
+    std::string text = name(rng, kPatternTokens);
+    if (rng.chance(60)) text += "/" + rng.pick(kParameterServices);
+    if (rng.chance(60)) text += "/_action/" + std::string(rng.chance(500) ? "*" : "send_goal");
+    if (auto pattern = Pattern::parse(text)) result.push_back(std::move(pattern).value());
+  }
+  return result;
+}
+
+Strings some(Rng& rng, const Strings& of, unsigned permille) {
+  Strings result;
+  while (rng.chance(permille)) result.push_back(rng.pick(of));
+  return result;
+}
+
+// Its number stands in the treatment, which is all that the second opinion tells.
+Rule random_rule(Rng& rng, std::uint32_t number) {
+  Rule rule;
+  rule.name = "rule" + std::to_string(number);
+  rule.treatment.calls_max = number;
+  for (auto* list : {&rule.export_topics, &rule.import_topics, &rule.export_services,
+                     &rule.import_services, &rule.export_actions, &rule.import_actions,
+                     &rule.export_parameters, &rule.import_parameters})
+    *list = patterns(rng, 650);
+  rule.deny = patterns(rng, 150);
+  rule.types = some(rng, kAllTypes, rng.chance(300) ? 600 : 0);
+  rule.identities = some(rng, kPeople, rng.chance(300) ? 500 : 0);
+  rule.groups = some(rng, kPeople, rng.chance(300) ? 500 : 0);
+  return rule;
+}
+
+struct Asked {
+  InterfaceKind kind = InterfaceKind::kTopic;
+  std::string name, type, action_type;
+  [[nodiscard]] Interface what() const { return {kind, name, type, action_type}; }
+};
+
+Asked random_interface(Rng& rng) {
+  Asked asked;
+  asked.name = name(rng, kTokens);
+  switch (rng.below(4)) {
+    case 0: asked.type = rng.pick(kTopicTypes); break;
+    case 1:
+      asked.kind = InterfaceKind::kService;
+      asked.type = rng.pick(kServiceTypes);
+      break;
+    case 2: {
+      const auto part = kActionParts[rng.below(kActionParts.size())];
+      const bool same = type_of_part("x", part) == type_of_part("y", part);
+      asked.action_type = same ? sim::kActionType : rng.pick(kActionTypes);
+      asked.kind = kind_of(part);
+      asked.type = type_of_part(asked.action_type, part);
+      asked.name = name_of_part(asked.name, part);
+      break;
+    }
+    default: {
+      const auto service = rng.below(kParameterServices.size());
+      // Now and then a service that only looks like one of a node's parameters.
+      const auto type = rng.chance(50) ? rng.below(kParameterTypes.size()) : service;
+      asked.kind = InterfaceKind::kService;
+      asked.name += "/" + kParameterServices[service];
+      asked.type = "rcl_interfaces/srv/" + kParameterTypes[type];
+    }
+  }
+  return asked;
+}
+
+std::string shown(const Policy& policy, Direction direction, const Asked& asked,
+                  const Identity& who) {
+  std::string text = direction == Direction::kExport ? "export " : "import ";
+  text += asked.name + " [" + asked.type + "] for " + who.name;
+  for (const auto& group : who.groups) text += " +" + group;
+  for (const Rule& rule : policy.rules()) {
+    text += "\n  " + rule.name;
+    for (const auto& [key, list] : {std::pair{"export_topics", &rule.export_topics},
+                                    {"import_topics", &rule.import_topics},
+                                    {"export_services", &rule.export_services},
+                                    {"import_services", &rule.import_services},
+                                    {"export_actions", &rule.export_actions},
+                                    {"import_actions", &rule.import_actions},
+                                    {"export_parameters", &rule.export_parameters},
+                                    {"import_parameters", &rule.import_parameters},
+                                    {"deny", &rule.deny}})
+      for (const Pattern& pattern : *list) text += std::string(" ") + key + ":" + pattern.text();
+    for (const auto& [key, list] : {std::pair{"types", &rule.types},
+                                    {"identities", &rule.identities},
+                                    {"groups", &rule.groups}})
+      for (const auto& word : *list) text += std::string(" ") + key + ":" + word;
+  }
+  return text;
+}
+
+struct Counts {
+  std::uint64_t tuples = 0, allowed = 0, differ = 0;
+};
+
+void ask(Rng& rng, const Policy& policy, const Identity& who, const Accepts& accepts,
+         Counts& counts) {
+  const Asked asked = random_interface(rng);
+  const Direction direction = rng.chance(500) ? Direction::kExport : Direction::kImport;
+  const auto decided = policy.decide(direction, asked.what(), who);
+  const auto second =
+      asked.kind == InterfaceKind::kTopic
+          ? sim::treatment_of(policy, direction, asked.name, asked.type, who)
+          : sim::service_treatment_of(policy, direction, asked.name, asked.type, who);
+  ++counts.tuples;
+  if (decided) ++counts.allowed;
+  const std::uint32_t by = decided ? decided->treatment.calls_max : 0;
+  const std::uint32_t by_second = second ? second->calls_max : 0;
+  const bool told =
+      direction == Direction::kExport || accepted_by(accepts, asked.what()) == decided.has_value();
+  if (by == by_second && told) return;
+  if (++counts.differ > 5) return;
+  std::fprintf(stderr, "rule %u, and by the second opinion %u%s: %s\n", by, by_second,
+               told ? "" : "; the peer is told something else",
+               shown(policy, direction, asked, who).c_str());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::uint64_t tuples = 300'000;
+  std::uint64_t seed = 1;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string_view option = argv[i];
+    if (i + 1 == argc || (option != "--tuples" && option != "--seed")) {
+      std::fprintf(stderr, "usage: rule_tuples [--tuples N] [--seed S]\n");
+      return 2;
+    }
+    (option == "--seed" ? seed : tuples) = std::strtoull(argv[i + 1], nullptr, 10);
+  }
+  Rng rng(seed);
+  Counts counts;
+  while (counts.tuples < tuples) {
+    std::vector<Rule> rules;
+    for (std::uint32_t n = static_cast<std::uint32_t>(rng.below(5)); n > 0; --n)
+      rules.push_back(random_rule(rng, static_cast<std::uint32_t>(rules.size() + 1)));
+    const Policy policy(std::move(rules));
+    const Identity who{rng.chance(200) ? "" : rng.pick(kPeople), some(rng, kPeople, 300)};
+    const Accepts accepts = policy.accepts(who);
+    for (std::uint64_t i = 0; i < kTuplesOfAPolicy; ++i) ask(rng, policy, who, accepts, counts);
+  }
+  std::printf("%llu tuples, %llu allowed, %llu differ\n",
+              static_cast<unsigned long long>(counts.tuples),
+              static_cast<unsigned long long>(counts.allowed),
+              static_cast<unsigned long long>(counts.differ));
+  // A test of nothing but refusals would be none.
+  return counts.differ == 0 && counts.allowed * 20 > counts.tuples ? 0 : 1;
+}

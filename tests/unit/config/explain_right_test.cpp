@@ -1,0 +1,145 @@
+// `ctl explain` in words, and that these are what the policy does.
+#include "config/explain_right.hpp"
+
+#include <gmock/gmock.h>
+
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr char kRules[] = R"(
+rules: [drive, look, tune, shut, late]
+rule:
+  drive:
+    import_topics: [/cmd_vel]
+    types: [geometry_msgs/msg/Twist]
+    identities: [ops]
+    groups: [crew]
+  look: {export_topics: ["/camera/**", /tf]}
+  tune: {parameters: [/controller], export_services: ["/map/*"], export_actions: [/go]}
+  shut: {deny: ["/camera/secret/**", "/**/set_parameters*"]}
+  late: {export_topics: ["/**"], identities: [anna]}
+)";
+
+Config server_config() {
+  return config_of(yaml(kRules), Role::kServer);
+}
+
+RightQuestion topic(std::string name, Direction direction, std::string who = "ops") {
+  RightQuestion question;
+  question.name = std::move(name);
+  question.direction = direction;
+  question.who.name = std::move(who);
+  return question;
+}
+
+std::string said(const RightQuestion& question) {
+  return explain_right(server_config(), question);
+}
+
+TEST(ExplainRight, TheRuleThatDecides) {
+  auto question = topic("/cmd_vel", Direction::kImport);
+  question.type = "geometry_msgs/msg/Twist";
+  const std::string text = said(question);
+  EXPECT_THAT(text, HasSubstr("import (the topic of the peer, here), /cmd_vel: allowed\n"));
+  EXPECT_THAT(text,
+              HasSubstr("allowed by rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
+  EXPECT_THAT(text, HasSubstr("the peer's rules must have it in export_topics; those of a client "
+                              "without rules do"));
+  question.type = "p/msg/Other";
+  EXPECT_THAT(said(question), HasSubstr("/cmd_vel: not allowed\n"));
+  EXPECT_THAT(said(question), HasSubstr("matches, but is only for the types"));
+}
+
+TEST(ExplainRight, ForWhom) {
+  const auto text = said(topic("/cmd_vel", Direction::kImport, "anna"));
+  EXPECT_THAT(text, HasSubstr("/cmd_vel: not allowed\n"));
+  EXPECT_THAT(text, HasSubstr(R"(is only for identities ["ops"] or groups ["crew"])"));
+  auto crew = topic("/cmd_vel", Direction::kImport, "bert");
+  crew.who.groups = {"crew"};
+  EXPECT_THAT(said(crew), HasSubstr("allowed for some types"));
+  EXPECT_THAT(said(crew), HasSubstr(R"(if its type is one of ["geometry_msgs/msg/Twist"])"));
+}
+
+TEST(ExplainRight, ADenyWins) {
+  const auto text = said(topic("/camera/secret/a", Direction::kExport));
+  EXPECT_THAT(text, HasSubstr("/camera/secret/a: not allowed\n"));
+  EXPECT_THAT(text, HasSubstr("denied by rule \"shut\" (rule.shut.deny: \"/camera/secret/**\")"));
+  EXPECT_THAT(text, HasSubstr("would be allowed by rule \"look\""));
+}
+
+TEST(ExplainRight, WhatComesLater) {
+  const auto text = said(topic("/tf", Direction::kExport, "anna"));
+  EXPECT_THAT(text, HasSubstr("allowed by rule \"look\""));
+  EXPECT_THAT(text, HasSubstr("rule \"late\" (rule.late.export_topics: \"/**\") matches, too"));
+}
+
+TEST(ExplainRight, TheNearest) {
+  EXPECT_THAT(said(topic("/cmd_vle", Direction::kImport)),
+              HasSubstr("the nearest is rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
+  EXPECT_THAT(said(topic("/cmd_vel", Direction::kExport)),
+              HasSubstr("rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\") matches the name, "
+                        "but opens nothing here"));
+  RightQuestion question = topic("/_hidden", Direction::kImport);
+  question.what = OpenedBy::kServices;
+  EXPECT_THAT(said(question), HasSubstr("no rule in use has import_services"));
+}
+
+TEST(ExplainRight, ServicesActionsAndParameters) {
+  RightQuestion question = topic("/map/load", Direction::kExport);
+  question.what = OpenedBy::kServices;
+  EXPECT_THAT(said(question), HasSubstr("/map/load: allowed\n"));
+  question.what = OpenedBy::kActions;
+  question.name = "/go";
+  EXPECT_THAT(said(question), HasSubstr("/go: allowed\n"));
+  question.what = OpenedBy::kParameters;
+  question.name = "/controller";
+  const auto text = said(question);
+  EXPECT_THAT(text, HasSubstr("allowed by rule \"tune\" (rule.tune.export_parameters"));
+  EXPECT_THAT(text, HasSubstr("but not set_parameters: denied by rule \"shut\""));
+  EXPECT_THAT(text, Not(HasSubstr("but not get_parameters:")));
+}
+
+TEST(ExplainRight, WhatIsNoName) {
+  RightQuestion question = topic("cmd_vel", Direction::kImport);
+  EXPECT_THAT(problem_of(question), HasSubstr("an absolute name"));
+  question.name = "/a/_action/feedback";
+  EXPECT_THAT(problem_of(question), HasSubstr("--action"));
+  question.name = "/parameter_events";
+  EXPECT_THAT(problem_of(question), HasSubstr("--parameters"));
+  question.name = "/a";
+  question.type = "std_srvs/srv/SetBool";
+  EXPECT_THAT(problem_of(question), HasSubstr("std_msgs/msg/String"));
+}
+
+TEST(ExplainRight, AClientWithoutRules) {
+  const Config config = config_of({{"url", "wss://robot.example/"}}, Role::kClient);
+  const auto text = explain_right(config, topic("/scan", Direction::kImport));
+  EXPECT_THAT(text, HasSubstr("allowed by the default rules of a client"));
+  EXPECT_THAT(text, Not(HasSubstr("rule.default")));
+}
+
+// The words are those of the policy for whatever is asked.
+TEST(ExplainRight, SaysWhatThePolicyDoes) {
+  const Config config = server_config();
+  for (const char* name : {"/cmd_vel", "/tf", "/camera/a", "/camera/secret/a", "/map/a", "/_x/a"})
+    for (const Direction direction : {Direction::kExport, Direction::kImport})
+      for (const char* who : {"ops", "anna", ""})
+        for (const char* type : {"geometry_msgs/msg/Twist", "p/msg/T"}) {
+          auto question = topic(name, direction, who);
+          question.type = type;
+          const bool allowed =
+              config.policy.decide(direction, InterfaceKind::kTopic, name, type, question.who)
+                  .has_value();
+          EXPECT_EQ(explain_right(config, question).find(": allowed\n") != std::string::npos,
+                    allowed)
+              << name << " " << who << " " << type;
+        }
+}
+
+}  // namespace
+}  // namespace connect_bridge

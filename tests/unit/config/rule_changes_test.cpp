@@ -1,0 +1,114 @@
+// What a parameter file that was read again means for a program that runs.
+#include "config/rule_changes.hpp"
+
+#include <gmock/gmock.h>
+
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr char kBefore[] = R"(
+listen: {port: 9090}
+dead_after: 3
+rules: [a, b, c]
+rule:
+  a: {export_topics: [/a]}
+  b: {export_topics: [/b], max_rate: 10}
+  c: {export_topics: [/c]}
+)";
+
+// The Config that the file makes of the one before.
+Config after(const Config& before, const std::string& text) {
+  FileChanges found = file_changes(before, yaml(text));
+  EXPECT_THAT(found.problems, IsEmpty());
+  const Parsed parsed = apply_change(before, found.changes, {});
+  EXPECT_EQ(problems_text(parsed), "");
+  return parsed.config.value_or(before);
+}
+
+TEST(RuleChanges, TellWhichRules) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const Config now = after(before, R"(
+rules: [d, b, a]
+rule:
+  a: {export_topics: [/a]}
+  b: {export_topics: [/b], max_rate: 20}
+  d: {export_topics: [/d]}
+)");
+  const RuleChanges changes = rule_changes(before, now);
+  EXPECT_THAT(changes.added, ElementsAre("d"));
+  EXPECT_THAT(changes.changed, ElementsAre("b"));
+  EXPECT_THAT(changes.removed, ElementsAre("c"));
+  EXPECT_TRUE(changes.reordered);
+  EXPECT_EQ(to_text(changes), "1 added (d), 1 changed (b), 1 removed (c), in another order");
+  EXPECT_EQ(now.policy.rules().size(), 3U);
+  EXPECT_EQ(now.policy.rules()[0].name, "d");
+}
+
+TEST(RuleChanges, TheSameFileChangesNothing) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const FileChanges found = file_changes(before, yaml(kBefore));
+  EXPECT_THAT(found.changes, IsEmpty());
+  EXPECT_THAT(found.fixed, IsEmpty());
+  EXPECT_EQ(to_text(rule_changes(before, before)), "none changed");
+}
+
+TEST(RuleChanges, WhatWasSetMeanwhileIsAsTheFileSays) {
+  const Config start = config_of(yaml(kBefore), Role::kServer);
+  const Parsed set = apply_change(
+      start, {{"rule.a.deny", std::vector<std::string>{"/a/x"}}, {"rule.b.max_rate", 99.0}}, {});
+  ASSERT_TRUE(set.config);
+  const Config now = after(*set.config, kBefore);
+  EXPECT_EQ(now.given, start.given);
+}
+
+TEST(RuleChanges, WhatNeedsARestartIsNamed) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const FileChanges found = file_changes(before, yaml(R"(
+listen: {port: 9091}
+max_message_size: 100000
+rules: [a]
+rule: {a: {export_topics: [/z]}}
+)"));
+  EXPECT_THAT(found.fixed, ElementsAre("listen.port", "max_message_size"));
+  const Parsed parsed = apply_change(before, found.changes, {});
+  ASSERT_TRUE(parsed.config) << "rules change all the same";
+  EXPECT_EQ(parsed.config->listen.port, 9090);
+  EXPECT_EQ(parsed.config->policy.rules().size(), 1U);
+}
+
+TEST(RuleChanges, AWrongFileChangesNothing) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const FileChanges found = file_changes(before, yaml(R"(
+rules: [a]
+rule: {a: {export_topic: [/a], import_topics: [a/b]}}
+)"));
+  EXPECT_THAT(found.changes, IsEmpty());
+  ASSERT_EQ(found.problems.size(), 2U);
+  EXPECT_THAT(to_text(found.problems[0]) + to_text(found.problems[1]),
+              HasSubstr("rule.a.export_topic"));
+}
+
+TEST(RuleChanges, AMissingRuleIsFoundWithTheWhole) {
+  const Config before = config_of(yaml(kBefore), Role::kServer);
+  const FileChanges found = file_changes(before, yaml("rules: [nobody]"));
+  EXPECT_THAT(problems_text(apply_change(before, found.changes, {})), HasSubstr("nobody"));
+}
+
+TEST(RuleChanges, SecretsAreOfNoConcern) {
+  auto map = yaml(kBefore);
+  map["auth.token"] = "a-token-of-some-length";
+  const Config before = config_of(map, Role::kServer);
+  map["auth.token"] = "another-token-of-some-length";
+  const FileChanges found = file_changes(before, map);
+  EXPECT_THAT(found.fixed, ElementsAre("auth.token"));
+  EXPECT_THAT(found.changes, IsEmpty());
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,239 @@
+// The audit log's lines, what of them is written, and its files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <condition_variable>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "run/audit_book.hpp"
+#include "run/audit_file.hpp"
+#include "run/audit_json.hpp"
+#include "run/audit_log.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using namespace std::chrono_literals;
+
+constexpr auto kTime = std::chrono::system_clock::time_point(1795365000123ms);
+
+std::string content(const std::string& file) {
+  std::ifstream in(file);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::size_t lines_of(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+Audit call_of(const std::string& name, std::uint64_t link = 1,
+              const std::string& identity = "anna") {
+  Audit line;
+  line.event = AuditEvent::kCall;
+  line.link = {link};
+  line.identity = identity;
+  line.address = "10.0.0.5:40312";
+  line.channel = {Direction::kExport, InterfaceKind::kService, name, "p/srv/T", "tune"};
+  return line;
+}
+
+Audit stranger(int n) {
+  Audit line;
+  line.event = AuditEvent::kRefused;
+  line.address = "10.0." + std::to_string(n / 256) + "." + std::to_string(n % 256) + ":1";
+  line.code = "login_refused";
+  return line;
+}
+
+AuditBook::Entry at(Audit line, Duration when) {
+  return {std::move(line), kTime + std::chrono::duration_cast<std::chrono::microseconds>(when),
+          TimePoint(when)};
+}
+
+// ---- lines
+
+TEST(AuditJson, ALine) {
+  EXPECT_EQ(to_line(call_of("/s"), kTime, 3),
+            R"({"time":"2026-11-22T16:30:00.123Z","event":"call","link":1,"identity":"anna",)"
+            R"("address":"10.0.0.5:40312","direction":"export","kind":"service","name":"/s",)"
+            R"("type":"p/srv/T","rule":"tune","times":3})"
+            "\n");
+}
+
+TEST(AuditJson, APeerForgesNothing) {
+  Audit line = call_of("/s\"}\n{\"event\":\"login\"");
+  line.identity = "an\xff\x1b[2Jna\u202e\r\n";
+  line.reason = std::string(100'000, 'x');
+  line.groups.assign(1000, "g");
+  const std::string text = to_line(line, kTime);
+  EXPECT_EQ(lines_of(text), 1U);
+  EXPECT_EQ(text.back(), '\n');
+  EXPECT_LT(text.size(), 2000U);
+  EXPECT_TRUE(
+      std::all_of(text.begin(), text.end() - 1, [](char c) { return c >= ' ' && c < 127; }));
+  const auto json = Json::parse(text);
+  EXPECT_EQ(json["event"], "call");
+  EXPECT_EQ(json["name"], "/s\"}\n{\"event\":\"login\"");
+}
+
+// ---- what is written
+
+TEST(AuditBook, WhatRepeatsIsCounted) {
+  AuditBook book;
+  EXPECT_THAT(book.add(at(call_of("/s"), 0s)), HasSubstr("\"name\":\"/s\""));
+  for (int i = 0; i < 1000; ++i) EXPECT_EQ(book.add(at(call_of("/s"), 1s)), "");
+  EXPECT_NE(book.add(at(call_of("/other"), 1s)), "");
+  EXPECT_NE(book.add(at(call_of("/s", 2, "bert"), 1s)), "");
+  EXPECT_EQ(book.take_due(TimePoint(9s)), "");
+  const std::string due = book.take_due(TimePoint(11s));
+  EXPECT_EQ(lines_of(due), 1U);
+  EXPECT_THAT(due, HasSubstr("\"times\":1001"));
+  EXPECT_NE(book.add(at(call_of("/s"), 12s)), "");
+  EXPECT_EQ(book.add(at(call_of("/s"), 12s)), "");
+  EXPECT_THAT(book.take_due(TimePoint(12s), true), HasSubstr("\"times\":2"));
+  EXPECT_EQ(book.lost(), 0U);
+}
+
+TEST(AuditBook, StrangersHaveAPaceAndTakeNothingFromOthers) {
+  AuditBook book;
+  std::size_t bytes = 0;
+  std::size_t lines = 0;
+  int n = 0;
+  for (int second = 0; second < 3600; ++second) {
+    for (int i = 0; i < 18; ++i) {
+      const auto text = book.add(at(stranger(n++), std::chrono::seconds(second)));
+      lines += lines_of(text);
+      bytes += text.size();
+    }
+    bytes += book.take_due(TimePoint(std::chrono::seconds(second))).size();
+  }
+  EXPECT_GT(lines, 3600U);
+  EXPECT_LT(bytes, 1'000'000U) << "in an hour";
+  EXPECT_GT(book.lost(), 60'000U);
+  EXPECT_NE(book.add(at(call_of("/s"), 3600s)), "");
+}
+
+TEST(AuditBook, OneIdentityTakesNothingFromAnother) {
+  AuditBook book;
+  std::string written;
+  for (int i = 0; i < 20'000; ++i) written += book.add(at(call_of("/" + std::to_string(i)), 0s));
+  EXPECT_EQ(lines_of(written), std::size_t{AuditBook::kIdentityAtOnce});
+  EXPECT_EQ(book.lost(), 20'000U - AuditBook::kIdentityAtOnce);
+  const auto next = book.add(at(call_of("/s", 2, "bert"), 0s));
+  EXPECT_THAT(next, HasSubstr("{\"time\":\"2026-11-22T16:30:00.123Z\",\"event\":\"lost\",\"times\":"
+                              "15000}\n"));
+  EXPECT_THAT(next, HasSubstr("bert"));
+}
+
+// ---- files
+
+struct AuditFiles : testing::Test {
+  const std::string file = test::scratch_folder() + "audit.jsonl";
+  const std::string line = std::string(99, 'x') + "\n";
+  void SetUp() override {
+    for (const char* end : {"", ".1", ".2", ".3"}) std::filesystem::remove_all(file + end);
+  }
+};
+
+TEST_F(AuditFiles, AreTheirOwnersAlone) {
+  std::ofstream(file) << line;
+  std::filesystem::permissions(file, std::filesystem::perms::all);
+  AuditFile audit({file, 1000, 2});
+  EXPECT_EQ(audit.write(line), "");
+  struct stat found {};
+  ASSERT_EQ(::stat(file.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0600U);
+  EXPECT_EQ(content(file), line + line) << "it is continued";
+}
+
+TEST_F(AuditFiles, RotateAndAreBounded) {
+  AuditFile audit({file, 1000, 2});
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(audit.write(line), "");
+  EXPECT_EQ(content(file).size(), 1000U);
+  EXPECT_EQ(content(file + ".1").size(), 1000U);
+  EXPECT_EQ(content(file + ".2").size(), 1000U);
+  EXPECT_FALSE(std::filesystem::exists(file + ".3"));
+}
+
+TEST_F(AuditFiles, WithoutOlderOnesItBeginsAnew) {
+  AuditFile audit({file, 1000, 0});
+  for (int i = 0; i < 15; ++i) ASSERT_EQ(audit.write(line), "");
+  EXPECT_EQ(content(file).size(), 500U);
+  EXPECT_FALSE(std::filesystem::exists(file + ".1"));
+}
+
+TEST_F(AuditFiles, AreMadeAnewWhenOthersTakeThemAway) {
+  AuditFile audit({file, 1000, 2});
+  ASSERT_EQ(audit.write(line), "");
+  std::filesystem::rename(file, file + ".3");
+  ASSERT_EQ(audit.write(line), "");
+  EXPECT_EQ(content(file), line);
+}
+
+TEST_F(AuditFiles, AreRegularFiles) {
+  std::filesystem::create_symlink("/dev/null", file);
+  EXPECT_THAT(AuditFile({file, 1000, 2}).open(), HasSubstr("cannot open " + file));
+  std::filesystem::remove(file);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  EXPECT_NE(AuditFile({file, 1000, 2}).open(), "");
+  EXPECT_THAT(AuditFile({file + ".1/audit", 1000, 2}).open(), HasSubstr("No such file"));
+}
+
+// ---- the log
+
+TEST_F(AuditFiles, TheLogWritesWhatWaitsAtItsEnd) {
+  {
+    AuditLog log({file, 1 << 20, 2}, [](bool, const std::string&) {});
+    for (int i = 0; i < 100; ++i) log.add(call_of("/s" + std::to_string(i)));
+    for (int i = 0; i < 9; ++i) log.add(call_of("/s0"));
+  }
+  const std::string text = content(file);
+  EXPECT_EQ(lines_of(text), 101U);
+  EXPECT_THAT(text, HasSubstr("\"times\":10"));
+}
+
+TEST_F(AuditFiles, WhatCannotBeWrittenIsCountedAndToldOnce) {
+  std::filesystem::create_directory(file);
+  std::mutex mutex;
+  std::vector<std::string> told;
+  AuditLog log({file, 1 << 20, 2}, [&](bool works, const std::string& problem) {
+    const std::lock_guard lock(mutex);
+    told.push_back(works ? "works" : problem);
+  });
+  std::condition_variable nobody;  // tells: there is no event for a line that was not written
+  const auto wait_for = [&](auto&& is_so) {
+    for (int i = 0; i < 3000 && !is_so(); ++i) {
+      std::mutex own;
+      std::unique_lock lock(own);
+      nobody.wait_for(lock, 10ms);
+    }
+    EXPECT_TRUE(is_so());
+  };
+  log.add(call_of("/a"));
+  wait_for([&] { return log.counts().lost == 1; });
+  log.add(call_of("/b"));
+  wait_for([&] { return log.counts().lost == 2; });
+  EXPECT_THAT(log.counts().problem, HasSubstr(file));
+  std::filesystem::remove(file);
+  log.add(call_of("/c"));
+  wait_for([&] { return log.counts().lines == 1; });
+  EXPECT_EQ(log.counts().problem, "");
+  wait_for([&] {
+    const std::lock_guard lock(mutex);
+    return told.size() == 2;
+  });
+  EXPECT_EQ(told.back(), "works");
+}
+
+}  // namespace
+}  // namespace connect_bridge
