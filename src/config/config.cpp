@@ -7,6 +7,7 @@
 #include "config/checked_values.hpp"
 #include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
+#include "config/login_reader.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
 #include "core/wire/control.hpp"
@@ -71,8 +72,7 @@ class ConfigMaker {
     } else {
       read_dial();
     }
-    check_token();
-    check_method();
+    check_login(values_, config_, around_, parsed_.problems);
     check_files();
     read_names();
     read_audit();
@@ -104,18 +104,7 @@ class ConfigMaker {
   void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
 
   void read_auth_and_tls() {
-    config_.auth.method = values_.text("auth.method");
-    config_.auth.token = values_.text("auth.token");
-    config_.auth.token_file = values_.text("auth.token_file");
-    config_.auth.jwt_keys = values_.text("auth.jwt_keys");
-    config_.auth.jwt_issuer = values_.text("auth.jwt_issuer");
-    config_.auth.jwt_audience = values_.text("auth.jwt_audience");
-    config_.auth.jwt_algorithms = values_.list("auth.jwt_algorithms");
-    config_.auth.jwt_groups_claim = values_.text("auth.jwt_groups_claim");
-    config_.auth.service = values_.text("auth.service");
-    config_.auth.https_ca = values_.text("auth.https_ca");
-    config_.auth.plugin = values_.text("auth.plugin");
-    config_.auth.plugin_options = values_.text("auth.plugin_options");
+    config_.auth = read_auth(values_);
     config_.tls.certificate = values_.text("tls.certificate");
     config_.tls.private_key = values_.text("tls.private_key");
     config_.tls.ca = values_.text("tls.ca");
@@ -197,54 +186,6 @@ class ConfigMaker {
           fmt::format("allow_plaintext: {} is used without TLS; everybody on the way can read and "
                       "change everything, the token included",
                       value));
-    }
-  }
-
-  void check_token() {
-    const bool token = values_.given("auth.token");
-    const bool file = values_.given("auth.token_file");
-    if (token && file) add("auth.token_file", "", "either auth.token or auth.token_file");
-    const std::string& method = config_.auth.method;
-    if (method == "certificate") check_certificate_login();
-    const bool shows_token = method != "none" && method != "certificate" && !is_server();
-    if (method != "token" && !shows_token) {
-      for (const char* key : {"auth.token", "auth.token_file"}) {
-        if (values_.given(key)) add(key, "", "auth.method: token beside it, else it has no effect");
-      }
-    } else if (!token && !file && !around_.token_in_environment) {
-      add("auth.token_file", "",
-          fmt::format("a token: auth.token_file, auth.token or the environment variable "
-                      "CONNECT_BRIDGE_TOKEN{}",
-                      is_server() ? " (or auth.method: none, on loopback only)" : ""));
-    }
-  }
-
-  // Who logs in by certificate shows one, over TLS, to a server that asks for it.
-  void check_certificate_login() {
-    const char* const key = is_server() ? "tls.ca" : "tls.certificate";
-    if (values_.given(key)) return;
-    add(key, "",
-        is_server() ? "the authority that signs the clients' certificates, with auth.method: "
-                      "certificate"
-                    : "the certificate to log in with, with auth.method: certificate");
-  }
-
-  // What belongs to one login method of a server: it is needed there and without effect elsewhere.
-  void check_method() {
-    struct Part {
-      const char* method;
-      const char* key;
-      bool needed;
-    };
-    for (const auto& [method, key, needed] :
-         {Part{"jwt", "auth.jwt_keys", true}, Part{"jwt", "auth.jwt_issuer", true},
-          Part{"jwt", "auth.jwt_audience", true}, Part{"service", "auth.service", true},
-          Part{"plugin", "auth.plugin", true}, Part{"plugin", "auth.plugin_options", false}}) {
-      const bool in_use = is_server() && values_.text("auth.method") == method;
-      if (in_use && needed && !values_.given(key))
-        add(key, "", fmt::format("a value: auth.method: {} needs it", method));
-      if (is_server() && !in_use && values_.given(key))
-        add(key, "", fmt::format("auth.method: {} beside it, else it has no effect", method));
     }
   }
 

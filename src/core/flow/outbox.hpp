@@ -26,11 +26,6 @@
 
 namespace connect_bridge {
 
-// By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
-// never held back: they are small and few, and two sides whose acks wait for each other would wait
-// for ever.
-inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;
-
 // Not thread-safe; belongs to one link. Order is kept per channel. Urgent is strict (control texts
 // come first of all), light messages follow; high, normal and bulk share by weight 8 : 4 : 1 in
 // bytes; channels of a class take turns per part. At most one message per channel is open (partly
@@ -43,8 +38,7 @@ class Outbox {
 
   // A channel that exists already gets the new options and keeps its queue and counts.
   void add_channel(ChannelId channel, QueueOptions options);
-  // What was to arrive and may not have when a connection was lost, and the last sequence number
-  // there.
+  // What may not have arrived when a connection was lost, and the last sequence number there.
   struct Unarrived {
     std::deque<OutMessage> messages;
     std::uint32_t last_sequence = 0;

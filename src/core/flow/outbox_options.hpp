@@ -25,4 +25,9 @@ struct OutboxOptions {
   std::uint64_t data_bytes_max = 64 << 20;
 };
 
+// By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
+// never held back: they are small and few, and two sides whose acks wait for each other would wait
+// for ever.
+inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;
+
 }  // namespace connect_bridge

@@ -11,6 +11,7 @@ namespace {
 // so within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
+constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
 // What an `accepts` costs beside its patterns, in patterns.
 constexpr double kAcceptsPrice = 25;
 
@@ -139,6 +140,17 @@ Result<Nothing> Link::take_accepts(const Now& now) {
   accepts_at_.reset();
   accepts_.take(kAcceptsPrice + static_cast<double>(count_of_patterns(*new_accepts_)), now.steady);
   return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
+}
+
+bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatment& treatment,
+                  std::size_t bytes, const Now& now) {
+  if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return true;
+  if (rates.size() >= kRatesMax && !rates.contains(topic)) {
+    std::erase_if(rates, [&](const auto& entry) { return entry.second.idle(now.steady); });
+    if (rates.size() >= kRatesMax) return false;
+  }
+  const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
+  return rates.try_emplace(topic, fresh).first->second.admit(bytes, now.steady);
 }
 
 void Link::on_time(const Now& now) {

@@ -87,6 +87,9 @@ class Link final : public ConnectionUser {
     if (connection) connection->fail(error.code, std::move(error.message));
   }
 
+  // Whether a message of this size and topic may pass now, by our rules; then it counts.
+  [[nodiscard]] bool admits(const std::pair<std::string, std::string>& topic,
+                            const Treatment& treatment, std::size_t bytes, const Now& now);
   // Whether a body may be decompressed now; then it counts.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
     const std::uint64_t usual = Account::kUsualRatioMax * message.body.size();
@@ -216,26 +219,6 @@ class Link final : public ConnectionUser {
   // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
   // come and go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
-};
-
-// What becomes of links, for those who have channels on them.
-class LinksUser : public LinkUser {
- public:
-  // A connection carries the link from now on.
-  virtual void on_link_open(Link& link, const Now& now) = 0;
-  // The link goes on with another process at the other end, that remembers no call.
-  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
-  // The connection is about to go, and its channels with it. Mirrors and calls wait.
-  virtual void on_link_lost(Link& link, const Now& now) = 0;
-  // It was lost for dead_after, or left for good: nothing of it stays.
-  virtual void on_link_dead(Link& link, const Now& now) = 0;
-  // Its identity has changed: its rights, perhaps.
-  virtual void on_identity_changed(Link& link) = 0;
-  // What the peer has not offered again by now it will not.
-  virtual void on_offers_over(Link& link, const Now& now) = 0;
-
- protected:
-  ~LinksUser() = default;
 };
 
 using LinkTable = std::map<LinkId, Link>;

@@ -6,6 +6,7 @@
 #include "core/graph/settling.hpp"
 #include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
+#include "core/topics/mirror_qos.hpp"
 #include "core/topics/offered_topic.hpp"
 
 namespace connect_bridge {
@@ -19,17 +20,9 @@ constexpr Duration kGoalDemand = std::chrono::seconds(5);
 constexpr Duration kNaming = std::chrono::seconds(2);
 // How often one asks whether it may be made now.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
-// A peer cannot make the middleware watch shorter periods.
-constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 // By then subscribers have found a publisher that was made anew: what was kept for them must not
 // come before.
 constexpr Duration kMatching = std::chrono::milliseconds(400);
-
-// Whether what is kept for a lost link reaches the subscribers of such a mirror.
-bool may_resume(const Qos& origin, const Qos& mirror) {
-  return origin.reliability == Reliability::kReliable &&
-         origin.durability == Durability::kVolatile && mirror.reliability == Reliability::kReliable;
-}
 
 // Whether the newer link can be of the same client, started anew.
 bool is_successor(const Link& newer, const Link& older) {
@@ -246,20 +239,7 @@ void Mirror::on_time(const Now& now) {
 }
 
 Qos Mirror::qos_under(const Treatment& treatment) const {
-  // A peer's wish has a limit, or a transient-local mirror would keep all that the peer ever sends,
-  // and any other would hold up the loop for a subscriber that does not take.
-  const std::uint32_t depth_max = context_.options.mirror_depth_max;
-  const bool keep_all = origin_.qos.history == History::kKeepAll;
-  Qos qos = origin_.qos;
-  qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
-  qos.history = History::kKeepLast;
-  qos = with_override(qos, treatment.qos);
-  const bool latched = qos.durability == Durability::kTransientLocal;
-  if (qos.depth == 0)
-    qos.depth = latched ? context_.options.latched_depth : context_.options.default_depth;
-  for (Duration* period : {&qos.deadline, &qos.lifespan, &qos.liveliness_lease})
-    *period = std::max(*period, kPeriodMin);
-  return qos;
+  return mirror_qos(origin_.qos, treatment.qos, context_.options);
 }
 
 bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {

@@ -14,8 +14,6 @@ namespace {
 
 // What the topics of one peer together may hold for decompression.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
-// Topics whose rates are remembered per link.
-constexpr std::size_t kRatesMax = 4096;
 
 // A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
 // identifier in two bytes, then two bytes of options.
@@ -97,19 +95,6 @@ bool OfferedTopic::is_withheld(const OriginOffer& origin) const {
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, origin.node};
   return !context_.policy.decide(Direction::kImport, what, link_.identity);
-}
-
-// Every node acts upon an event that tells its name, so an event is only of its origin's node, and
-// never of one that lives here.
-bool OfferedTopic::permits(const Mirror& mirror, const Payload& raw) const {
-  if (!parameter_events_) return true;
-  const auto told = node_of_parameter_event(raw.view());
-  const std::string& node = mirror.origin().node;
-  if (!told || (*told != node && *told != context_.graph_options.names.to_local(node)))
-    return false;
-  const TopicState* topic = context_.graph.find(key_);
-  return !topic || std::none_of(topic->publishers.begin(), topic->publishers.end(),
-                                [&](const Endpoint& e) { return node_of(e) == *told; });
 }
 
 bool OfferedTopic::recheck(const Now& now) {
@@ -348,28 +333,19 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   Mirror& mirror = *origin->second;
   if (const auto reason = mirror.refusal(link_)) return dropped_.add(*reason);
   if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
-  if (!permits(mirror, raw)) return dropped_.add(DropReason::kNotPermitted);
+  if (parameter_events_ && !is_event_of(mirror.origin().node, raw.view(),
+                                        context_.graph_options.names, context_.graph.find(key_)))
+    return dropped_.add(DropReason::kNotPermitted);
   const ClockEstimate* clock = link_.connection ? &link_.clock() : nullptr;
   if (clock && clock->known() && is_plausible(message.stamp)) {
     const Duration age(now.system - (message.stamp - clock->offset().count()));
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
-  if (!admits(raw.size(), now)) return dropped_.add(DropReason::kRate);
+  if (!link_.admits(key_, treatment(), raw.size(), now)) return dropped_.add(DropReason::kRate);
   if (const auto reason = mirror.publish(message.number, raw, now)) return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
-}
-
-bool OfferedTopic::admits(std::size_t bytes, const Now& now) {
-  if (treatment().max_rate == 0 && treatment().bytes_per_second_max == 0) return true;
-  auto& rates = link_.rates;
-  if (rates.size() >= kRatesMax && !rates.contains(key_)) {
-    std::erase_if(rates, [&](const auto& entry) { return entry.second.idle(now.steady); });
-    if (rates.size() >= kRatesMax) return false;
-  }
-  const RateLimit fresh(treatment().max_rate, treatment().bytes_per_second_max);
-  return rates.try_emplace(key_, fresh).first->second.admit(bytes, now.steady);
 }
 
 void OfferedTopic::on_publish_failed(std::uint64_t count) {

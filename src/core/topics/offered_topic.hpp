@@ -91,11 +91,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
     return origins_.contains(origin) || left_out_.contains(origin);
   }
   [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
-  [[nodiscard]] bool permits(const Mirror& mirror, const Payload& raw) const;
   // Whether the peer shall keep what a lost connection loses.
   [[nodiscard]] bool may_resume() const;
-  // Whether our rule's rates let a message of this size through; then it counts.
-  [[nodiscard]] bool admits(std::size_t bytes, const Now& now);
 
   PeerTopics& peer_;
   ImportContext& context_;

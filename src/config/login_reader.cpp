@@ -1,0 +1,95 @@
+#include "config/login_reader.hpp"
+
+#include <fmt/format.h>
+
+namespace connect_bridge {
+namespace {
+
+using Problems = std::vector<Problem>;
+
+bool is_server(const Config& config) {
+  return config.role == Role::kServer;
+}
+
+void add(Problems& problems, std::string_view key, std::string value, std::string expected) {
+  problems.push_back({std::string{key}, std::move(value), std::move(expected)});
+}
+
+// Who logs in by certificate shows one, over TLS, to a server that asks for it.
+void check_certificate_login(const CheckedValues& values, const Config& config,
+                             Problems& problems) {
+  const char* const key = is_server(config) ? "tls.ca" : "tls.certificate";
+  if (values.given(key)) return;
+  add(problems, key, "",
+      is_server(config) ? "the authority that signs the clients' certificates, with auth.method: "
+                          "certificate"
+                        : "the certificate to log in with, with auth.method: certificate");
+}
+
+void check_token(const CheckedValues& values, const Config& config, const Surroundings& around,
+                 Problems& problems) {
+  const bool token = values.given("auth.token");
+  const bool file = values.given("auth.token_file");
+  if (token && file) add(problems, "auth.token_file", "", "either auth.token or auth.token_file");
+  const std::string& method = config.auth.method;
+  if (method == "certificate") check_certificate_login(values, config, problems);
+  const bool shows_token = method != "none" && method != "certificate" && !is_server(config);
+  if (method != "token" && !shows_token) {
+    for (const char* key : {"auth.token", "auth.token_file"}) {
+      if (values.given(key))
+        add(problems, key, "", "auth.method: token beside it, else it has no effect");
+    }
+  } else if (!token && !file && !around.token_in_environment) {
+    add(problems, "auth.token_file", "",
+        fmt::format("a token: auth.token_file, auth.token or the environment variable "
+                    "CONNECT_BRIDGE_TOKEN{}",
+                    is_server(config) ? " (or auth.method: none, on loopback only)" : ""));
+  }
+}
+
+// What belongs to one login method of a server: it is needed there and without effect elsewhere.
+void check_method(const CheckedValues& values, const Config& config, Problems& problems) {
+  struct Part {
+    const char* method;
+    const char* key;
+    bool needed;
+  };
+  for (const auto& [method, key, needed] :
+       {Part{"jwt", "auth.jwt_keys", true}, Part{"jwt", "auth.jwt_issuer", true},
+        Part{"jwt", "auth.jwt_audience", true}, Part{"service", "auth.service", true},
+        Part{"plugin", "auth.plugin", true}, Part{"plugin", "auth.plugin_options", false}}) {
+    const bool in_use = is_server(config) && values.text("auth.method") == method;
+    if (in_use && needed && !values.given(key))
+      add(problems, key, "", fmt::format("a value: auth.method: {} needs it", method));
+    if (is_server(config) && !in_use && values.given(key))
+      add(problems, key, "",
+          fmt::format("auth.method: {} beside it, else it has no effect", method));
+  }
+}
+
+}  // namespace
+
+AuthConfig read_auth(const CheckedValues& values) {
+  AuthConfig auth;
+  auth.method = values.text("auth.method");
+  auth.token = values.text("auth.token");
+  auth.token_file = values.text("auth.token_file");
+  auth.jwt_keys = values.text("auth.jwt_keys");
+  auth.jwt_issuer = values.text("auth.jwt_issuer");
+  auth.jwt_audience = values.text("auth.jwt_audience");
+  auth.jwt_algorithms = values.list("auth.jwt_algorithms");
+  auth.jwt_groups_claim = values.text("auth.jwt_groups_claim");
+  auth.service = values.text("auth.service");
+  auth.https_ca = values.text("auth.https_ca");
+  auth.plugin = values.text("auth.plugin");
+  auth.plugin_options = values.text("auth.plugin_options");
+  return auth;
+}
+
+void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,
+                 std::vector<Problem>& problems) {
+  check_token(values, config, around, problems);
+  check_method(values, config, problems);
+}
+
+}  // namespace connect_bridge

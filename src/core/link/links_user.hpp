@@ -1,0 +1,31 @@
+// What becomes of links, for those who have channels on them.
+#pragma once
+
+#include "core/link/link.hpp"
+
+namespace connect_bridge {
+
+class LinksUser : public LinkUser {
+ public:
+  // A connection carries the link from now on.
+  virtual void on_link_open(Link& link, const Now& now) = 0;
+  // The link goes on with another process at the other end, that remembers no call.
+  virtual void on_peer_replaced(Link& link, const Now& now) = 0;
+  // The connection is about to go, and its channels with it. Mirrors and calls wait.
+  virtual void on_link_lost(Link& link, const Now& now) = 0;
+  // It was lost for dead_after, or left for good: its calls and mirrors end.
+  virtual void on_link_dead(Link& link, const Now& now) = 0;
+  // Its identity has changed: its rights, perhaps.
+  virtual void on_identity_changed(Link& link) = 0;
+  // Whether something is kept for a dead link's return.
+  [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
+  // It will not return: nothing of it stays. It is dead already.
+  virtual void on_link_forgotten(Link& link, const Now& now) = 0;
+  // What the peer has not offered again by now it will not.
+  virtual void on_offers_over(Link& link, const Now& now) = 0;
+
+ protected:
+  ~LinksUser() = default;
+};
+
+}  // namespace connect_bridge

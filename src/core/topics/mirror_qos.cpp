@@ -1,0 +1,34 @@
+#include "core/topics/mirror_qos.hpp"
+
+#include <algorithm>
+
+namespace connect_bridge {
+namespace {
+
+// A peer cannot make the middleware watch shorter periods.
+constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
+
+}  // namespace
+
+Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& options) {
+  // A peer's wish has a limit, or a transient-local mirror would keep all that the peer ever sends,
+  // and any other would hold up the loop for a subscriber that does not take.
+  const std::uint32_t depth_max = options.mirror_depth_max;
+  const bool keep_all = origin.history == History::kKeepAll;
+  Qos qos = origin;
+  qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
+  qos.history = History::kKeepLast;
+  qos = with_override(qos, ruled);
+  const bool latched = qos.durability == Durability::kTransientLocal;
+  if (qos.depth == 0) qos.depth = latched ? options.latched_depth : options.default_depth;
+  for (Duration* period : {&qos.deadline, &qos.lifespan, &qos.liveliness_lease})
+    *period = std::max(*period, kPeriodMin);
+  return qos;
+}
+
+bool may_resume(const Qos& origin, const Qos& mirror) {
+  return origin.reliability == Reliability::kReliable &&
+         origin.durability == Durability::kVolatile && mirror.reliability == Reliability::kReliable;
+}
+
+}  // namespace connect_bridge

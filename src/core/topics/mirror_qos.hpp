@@ -1,0 +1,16 @@
+// The QoS of a mirror.
+#pragma once
+
+#include "core/policy/treatment.hpp"
+#include "core/topics/options.hpp"
+
+namespace connect_bridge {
+
+// Of an origin of this QoS, by what a rule says and within what a peer may ask for.
+[[nodiscard]] Qos mirror_qos(const Qos& origin, const QosOverride& ruled,
+                             const TopicOptions& options);
+
+// Whether what is kept for a lost link reaches the subscribers of such a mirror.
+[[nodiscard]] bool may_resume(const Qos& origin, const Qos& mirror);
+
+}  // namespace connect_bridge

@@ -1,0 +1,23 @@
+#include "core/topics/parameter_event.hpp"
+
+#include <algorithm>
+
+#include "core/base/cdr.hpp"
+
+namespace connect_bridge {
+
+std::optional<std::string_view> node_of_parameter_event(ByteView sample) {
+  CdrReader reader(sample);
+  if (!reader.u32() || !reader.u32()) return std::nullopt;
+  return reader.string();
+}
+
+bool is_event_of(const std::string& node, ByteView sample, const NameMap& names,
+                 const TopicState* local) {
+  const auto told = node_of_parameter_event(sample);
+  if (!told || (*told != node && *told != names.to_local(node))) return false;
+  return !local || std::none_of(local->publishers.begin(), local->publishers.end(),
+                                [&](const Endpoint& e) { return node_of(e) == *told; });
+}
+
+}  // namespace connect_bridge
