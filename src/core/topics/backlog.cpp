@@ -18,7 +18,7 @@ bool is_behind(std::uint32_t sequence, std::uint32_t last) {
 }  // namespace
 
 void LinkBacklog::keep_bound() {
-  while (bytes_ > bytes_max_) {
+  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {
     const auto most =
         std::max_element(topics_.begin(), topics_.end(),
                          [](const Backlog* a, const Backlog* b) { return a->bytes_ < b->bytes_; });
@@ -32,7 +32,7 @@ Backlog::Backlog(LinkBacklog& all, Link& link, Options options)
 }
 
 Backlog::~Backlog() {
-  all_.bytes_ -= bytes_;
+  all_.change(0 - bytes_);
   std::erase(all_.topics_, this);
 }
 
@@ -50,7 +50,7 @@ bool Backlog::admit(std::size_t bytes, const Now& now) {
 void Backlog::add(OutMessage message) {
   if (over_) return;
   bytes_ += bytes_of(message);
-  all_.bytes_ += bytes_of(message);
+  all_.change(bytes_of(message));
   messages_.push_back(std::move(message));
   all_.keep_bound();
 }
@@ -59,7 +59,7 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   while (!messages_.empty() && messages_.front().sequence != 0 &&
          !is_behind(messages_.front().sequence, after))
     messages_.pop_front();
-  all_.bytes_ -= std::exchange(bytes_, 0);
+  all_.change(0 - std::exchange(bytes_, 0));
   all_.resumed_ += messages_.size();
   return std::exchange(messages_, {});
 }
@@ -78,7 +78,7 @@ void Backlog::drop_oldest(DropReason reason) {
   const std::uint64_t bytes = bytes_of(messages_.front());
   messages_.pop_front();
   bytes_ -= bytes;
-  all_.bytes_ -= bytes;
+  all_.change(0 - bytes);
   drop(reason);
 }
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <vector>
 
+#include "core/base/budget.hpp"
 #include "core/base/timers.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/rate_limit.hpp"
@@ -15,11 +16,13 @@ namespace connect_bridge {
 
 class Backlog;
 
-// All that is kept for one link, within a bound in bytes. Beyond it the topic that has most of them
-// gives up its oldest message, so that a camera does not cost a small topic its messages.
+// All that is kept for one link, within a bound in bytes and within what is left of `memory`, the
+// link's. Beyond it the topic that has most of them gives up its oldest message, so that a camera
+// does not cost a small topic its messages.
 class LinkBacklog {
  public:
-  explicit LinkBacklog(std::uint64_t bytes_max) : bytes_max_(bytes_max) {}
+  LinkBacklog(std::uint64_t bytes_max, Budget& memory)
+      : bytes_max_(bytes_max), held_(memory.hold(0)) {}
   LinkBacklog(const LinkBacklog&) = delete;
   LinkBacklog& operator=(const LinkBacklog&) = delete;
 
@@ -31,10 +34,15 @@ class LinkBacklog {
 
  private:
   friend class Backlog;
+  void change(std::uint64_t difference) {  // modulo 2^64: it may be less
+    bytes_ += difference;
+    held_.resize(bytes_);
+  }
   void keep_bound();
 
   std::uint64_t bytes_max_;
   std::uint64_t bytes_ = 0;
+  Budget::Hold held_;  // of bytes_
   std::uint64_t resumed_ = 0;
   std::uint64_t lost_ = 0;
   std::vector<Backlog*> topics_;  // in the order in which they came

@@ -47,7 +47,7 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   auto options = offer.backlog_options(unarrived.last_sequence);
   options.ends = timer_for(lost, now);
   LinkBacklog& all =
-      context_.kept.try_emplace(link, context_.options.resume_bytes_max).first->second;
+      context_.kept.try_emplace(link, context_.options.resume_bytes_max, lost.memory).first->second;
   Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
   for (auto& message : unarrived.messages) backlog.add(std::move(message));
   for (const auto& sample : encoding)
