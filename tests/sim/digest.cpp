@@ -1,6 +1,7 @@
 #include "sim/digest.hpp"
 
 #include <concepts>
+#include <exception>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -15,7 +16,9 @@ constexpr std::uint64_t kPacket = 1'000;  // beside the indexes of Action
 // Stands for a value of any type where an aggregate is initialized.
 struct Any {
   template <class T>
-  operator T() const;  // only named, never called
+  operator T() const {
+    std::terminate();  // only named, never called
+  }
 };
 
 template <class T, std::size_t... I>

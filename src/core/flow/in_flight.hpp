@@ -37,7 +37,10 @@ class InFlight {
     return arrived;
   }
   // The connection is another one.
-  void clear() { messages_.clear(); }
+  void clear() {
+    messages_.clear();
+    gathered_ = 0;
+  }
 
  private:
   struct Sent {

@@ -288,10 +288,10 @@ bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
   pacer_.acknowledged(ack, now.steady);
   received_bytes_ = ack.received_bytes;
   while (const auto arrived = in_flight_.take_arrived(received_bytes_)) {
-    const auto& [channel, whole] = *arrived;
+    const ChannelQueue::Whole& whole = arrived->whole;
     if (!whole.resumes) {
-      delivered_.push_back({channel, whole.subject});
-    } else if (const auto queue = queues_.find(channel); queue != queues_.end()) {
+      delivered_.push_back({arrived->channel, whole.subject});
+    } else if (const auto queue = queues_.find(arrived->channel); queue != queues_.end()) {
       change(queue->second, [&](ChannelQueue& sent) { sent.arrived(whole.sequence); });
     }
   }
