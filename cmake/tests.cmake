@@ -68,7 +68,7 @@ if(TARGET connect_core AND EXISTS "${tests}/model/rule_tuples.cpp")
   target_link_libraries(rule_tuples PRIVATE connect_core connect_options)
   target_include_directories(rule_tuples PRIVATE "${tests}")
   add_test(NAME rule_tuples COMMAND rule_tuples --tuples ${CONNECT_RULE_TUPLES})
-  set_tests_properties(rule_tuples PROPERTIES LABELS unit TIMEOUT 1800)
+  set_tests_properties(rule_tuples PROPERTIES LABELS model TIMEOUT 1800)
 endif()
 
 # sim: a program of its own that takes seeds, and every processor.

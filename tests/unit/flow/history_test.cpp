@@ -78,8 +78,8 @@ TEST(History, NewLimitsHoldAtOnce) {
 // Where the memory is used up by others, too, the oldest goes.
 TEST(History, LeavesAsMuchMemoryAsItTakes) {
   Budget memory(100);
-  HistoryCache history(0, 1000);
   Budget own(&memory);
+  HistoryCache history(0, 1000);
   history.draw_from(own);
   for (int i = 0; i < 20; ++i) history.add({kOne, i, 0, sample(10)});
   EXPECT_LE(own.used(), 50U);

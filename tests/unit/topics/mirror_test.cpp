@@ -12,6 +12,7 @@ struct Script : Importing {
   explicit Script(std::vector<Rule> rules = {everything()}) : Importing(std::move(rules)) {
     listen();
   }
+  ~Script() { context.mirrors.clear(); }  // before the links, whose memory they hold
   std::string demanded() {
     one.send_demands();
     two.send_demands();

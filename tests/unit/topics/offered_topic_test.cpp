@@ -9,6 +9,7 @@ namespace connect_bridge::topics_test {
 namespace {
 
 struct Script : Importing {
+  ~Script() { context.mirrors.clear(); }  // before the links, whose memory they hold
   IncomingChannel& channel_1() { return *one.link.incoming({1}); }
   void give(InMessage message, std::int64_t at = 0) {
     EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));
