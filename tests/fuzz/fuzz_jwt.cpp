@@ -44,7 +44,7 @@ std::string signed_token(std::string_view payload) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const JwtOptions options{"", "i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
+  static const JwtOptions options{"", {}, "i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
   static const std::vector<JwtKey> keys{JwtKey("k", kSecret)};
   if (size == 0) return 0;
   const std::string_view text{reinterpret_cast<const char*>(data + 1), size - 1};
