@@ -1,30 +1,29 @@
 #include "apps/ctl_token.hpp"
 
-#include <array>
+#include <chrono>
 #include <cstdio>
-#include <ctime>
 
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
+#include "auth/token_table.hpp"
 
 namespace {
 
 using connect_bridge::ByteView;
 
-constexpr int kSecondsOfADay = 86'400;
+using connect_bridge::Stamp;
+
+constexpr Stamp kDay = 86'400'000'000'000;
+
+std::string date_after(int days) {
+  const std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
+  return connect_bridge::date_text(now.count() + days * kDay);
+}
 
 int refuse(const std::string& text) {
   std::fprintf(stderr, "%s\n", text.c_str());
   return 2;
-}
-
-std::string date_after(int days) {
-  const std::time_t then = std::time(nullptr) + std::time_t{days} * kSecondsOfADay;
-  std::tm parts{};
-  std::array<char, 32> text{};
-  ::gmtime_r(&then, &parts);
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
 connect_bridge::TokenEntry entry_of(const TokenRequest& request, const std::string& token) {

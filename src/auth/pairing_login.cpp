@@ -3,8 +3,6 @@
 #include <openssl/crypto.h>
 
 #include <algorithm>
-#include <array>
-#include <ctime>
 #include <utility>
 
 #include "auth/token_file.hpp"
@@ -15,7 +13,6 @@ namespace {
 
 constexpr std::size_t kClientNameMax = 64;
 constexpr char kGroup[] = "paired";
-constexpr Stamp kSecond = 1'000'000'000;
 
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
@@ -44,14 +41,6 @@ std::optional<Shown> parse(ByteView credential) {
       !std::all_of(name.begin(), name.end(), is_name_character))
     return std::nullopt;
   return Shown{digest_of(text.substr(0, first)), *token, std::string{name}};
-}
-
-std::string date_text(Stamp now) {
-  const auto seconds = static_cast<std::time_t>(now / kSecond);
-  std::tm parts{};
-  std::array<char, 32> text{};
-  ::gmtime_r(&seconds, &parts);
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
 }  // namespace

@@ -44,8 +44,9 @@ class FolderLock {
   int handle_ = -1;
 };
 
-// The file as it will be: a new one beside it takes its place, so that a server never reads half.
-std::string replace(const std::string& file, const std::string& text) {
+}  // namespace
+
+std::string write_secret_file(const std::string& file, const std::string& text) {
   struct stat status {};
   const mode_t mode = ::stat(file.c_str(), &status) == 0 ? status.st_mode & 0777 : 0600;
   const std::string part = file + ".part";
@@ -60,8 +61,6 @@ std::string replace(const std::string& file, const std::string& text) {
   if (!wrong.empty()) return wrong;
   return ::rename(part.c_str(), file.c_str()) == 0 ? "" : problem();
 }
-
-}  // namespace
 
 std::string to_text(const TokenEntry& entry) {
   std::string text = "- identity: " + quoted(entry.identity) + "\n";
@@ -95,7 +94,7 @@ std::string append_token_entry(const std::string& file, const TokenEntry& entry)
   if (!text.empty() && text.back() != '\n') text += '\n';
   text += to_text(entry);
   problem = token_entries_problem(text, file);
-  return problem.empty() ? replace(file, text) : problem;
+  return problem.empty() ? write_secret_file(file, text) : problem;
 }
 
 }  // namespace connect_bridge

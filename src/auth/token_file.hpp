@@ -1,4 +1,4 @@
-// A server's token file as it is written: by `ctl token` and by pairing.
+// Files of tokens as they are written: by `ctl token` and by pairing.
 #pragma once
 
 #include <string>
@@ -23,9 +23,12 @@ struct TokenEntry {
 // sentence.
 [[nodiscard]] std::string token_entries_problem(const std::string& text, const std::string& name);
 
-// Adds an entry at the end; a file that is missing is made, for its owner alone. The whole file is
-// replaced at once, so that a server never reads half of one. Two writers wait
-// for each other. Returns what is wrong, empty if nothing; then the file is as it was.
+// A new file takes the place of the one that is there, with its rights, so that nobody ever reads
+// half; one that is missing is made for its owner alone. Returns what is wrong, empty if nothing.
+[[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
+
+// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns
+// what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
 
 }  // namespace connect_bridge

@@ -1,5 +1,6 @@
 #include "auth/token_table.hpp"
 
+#include <fmt/chrono.h>
 #include <openssl/crypto.h>
 #include <yaml-cpp/yaml.h>
 
@@ -49,6 +50,11 @@ std::optional<Stamp> parse_date(std::string_view text) {
     return std::nullopt;
   }
   return static_cast<Stamp>(seconds) * kSecond;
+}
+
+std::string date_text(Stamp time) {
+  return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z",
+                     fmt::gmtime(static_cast<std::time_t>(time / kSecond)));
 }
 
 // Walks the YAML of one token file.

@@ -62,5 +62,7 @@ class TokenTable {
 
 // Nanoseconds since 1970 of "2027-01-31" or "2027-01-31T12:00:00Z"; nullopt: neither.
 [[nodiscard]] std::optional<Stamp> parse_date(std::string_view text);
+// With the time, in UTC: what parse_date() takes.
+[[nodiscard]] std::string date_text(Stamp time);
 
 }  // namespace connect_bridge

@@ -73,7 +73,8 @@ ProxyHeader line1(std::string_view line) {
 ProxyHeader version1(std::string_view text) {
   const std::size_t end = text.find('\n');
   if (end == std::string_view::npos) return text.size() >= kLine1Max ? wrong() : more(1);
-  if (end + 1 != text.size() || end == 0 || text[end - 1] != '\r') return wrong();
+  if (end + 1 != text.size() || text.size() > kLine1Max || end == 0 || text[end - 1] != '\r')
+    return wrong();
   return line1(text.substr(0, end - 1));
 }
 

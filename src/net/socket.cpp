@@ -280,10 +280,15 @@ void Socket::set_deadline() {
 }
 
 void Socket::on_deadline() {
-  socket_->next_layer().abort();
+  cut_off();
   const bool ours = state_ == State::kClosing;
   end(std::nullopt, ours ? closing_reason_ : "the other end did not complete its close", false);
   forget();
+}
+
+void Socket::cut_off() {
+  traffic_ = traffic();
+  socket_->next_layer().abort();
 }
 
 void Socket::abandon() {
@@ -308,7 +313,7 @@ void Socket::forget() {
 
 void Socket::give_way() {
   const auto self = shared_from_this();
-  socket_->next_layer().abort();
+  cut_off();
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
   end(std::nullopt, "gave way to a newer connection without a login", false);
@@ -330,7 +335,10 @@ Certified Socket::certified() const {
 
 Traffic Socket::traffic() {
   if (state_ == State::kEnding) return traffic_;
-  return traffic_of(socket_->next_layer().socket().native_handle());
+  const Traffic now = traffic_of(socket_->next_layer().socket().native_handle());
+  // Of a socket that was aborted the kernel tells nothing more.
+  if (now.sent >= traffic_.sent && now.received >= traffic_.received) traffic_ = now;
+  return traffic_;
 }
 
 SocketFacts Socket::facts() const {

@@ -76,6 +76,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void end(std::optional<std::uint16_t> code, std::string reason, bool orderly);
   void set_deadline();
   void on_deadline();
+  // Aborts the transport; what it has cost is read while the kernel still knows.
+  void cut_off();
   void forget();
 
   SocketSetup setup_;

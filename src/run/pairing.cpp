@@ -1,14 +1,12 @@
 #include "run/pairing.hpp"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
-#include <cstdio>
-#include <fstream>
 
 #include "auth/pairing_login.hpp"
 #include "auth/secret.hpp"
+#include "auth/token_file.hpp"
 #include "config/syntax.hpp"
 #include "core/base/hex.hpp"
 #include "net/authority.hpp"
@@ -40,14 +38,8 @@ std::string text_of(const ParameterMap& parameters, const char* key) {
   return text ? *text : std::string{};
 }
 
-// A file that is not there yet, for its owner alone.
-std::string write_secret(const std::string& file, const std::string& text) {
-  const mode_t before = ::umask(077);
-  std::ofstream out(file);
-  out << text << "\n";
-  out.close();
-  ::umask(before);
-  return out ? "" : file + " cannot be written";
+std::string news_of(const PairingFolder& folder) {
+  return "going by the pairing in " + folder.parameter_file();
 }
 
 // ---- server
@@ -88,8 +80,8 @@ std::string make_server_files(const PairingFolder& folder, const ParameterMap& g
     problem = make_certificates(order).problem;
   }
   if (problem.empty() && !folder.has("tokens.yaml"))
-    problem =
-        write_secret(folder.file("tokens.yaml"), "# Clients that have paired with this server.");
+    problem = write_secret_file(folder.file("tokens.yaml"),
+                                "# Clients that have paired with this server.\n");
   if (problem.empty() && !folder.has("params.yaml"))
     problem = folder.write_parameters(lasting(given, folder));
   return problem;
@@ -130,6 +122,7 @@ void pair_server(const std::string& host, const PairingFolder& folder, Stamp now
   if (!wrong.empty())
     return start.problems.push_back("--pair \"" + host +
                                     "\": expected a host name or address, with or without a port");
+  start.news.push_back(news_of(folder));
   start.pairing = PairingOptions{invitation.code, now + kMinutes * kMinute};
   start.invitation = std::move(invitation);
 }
@@ -142,9 +135,22 @@ std::string token_name(const Invitation& invitation) {
   return "token-" + to_hex(sha256(bytes_of(invitation.code))).substr(0, kDigits);
 }
 
-std::string make_token_file(const std::string& file) {
-  const std::string token = random_token();
-  return token.empty() ? "no random numbers are to be had" : write_secret(file, token);
+// The token in the file, which is made if it is not there; empty: `problem` says why.
+std::string kept_token(const PairingFolder& folder, const std::string& name, std::string& problem) {
+  const std::string file = folder.file(name);
+  if (!folder.has(name)) {
+    const std::string token = random_token();
+    problem =
+        token.empty() ? "no random numbers are to be had" : write_secret_file(file, token + "\n");
+    if (problem.empty()) return token;
+    return {};
+  }
+  const std::string token{trim(read_secret_file(file, problem).value_or(""))};
+  if (problem.empty()) {
+    problem = token_problem(token);
+    if (!problem.empty()) problem = file + ": " + problem;
+  }
+  return problem.empty() ? token : std::string{};
 }
 
 std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
@@ -172,16 +178,13 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
   std::string problem = folder.make();
   const std::string former =
       problem.empty() ? text_of(folder.parameters(problem), "auth.token_file") : "";
-  if (problem.empty() && !folder.has(name)) problem = make_token_file(folder.file(name));
-  std::optional<std::string> token;
-  if (problem.empty()) token = read_secret_file(folder.file(name), problem);
-  if (!token) return start.problems.push_back("pairing: " + problem);
+  const std::string token = problem.empty() ? kept_token(folder, name, problem) : "";
+  if (!problem.empty()) return start.problems.push_back("pairing: " + problem);
   start.parameters = filled(start.parameters, paired);
   if (former == folder.file(name)) return;  // it is paired by this invitation already
-  const std::string word{trim(*token)};
   start.joining = Joining{
-      pairing_credential(invitation.code, sha256(bytes_of(word)), pairing_name(host_name())),
-      {word.begin(), word.end()},
+      pairing_credential(invitation.code, sha256(bytes_of(token)), pairing_name(host_name())),
+      {token.begin(), token.end()},
       [folder, paired] { return keep(folder, paired); }};
   start.news.push_back("pairing with " + invitation.url +
                        "; if it refuses the login, the code is used up or too old: start the "
@@ -206,7 +209,7 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
     if (problem.empty()) return join(invitation, folder, start), start;
   } else if (goes_by_pairing(given) && folder.has("params.yaml")) {
     start.parameters = filled(given, folder.parameters(problem));
-    start.news.push_back("going by the pairing in " + folder.parameter_file());
+    start.news.push_back(news_of(folder));
   }
   if (!problem.empty()) start.problems.push_back(problem);
   return start;

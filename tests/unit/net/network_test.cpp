@@ -161,6 +161,20 @@ TEST(Network, TellsTheServersCloseCodeAndReason) {
   EXPECT_EQ(pair.server.closed_count, 1U);
 }
 
+TEST(Network, CountsWhatAConnectionHasCostAlsoWhenItIsCutOff) {
+  Pair pair;
+  RawPeer mute(pair.server.network.listen_port());
+  mute.send(upgrade_request());
+  ASSERT_TRUE(mute.sees(pair.loop, "101 Switching"));
+  const Traffic open = pair.server.network.traffic();
+  EXPECT_GT(open.received, upgrade_request().size());
+  pair.server.network.close(pair.accepted(), CloseCode::kLoginRefused, "");  // it does not answer
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.closed_count == 1; }));
+  const Traffic closed = pair.server.network.traffic();
+  EXPECT_GE(closed.received, open.received);
+  EXPECT_GT(closed.sent, open.sent);
+}
+
 TEST(Network, TellsTheClientsCloseCodeAfterWhatWasPulled) {
   Pair pair;
   ASSERT_TRUE(pair.connect());

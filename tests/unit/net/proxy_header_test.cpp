@@ -40,6 +40,10 @@ TEST(ProxyHeader, Version1) {
   EXPECT_EQ(text_of(read("PROXY TCP6 ::ffff:203.0.113.5 ::1 1 2\r\n").source), "203.0.113.5 1");
   EXPECT_EQ(read("PROXY UNKNOWN\r\n").state, State::kComplete);
   EXPECT_FALSE(read("PROXY UNKNOWN what ever\r\n").source);
+  const std::string longest = "PROXY UNKNOWN " + std::string(91, 'x') + "\r\n";
+  EXPECT_EQ(longest.size(), 107U);
+  EXPECT_EQ(read(longest).state, State::kComplete);
+  EXPECT_EQ(read(longest.substr(0, 14) + "x" + longest.substr(14)).state, State::kWrong);
 }
 
 TEST(ProxyHeader, Version2) {

@@ -84,6 +84,7 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   ASSERT_THAT(first.problems, IsEmpty());
   ASSERT_TRUE(first.invitation && first.pairing);
   EXPECT_EQ(first.pairing->code, first.invitation->code);
+  EXPECT_THAT(first.news, ElementsAre(HasSubstr("params.yaml")));
   EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
   const Start later = serve({});
   EXPECT_THAT(later.problems, IsEmpty());
@@ -140,6 +141,15 @@ TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
   EXPECT_EQ(next.joining->keep(), "");
   EXPECT_FALSE(std::filesystem::exists(former));
   EXPECT_NE(std::get<std::string>(join({}).parameters.at("auth.token_file")), former);
+}
+
+// A disk that was full, a hand that slipped.
+TEST_F(PairingStart, ATokenFileThatIsNotWholeIsRefused) {
+  const Start first = join({kLine});
+  const std::string file = std::get<std::string>(first.parameters.at("auth.token_file"));
+  std::filesystem::resize_file(file, 5);
+  EXPECT_THAT(join({kLine}).problems,
+              ElementsAre(HasSubstr(file + ": the token has 5 characters")));
 }
 
 TEST_F(PairingStart, AnInvitationAndAnAddressAreRefused) {
