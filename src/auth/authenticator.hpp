@@ -1,6 +1,7 @@
 // Who is at the other end? The question that a login asks, and the methods that answer it.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -56,8 +57,8 @@ struct JwtOptions {
 
 // The server pairs with one client by a code.
 struct PairingOptions {
-  std::string code;  // secret; 22 characters of 128 random bits
-  Stamp until = 0;   // system clock; then the code is not valid any more
+  std::string code;                             // secret; 128 random bits in 32 hexadecimal digits
+  std::chrono::steady_clock::time_point until;  // then the code is not valid any more
 };
 
 struct AuthOptions {

@@ -40,8 +40,11 @@ std::optional<std::vector<JwtKey>> KeyFile::changed(std::vector<std::string>& pr
   return keys;
 }
 
-KeyAddress::KeyAddress(HttpAddress address, HttpFetch fetch)
-    : address_(std::move(address)), fetch_(std::move(fetch)), thread_([this] { ask_for_ever(); }) {
+KeyAddress::KeyAddress(HttpAddress address, HttpFetch fetch, std::chrono::milliseconds period_min)
+    : address_(std::move(address)),
+      fetch_(std::move(fetch)),
+      period_min_(period_min),
+      thread_([this] { ask_for_ever(); }) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock, [this] { return answered_; });
 }
@@ -87,7 +90,7 @@ void KeyAddress::ask_for_ever() {
     wanted_ = false;
     wake_.notify_all();
     const auto next = asked_at + wait_;
-    const auto soonest = asked_at + std::min(wait_, kPeriodMin);
+    const auto soonest = asked_at + std::min<Clock::duration>(wait_, period_min_);
     wake_.wait_until(lock, soonest, [this] { return ending_; });
     wake_.wait_until(lock, next, [this] { return ending_ || wanted_; });
     if (ending_) return;

@@ -52,7 +52,9 @@ class KeyAddress : public KeySource {
 
   // Waits for the first answer, up to the time limit of one request: then most servers know the
   // keys at their first login.
-  KeyAddress(HttpAddress address, HttpFetch fetch);
+  // `period_min`: for tests.
+  KeyAddress(HttpAddress address, HttpFetch fetch,
+             std::chrono::milliseconds period_min = kPeriodMin);
   ~KeyAddress() override;
   [[nodiscard]] std::string name() const override;
   [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
@@ -66,6 +68,7 @@ class KeyAddress : public KeySource {
 
   const HttpAddress address_;
   const HttpFetch fetch_;
+  const std::chrono::milliseconds period_min_;
   std::mutex mutex_;
   std::condition_variable wake_;
   bool ending_ = false;

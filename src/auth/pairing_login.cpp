@@ -73,7 +73,7 @@ Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
 Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   const auto shown = parse(attempt.credential);
   if (!shown) return {std::nullopt, "no credential of a pairing"};
-  if (!open_ || now >= until_) return {std::nullopt, "the pairing has ended"};
+  if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};
   // Digests, so that a partial match tells nothing.
   if (CRYPTO_memcmp(code_.data(), shown->code.data(), code_.size()) != 0) {
     if (++tries_ >= kTriesMax)
@@ -91,9 +91,10 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
 Judgement PairingLogin::add(const Digest& token, const std::string& name, const Attempt& attempt,
                             Stamp now) {
   TokenEntry entry;
-  entry.identity = name;
+  // The client chooses the name: it must be none that a rule was written for.
+  entry.identity = kGroup + ("/" + name);
   for (int number = 2; tokens_->knows(entry.identity); ++number)
-    entry.identity = name + "-" + std::to_string(number);
+    entry.identity = kGroup + ("/" + name) + "-" + std::to_string(number);
   entry.groups = {kGroup};
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;
@@ -115,13 +116,18 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   return {std::move(found.identity), std::move(found.reason)};
 }
 
+// By a clock that nobody sets: a robot without a battery for its own gets the time while it pairs.
+bool PairingLogin::is_over() const {
+  return std::chrono::steady_clock::now() >= until_;
+}
+
 void PairingLogin::end(std::string news) {
   open_ = false;
   untold_.news.push_back(std::move(news));
 }
 
 Refreshed PairingLogin::refresh(Stamp now) {
-  if (open_ && now >= until_)
+  if (open_ && is_over())
     end(paired_
             ? "the pairing has ended"
             : "nobody has paired in time: the code is not valid any more, start with --pair again");

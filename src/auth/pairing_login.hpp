@@ -39,12 +39,13 @@ class PairingLogin : public Authenticator {
   [[nodiscard]] Judgement pair(const Attempt& attempt, Stamp now);
   [[nodiscard]] Judgement add(const Digest& token, const std::string& name, const Attempt& attempt,
                               Stamp now);
+  [[nodiscard]] bool is_over() const;
   void end(std::string news);
 
   const std::string token_file_;
   std::unique_ptr<TokenLogin> tokens_;
   const Digest code_;
-  const Stamp until_;
+  const std::chrono::steady_clock::time_point until_;
   bool open_ = true;
   unsigned tries_ = 0;
   std::optional<Digest> paired_;  // the token of the client that the code went to

@@ -5,8 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 #include "auth/token_table.hpp"
 #include "core/base/hex.hpp"
@@ -44,6 +46,16 @@ class FolderLock {
   int handle_ = -1;
 };
 
+// A disk that fills takes a part first, and says why with the next call.
+bool write_all(int out, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(out, text.data(), text.size());
+    if (written < 0 && errno != EINTR) return false;
+    text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+  }
+  return true;
+}
+
 }  // namespace
 
 std::string write_secret_file(const std::string& file, const std::string& text) {
@@ -54,12 +66,12 @@ std::string write_secret_file(const std::string& file, const std::string& text) 
   ::unlink(part.c_str());
   const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (out < 0) return problem();
-  const bool written = ::write(out, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  const bool whole = written && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
-  const std::string wrong = whole ? "" : problem();
+  const bool whole = write_all(out, text) && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
+  std::string wrong = whole ? "" : problem();
   ::close(out);
-  if (!wrong.empty()) return wrong;
-  return ::rename(part.c_str(), file.c_str()) == 0 ? "" : problem();
+  if (whole && ::rename(part.c_str(), file.c_str()) != 0) wrong = problem();
+  if (!wrong.empty()) ::unlink(part.c_str());
+  return wrong;
 }
 
 std::string to_text(const TokenEntry& entry) {

@@ -25,10 +25,11 @@ bool may_be_secret(std::string_view key, std::string_view nearest) {
 
 std::string shown(const KeySpec& spec, const ParameterValue& value) {
   if (spec.secret) return kHidden;
-  const bool is_url = spec.key == "url" || spec.key == "http_proxy";
-  if (const auto* text = std::get_if<std::string>(&value); text != nullptr && is_url) {
-    return to_text(syntax::url_to_show(*text));
-  }
+  const auto* text = std::get_if<std::string>(&value);
+  if (text != nullptr && spec.key == "url") return to_text(syntax::url_to_show(*text));
+  // A password may hold what ends an address.
+  if (text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos)
+    return kHidden;
   return to_text(value);
 }
 

@@ -58,6 +58,22 @@ struct Example {
   [[nodiscard]] Interface what() const { return {kind, name, type, action_type}; }
 };
 
+struct ParameterService {
+  const char* name;
+  const char* type;
+};
+constexpr ParameterService kParameterServices[] = {
+    {"get_parameters", "rcl_interfaces/srv/GetParameters"},
+    {"set_parameters", "rcl_interfaces/srv/SetParameters"},
+    {"list_parameters", "rcl_interfaces/srv/ListParameters"},
+    {"describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
+    {"get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
+    {"set_parameters_atomically", "rcl_interfaces/srv/SetParametersAtomically"}};
+
+Example parameter_service(const std::string& node, const ParameterService& service) {
+  return {node + "/" + service.name, service.type, {}, InterfaceKind::kService};
+}
+
 Example example_of(const RightQuestion& question) {
   const auto typed = [&](const char* any) { return question.type.empty() ? any : question.type; };
   switch (question.what) {
@@ -67,11 +83,7 @@ Example example_of(const RightQuestion& question) {
       return {name_of_part(question.name, ActionPart::kCancelGoal),
               type_of_part({}, ActionPart::kCancelGoal), typed("any/action/Type"),
               InterfaceKind::kService};
-    case OpenedBy::kParameters:
-      return {question.name + "/get_parameters",
-              "rcl_interfaces/srv/GetParameters",
-              {},
-              InterfaceKind::kService};
+    case OpenedBy::kParameters: return parameter_service(question.name, kParameterServices[0]);
     default: return {question.name, typed("any/msg/Type"), {}, InterfaceKind::kTopic};
   }
 }
@@ -86,7 +98,17 @@ class Explainer {
         question_(question),
         direction_(direction),
         key_(key_of(question.what, direction)),
-        example_(example_of(question)) {}
+        example_(example_of(question)) {
+    // Of a node's parameters single services can be denied: one that is not speaks for them.
+    if (question.what != OpenedBy::kParameters) return;
+    for (const auto& service : kParameterServices) {
+      Example other = parameter_service(question.name, service);
+      if (!is_denied(other)) {
+        example_ = std::move(other);
+        return;
+      }
+    }
+  }
 
   [[nodiscard]] std::string text() {
     const bool denied = tell_denies();
@@ -139,6 +161,11 @@ class Explainer {
       if (!opens(one, what)) return &pattern;
     }
     return nullptr;
+  }
+  [[nodiscard]] bool is_denied(const Example& what) const {
+    return std::any_of(rules_.begin(), rules_.end(), [&](const Rule& rule) {
+      return applies(rule) && deny_of(rule, what.what()) != nullptr;
+    });
   }
   [[nodiscard]] bool type_fits(const Rule& rule) const {
     return rule.types.empty() || question_.what == OpenedBy::kParameters ||
@@ -245,22 +272,14 @@ class Explainer {
     return opens(one, example_.what());
   }
 
-  // Of a node's parameters single services can be denied.
   void tell_denied_services() {
-    const std::map<std::string, std::string> services = {
-        {"describe_parameters", "DescribeParameters"},
-        {"get_parameter_types", "GetParameterTypes"},
-        {"get_parameters", "GetParameters"},
-        {"list_parameters", "ListParameters"},
-        {"set_parameters", "SetParameters"},
-        {"set_parameters_atomically", "SetParametersAtomically"}};
-    for (const auto& [service, type] : services) {
-      const std::string name = question_.name + "/" + service;
-      const std::string full_type = "rcl_interfaces/srv/" + type;
-      const Interface what{InterfaceKind::kService, name, full_type};
+    for (const auto& service : kParameterServices) {
+      const Example example = parameter_service(question_.name, service);
       for (const Rule& rule : rules_)
-        if (const Pattern* pattern = deny_of(rule, what); pattern != nullptr && applies(rule))
-          line(fmt::format("but not {}: denied by {}", service, where(rule, "deny", *pattern)));
+        if (const Pattern* pattern = deny_of(rule, example.what());
+            pattern != nullptr && applies(rule))
+          line(
+              fmt::format("but not {}: denied by {}", service.name, where(rule, "deny", *pattern)));
     }
   }
 
@@ -278,7 +297,7 @@ class Explainer {
   const RightQuestion& question_;
   const Direction direction_;
   const Key key_;
-  const Example example_;
+  Example example_;
   bool decided_ = false;
   bool open_types_ = false;  // allowed so far for some types only
   std::string verdict_;

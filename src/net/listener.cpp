@@ -30,9 +30,12 @@ int share_of(const asio::ip::address& address) {
   return address.is_loopback() ? kProxyShare : 1;
 }
 
+std::string host_text(const asio::ip::address& address) {
+  return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
+}
+
 std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
-  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  return host + ":" + std::to_string(port);
+  return host_text(address) + ":" + std::to_string(port);
 }
 
 }  // namespace
@@ -198,7 +201,8 @@ void Listener::accept_at(const DoorPtr& door, TimePoint when) {
 }
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
-// limited first, so that it cannot use up what all have together.
+// limited first, so that it cannot use up what all have together; those that a trusted proxy brings
+// have its pace only.
 bool Listener::take_handshake(const std::string& key, int share) {
   const TimePoint now = steady_now();
   if (paces_.size() >= kPacesMax)
@@ -274,7 +278,7 @@ bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   if (source) {
     visitor.address = source->address;
     visitor.peer =
-        source->port == 0 ? source->address.to_string() : peer_text(source->address, source->port);
+        source->port == 0 ? host_text(source->address) : peer_text(source->address, source->port);
   }
   const std::string key = limit_key(visitor.address);
   // Who is told of nobody counts as the proxy itself.

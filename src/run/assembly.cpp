@@ -86,12 +86,6 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
                      Assembly& assembly) {
   parts.certificate_login = config.auth.method == kCertificateLogin;
   if (!parts.certificate_login) assemble_login(config, start, parts, assembly);
-  if (config.listen.address == "systemd") {
-    const Variable variable = environment();
-    PassedSockets passed = passed_sockets(getpid(), variable("LISTEN_PID"), variable("LISTEN_FDS"));
-    if (!passed.problem.empty()) assembly.problems.push_back(passed.problem);
-    parts.listen.sockets = std::move(passed.sockets);
-  }
   parts.listen.addresses = syntax::listen_addresses(config.listen.address);
   parts.listen.port = config.listen.port;
   parts.listen.path = config.listen.path;
@@ -150,6 +144,14 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   }
   if (assembly.problems.empty()) assembly.parts = std::move(parts);
   return assembly;
+}
+
+std::string take_sockets(BridgeParts& parts) {
+  if (parts.config.role != Role::kServer || parts.config.listen.address != "systemd") return {};
+  const Variable variable = environment();
+  PassedSockets passed = passed_sockets(getpid(), variable("LISTEN_PID"), variable("LISTEN_FDS"));
+  parts.listen.sockets = std::move(passed.sockets);
+  return passed.problem;
 }
 
 Surroundings surroundings() {

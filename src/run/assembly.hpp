@@ -19,6 +19,10 @@ struct Assembly {
 // What `start` has of a pairing is part of the login.
 Assembly assemble(const Config& config, const std::string& node, const Start& start = {});
 
+// The sockets that systemd passes to this process, if the server listens on these. What is wrong,
+// or nothing.
+[[nodiscard]] std::string take_sockets(BridgeParts& parts);
+
 // What the configuration wants to know of this machine.
 Surroundings surroundings();
 

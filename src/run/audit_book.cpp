@@ -5,33 +5,47 @@
 namespace connect_bridge {
 namespace {
 
+constexpr std::size_t kStrangersNodeMax = 64;     // bytes
+constexpr std::size_t kStrangersReasonMax = 128;  // most are ours
+
 // Of this side itself: they are few.
 bool is_own(AuditEvent event) {
   return event == AuditEvent::kStarted || event == AuditEvent::kStopped ||
          event == AuditEvent::kRulesChanged || event == AuditEvent::kRulesRefused;
 }
 
+// Without the port: it tells nothing, and a stranger has as many as it likes. "[::1]" has none.
+std::string host_of(const std::string& address) {
+  const auto colon = address.rfind(':');
+  return address.ends_with(']') ? address : address.substr(0, colon);
+}
+
 std::string key_of(const AuditBook::Entry& entry) {
   Audit same = entry.audit;
-  // A port tells nothing, and a stranger has as many as it likes.
-  if (!same.link) same.address = same.address.substr(0, same.address.rfind(':'));
+  if (!same.link) same.address = host_of(same.address);
   return to_line(same, {});
+}
+
+// A stranger's own words are short.
+AuditBook::Entry shortened(AuditBook::Entry entry) {
+  if (entry.audit.link) return entry;
+  if (entry.audit.node.size() > kStrangersNodeMax) entry.audit.node.resize(kStrangersNodeMax);
+  if (entry.audit.reason.size() > kStrangersReasonMax)
+    entry.audit.reason.resize(kStrangersReasonMax);
+  return entry;
 }
 
 }  // namespace
 
-std::string AuditBook::add(const Entry& entry) {
-  if (is_own(entry.audit.event)) return to_line(entry.audit, entry.time);
+std::string AuditBook::add(const Entry& whole) {
+  if (is_own(whole.audit.event)) return to_line(whole.audit, whole.time);
+  const Entry entry = shortened(whole);
   const std::string key = key_of(entry);
   if (const auto known = repeats_.find(key); known != repeats_.end()) {
     ++known->second.times;
     return {};
   }
-  if (!admits(entry)) {
-    ++lost_;
-    ++lost_untold_;
-    return {};
-  }
+  if (!admits(entry, entry.at)) return {};
   std::string text;
   if (lost_untold_ > 0) text = line_of_lost(std::exchange(lost_untold_, 0), entry.time);
   if (repeats_.size() < kRepeatsMax) repeats_.emplace(key, Repeat{entry, 0});
@@ -46,7 +60,8 @@ std::string AuditBook::take_due(TimePoint now, bool all) {
       ++it;
       continue;
     }
-    if (repeat.times > 0) text += to_line(repeat.first.audit, repeat.first.time, repeat.times + 1);
+    if (repeat.times > 0 && admits(repeat.first, now))
+      text += to_line(repeat.first.audit, repeat.first.time, repeat.times + 1);
     it = repeats_.erase(it);
   }
   if (paces_.size() >= kIdentitiesMax)
@@ -54,8 +69,11 @@ std::string AuditBook::take_due(TimePoint now, bool all) {
   return text;
 }
 
-bool AuditBook::admits(const Entry& entry) {
-  return pace_of(entry).take(entry.at);
+bool AuditBook::admits(const Entry& entry, TimePoint now) {
+  const bool in_time = pace_of(entry).take(now);
+  lost_ += in_time ? 0 : 1;
+  lost_untold_ += in_time ? 0 : 1;
+  return in_time;
 }
 
 Pace& AuditBook::pace_of(const Entry& entry) {

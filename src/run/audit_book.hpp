@@ -20,7 +20,7 @@ namespace connect_bridge {
 class AuditBook {
  public:
   static constexpr Duration kRepeatTime = std::chrono::seconds(10);
-  static constexpr int kStrangersAtOnce = 100;  // then one a second
+  static constexpr int kStrangersAtOnce = 100;  // then one in two seconds
   static constexpr int kIdentityAtOnce = 5000;  // then ten a second: a link may have 4096 channels
   static constexpr std::size_t kRepeatsMax = 1024;     // different lines that are watched
   static constexpr std::size_t kIdentitiesMax = 1024;  // beyond these they share one pace
@@ -32,7 +32,7 @@ class AuditBook {
   };
 
   // The text to write for what happened now; may be empty.
-  [[nodiscard]] std::string add(const Entry& entry);
+  [[nodiscard]] std::string add(const Entry& whole);
   // What was counted and is due. `all`: whatever is left, at the end.
   [[nodiscard]] std::string take_due(TimePoint now, bool all = false);
   // Lines that came too fast, in all.
@@ -43,12 +43,12 @@ class AuditBook {
     Entry first;
     std::uint64_t times = 0;  // beyond the first
   };
-  [[nodiscard]] bool admits(const Entry& entry);
+  [[nodiscard]] bool admits(const Entry& entry, TimePoint now);
   [[nodiscard]] Pace& pace_of(const Entry& entry);
 
   std::map<std::string, Repeat> repeats_;  // by the line without its time
   std::map<std::string, Pace> paces_;      // by identity
-  Pace strangers_{kStrangersAtOnce, std::chrono::seconds(1)};
+  Pace strangers_{kStrangersAtOnce, std::chrono::seconds(2)};
   Pace others_{kIdentityAtOnce, std::chrono::milliseconds(100)};
   std::uint64_t lost_ = 0;
   std::uint64_t lost_untold_ = 0;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::string_view kScheme = kInvitationScheme;
 constexpr std::string_view kDialed = "wss://";
-constexpr std::size_t kCodeSize = 32;
 constexpr std::size_t kPinSize = 43;  // of 32 bytes, without the '=' at its end
 
 // Base64 of RFC 4648 section 4 to that of section 5, which a shell and a URL leave as it is.

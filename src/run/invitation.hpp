@@ -8,10 +8,11 @@ namespace connect_bridge {
 // "wss+pair://robot.local:9090/#CODE.PIN". Behind the '#' stands a secret, for some minutes.
 struct Invitation {
   std::string url;   // "wss://robot.local:9090/"
-  std::string code;  // 32 hexadecimal digits
+  std::string code;  // kCodeSize hexadecimal digits
   std::string pin;   // of the server's key: SHA-256 in base64, as in tls.pin
 };
 
+inline constexpr std::size_t kCodeSize = 32;
 inline constexpr char kInvitationScheme[] = "wss+pair://";
 
 [[nodiscard]] std::string to_text(const Invitation& invitation);

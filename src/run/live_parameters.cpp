@@ -8,6 +8,7 @@
 #include "config/describe.hpp"
 #include "config/rule_changes.hpp"
 #include "run/assembly.hpp"
+#include "run/pairing_folder.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -92,7 +93,7 @@ void LiveParameters::reload() {
     return node_.log(LogLevel::kWarn, "there is no parameter file to be read again");
   auto again = node_.read_overrides_again();
   if (!again.problem.empty()) return refuse(again.problem);
-  again.parameters.insert(added_.begin(), added_.end());
+  again.parameters = filled(again.parameters, added_);
   FileChanges found = file_changes(config_, again.parameters);
   if (found.problems.empty()) {
     Surroundings around = surroundings();

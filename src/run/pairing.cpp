@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 
 #include "auth/pairing_login.hpp"
 #include "auth/secret.hpp"
@@ -16,11 +17,9 @@
 namespace connect_bridge {
 namespace {
 
-constexpr Stamp kMinute = 60'000'000'000;
-constexpr int kMinutes = 10;
+constexpr std::chrono::minutes kMinutes{10};
 constexpr int kCertificateDays = 3650;  // the client goes by the key's pin
 constexpr std::int64_t kPort = 9090;
-constexpr std::size_t kCodeSize = 32;
 
 ByteView bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
@@ -56,21 +55,26 @@ ParameterMap server_parameters(const PairingFolder& folder) {
           {"rule.look.groups", std::vector<std::string>{"paired"}}};
 }
 
-// Those of `given` that the next start without words shall find.
-ParameterMap lasting(const ParameterMap& given, const PairingFolder& folder) {
+// What the next start without words shall find: where the clients dial stays as it was given.
+ParameterMap lasting(const ParameterMap& given, const ParameterMap& stored) {
   ParameterMap listening;
-  bool has_rules = false;
-  for (const auto& entry : given) {
+  for (const auto& entry : given)
     if (entry.first.starts_with("listen.")) listening.insert(entry);
-    has_rules |= entry.first == "rules";
-  }
-  ParameterMap all = filled(listening, server_parameters(folder));
-  if (has_rules)
-    std::erase_if(all, [](const auto& entry) { return entry.first.starts_with("rule"); });
-  return all;
+  return filled(listening, stored);
 }
 
-std::string make_server_files(const PairingFolder& folder, const ParameterMap& given) {
+// Of an earlier pairing; the first one writes no rules where others are given.
+ParameterMap stored_or_new(const PairingFolder& folder, const ParameterMap& given,
+                           std::string& problem) {
+  ParameterMap stored = folder.parameters(problem);
+  if (!stored.empty()) return stored;
+  stored = server_parameters(folder);
+  if (given.contains("rules"))
+    std::erase_if(stored, [](const auto& entry) { return entry.first.starts_with("rule"); });
+  return stored;
+}
+
+std::string make_server_files(const PairingFolder& folder) {
   std::string problem = folder.make();
   if (problem.empty() && !folder.has("server.crt")) {
     CertificateOrder order;
@@ -82,8 +86,6 @@ std::string make_server_files(const PairingFolder& folder, const ParameterMap& g
   if (problem.empty() && !folder.has("tokens.yaml"))
     problem = write_secret_file(folder.file("tokens.yaml"),
                                 "# Clients that have paired with this server.\n");
-  if (problem.empty() && !folder.has("params.yaml"))
-    problem = folder.write_parameters(lasting(given, folder));
   return problem;
 }
 
@@ -100,15 +102,21 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
   return "wss://" + authority + (path.empty() ? "/" : path);
 }
 
-void pair_server(const std::string& host, const PairingFolder& folder, Stamp now, Start& start) {
+void pair_server(const std::string& host, const PairingFolder& folder, Start& start) {
   if (!goes_by_pairing(start.parameters)) {
     start.problems.emplace_back(
         "--pair makes the certificate and the login itself: leave out tls.*, auth.* and the "
         "token in the environment, or make a token with 'ctl token'");
     return;
   }
-  std::string problem = make_server_files(folder, start.parameters);
-  if (problem.empty()) start.parameters = filled(start.parameters, folder.parameters(problem));
+  std::string problem = make_server_files(folder);
+  if (problem.empty()) {
+    const ParameterMap stored = stored_or_new(folder, start.parameters, problem);
+    const ParameterMap next = lasting(start.parameters, stored);
+    if (next != stored || !folder.has("params.yaml"))
+      start.keep = [folder, next] { return folder.write_parameters(next); };
+    start.parameters = filled(start.parameters, stored);
+  }
   Invitation invitation;
   if (problem.empty()) {
     invitation.pin = pin_of_file(text_of(start.parameters, "tls.certificate"), problem);
@@ -123,7 +131,7 @@ void pair_server(const std::string& host, const PairingFolder& folder, Stamp now
     return start.problems.push_back("--pair \"" + host +
                                     "\": expected a host name or address, with or without a port");
   start.news.push_back(news_of(folder));
-  start.pairing = PairingOptions{invitation.code, now + kMinutes * kMinute};
+  start.pairing = PairingOptions{invitation.code, std::chrono::steady_clock::now() + kMinutes};
   start.invitation = std::move(invitation);
 }
 
@@ -154,9 +162,10 @@ std::string kept_token(const PairingFolder& folder, const std::string& name, std
 }
 
 std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
-  std::string unread;
-  const std::string former = text_of(folder.parameters(unread), "auth.token_file");
-  std::string problem = folder.write_parameters(parameters);
+  std::string problem;
+  const ParameterMap stored = folder.parameters(problem);
+  const std::string former = text_of(stored, "auth.token_file");
+  if (problem.empty()) problem = folder.write_parameters(filled(parameters, stored));
   // The token for the server that this client was paired with before.
   if (problem.empty() && former.starts_with(folder.file("token-")) &&
       former != text_of(parameters, "auth.token_file"))
@@ -194,8 +203,7 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
 
 }  // namespace
 
-Start start_with(const ParameterMap& given, const Arguments& arguments, const std::string& node,
-                 Stamp now) {
+Start start_with(const ParameterMap& given, const Arguments& arguments, const std::string& node) {
   Start start;
   start.problems = arguments.problems;
   start.parameters = given;
@@ -203,7 +211,7 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   const PairingFolder folder(node);
   std::string problem;
   if (arguments.pairs) {
-    pair_server(arguments.host, folder, now, start);
+    pair_server(arguments.host, folder, start);
   } else if (!arguments.invitation.empty()) {
     const Invitation invitation = parse_invitation(arguments.invitation, problem);
     if (problem.empty()) return join(invitation, folder, start), start;
@@ -222,7 +230,7 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   const auto bracket = authority.find(']');
   if (authority.find(':', bracket == std::string::npos ? 0 : bracket) == std::string::npos)
     invitation.url.insert(slash, ":" + std::to_string(port));
-  return "\nTo pair a client, start there within " + std::to_string(kMinutes) +
+  return "\nTo pair a client, start there within " + std::to_string(kMinutes.count()) +
          " minutes (this works once):\n\n  ros2 run connect_bridge client '" + to_text(invitation) +
          "'\n\n";
 }

@@ -28,14 +28,16 @@ struct Start {
   std::vector<std::string> news;  // for the log
   ParameterMap parameters;
   std::optional<PairingOptions> pairing;  // server
-  std::optional<Invitation> invitation;   // server: to be printed; its URL may lack the port
-  std::optional<Joining> joining;         // client
+  // Server: for the next start, once this one has succeeded; returns what is wrong, or nothing.
+  std::function<std::string()> keep;
+  std::optional<Invitation> invitation;  // server: to be printed; its URL may lack the port
+  std::optional<Joining> joining;        // client
 };
 
 // Makes files where the arguments ask for a pairing, reads those of an earlier one where the
-// parameters do not tell more. `node`: full name. `now`: system clock.
+// parameters do not tell more. `node`: full name.
 [[nodiscard]] Start start_with(const ParameterMap& given, const Arguments& arguments,
-                               const std::string& node, Stamp now);
+                               const std::string& node);
 
 // What the server prints for the person who is to start the client. `port`: where it listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);

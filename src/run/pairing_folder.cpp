@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "auth/credential.hpp"
-#include "config/parameter.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/status_file.hpp"
 
@@ -63,7 +63,10 @@ ParameterMap PairingFolder::parameters(std::string& problem) const {
 
 std::string PairingFolder::write_parameters(const ParameterMap& parameters) const {
   std::string text = "# Made by pairing; yours to change.\n/**:\n  ros__parameters:";
-  for (const auto& [key, value] : parameters) text += "\n    " + key + ": " + to_text(value);
+  // JSON is YAML, whatever is in a text.
+  for (const auto& [key, value] : parameters)
+    text += "\n    " + key + ": " +
+            std::visit([](const auto& held) { return nlohmann::json(held).dump(); }, value);
   return write_atomically(parameter_file(), text);
 }
 

@@ -1,7 +1,6 @@
 #include "run/program.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <optional>
@@ -70,17 +69,11 @@ bool asks_for_help(int argc, char** argv) {
   return false;
 }
 
-Stamp system_now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
   const Arguments arguments = read_arguments(node.arguments(), role);
-  const Start start =
-      start_with(node.parameter_overrides(), arguments, node.full_name(), system_now());
-  std::vector<std::string> problems = start.problems;
+  const Start start = start_with(node.parameter_overrides(), arguments, node.full_name());
+  if (!start.problems.empty()) return refuse(start.problems);
+  std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
   if (!config && says_nothing(start.parameters) && node.others_with_parameters().empty())
     return refuse(problems,
@@ -90,12 +83,15 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!config) return refuse(problems);
   Assembly assembly = assemble(*config, node.full_name(), start);
   if (!assembly.parts) return refuse(assembly.problems);
+  const std::string no_sockets = take_sockets(*assembly.parts);
+  if (!no_sockets.empty()) return refuse({no_sockets});
   hide_secrets(argc, argv);
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
   for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
   Bridge bridge(node, std::move(*assembly.parts));
-  const std::string problem = bridge.open();
+  std::string problem = bridge.open();
+  if (problem.empty() && start.keep) problem = start.keep();
   if (!problem.empty()) return refuse({problem});
   if (start.invitation) {  // not to the log: it holds a secret
     std::fputs(invitation_text(*start.invitation, bridge.port()).c_str(), stdout);

@@ -1,7 +1,9 @@
 #include "run/usage.hpp"
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -78,15 +80,20 @@ std::string UsageFile::open(const std::string& file) {
   file_ = file;
   if (file.empty()) return {};
   std::ifstream in(file);
-  if (!in) return {};  // the first start
+  if (!in && errno == ENOENT) return {};  // the first start
+  if (!in) {
+    file_.clear();  // what cannot be read is not replaced
+    return "usage_file: " + file + " cannot be read: " + std::strerror(errno) +
+           "; what is counted is not kept";
+  }
   std::string text(kFileBytesMax, '\0');
   in.read(text.data(), kFileBytesMax);
   text.resize(static_cast<std::size_t>(in.gcount()));
   if (usage_.read_text(text)) return {};
   const std::string aside = file + ".broken";
   std::rename(file.c_str(), aside.c_str());
-  return "usage_file: " + file + " is not understood; counting begins anew, and it is " + aside +
-         " now";
+  return "usage_file: " + file + " is not understood; counting begins again at zero, and it is " +
+         aside + " now";
 }
 
 std::string UsageFile::every_second(const Traffic& total, const std::string& day) {

@@ -269,4 +269,4 @@ def test_a_restart_is_no_break(relayed):
     publisher.publish(Blob(sequence=2))
     until(lambda: any(m.sequence == 2 for m in collector.messages), "new messages flow")
     assert not [m for m in collector.messages if m.sequence == 1]
-    until(lambda: "it was started anew" in pair.client.text(), "the client's log")
+    until(lambda: "it was started again" in pair.client.text(), "the client's log")

@@ -21,6 +21,10 @@ std::uint32_t body_bytes_of(const OutMessage& message) {
   return static_cast<std::uint32_t>(message.body.size());
 }
 
+std::uint64_t kept_bytes_of(const OutMessage& message) {
+  return message.body.size() + kKeptMessageBytes;
+}
+
 }  // namespace
 
 ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases)
@@ -53,8 +57,9 @@ bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
 
 bool ChannelQueue::is_unlimited(const OutMessage& message, const Now& now) const {
   const auto bytes_max = std::max(options_.queue_bytes_max, options_.burst_bytes_max);
+  const auto bytes = unlimited_bytes_ + unlimited_ * kKeptMessageBytes + kept_bytes_of(message);
   return unlimited_ > 0 && unlimited_ == waiting_.size() && message.resumes &&
-         now.steady < unlimited_until_ && unlimited_bytes_ + message.body.size() <= bytes_max;
+         now.steady < unlimited_until_ && bytes <= bytes_max;
 }
 
 void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
@@ -101,7 +106,7 @@ void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrival
 
 void ChannelQueue::arrived(std::uint32_t sequence) {
   if (sent_.empty() || sent_.front().message.sequence != sequence) return;
-  resend_bytes_ -= sent_.front().message.body.size();
+  resend_bytes_ -= kept_bytes_of(sent_.front().message);
   sent_.pop_front();
 }
 
@@ -214,7 +219,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole) {
   const auto bytes = message.body.size();
   if (result.resumes) {
     sent_.push_back({unprepared(std::move(whole)), bytes});
-    resend_bytes_ += sent_.back().message.body.size();
+    resend_bytes_ += kept_bytes_of(sent_.back().message);
   }
   return result;
 }

@@ -117,7 +117,8 @@ class ChannelQueue {
     sent_.clear();
     resend_bytes_ = 0;
   }
-  // Of what was sent and is kept until the peer has it: bodies, as they would be sent again.
+  // Of what was sent and is kept until the peer has it: bodies, as they would be sent again, and
+  // kKeptMessageBytes for each.
   [[nodiscard]] std::uint64_t resend_bytes() const { return resend_bytes_; }
   // The messages that resume and that the peer may not have, in order. They count as never
   // accepted: the connection to come counts them.
@@ -126,6 +127,10 @@ class ChannelQueue {
   // them, nor what joins them before `until` while some still wait: it was to follow them.
   void go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
              TimePoint until);
+  // Whether the next part begins a message that is kept until the peer has it.
+  [[nodiscard]] bool begins_resuming() const {
+    return !open_ && !waiting_.empty() && waiting_.front().message.resumes;
+  }
   // Whether such messages wait.
   [[nodiscard]] bool goes_on() const { return unlimited_ > 0; }
 

@@ -50,7 +50,7 @@ void HistoryCache::drop_oldest_of(Own& own) {
 
 void HistoryCache::keep_bytes() {
   held_.resize(bytes_);
-  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {
+  while (bytes_ > bytes_max_ || (bytes_ > kHistoryFloorBytes && held_.is_full())) {
     ++lost_;
     drop_oldest_of(by_origin_[samples_.front().origin]);
   }

@@ -13,6 +13,10 @@
 
 namespace connect_bridge {
 
+// So much of each topic is kept whatever others hold of the memory: /tf_static and a description of
+// the robot must not go because peers fill it.
+inline constexpr std::uint64_t kHistoryFloorBytes = 1 << 20;
+
 // Keeps the last `depth` samples of each origin, all of them together within `bytes_max` (then the
 // oldest goes, whoever's it is; a sample larger than all of it is not kept).
 class HistoryCache {
@@ -30,7 +34,7 @@ class HistoryCache {
       : depth_(depth), bytes_max_(bytes_max) {}
   void limit(std::uint32_t depth, std::uint64_t bytes_max);
   // What is kept counts in this budget, too, which outlives this; where nothing is left of it the
-  // oldest goes.
+  // oldest goes, down to kHistoryFloorBytes.
   void draw_from(Budget& memory) { held_ = memory.hold(bytes_); }
 
   void add(Sample sample);

@@ -66,6 +66,7 @@ ChannelCounts Outbox::remove_channel(ChannelId channel) {
   change(at->second, [](ChannelQueue& queue) {
     queue.drop_open(DropReason::kWithdrawn);
     queue.drop_waiting(DropReason::kWithdrawn);
+    queue.forget_sent();
   });
   small_.forget(channel);
   const auto counts = at->second.counts();
@@ -191,10 +192,13 @@ std::optional<Packet> Outbox::next(const Now& now) {
   if (packet_.empty()) return std::nullopt;
   const bool more_waits = !schedule_.empty();
   const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
-                    std::max(sent_bytes_ - asked_end_, resend_bytes_) >= ask_bytes();
+                    std::max(sent_bytes_ - asked_end_, kept_since_ask_) >= ask_bytes();
   if (asks) packet_.add(AckRequest{});
   sent_bytes_ += packet_.size();
-  if (asks) asked_end_ = sent_bytes_;
+  if (asks) {
+    asked_end_ = sent_bytes_;
+    kept_since_ask_ = 0;
+  }
   if (holds_data) {
     pacer_.sent(
         {sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks, more_waits});
@@ -244,7 +248,7 @@ bool Outbox::add_data(const Now& now) {
 }
 
 bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now) {
-  if (!window_allows(queue.priority(), packet_bytes)) return false;
+  if (!window_allows(queue, packet_bytes)) return false;
   if (!queue.is_held()) return true;
   const auto at = pacer_.next_at(now.steady);
   if (at <= now.steady) return true;
@@ -254,9 +258,10 @@ bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, cons
 
 void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max) {
   const auto before = queue.bytes();
-  resend_bytes_ -= queue.resend_bytes();
+  const auto kept_before = queue.resend_bytes();
   const auto whole = queue.take_part(part_max, packet_);
-  resend_bytes_ += queue.resend_bytes();
+  resend_bytes_ += queue.resend_bytes() - kept_before;
+  kept_since_ask_ += queue.resend_bytes() - kept_before;
   bytes_of(queue) = bytes_of(queue) - before + queue.bytes();
   if (whole) in_flight_.add({queue.id(), *whole});
 }
@@ -275,11 +280,12 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
   return nullptr;
 }
 
-bool Outbox::window_allows(Priority priority, std::size_t packet_bytes) const {
-  const auto reserve = priority == Priority::kUrgent ? kUrgentReserveBytes : 0;
+bool Outbox::window_allows(const ChannelQueue& queue, std::size_t packet_bytes) const {
+  const auto reserve = queue.priority() == Priority::kUrgent ? kUrgentReserveBytes : 0;
   const auto sent = unacknowledged_bytes() + packet_bytes + kAckRequestBytes;
-  // What left small may be large where it is kept.
-  return std::max(sent, resend_bytes_) <= options_.unacknowledged_bytes_max + reserve;
+  if (sent > options_.unacknowledged_bytes_max + reserve) return false;
+  // What left small may be large where it is kept: then only what would be kept, too, waits.
+  return !queue.begins_resuming() || resend_bytes_ <= options_.unacknowledged_bytes_max;
 }
 
 bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
@@ -317,6 +323,7 @@ void Outbox::reset() {
   pacer_ = Pacer(options_.queue_delay_target);
   held_until_.reset();
   asked_end_ = 0;
+  kept_since_ask_ = 0;
 }
 
 std::uint64_t Outbox::left_bytes(ChannelId channel) const {

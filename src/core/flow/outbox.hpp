@@ -127,7 +127,7 @@ class Outbox {
   ChannelQueue* next_queue(const Now& now);
   [[nodiscard]] std::uint64_t ask_bytes() const;
   // Whether the window lets a packet of this size with data of this class go.
-  [[nodiscard]] bool window_allows(Priority priority, std::size_t packet_bytes) const;
+  [[nodiscard]] bool window_allows(const ChannelQueue& queue, std::size_t packet_bytes) const;
   // Makes room for what was just pushed with this priority.
   void keep_data_budget(Priority newest);
   [[nodiscard]] bool is_over();
@@ -156,6 +156,7 @@ class Outbox {
   std::uint64_t sent_bytes_ = 0;      // binary packets
   std::uint64_t received_bytes_ = 0;  // by the peer, of these
   std::uint64_t asked_end_ = 0;       // sent_bytes_ behind the last one that asks for an ack
+  std::uint64_t kept_since_ask_ = 0;  // resend_bytes() that came since then
   InFlight in_flight_;                // tracked messages, and those that resume
   std::uint64_t resend_bytes_ = 0;    // of all channels
   std::vector<Delivered> delivered_;

@@ -104,8 +104,9 @@ void Link::add_past(TopicStatus& topic) const {
 
 std::string Link::line_of(const Withdraw& withdraw, const std::string& what) const {
   if (withdraw.code.empty()) return {};
-  return label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
-         withdraw.code + ")";
+  std::string line = label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
+                     withdraw.code + ")";
+  return account->told.first(line) ? line : std::string{};
 }
 
 Result<Nothing> Link::on_control(Control& control, const Now& now) {

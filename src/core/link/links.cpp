@@ -117,7 +117,7 @@ void Links::on(Authenticated& input, const Now& now) {
   if (waiting == pending_.end()) {
     Link* const link = link_of(input.connection);
     if (link && link->renewing && take_renewal(*link, input, outputs_, now))
-      user_.on_identity_changed(*link);
+      user_.on_identity_changed(*link, now);
     return;
   }
   if (waiting->second->state() != Connection::State::kAuthenticating) return;
@@ -136,7 +136,7 @@ void Links::on(Authenticated& input, const Now& now) {
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
   for (auto& [id, link] : links_)
-    if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link);
+    if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link, now);
 }
 
 void Links::on(CredentialChanged& input, const Now& now) {
@@ -193,9 +193,11 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   const Peer& peer = connection->peer();
   const bool replaced = link.peer_side && link.peer_side != peer.side;
   if (replaced) user_.on_peer_replaced(link, now);
-  const std::string before = replaced             ? "; it was started anew"
+  const std::string before = replaced             ? "; it was started again"
                              : link.connects == 0 ? ""
-                                                  : "; it goes on after a break";
+                             : link.session == peer.session
+                                 ? "; it goes on after a break"
+                                 : "; the break was longer than it is kept for";
   link.peer_side = peer.side;
   link.session = peer.session;
   link.address = peer.address;

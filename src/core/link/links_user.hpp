@@ -16,7 +16,7 @@ class LinksUser : public LinkUser {
   // It was lost for dead_after, or left for good: its calls and mirrors end.
   virtual void on_link_dead(Link& link, const Now& now) = 0;
   // Its identity has changed: its rights, perhaps.
-  virtual void on_identity_changed(Link& link) = 0;
+  virtual void on_identity_changed(Link& link, const Now& now) = 0;
   // Whether something is kept for a dead link's return.
   [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
   // It will not return: nothing of it stays. It is dead already.

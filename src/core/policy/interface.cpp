@@ -232,8 +232,10 @@ Priority default_priority(std::string_view topic, std::string_view type) {
 }
 
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  const Priority priority = treatment.priority.value_or(default_priority(topic, type));
-  return treatment.resume.value_or(priority != Priority::kUrgent && treatment.max_age == kForever);
+  // A command stays one, whatever priority a rule gives it.
+  const bool urgent =
+      treatment.priority == Priority::kUrgent || default_priority(topic, type) == Priority::kUrgent;
+  return treatment.resume.value_or(!urgent && treatment.max_age == kForever);
 }
 
 }  // namespace connect_bridge

@@ -29,7 +29,7 @@ struct HttpAddress {
 struct HttpRequest {
   HttpAddress address;
   std::string json;                         // the body of a POST; empty: a GET
-  std::chrono::milliseconds timeout{5000};  // of everything, from the look-up of the name on
+  std::chrono::milliseconds timeout{3000};  // of everything, from the look-up of the name on
   std::size_t answer_bytes_max = 64 << 10;
 };
 

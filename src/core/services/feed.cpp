@@ -44,7 +44,7 @@ void Feed::on_withdraw(const Withdraw& why, const Now& now) {
   const auto& [name, type] = service_.key();
   const std::string what = shown(InterfaceKind::kService, name, type);
   if (const std::string line = link_.line_of(why, what); !line.empty())
-    mirroring_.outputs.log_once(LogLevel::kWarn, line);
+    mirroring_.outputs.log(LogLevel::kWarn, line);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   service_.on_withdraw(link_.id, now);
 }

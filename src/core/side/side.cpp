@@ -145,7 +145,11 @@ void Side::on(RequestTaken& input, const Now& now) {
 void Side::on(PolicyChanged& input, const Now& now) {
   policy_ = std::move(input.policy);
   for (auto& [id, link] : links_.all())
-    if (link.open()) send_accepts(link);
+    if (link.open()) {
+      send_accepts(link);
+    } else {
+      exports_.end_kept(link, now);  // it may have lost its right
+    }
   recheck_rights(now);
 }
 
@@ -154,16 +158,17 @@ Result<Nothing> Side::on_renew(Link& link, const Renew& renew, const Now& now) {
   return ask_for_renewal(link, renew, outputs_, now);
 }
 
-void Side::on_identity_changed(Link& link) {
-  if (link.open()) send_accepts(link);
+void Side::on_identity_changed(Link& link, const Now& now) {
+  if (link.open()) {
+    send_accepts(link);
+  } else {
+    exports_.end_kept(link, now);
+  }
   rights_changed_ = true;
 }
 
-// What rules and identities allow now, in both directions. What was kept for a lost link may have
-// lost its right.
+// What rules and identities allow now, in both directions.
 void Side::recheck_rights(const Now& now) {
-  for (auto& [id, link] : links_.all())
-    if (!link.open()) exports_.end_kept(link, now);
   recheck(now);
   imports_.on_policy(now);
   service_imports_.on_policy(now);

@@ -88,7 +88,7 @@ class Side final : private LinksUser {
   void on_renewed(Link& link, const Renewed& renewed) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
   }
-  void on_identity_changed(Link& link) override;
+  void on_identity_changed(Link& link, const Now& now) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override;
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;

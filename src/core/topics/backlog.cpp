@@ -10,7 +10,7 @@ std::uint64_t bytes_of(const OutMessage& message) {
   return message.body.size() + kKeptMessageBytes;
 }
 
-// Sequence numbers begin anew when they are used up (docs/protocol.md, "Sequence numbers").
+// Sequence numbers begin again when they are used up (docs/protocol.md, "Sequence numbers").
 bool is_behind(std::uint32_t sequence, std::uint32_t last) {
   return sequence != last && sequence - last < (std::uint32_t{1} << 31);
 }
@@ -62,6 +62,11 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   all_.change(0 - std::exchange(bytes_, 0));
   all_.resumed_ += messages_.size();
   return std::exchange(messages_, {});
+}
+
+bool Backlog::holds(OriginId origin) const {
+  return std::any_of(messages_.begin(), messages_.end(),
+                     [&](const OutMessage& message) { return message.subject.origin() == origin; });
 }
 
 void Backlog::end(DropReason reason) {

@@ -72,6 +72,8 @@ class Backlog {
   void end(DropReason reason);
   void drop(DropReason reason, std::uint64_t count = 1);
 
+  // Whether a message of this origin is among them.
+  [[nodiscard]] bool holds(OriginId origin) const;
   [[nodiscard]] bool is_over() const { return over_; }
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
   [[nodiscard]] TimePoint ends_at() const { return options_.ends.at(); }

@@ -25,6 +25,11 @@ void keep(Backlog& backlog, const OutSample& sample) {
 
 }  // namespace
 
+bool Backlogs::hold(OriginId origin) const {
+  return std::any_of(backlogs_.begin(), backlogs_.end(),
+                     [&](const auto& entry) { return entry.second.holds(origin); });
+}
+
 bool Backlogs::want_samples() const {
   return std::any_of(backlogs_.begin(), backlogs_.end(),
                      [](const auto& entry) { return !entry.second.is_over(); });
@@ -65,6 +70,11 @@ void Backlogs::add(const OutSample& sample, const Now& now) {
     if (backlog.admit(sample.raw.size(), now)) keep(backlog, sample);
 }
 
+void Backlogs::miss() {
+  for (auto& [link, backlog] : backlogs_)
+    if (!backlog.is_over()) backlog.drop(DropReason::kResumeBound);
+}
+
 bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
@@ -89,15 +99,15 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
     offer.go_on({std::move(messages), backlog.last_sequence()}, now);
   }
   backlog.end(DropReason::kNoDemand);
-  remove(at);
+  remove(at, now);
   return goes_on;
 }
 
-bool Backlogs::end(LinkId link, DropReason reason) {
+bool Backlogs::end(LinkId link, DropReason reason, const Now& now) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
   backlog->second.end(reason);
-  remove(backlog);
+  remove(backlog, now);
   return true;
 }
 
@@ -107,13 +117,13 @@ bool Backlogs::end_overdue(const Now& now) {
     const auto backlog = it++;
     if (backlog->second.ends_at() > now.steady) continue;
     backlog->second.end(DropReason::kResumeBound);
-    remove(backlog);
+    remove(backlog, now);
     any = true;
   }
   return any;
 }
 
-void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog) {
+void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now) {
   TopicStatus counts = status_of(topic_.key());
   counts.dropped = backlog->second.dropped();
   Link& link = backlog->second.link();
@@ -125,10 +135,12 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog) {
   const auto lost = all->second.lost();
   context_.kept.erase(all);
   if (resumed + lost == 0) return;
-  context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
-                       "of the break of the link with " + link.label() + " " +
-                           std::to_string(resumed) + " messages come late, " +
-                           std::to_string(lost) + " are lost");
+  // A peer that comes and goes causes it as often.
+  if (const auto end = link.account->lines.take(now))
+    context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
+                         "of the break of the link with " + link.label() + " " +
+                             std::to_string(resumed) + " messages come late, " +
+                             std::to_string(lost) + " are lost" + *end);
 }
 
 void Backlogs::add_status(LinkId link, LinkStatus& status) const {

@@ -20,6 +20,8 @@ class Backlogs {
 
   [[nodiscard]] bool empty() const { return backlogs_.empty(); }
   [[nodiscard]] bool contains(LinkId link) const { return backlogs_.contains(link); }
+  // Whether a message of this origin is kept.
+  [[nodiscard]] bool hold(OriginId origin) const;
   // Whether something is kept still, so that the topic is to be subscribed.
   [[nodiscard]] bool want_samples() const;
   // Whether what is wanted must be volatile, by a rule.
@@ -33,6 +35,9 @@ class Backlogs {
   void renew(LinkId link, const Now& now);
   // A sample was taken.
   void add(const OutSample& sample, const Now& now);
+  // One of a reliable publisher was, but not reliably, because another reads the topic so: it
+  // cannot be kept.
+  void miss();
   // The link is back. Whether the offer, if it was opened, takes the place of the one before; else
   // nothing of that goes on.
   [[nodiscard]] bool take_over(TopicOffer& offer, LinkId link, bool opened);
@@ -41,7 +46,7 @@ class Backlogs {
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                            const Now& now);
   // Nothing is kept for the link any more; what was is dropped. False: there was nothing.
-  bool end(LinkId link, DropReason reason);
+  bool end(LinkId link, DropReason reason, const Now& now);
   // Ends those whose time is over. Whether there were any.
   bool end_overdue(const Now& now);
 
@@ -50,7 +55,7 @@ class Backlogs {
  private:
   [[nodiscard]] ExportTimers::Timer timer_for(const Link& link, const Now& now);
   // What is lost with it is counted with the link. The last of a link's topics tells the log.
-  void remove(std::map<LinkId, Backlog>::iterator backlog);
+  void remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now);
 
   ExportContext& context_;
   ExportedTopic& topic_;

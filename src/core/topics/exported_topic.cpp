@@ -56,7 +56,8 @@ void ExportedTopic::on_graph(const Now& now) {
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
-  const auto removed = origins_.remove_vanished(drained(), is_kept(), now);
+  const auto removed = origins_.remove_vanished(
+      drained(), [this](OriginId origin) { return is_kept(origin); }, now);
   if (removed.empty()) return;
   for (const OriginId origin : removed) history_.remove(origin);
   for (auto& [link, offer] : offers_) {
@@ -75,9 +76,9 @@ bool ExportedTopic::drained() const {
          std::all_of(offers_.begin(), offers_.end(), offer_drained);
 }
 
-bool ExportedTopic::is_kept() const {
+bool ExportedTopic::is_kept(OriginId origin) const {
   const auto goes_on = [](const auto& entry) { return entry.second.goes_on(); };
-  return !backlogs_.empty() || std::any_of(offers_.begin(), offers_.end(), goes_on);
+  return backlogs_.hold(origin) || std::any_of(offers_.begin(), offers_.end(), goes_on);
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
@@ -94,7 +95,7 @@ void ExportedTopic::recheck(const Link& link, const Now& now) {
   if (it == offers_.end() || it->second.is_current()) return;
   it->second.withdraw_outdated();
   offers_.erase(it);
-  backlogs_.end(link.id, DropReason::kWithdrawn);
+  backlogs_.end(link.id, DropReason::kWithdrawn, now);
   streams_.forget(link.id);
   update_subscription(now);
 }
@@ -134,7 +135,7 @@ void ExportedTopic::keep(LinkId link, const Now& now) {
 }
 
 void ExportedTopic::end_kept(LinkId link, const Now& now) {
-  if (backlogs_.end(link, DropReason::kResumeBound)) update_subscription(now);
+  if (backlogs_.end(link, DropReason::kResumeBound, now)) update_subscription(now);
 }
 
 // ---- the subscription
@@ -316,7 +317,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
       compressed[how].push_back(link);
     }
   }
-  backlogs_.add(sample, now);
+  const bool is_weaker = !sample.reliable && origin.qos.reliability == Reliability::kReliable;
+  is_weaker ? backlogs_.miss() : backlogs_.add(sample, now);
   for (auto& [how, links] : compressed) {
     OutSample to_links = sample;
     to_links.targets = std::move(links);

@@ -67,7 +67,7 @@ class ExportedTopic {
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
   // Something waits for a link to return, or since it has.
-  [[nodiscard]] bool is_kept() const;
+  [[nodiscard]] bool is_kept(OriginId origin) const;
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;

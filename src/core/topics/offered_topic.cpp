@@ -142,7 +142,7 @@ void OfferedTopic::note_end(const Ending& why) const {
 void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
   const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
   if (const std::string line = link_.line_of(why, what); !line.empty())
-    context_.outputs.log_once(LogLevel::kWarn, line);
+    context_.outputs.log(LogLevel::kWarn, line);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   leave_mirrors(now);
   peer_.erase(number_);

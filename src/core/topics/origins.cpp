@@ -38,13 +38,15 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
   return told;
 }
 
-std::vector<OriginId> Origins::remove_vanished(bool drained, bool kept, const Now& now) {
+std::vector<OriginId> Origins::remove_vanished(bool drained,
+                                               const std::function<bool(OriginId)>& is_kept,
+                                               const Now& now) {
   std::vector<OriginId> removed;
   for (auto it = origins_.begin(); it != origins_.end();) {
     Origin& origin = it->second;
     if (!origin.vanishes || origin.vanishes.at() > now.steady) {
       ++it;
-    } else if (kept) {
+    } else if (is_kept(origin.id)) {
       origin.vanishes = timers_.set(now.steady + kLinger, topic_);
       ++it;
     } else if (!drained && !origin.lingering) {

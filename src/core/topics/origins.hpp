@@ -1,6 +1,7 @@
 // The real publishers of one local topic.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -36,7 +37,8 @@ class Origins {
   std::vector<Gid> update(const TopicState* state, const Now& now);
   // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere; `kept`:
   // some wait for a link to return, which has a time limit of its own.
-  std::vector<OriginId> remove_vanished(bool drained, bool kept, const Now& now);
+  std::vector<OriginId> remove_vanished(bool drained, const std::function<bool(OriginId)>& is_kept,
+                                        const Now& now);
   // The subscription has ended, and the next one may deliver the same samples again.
   void forget_samples();
 

@@ -66,7 +66,17 @@ TEST(KeyAddress, AnUnknownKeyAsksAgainButNotAtOnce) {
   Answers answers({{200, kEd, {}, {}}});
   KeyAddress source(address(), answers.fetch());
   for (int i = 0; i < 100; ++i) source.wanted();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(answers.asked(), 1U);  // the next one a minute later
+
+  Answers others({{200, kEd, {}, {}}});
+  KeyAddress quick(address(), others.fetch(), std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(others.asked(), 1U);  // nobody wants more
+  quick.wanted();
+  for (int i = 0; i < 1000 && others.asked() < 2; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(others.asked(), 2U);
 }
 
 TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {

@@ -104,6 +104,20 @@ TEST(ExplainRight, ServicesActionsAndParameters) {
   EXPECT_THAT(text, Not(HasSubstr("but not get_parameters:")));
 }
 
+TEST(ExplainRight, ParametersAreOpenAsLongAsOneServiceIs) {
+  RightQuestion question;
+  question.what = OpenedBy::kParameters;
+  question.name = "/nav";
+  const std::string open = "rules: [a, b]\nrule: {a: {export_parameters: [/nav]}, b: {deny: [";
+  const auto explained = [&](const std::string& deny) {
+    return explain_right(config_of(yaml((open + deny + "]}}").c_str()), Role::kServer), question);
+  };
+  const auto some = explained("\"/**/get_parameters\"");
+  EXPECT_THAT(some, HasSubstr("/nav: allowed\n"));
+  EXPECT_THAT(some, HasSubstr("but not get_parameters: denied by rule \"b\""));
+  EXPECT_THAT(explained("\"/nav/**\""), HasSubstr("/nav: not allowed\n"));
+}
+
 TEST(ExplainRight, WhatIsNoName) {
   RightQuestion question = topic("cmd_vel", Direction::kImport);
   EXPECT_THAT(problem_of(question), HasSubstr("an absolute name"));

@@ -77,17 +77,23 @@ TEST(History, NewLimitsHoldAtOnce) {
 
 // Where the memory is used up by others, too, the oldest goes.
 TEST(History, LeavesAsMuchMemoryAsItTakes) {
-  Budget memory(100);
+  Budget memory(8 * kHistoryFloorBytes);
   Budget own(&memory);
-  HistoryCache history(0, 1000);
+  HistoryCache history(0, 100 * kHistoryFloorBytes);
   history.draw_from(own);
-  for (int i = 0; i < 20; ++i) history.add({kOne, i, 0, sample(10)});
-  EXPECT_LE(own.used(), 50U);
-  EXPECT_GE(own.used(), 40U);
+  for (int i = 0; i < 200; ++i) history.add({kOne, i, 0, sample(kHistoryFloorBytes / 10)});
+  EXPECT_LE(own.used(), 4 * kHistoryFloorBytes);
+  EXPECT_GE(own.used(), 3 * kHistoryFloorBytes);
   EXPECT_EQ(own.used(), history.bytes());
   EXPECT_GT(history.lost(), 0U);
+  // Whatever others hold, the last ones stay.
+  Budget other(&memory);
+  const auto greedy = other.hold(8 * kHistoryFloorBytes);
+  for (int i = 0; i < 200; ++i) history.add({kOne, i, 0, sample(kHistoryFloorBytes / 10)});
+  EXPECT_GT(own.used(), kHistoryFloorBytes * 8 / 10);
+  EXPECT_LE(own.used(), kHistoryFloorBytes);
   history.clear();
-  EXPECT_EQ(memory.used(), 0U);
+  EXPECT_EQ(own.used(), 0U);
 }
 
 }  // namespace

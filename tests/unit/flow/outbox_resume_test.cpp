@@ -65,11 +65,38 @@ TEST(OutboxResume, TheWindowCountsWhatIsKeptAsItWas) {
   outbox.add_channel(kA, compressed);
   for (int i = 0; i < 10; ++i) outbox.push(kA, resuming(1000), now_ms(0));
   drain(outbox);
-  EXPECT_EQ(outbox.counts(kA).sent, 6U);  // one is begun while there is room
+  EXPECT_EQ(outbox.counts(kA).sent, 5U);  // one is begun while there is room
   EXPECT_LT(outbox.unacknowledged_bytes(), 1000U);
+  // Others do not wait for it.
+  outbox.add_channel(kB, queue(Priority::kHigh));
+  outbox.push(kB, message(10), now_ms(0));
+  drain(outbox);
+  EXPECT_EQ(outbox.counts(kB).sent, 1U);
   ASSERT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, now_ms(1)));
   drain(outbox);
   EXPECT_EQ(outbox.counts(kA).sent, 10U);
+}
+
+TEST(OutboxResume, NothingIsKeptOfAChannelThatIsRemoved) {
+  auto options = thin();
+  options.unacknowledged_bytes_max = 5000;
+  Outbox outbox(options);
+  Budget memory(100'000);
+  outbox.draw_from(memory);
+  outbox.add_channel(kA, depth(100));
+  outbox.push(kA, resuming(4500), now_ms(0));
+  drain(outbox);
+  EXPECT_GE(memory.used(), 4500U);
+  outbox.remove_channel(kA);
+  next(outbox);
+  EXPECT_EQ(memory.used(), 0U);
+  ASSERT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, now_ms(1)));
+  outbox.add_channel(kA, depth(100));
+  for (int i = 0; i < 2; ++i) {
+    outbox.push(kA, resuming(600), now_ms(0));
+    drain(outbox);
+  }
+  EXPECT_EQ(outbox.counts(kA).sent, 2U);
 }
 
 TEST(OutboxResume, LeavesWhatDoesNotResume) {

@@ -166,6 +166,7 @@ TEST(Network, CountsWhatAConnectionHasCostAlsoWhenItIsCutOff) {
   RawPeer mute(pair.server.network.listen_port());
   mute.send(upgrade_request());
   ASSERT_TRUE(mute.sees(pair.loop, "101 Switching"));
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
   const Traffic open = pair.server.network.traffic();
   EXPECT_GT(open.received, upgrade_request().size());
   pair.server.network.close(pair.accepted(), CloseCode::kLoginRefused, "");  // it does not answer

@@ -6,10 +6,11 @@
 namespace connect_bridge::test {
 namespace {
 
-// Messages and the bytes of text have a rate each.
+// Messages, bytes and the bytes of text have a rate each.
 TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   SocketOptions sockets;
   sockets.receive_packets_per_second = 200;
+  sockets.receive_bytes_per_second = 1'000'000;
   sockets.receive_text_bytes_per_second = 100'000;
   sockets.receive_burst = 100ms;
   Pair pair{{}, sockets};
@@ -27,6 +28,13 @@ TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   pair.loop.run_for(300ms);
   EXPECT_LT(pair.server.packets(talker), 6U);
   EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(talker) == 10U; }));
+
+  ASSERT_TRUE(pair.connect(ConnectionId{3}));
+  const ConnectionId camera = pair.accepted();
+  for (int i = 0; i < 10; ++i) pair.client.send({3}, std::string(100'000, 'x'));
+  pair.loop.run_for(300ms);
+  EXPECT_LT(pair.server.packets(camera), 6U);
+  EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(camera) == 10U; }));
 }
 
 }  // namespace

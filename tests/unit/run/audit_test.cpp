@@ -104,23 +104,39 @@ TEST(AuditBook, WhatRepeatsIsCounted) {
   EXPECT_EQ(book.lost(), 0U);
 }
 
+// The longest lines that strangers can cause, each more than once.
 TEST(AuditBook, StrangersHaveAPaceAndTakeNothingFromOthers) {
   AuditBook book;
   std::size_t bytes = 0;
-  std::size_t lines = 0;
   int n = 0;
   for (int second = 0; second < 3600; ++second) {
     for (int i = 0; i < 18; ++i) {
-      const auto text = book.add(at(stranger(n++), std::chrono::seconds(second)));
-      lines += lines_of(text);
-      bytes += text.size();
+      Audit line = stranger(n++);
+      for (int k = 0; k < 127; ++k) line.node += "\u00e9";
+      line.reason = "the login method '" + line.node.substr(0, 32) + "' is not that of this server";
+      bytes += book.add(at(line, std::chrono::seconds(second))).size();
+      bytes += book.add(at(line, std::chrono::seconds(second))).size();
     }
     bytes += book.take_due(TimePoint(std::chrono::seconds(second))).size();
   }
-  EXPECT_GT(lines, 3600U);
+  EXPECT_GT(bytes, 300'000U);
   EXPECT_LT(bytes, 1'000'000U) << "in an hour";
   EXPECT_GT(book.lost(), 60'000U);
   EXPECT_NE(book.add(at(call_of("/s"), 3600s)), "");
+}
+
+// A proxy tells of some strangers without their port.
+TEST(AuditBook, AStrangerIsAnAddressWithoutItsPort) {
+  AuditBook book;
+  const auto writes = [&](const char* address) {
+    Audit line = stranger(0);
+    line.address = address;
+    return !book.add(at(line, 0s)).empty();
+  };
+  for (const char* one : {"192.0.2.5", "192.0.2.6:1", "[2001:db8::5]", "[2001:db8::6]:1"})
+    EXPECT_TRUE(writes(one)) << one;
+  for (const char* same : {"192.0.2.5:1", "192.0.2.6", "192.0.2.6:2", "[2001:db8::6]:2"})
+    EXPECT_FALSE(writes(same)) << same;
 }
 
 TEST(AuditBook, OneIdentityTakesNothingFromAnother) {

@@ -31,10 +31,10 @@ class PairingStart : public testing::Test {
   ~PairingStart() override { ::unsetenv("ROS_HOME"); }
 
   static Start serve(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kServer), "/connect_server", 0);
+    return start_with(given, read_arguments(words, Role::kServer), "/connect_server");
   }
   static Start join(const std::vector<std::string>& words, const ParameterMap& given = {}) {
-    return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client", 0);
+    return start_with(given, read_arguments(words, Role::kClient), "/robot1/connect_client");
   }
 };
 
@@ -86,6 +86,8 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   EXPECT_EQ(first.pairing->code, first.invitation->code);
   EXPECT_THAT(first.news, ElementsAre(HasSubstr("params.yaml")));
   EXPECT_THAT(parse_config(first.parameters, Role::kServer, {}).problems, IsEmpty());
+  EXPECT_THAT(serve({}).parameters, IsEmpty());  // nothing stays of what may not even start
+  EXPECT_EQ(first.keep(), "");
   const Start later = serve({});
   EXPECT_THAT(later.problems, IsEmpty());
   EXPECT_EQ(later.parameters, first.parameters);
@@ -93,10 +95,16 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start again = serve({"--pair", "robot.local"});
   EXPECT_EQ(again.invitation->pin, first.invitation->pin);
   EXPECT_NE(again.invitation->code, first.invitation->code);
+  EXPECT_FALSE(again.keep);
+  const Start moved = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{443}}});
+  EXPECT_EQ(moved.keep(), "");
+  EXPECT_EQ(serve({}).parameters, moved.parameters);
 }
 
 TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
-  ASSERT_THAT(serve({"--pair"}).problems, IsEmpty());
+  const Start paired = serve({"--pair"});
+  ASSERT_THAT(paired.problems, IsEmpty());
+  ASSERT_EQ(paired.keep(), "");
   for (const char* key : {"auth.token_file", "tls.certificate"}) {
     const ParameterMap given{{key, std::string{"x"}}};
     EXPECT_EQ(serve({}, given).parameters, given);
@@ -131,7 +139,13 @@ TEST_F(PairingStart, AClientStartsWithoutWordsOnceItIsLoggedIn) {
   EXPECT_EQ(same_line.parameters, first.parameters);
 }
 
+// What its owner has written into params.yaml stays.
 TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
+  const ParameterMap own{{"status_file", std::string{"a \"b\" \\ c: {d}"}},
+                         {"prefix", std::string{"/r1"}}};
+  const PairingFolder folder("/robot1/connect_client");
+  ASSERT_EQ(folder.make(), "");
+  ASSERT_EQ(folder.write_parameters(own), "");
   ASSERT_EQ(join({kLine}).joining->keep(), "");
   const std::string former = std::get<std::string>(join({}).parameters.at("auth.token_file"));
   std::string other = kLine;
@@ -140,7 +154,9 @@ TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
   EXPECT_TRUE(std::filesystem::exists(former));
   EXPECT_EQ(next.joining->keep(), "");
   EXPECT_FALSE(std::filesystem::exists(former));
-  EXPECT_NE(std::get<std::string>(join({}).parameters.at("auth.token_file")), former);
+  const ParameterMap last = join({}).parameters;
+  EXPECT_NE(std::get<std::string>(last.at("auth.token_file")), former);
+  for (const auto& [key, value] : own) EXPECT_EQ(last.at(key), value);
 }
 
 // A disk that was full, a hand that slipped.

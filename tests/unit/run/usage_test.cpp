@@ -65,6 +65,18 @@ TEST(UsageFile, IsWrittenOnceAMinute) {
   EXPECT_TRUE(std::filesystem::exists(file));
 }
 
+TEST(UsageFile, WhatCannotBeReadIsNotReplaced) {
+  const std::string file = scratch_file();
+  std::filesystem::create_symlink(file, file);  // to itself: not even root can read it
+  UsageFile usage;
+  EXPECT_NE(usage.open(file), "");
+  for (int second = 0; second < 61; ++second)
+    EXPECT_EQ(usage.every_second({1000, 200}, "2026-11-22"), "");
+  usage.close();
+  EXPECT_TRUE(std::filesystem::is_symlink(file));
+  std::filesystem::remove(file);
+}
+
 TEST(UsageFile, WhatIsNotUnderstoodIsPutAside) {
   for (const char* text : {"", "{", "[]", "{}", R"({"days":[]})", R"({"days":{"today":[1,2]}})",
                            R"({"days":{"2026-11-22":[1]}})", R"({"days":{"2026-11-22":[1,-2]}})",

@@ -127,6 +127,9 @@ TEST(SideResume, CommandsAreNeverReplayed) {
     s.lose(1);
     EXPECT_EQ(s.did(), "unsubscribe 2\n");
   }
+  Treatment high;  // it is a command for all that
+  high.priority = Priority::kHigh;
+  EXPECT_FALSE(resumes(high, "/cmd_vel", "geometry_msgs/msg/Twist"));
   urgent.resume = true;
   Exporting s(keeping(urgent));
   s.lose(1);
@@ -141,6 +144,20 @@ TEST(SideResume, BestEffortIsNotKept) {
   s.say(2, Demand{{{2}}, 1, true, {1}});
   s.take(3, 1, "c");
   EXPECT_EQ(s.said(2), "2.1 c\n");
+}
+
+// A publisher that joins makes the subscription, which another link wants, best effort.
+TEST(SideResume, WhatCannotBeKeptIsCounted) {
+  Exporting s;
+  s.join(3);
+  s.say(3, Demand{{{1}}, 1, true});
+  s.lose(1);
+  s.graph({topic("/a").pub(1, qos()).pub(2, best_effort())});
+  EXPECT_EQ(s.did().substr(0, 26), "unsubscribe 2\nsubscribe 3 ");
+  s.take(3, 1, "b");
+  s.take(3, 2, "c");  // nobody promised it
+  const DropCounts dropped = s.status().links.at(0).topics.at(0).dropped;
+  EXPECT_EQ(dropped.by_reason[static_cast<std::size_t>(DropReason::kResumeBound)], 1U);
 }
 
 TEST(SideResume, TheTimeToKeepHasAnEnd) {
@@ -185,7 +202,7 @@ TEST(SideResume, AnotherProcessAtTheOtherEndGetsNothing) {
   s.binary(2, encode(Login{"none", {}}));
   s.give(Authenticated{{2}, Identity{}, ""});
   s.did();
-  EXPECT_NE(s.logged.find("it was started anew"), std::string::npos) << s.logged;
+  EXPECT_NE(s.logged.find("it was started again"), std::string::npos) << s.logged;
   EXPECT_TRUE(s.status().links.at(0).topics.empty());
 }
 
@@ -194,6 +211,18 @@ TEST(SideResume, AChangeOfTheRulesEndsWhatIsKept) {
   s.lose(1);
   s.give(PolicyChanged{Policy{std::vector<Rule>{}}});
   EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+// A token that somebody else renews is an everyday matter.
+TEST(SideResume, AChangeOfAnotherIdentityLeavesWhatIsKept) {
+  Exporting s;
+  s.lose(1);
+  s.take(2, 1, "b");
+  s.login(3, {}, Identity{"bert", {}, 0, "token:3"});
+  s.give(IdentitiesChanged{{{"token:3", Identity{"bert", {"crew"}, 0, "token:3"}}}});
+  s.come_back();
+  s.say(2, Demand{{{2}}, 1, true, {1}});
+  EXPECT_EQ(s.said(2), "2.1 b\n");
 }
 
 TEST(SideResume, NothingIsKeptForAPeerThatSaidGoodbye) {

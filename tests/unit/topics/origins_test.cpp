@@ -15,10 +15,12 @@ struct Script {
   std::string removed(bool drained, std::int64_t at) {
     while (timers.take_due(ms(at).steady)) {
     }
-    return list_of(origins.remove_vanished(drained, false, ms(at)),
+    return list_of(origins.remove_vanished(
+                       drained, [this](OriginId id) { return id.value == kept; }, ms(at)),
                    [](OriginId id) { return id.value; });
   }
 
+  std::uint32_t kept = 0;  // something of this one waits for a link
   ExportTimers timers;
   Origins origins{timers, nullptr};
 };
