@@ -21,10 +21,6 @@ std::uint32_t body_bytes_of(const OutMessage& message) {
   return static_cast<std::uint32_t>(message.body.size());
 }
 
-std::uint64_t kept_bytes_of(const OutMessage& message) {
-  return message.body.size() + kKeptMessageBytes;
-}
-
 }  // namespace
 
 ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases)
@@ -104,16 +100,9 @@ void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrival
   }
 }
 
-void ChannelQueue::arrived(std::uint32_t sequence) {
-  if (sent_.empty() || sent_.front().message.sequence != sequence) return;
-  resend_bytes_ -= kept_bytes_of(sent_.front().message);
-  sent_.pop_front();
-}
-
 std::deque<OutMessage> ChannelQueue::take_unarrived() {
   std::deque<OutMessage> taken;
-  resend_bytes_ = 0;
-  for (auto& [message, bytes] : std::exchange(sent_, {})) {
+  for (auto& [message, bytes] : sent_.take()) {
     --counts_.sent;
     counts_.sent_bytes -= bytes;
     taken.push_back(std::move(message));
@@ -217,10 +206,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole) {
   const Whole result{message.subject, message.sequence, message.resumes};
   if (!message.tracked && !message.resumes) return std::nullopt;
   const auto bytes = message.body.size();
-  if (result.resumes) {
-    sent_.push_back({unprepared(std::move(whole)), bytes});
-    resend_bytes_ += kept_bytes_of(sent_.back().message);
-  }
+  if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);
   return result;
 }
 

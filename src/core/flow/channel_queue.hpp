@@ -13,6 +13,7 @@
 #include "core/flow/drops.hpp"
 #include "core/flow/out_message.hpp"
 #include "core/flow/packet.hpp"
+#include "core/flow/sent_messages.hpp"
 #include "core/wire/codec.hpp"
 
 namespace connect_bridge {
@@ -111,15 +112,11 @@ class ChannelQueue {
 
   // ---- over connections
   // The peer has all of a message that resumes.
-  void arrived(std::uint32_t sequence);
+  void arrived(std::uint32_t sequence) { sent_.arrived(sequence); }
   // Nobody waits for what was sent.
-  void forget_sent() {
-    sent_.clear();
-    resend_bytes_ = 0;
-  }
-  // Of what was sent and is kept until the peer has it: bodies, as they would be sent again, and
-  // kKeptMessageBytes for each.
-  [[nodiscard]] std::uint64_t resend_bytes() const { return resend_bytes_; }
+  void forget_sent() { sent_.clear(); }
+  // Of what was sent and is kept until the peer has it (SentMessages).
+  [[nodiscard]] std::uint64_t resend_bytes() const { return sent_.bytes(); }
   // The messages that resume and that the peer may not have, in order. They count as never
   // accepted: the connection to come counts them.
   std::deque<OutMessage> take_unarrived();
@@ -170,10 +167,6 @@ class ChannelQueue {
     Payload raw;               // of what was prepared smaller
     Budget::Hold room;         // likewise (DeltaEncoder::Body)
   };
-  struct Sent {
-    OutMessage message;
-    std::size_t bytes = 0;  // of its body as it left
-  };
   // The first of those that wait, prepared.
   struct Front {
     std::optional<DeltaEncoder::Body> smaller;  // none: it leaves as it is
@@ -207,8 +200,7 @@ class ChannelQueue {
   std::size_t unlimited_ = 0;
   std::uint64_t unlimited_bytes_ = 0;
   TimePoint unlimited_until_{};
-  std::deque<Sent> sent_;  // wholly, that resume; until the peer has them
-  std::uint64_t resend_bytes_ = 0;
+  SentMessages sent_;  // wholly, that resume; until the peer has them
   std::optional<Open> open_;
   std::optional<DeltaEncoder> deltas_;
   std::optional<Front> front_;

@@ -27,4 +27,8 @@ struct OutMessage {
 // What each counts beside its body where none is dropped by number.
 inline constexpr std::uint64_t kKeptMessageBytes = 128;
 
+[[nodiscard]] inline std::uint64_t kept_bytes_of(const OutMessage& message) {
+  return message.body.size() + kKeptMessageBytes;
+}
+
 }  // namespace connect_bridge

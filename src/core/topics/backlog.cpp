@@ -6,10 +6,6 @@
 namespace connect_bridge {
 namespace {
 
-std::uint64_t bytes_of(const OutMessage& message) {
-  return message.body.size() + kKeptMessageBytes;
-}
-
 // Sequence numbers begin again when they are used up (docs/protocol.md, "Sequence numbers").
 bool is_behind(std::uint32_t sequence, std::uint32_t last) {
   return sequence != last && sequence - last < (std::uint32_t{1} << 31);
@@ -49,8 +45,8 @@ bool Backlog::admit(std::size_t bytes, const Now& now) {
 
 void Backlog::add(OutMessage message) {
   if (over_) return;
-  bytes_ += bytes_of(message);
-  all_.change(bytes_of(message));
+  bytes_ += kept_bytes_of(message);
+  all_.change(kept_bytes_of(message));
   messages_.push_back(std::move(message));
   all_.keep_bound();
 }
@@ -80,7 +76,7 @@ void Backlog::drop(DropReason reason, std::uint64_t count) {
 }
 
 void Backlog::drop_oldest(DropReason reason) {
-  const std::uint64_t bytes = bytes_of(messages_.front());
+  const std::uint64_t bytes = kept_bytes_of(messages_.front());
   messages_.pop_front();
   bytes_ -= bytes;
   all_.change(0 - bytes);

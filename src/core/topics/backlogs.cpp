@@ -65,7 +65,6 @@ void Backlogs::renew(LinkId link, const Now& now) {
 }
 
 void Backlogs::add(const OutSample& sample, const Now& now) {
-  if (!sample.reliable) return;
   for (auto& [link, backlog] : backlogs_)
     if (backlog.admit(sample.raw.size(), now)) keep(backlog, sample);
 }

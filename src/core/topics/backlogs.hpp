@@ -33,7 +33,7 @@ class Backlogs {
              const Now& now);
   // The link is lost again before it went on: the time to keep begins anew.
   void renew(LinkId link, const Now& now);
-  // A sample was taken.
+  // A reliable sample was taken.
   void add(const OutSample& sample, const Now& now);
   // One of a reliable publisher was, but not reliably, because another reads the topic so: it
   // cannot be kept.

@@ -305,8 +305,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
-  sample.reliable =
-      may_resume(subscription_qos_) && origin.qos.reliability == Reliability::kReliable;
+  const bool promised = origin.qos.reliability == Reliability::kReliable;
+  sample.reliable = promised && may_resume(subscription_qos_);
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
     if (!offer.admit(origin.id, sample.raw, now)) continue;
@@ -317,8 +317,11 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
       compressed[how].push_back(link);
     }
   }
-  const bool is_weaker = !sample.reliable && origin.qos.reliability == Reliability::kReliable;
-  is_weaker ? backlogs_.miss() : backlogs_.add(sample, now);
+  if (sample.reliable) {
+    backlogs_.add(sample, now);
+  } else if (promised) {
+    backlogs_.miss();
+  }
   for (auto& [how, links] : compressed) {
     OutSample to_links = sample;
     to_links.targets = std::move(links);
