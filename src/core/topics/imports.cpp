@@ -49,6 +49,8 @@ void Imports::on_claims(const Now& now) {
 }
 
 void Imports::on_policy(const Now& now) {
+  // What waits in a mirror was permitted by the rules before.
+  for (auto& [key, mirror] : context_.mirrors) mirror.drop_first();
   for (auto& [link, peer] : peers_) peer.recheck(now);
   for (auto& [link, peer] : peers_) peer.renew(now);
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
