@@ -1,22 +1,24 @@
-"""A topic that has only a subscriber at the far side exists here, and its first message arrives."""
+""
+    "A topic that has only a subscriber at the far side exists here, and its first message arrives."
+    ""
 
-import time
+    import time
 
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from std_msgs.msg import Int32, String
+        from rclpy.qos import DurabilityPolicy,
+    ReliabilityPolicy from std_msgs.msg import Int32,
+    String
 
-from graph import qos, until
-from relay import Relay
+        from graph import qos,
+    until from relay import Relay
 
-BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT
-DELAY = 0.1  # of the line, each way
+        BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT DELAY = 0.1 #of the line,
+        each way
 
-
-def listened(node, name, namespace="/"):
-    """The topics to which a node subscribes, as `ros2 node info` shows them."""
-    there = node.get_node_names_and_namespaces()
-    if (name, namespace) not in there:
-        return {}
+            def
+            listened(node, name, namespace = "/")
+    : ""
+      "The topics to which a node subscribes, as `ros2 node info` shows them."
+      "" there = node.get_node_names_and_namespaces() if (name, namespace) not in there : return {}
     return dict(node.get_subscriber_names_and_types_by_node(name, namespace))
 
 
@@ -61,6 +63,41 @@ def test_a_listener_alone_makes_no_traffic(pair):
     assert [m.data for m in collector.messages] == ["first"]
     collector.close()
     until(lambda: not ours(), "no subscription without a listener")
+
+
+BOTH_WAYS = {
+    "rules": ["all"],
+    "rule": {"all": {"export_topics": ["/t/**"], "import_topics": ["/t/**"]}},
+}
+
+
+def test_two_bridges_do_not_listen_to_each_other(make_pair):
+    """Nor does one of them to what it has subscribed to itself."""
+    first = make_pair(server=BOTH_WAYS)
+    make_pair(server=BOTH_WAYS, domains=first.domains)
+    base = first.robot.node("base")
+    collector = first.robot.collector(String, "/t/heard", node=base)
+
+    def bridges(graph):
+        return sorted(
+            s.node_name for s in graph.subscriptions("/t/heard") if s.node_name != "tester"
+        )
+
+#Each has one of its own, and one that shows the robot's node.
+    shown = ["base", "base", "connect_client", "connect_client"]
+    until(lambda: bridges(first.operator) == shown, lambda: bridges(first.operator))
+    time.sleep(1.5)
+    assert bridges(first.operator) == shown
+    assert bridges(first.robot) == ["base"]
+    publisher = first.operator.publisher(String, "/t/heard")
+    until(lambda: publisher.get_subscription_count() == 4, "all subscriptions")
+    publisher.publish(String(data="once"))
+    collector.wait()
+    time.sleep(1)
+    assert [m.data for m in collector.messages] == ["once"]
+    first.operator.tester.destroy_publisher(publisher)
+    first.robot.remove(base)
+    until(lambda: not bridges(first.operator), lambda: bridges(first.operator))
 
 
 def fresh_publishers(pair, name, collector, count, settings):
