@@ -24,12 +24,14 @@ bool EarlySamples::is_awaited(const TopicOffer& offer, LinkId link) const {
 
 void EarlySamples::add(const OutSample& sample, const Now& now) {
   for (auto& [link, offer] : offers_)
-    if (is_awaited(offer, link)) offer.drop(DropReason::kQueueDepth, keep(link, sample, now));
+    if (is_awaited(offer, link)) keep(offer, link, sample, now);
 }
 
-std::size_t EarlySamples::keep(LinkId link, const OutSample& sample, const Now& now) {
+void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
   const std::size_t bytes = sample.raw.size();
-  if (bytes > kBytesMax || context_.early.used() + bytes > kAllBytesMax) return 1;
+  if (bytes > kBytesMax || context_.early.used() + bytes > kAllBytesMax)
+    return offer.drop(DropReason::kQueueBytes);
+  if (bytes > context_.early.room()) return offer.drop(DropReason::kMemory);
   const auto [it, is_new] = waiting_.try_emplace(link);
   Waiting& waiting = it->second;
   if (is_new) {
@@ -45,7 +47,7 @@ std::size_t EarlySamples::keep(LinkId link, const OutSample& sample, const Now& 
     ++dropped;
   }
   waiting.bytes.resize(held);
-  return dropped;
+  if (dropped > 0) offer.drop(DropReason::kQueueDepth, dropped);
 }
 
 std::deque<OutSample> EarlySamples::answer(LinkId link) {

@@ -44,8 +44,7 @@ class EarlySamples {
   };
   // Whether the peer listens and has not had the time to demand what it was offered.
   [[nodiscard]] bool is_awaited(const TopicOffer& offer, LinkId link) const;
-  // Returns how many samples had to go.
-  std::size_t keep(LinkId link, const OutSample& sample, const Now& now);
+  void keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
 
   ExportContext& context_;
   ExportedTopic& topic_;

@@ -32,7 +32,7 @@ struct ExportContext {
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
   Budget parked{};                       // bytes of samples whose publishers are not known yet
-  Budget early{};                        // and of those that wait for the answer to an offer
+  Budget early{&memory};                 // and of those that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
   FarListeners listeners{graph_options, policy, outputs};

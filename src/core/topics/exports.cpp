@@ -15,7 +15,7 @@ void Exports::on_graph(const Now& now) {
 }
 
 void Exports::recheck(const Link& link, const Now& now) {
-  context_.listeners.recheck(link);
+  context_.listeners.recheck(link, now);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.recheck(link, now);
 }
@@ -101,6 +101,8 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 }
 
 void Exports::on_time(const Now& now) {
+  context_.listeners.on_time(now);
+  update_listened(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);

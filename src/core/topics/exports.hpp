@@ -46,7 +46,9 @@ class Exports {
   // Whether it stands for listeners alone, with no publisher known yet.
   [[nodiscard]] bool stands(SubscriptionId subscription) const;
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(context_.timers.deadline(), context_.listeners.deadline());
+  }
   void add_status(const Link& link, LinkStatus& status) const;
   // What is kept for a link that is lost.
   void add_kept(const Link& link, LinkStatus& status) const;

@@ -3,11 +3,19 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// What exceeds its pace is looked at so often.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
+
+}  // namespace
 
 // ---- what peers tell
 
 Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
-  OfLink& listeners = links_[link.id];
+  OfLink& of_link = links_[link.id];
+  of_link.account = link.account;
+  auto& listeners = of_link.listeners;
   for (const ListenerId gone : change.removed) {
     const auto it = listeners.find(gone);
     if (it == listeners.end()) continue;
@@ -21,19 +29,20 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
   for (const auto& told : change.added) {
     if (listeners.contains(told.listener))
       return Error{CloseCode::kIllegal, "the number of a listener is in use"};
-    add(link, told, listeners);
+    add(link, told, now);
   }
   return Nothing{};
 }
 
-void FarListeners::add(const Link& link, const ListenerTold& told, OfLink& listeners) {
-  Listener& listener = listeners[told.listener];
+void FarListeners::add(const Link& link, const ListenerTold& told, const Now& now) {
+  Listener& listener = links_[link.id].listeners[told.listener];
   listener.told = told;
   const std::string local = options_.names.to_local(told.name);
   // Another name may be mapped to it; and what bridges tell each other is not for peers.
   const bool is_ours = options_.names.to_wire(local) == told.name && local != kClaimsTopic;
   if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
-  set({link.id, told.listener}, listener, permits(link, listener));
+  listener.permitted = permits(link, listener);
+  admit({link.id, told.listener}, listener, now);
 }
 
 bool FarListeners::permits(const Link& link, const Listener& listener) const {
@@ -43,18 +52,35 @@ bool FarListeners::permits(const Link& link, const Listener& listener) const {
          accepted_by(*link.accepts, what);
 }
 
-void FarListeners::recheck(const Link& link) {
-  const auto listeners = links_.find(link.id);
-  if (listeners == links_.end()) return;
-  for (auto& [id, listener] : listeners->second)
-    set({link.id, id}, listener, permits(link, listener));
+void FarListeners::recheck(const Link& link, const Now& now) {
+  const auto of_link = links_.find(link.id);
+  if (of_link == links_.end()) return;
+  for (auto& [id, listener] : of_link->second.listeners) {
+    listener.permitted = permits(link, listener);
+    admit({link.id, id}, listener, now);
+  }
 }
 
 void FarListeners::on_link_lost(LinkId link) {
-  const auto listeners = links_.find(link);
-  if (listeners == links_.end()) return;
-  for (auto& [id, listener] : listeners->second) set({link, id}, listener, false);
-  links_.erase(listeners);
+  const auto of_link = links_.find(link);
+  if (of_link == links_.end()) return;
+  for (auto& [id, listener] : of_link->second.listeners) set({link, id}, listener, false);
+  links_.erase(of_link);
+}
+
+void FarListeners::on_time(const Now& now) {
+  if (!due_ || *due_ > now.steady) return;
+  due_.reset();
+  for (auto& [link, of_link] : links_)
+    for (auto& [id, listener] : of_link.listeners) admit({link, id}, listener, now);
+}
+
+// A subscription that comes or goes costs every process of the graph, and this one's loop.
+void FarListeners::admit(Key key, Listener& listener, const Now& now) {
+  const bool is_new = listener.permitted && !listener.counts;
+  if (!is_new || links_.at(key.first).account->listeners.take(now.steady))
+    return set(key, listener, listener.permitted);
+  if (!due_) due_ = now.steady + kPacing;
 }
 
 void FarListeners::set(Key key, Listener& listener, bool counts) {

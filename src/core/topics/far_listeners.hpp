@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -27,11 +28,15 @@ class FarListeners {
   FarListeners(const FarListeners&) = delete;
   FarListeners& operator=(const FarListeners&) = delete;
 
+  // Beyond a pace (Account::listeners) what is new counts later, see on_time().
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
   // Our rules, the link's identity or what the peer accepts are new.
-  void recheck(const Link& link);
+  void recheck(const Link& link, const Now& now);
   void on_link_lost(LinkId link);
+  // Those count that came too often before.
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
   // The topics whose listeners came or went since the last call.
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
@@ -47,6 +52,7 @@ class FarListeners {
   struct Listener {
     ListenerTold told;
     std::optional<TopicKey> topic;  // local name; none: it is none that the peer can have
+    bool permitted = false;
     bool counts = false;
     SubscriptionId shown;
   };
@@ -55,10 +61,15 @@ class FarListeners {
     std::map<Key, Listener*> listeners;  // that count
     bool shown = false;
   };
-  using OfLink = std::map<ListenerId, Listener>;
+  struct OfLink {
+    std::shared_ptr<Account> account;
+    std::map<ListenerId, Listener> listeners;
+  };
 
-  void add(const Link& link, const ListenerTold& told, OfLink& listeners);
+  void add(const Link& link, const ListenerTold& told, const Now& now);
   [[nodiscard]] bool permits(const Link& link, const Listener& listener) const;
+  // It counts if it may, at once or later.
+  void admit(Key key, Listener& listener, const Now& now);
   void set(Key key, Listener& listener, bool counts);
   void show(Listener& listener, bool on);
 
@@ -68,6 +79,7 @@ class FarListeners {
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
   std::set<TopicKey> changed_;
+  std::optional<TimePoint> due_;  // some may, and do not count yet
 };
 
 }  // namespace connect_bridge

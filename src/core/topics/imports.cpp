@@ -84,7 +84,8 @@ void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
 void Imports::on_publish_failed(const PublishFailed& failed) {
   const Mirror* mirror = find(failed.mirror);
   if (!mirror || mirror->candidates().empty()) return;
-  if (auto* feeder = mirror->candidates().front().offered) feeder->on_publish_failed(failed.count);
+  if (auto* feeder = mirror->candidates().front().offered)
+    feeder->on_lost(failed.count, DropReason::kPublishFailed);
 }
 
 void Imports::on_time(const Now& now) {

@@ -55,7 +55,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   action_type_ = offered.action_type();
   const Qos qos = qos_under(offered.treatment());
   // A rule was changed meanwhile, or the node has a name now.
-  if (qos != qos_ || moved) destroy();
+  if (id_ && (qos != qos_ || moved)) destroy();
   qos_ = qos;
   return true;
 }
@@ -65,7 +65,7 @@ void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
   if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);
-  destroy();
+  if (id_) destroy();
   update(now);
 }
 
@@ -193,12 +193,12 @@ void Mirror::destroy() {
 }
 
 void Mirror::vanish() {
+  drop_first();
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
   kept_.release();
   settles_.cancel();
-  first_.clear();
   unnamed_.cancel();
   context_.claim_changed = true;
 }
@@ -212,7 +212,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   id_ = {};
   kept_.release();
   settles_.cancel();
-  first_.clear();
+  drop_first();
   context_.claim_changed = true;
   for (const auto& [link, offered] : candidates_) {
     if (!offered) continue;
@@ -330,10 +330,8 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
     charge();
   }
   last_number_ = std::max(last_number_, number);
-  const OfferedTopic* feeder = candidates_.front().offered;
-  // What must not be old is better lost than late.
-  const bool may_wait = feeder && feeder->treatment().max_age == kForever;
-  if (may_wait && (first_.waits() || !id_) && first_.keep(raw)) return std::nullopt;
+  if ((first_.waits() || !id_) && first_.keep(raw, candidates_.front().offered))
+    return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
   for (const auto& first : first_.take()) context_.outputs.push(Publish{id_, first});
   context_.outputs.push(Publish{id_, raw});
@@ -342,6 +340,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
 
 void Mirror::charge() {
   kept_.release();
+  first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
   if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
 }
 

@@ -64,7 +64,7 @@ class Mirror {
   bool adopt_qos(const OfferedTopic& offered, const Now& now);
   void destroy();
   // What waits for its publisher to be found is not published.
-  void drop_first() { first_.drop(); }
+  void drop_first() { first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered); }
   void on_failed(const std::string& code, const std::string& reason, const Now& now);
   void on_time(const Now& now);
   // Tells once of each subscriber here that can get nothing from it.

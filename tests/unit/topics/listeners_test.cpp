@@ -291,6 +291,70 @@ TEST_F(FarListenersTest, ATypeThatIsNotThere) {
   EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
 }
 
+// A peer whose listeners come and go makes no more subscriptions than that.
+TEST(FarListenersPace, ThoseThatComeTooOftenCountLater) {
+  auto options = server();
+  options.account.mirrors_at_once = 2;
+  options.account.mirror_period = std::chrono::milliseconds(50);
+  Script s(std::move(options));
+  s.join(1);
+  Listeners many;
+  for (std::uint32_t i = 1; i <= 5; ++i)
+    many.added.push_back(listener(i, "/t" + std::to_string(i)));
+  s.say(1, many);
+  EXPECT_EQ(s.did(),
+            "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
+  s.say(1, Listeners{{}, {{3}}});  // it never counted
+  EXPECT_EQ(s.did(), "");
+  s.pass(100);
+  EXPECT_EQ(s.did(),
+            "subscribe 4 /t4 reliable volatile 100\nsubscribe 5 /t5 reliable volatile 100\n");
+  s.say(1, Listeners{{listener(6, "/t6")}, {{1}}});
+  s.lose(1);
+  s.pass(1000);
+  EXPECT_EQ(s.did().find("/t6"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, WhatIsKeptForALostLinkIsNotKeptTwice) {
+  auto options = server({rule({"/cmd_vel"}, {})});
+  options.resume_for = std::chrono::seconds(60);
+  Script kept(std::move(options));
+  const auto session = kept.join(1);
+  kept.say(1, listening(1, "/cmd_vel"));
+  kept.graph({topic("/cmd_vel").pub(7)});
+  kept.demand(1, 1);
+  kept.take(2, 7, "a");
+  EXPECT_NE(kept.said(1).find("1.1 a"), std::string::npos);
+  kept.acknowledge(1);
+  kept.lose(1);
+  kept.take(2, 7, "b");
+  kept.join(2, session);
+  kept.say(2, listening(1, "/cmd_vel"));
+  kept.take(2, 7, "c");
+  kept.said(2);
+  kept.say(2, Demand{{{2}}, 1, true, {0}});
+  kept.take(2, 7, "d");
+  EXPECT_EQ(kept.said(2), "2.1 b, 2.1 c, 2.1 d\n");
+}
+
+// Early samples are of what all peers together may make a side hold.
+TEST(FarListenersShare, WithoutRoomNothingIsKept) {
+  auto options = server();
+  options.account.memory_bytes_max = 3000;
+  Script s(std::move(options));
+  s.join(1);
+  s.say(1, listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.take(2, 7, std::string(1000, 'x'));
+  EXPECT_EQ(s.status().shared_bytes, 1000U);
+  s.take(2, 7, std::string(1500, 'y'));
+  EXPECT_EQ(s.dropped(DropReason::kMemory), 1U);
+  s.demand(1, 1);
+  s.said(1);
+  s.acknowledge(1);
+  EXPECT_EQ(s.status().shared_bytes, 0U);
+}
+
 TEST(FarListenersAsNodes, EachIsSubscribedUnderItsNodesName) {
   auto options = server({rule({"/cmd_vel"}, {})});
   options.proxy_nodes = true;
@@ -308,40 +372,6 @@ TEST(FarListenersAsNodes, EachIsSubscribedUnderItsNodesName) {
   EXPECT_EQ(s.did(), "unsubscribe 3\n");
   s.lose(1);
   EXPECT_EQ(s.did(), "unsubscribe 4\nunsubscribe 2\n");
-}
-
-TEST(MirrorOfAFirstMessage, WaitsUntilTheSubscribersHaveFoundIt) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.did();
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
-  s.said(1);
-  s.message(1, 1, 1, "first");
-  s.message(1, 1, 1, "second");
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [7]\n");
-  s.pass(60);
-  EXPECT_EQ(s.did(), "publish 2 first\npublish 2 second\n");
-  s.message(1, 1, 1, "third");
-  EXPECT_EQ(s.did(), "publish 2 third\n");
-}
-
-TEST(MirrorOfAFirstMessage, IsNotPublishedUnderOtherRules) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
-  s.said(1);
-  s.message(1, 1, 1, "first");
-  s.give(PolicyChanged{Policy({rule({}, {})})});
-  s.pass(60);
-  EXPECT_EQ(s.did().find("publish"), std::string::npos);
 }
 
 }  // namespace
