@@ -147,12 +147,7 @@ void Side::on(RequestTaken& input, const Now& now) {
 
 void Side::on(PolicyChanged& input, const Now& now) {
   policy_ = std::move(input.policy);
-  for (auto& [id, link] : links_.all())
-    if (link.open()) {
-      send_accepts(link);
-    } else {
-      exports_.end_kept(link, now);  // it may have lost its right
-    }
+  for (auto& [id, link] : links_.all()) tell_rights(link, now);
   recheck_rights(now);
 }
 
@@ -162,12 +157,12 @@ Result<Nothing> Side::on_renew(Link& link, const Renew& renew, const Now& now) {
 }
 
 void Side::on_identity_changed(Link& link, const Now& now) {
-  if (link.open()) {
-    send_accepts(link);
-  } else {
-    exports_.end_kept(link, now);
-  }
+  tell_rights(link, now);
   rights_changed_ = true;
+}
+
+void Side::tell_rights(Link& link, const Now& now) {
+  link.open() ? send_accepts(link) : exports_.end_kept(link, now);  // it may have lost its right
 }
 
 // What rules and identities allow now, in both directions.

@@ -111,6 +111,7 @@ class Side final : private LinksUser {
   void recheck(const Now& now);
   void recheck_rights(const Now& now);
   void send_accepts(Link& link) const;
+  void tell_rights(Link& link, const Now& now);
   void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
