@@ -28,16 +28,17 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                           "leaves to the others, and no link of an identity more than it leaves to "
                           "the others of it: one alone has a third. What finds no room is dropped "
                           "(`memory` in the status) or refused."});
-  rows.push_back({.section = section,
-                  .key = "mirrors_per_second",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
-                  .min = 1,
-                  .max = 100000,
-                  .help = "Publishers that the peers of one identity may make appear here, after " +
-                          std::to_string(core.account.mirrors_at_once) +
-                          " at once. Those beyond appear later: each costs every process of the "
-                          "graph."});
+  rows.push_back(
+      {.section = section,
+       .key = "mirrors_per_second",
+       .type = ParameterType::kInteger,
+       .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
+       .min = 1,
+       .max = 100000,
+       .help = "Publishers that the peers of one identity may make appear here, after " +
+               std::to_string(core.account.mirrors_at_once) +
+               " at once, and as many subscriptions for what they listen to. Those beyond appear "
+               "later: each costs every process of the graph."});
   rows.push_back({.section = section,
                   .key = "peer_packets_per_second",
                   .type = ParameterType::kInteger,

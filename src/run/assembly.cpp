@@ -20,6 +20,9 @@
 namespace connect_bridge {
 namespace {
 
+// On one machine it takes some milliseconds; on a busy one, and with other RMWs, longer.
+constexpr Duration kMatching = std::chrono::milliseconds(60);
+
 // Connections before login: those that the core keeps, and some whose end is under way.
 constexpr std::size_t kStrangersMax = 320;
 
@@ -135,6 +138,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   parts.config = config;
   parts.side = side_options(config);
   parts.side.node = node;
+  parts.side.matching = kMatching;
   parts.side.secret_random = &secret_random;
   parts.sockets = socket_options(config);
   if (config.role == Role::kServer) {

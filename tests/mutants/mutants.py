@@ -16,7 +16,7 @@ class Mutant(NamedTuple):
 
 
 MUTANTS = [
-    # ---- over connections
+#-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
     Mutant("what has arrived comes again",
@@ -53,7 +53,7 @@ MUTANTS = [
            "return !queue.begins_resuming() || resend_bytes_ <= ...;", "return true;"),
     Mutant("what waits for a worker is lost with the connection",
            "imports_.finish(link, now);", ""),
-    # ---- rights
+#-- -- rights
     Mutant("a call without its line in the audit log", "note_call(AuditEvent::kCall);", ""),
     Mutant("export right skipped",
            "return context_.policy.decide(...);", "return Decision{};",
@@ -69,6 +69,29 @@ MUTANTS = [
            "(void)hidden;"),
     Mutant("changed rules do not withdraw",
            "it->second.withdraw_outdated(); offers_.erase(it);", "return;"),
+    Mutant("a listener needs no right",
+           "return policy_.decide(Direction::kExport, what, link.identity) &&"
+           " accepted_by(*link.accepts, what);",
+           "return true;", within="FarListeners::permits"),
+    Mutant("listeners are told to whoever",
+           "known->second = policy_.decide(...).has_value();", "known->second = true;",
+           within="ToldListeners::permits"),
+    Mutant("listeners without a limit",
+           "if (listeners.size() + change.added.size() > kListenersMax) return Error{...};", "",
+           within="FarListeners::on_listeners"),
+    Mutant("a listener stays when its link is lost",
+           "context_.listeners.on_link_lost(link);", "", within="Exports::on_link_lost"),
+    Mutant("first messages are not kept",
+           "if (is_awaited(offer, link)) keep(...);", ";", within="EarlySamples::add"),
+    Mutant("listeners at any pace",
+           "if (!is_new || links_.at(key.first).account->listeners.take(now.steady))"
+           " return set(key, listener, listener.permitted);",
+           "return set(key, listener, listener.permitted);", within="FarListeners::admit"),
+    Mutant("first samples beyond what may be held",
+           "if (bytes > context_.early.room()) return offer.drop(DropReason::kMemory);", "",
+           within="EarlySamples::keep"),
+    Mutant("a listener's type drives out a publisher's",
+           "if (it->first.second != topic.second) return true;", "", within="has_other_type"),
     Mutant("expiry ignored", "if (now.system >= expires)", "if (false)", within="check_expiry"),
     Mutant("a withdrawn login goes on", "link.fail({CloseCode::kRevoked, ...});", "",
            within="take_change"),
@@ -78,7 +101,7 @@ MUTANTS = [
            "if (why.empty() && answer.identity->name != link.identity.name)", "if (false)"),
     Mutant("renewals without end", "if (!link.renewals.take(now.steady))", "if (false)"),
     Mutant("changed groups change nothing", "rights_changed_ = true;", "rights_changed_ = false;"),
-    # ---- flow
+#-- -- flow
     Mutant("acknowledgements dropped", "ack_ = frame; return;", "return;"),
     Mutant("data budget without end",
            "if (is_over()) keep_data_budget(...);", "",
@@ -151,7 +174,7 @@ MUTANTS = [
     Mutant("unfinished messages without limit",
            "if (open_bytes_ + kept > options_.open_bytes_max)",
            "if (options_.open_bytes_max == 0)"),
-    # ---- link
+#-- -- link
     Mutant("silence unnoticed",
            "if (now.steady >= silent_at())",
            "if (now.steady < last_heard_)"),
@@ -162,7 +185,7 @@ MUTANTS = [
     Mutant("clock offset inverted",
            "((reply.t2 - reply.t1) + (reply.t3 - t4)) / 2",
            "((reply.t1 - reply.t2) + (t4 - reply.t3)) / 2"),
-    # ---- side
+#-- -- side
     Mutant("mirrors outlive their link",
            "if (!mirror.candidate(link)) continue;", "continue;"),
     Mutant("demand without subscribers",
@@ -205,7 +228,7 @@ MUTANTS = [
            "if (parked_.empty()) context_.outputs.push(RefreshGraph{});",
            "if (parked_.empty()) return context_.outputs.push(RefreshGraph{});"),
     Mutant("no second dial", "next_ = now + wait;", "if (failures_ == 1) next_ = now + wait;"),
-    # ---- calls
+#-- -- calls
     Mutant("an action is ready before its feedback flows",
            ": of_action ? kActionSettle : kServiceSettle", ": kServiceSettle"),
     Mutant("service export right skipped",

@@ -17,6 +17,7 @@ from connect_records import (
 PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
 ORIGINS_MAX = 1024  # of a channel
 CREDENTIAL_MAX = 3900
+LISTENERS_MAX = 1024  # of a link
 
 
 def _integer(word):
@@ -94,7 +95,11 @@ def _check_origin(origin):
     gid = string(origin, "gid", 48)
     require(re.fullmatch("[0-9a-f]{48}", gid), "gid")
     string(origin, "node", 255, "")
-    qos = member(origin, "qos", dict)
+    _check_qos(origin)
+
+
+def _check_qos(of):
+    qos = member(of, "qos", dict)
     _word(qos, "reliability", ("reliable", "best_effort"))
     _word(qos, "durability", ("volatile", "transient_local"))
     _word(qos, "history", ("keep_last", "keep_all"))
@@ -102,6 +107,18 @@ def _check_origin(origin):
     require(member(qos, "depth", int, 0) < 1 << 32, "depth")
     for key in ("deadline_ns", "lifespan_ns", "liveliness_lease_ns"):
         require(member(qos, key, int, 0) <= STAMP_MAX, key)
+
+
+def _check_listeners(message):
+    for told in items(message, "added", LISTENERS_MAX):
+        number(member(told, "listener", int))
+        for key in ("name", "type"):
+            string(told, key, 255)
+        for key in ("type_hash", "node"):
+            string(told, key, 255, "")
+        _check_qos(told)
+    for gone in items(message, "removed", LISTENERS_MAX):
+        number(gone)
 
 
 def _check_offer(message):
@@ -203,6 +220,8 @@ def decode_control(text):
         _check_code(message)
     elif kind in ("attach", "attached", "refuse", "forget"):
         _check_call(kind, message)
+    elif kind == "listeners":
+        _check_listeners(message)
     elif kind == "renew":
         require(re.fullmatch("[a-z0-9_]+", string(message, "method", 32)), "method")
         string(message, "credential", CREDENTIAL_MAX)

@@ -19,6 +19,7 @@ from connect_control import (
     encode_control,
     is_accepted,
 )
+from connect_listeners import Listening
 from connect_packets import Reassembly, decode_packet, encode_packet
 from connect_records import (
     ILLEGAL,
@@ -34,8 +35,7 @@ from connect_records import (
 )
 from connect_renew import Renewals
 
-SUBPROTOCOL = "ros2-connect.v1"
-WINDOW = 16 << 20
+SUBPROTOCOL, WINDOW = "ros2-connect.v1", 16 << 20
 ACK_BYTES, ACK_AFTER = 1 << 20, 0.1
 TIMING = ("ack", "ack_request", "time_request", "time_reply")
 
@@ -60,7 +60,7 @@ def open_socket(url, **options):
     return socket
 
 
-class Peer(Renewals, Calls):
+class Peer(Renewals, Listening, Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
 
     def __init__(

@@ -30,6 +30,8 @@ enum class Judged : std::uint8_t {
   kQuietCalls,
   kUnbroken,
   kBreaks,
+  kListeners,
+  kFirstWords,
   kCount,
 };
 
@@ -58,6 +60,8 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "calls expected to be answered after quiet",
     "messages expected without a gap, whatever was cut",
     "connections lost that were to cost no message",
+    "topics expected to be subscribed for listeners of the other side",
+    "first messages of new publishers expected at listeners of the other side",
 };
 
 class Coverage {

@@ -88,13 +88,19 @@ EndpointSpec Crowd::spec(const TopicPlan& topic, int graph, const std::string& n
 }
 
 int Crowd::add_writer(const TopicPlan& topic, int graph, const std::string& node) {
-  const int id = middleware_.create_writer(spec(topic, graph, node, writer_qos(topic)));
+  const int id = create_writer(topic, graph, node, writer_qos(topic));
+  schedule_.after(rng_.between(0ms, topic.period), [this, id] { tick(id); });
+  return id;
+}
+
+int Crowd::create_writer(const TopicPlan& topic, int graph, const std::string& node,
+                         const Qos& qos) {
+  const int id = middleware_.create_writer(spec(topic, graph, node, qos));
   plan_of_writer_.resize(static_cast<std::size_t>(id) + 1);
   plan_of_writer_[static_cast<std::size_t>(id)] =
       static_cast<std::size_t>(&topic - scenario_.topics.data());
   writers_.push_back(id);
   if (verbose_) tell("publisher " + std::to_string(id), id, true);
-  schedule_.after(rng_.between(0ms, topic.period), [this, id] { tick(id); });
   return id;
 }
 
@@ -113,6 +119,20 @@ void Crowd::add_random_reader() {
       spec(topic, graph, "reader" + std::to_string(++last_node_), reader_qos(topic)));
   readers_.push_back(id);
   if (verbose_) tell("subscriber " + std::to_string(id), id, false);
+}
+
+void Crowd::add_speakers() {
+  Qos qos;
+  qos.depth = 10;
+  for (const auto& topic : scenario_.topics) {
+    if (topic.latched || topic.mixed) continue;  // beside transient-local ones late samples end
+    for (const int graph : topic.graphs) {
+      const int id = create_writer(topic, graph, "speaker" + std::to_string(++last_node_), qos);
+      speakers_.push_back(id);
+      const Duration found = middleware_.graph(graph).discovery_max + 1ms;
+      schedule_.after(found, [this, id] { publish(id); });
+    }
+  }
 }
 
 void Crowd::start() {

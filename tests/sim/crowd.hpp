@@ -24,12 +24,16 @@ class Crowd {
 
   // Every publisher publishes one message, one after the other. Returns how long that takes.
   Duration publish_round();
+  // New reliable publishers, one of each volatile topic, publish one message each when they have
+  // had the time to find their subscribers.
+  void add_speakers();
   // One more subscriber with this QoS on a topic (as named in that graph).
   int add_reader(int graph, const std::string& topic, const TopicPlan& plan, const Qos& qos);
   void remove_readers();
   // Every publisher publishes once more and ends soon after. Returns how long that takes.
   Duration last_words();
 
+  [[nodiscard]] const std::vector<int>& speakers() const { return speakers_; }
   // Publishers and subscribers that exist now.
   [[nodiscard]] const std::vector<int>& writers() const { return writers_; }
   [[nodiscard]] const std::vector<int>& readers() const { return readers_; }
@@ -39,6 +43,7 @@ class Crowd {
 
  private:
   int add_writer(const TopicPlan& topic, int graph, const std::string& node);
+  int create_writer(const TopicPlan& topic, int graph, const std::string& node, const Qos& qos);
   void remove_writer(std::size_t at);
   void add_random_reader();
   void churn();
@@ -57,7 +62,7 @@ class Crowd {
   Rng rng_;
   bool verbose_;
   bool calm_ = false;
-  std::vector<int> writers_, readers_;
+  std::vector<int> writers_, readers_, speakers_;
   std::vector<std::size_t> plan_of_writer_;  // index of the topic, by writer id
   int last_node_ = 0;
 };

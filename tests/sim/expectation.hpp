@@ -45,6 +45,8 @@ class Expectation {
 
   void check_links() const;
   void check_mirrors() const;
+  // Who listens at the far side is subscribed here, and nobody else.
+  void check_listeners() const;
 
   // Where nothing but the network changed: what did not arrive was counted as dropped, and none of
   // it because a connection was lost.
@@ -55,6 +57,9 @@ class Expectation {
   void check_rounds() const;
   // Mirrors are of the QoS their origins have; known once each has published.
   void check_qos() const;
+
+  // What new publishers say first arrives where somebody listened before they came.
+  void check_first_words() const;
 
   // Transient-local subscribers that come late.
   // Whether a message of a topic still waits at a side: to be sent, or to be decompressed.

@@ -100,7 +100,7 @@ void Host::report_trouble() {
   if (rng_.chance(500)) {
     input(MessagesLost{it->first, rng_.below(10), rng_.chance(300)});
   } else {
-    input(QosIncompatible{it->second.made.topic, "reliability"});
+    input(QosIncompatible{it->first, it->second.made.topic, "reliability"});
   }
 }
 
@@ -210,6 +210,7 @@ Payload Host::counted(Bytes bytes) const {
 void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& sample) {
   const SubscriptionId id{reader.spec.handle};
   if (!side_ || !subscriptions_.contains(id)) return;
+  if (!subscriptions_.at(id).made.node.empty()) return;  // it only shows who listens elsewhere
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
   input(MessageTaken{id, writer.gid, sample.stamp, counted(Bytes{view.begin(), view.end()}),

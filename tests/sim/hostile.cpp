@@ -227,12 +227,21 @@ std::string Hostile::offer(std::uint32_t channel, const std::string& name) {
   return encode(Control{Offer{{made}, true}});
 }
 
+std::string Hostile::listener(std::uint32_t number, const std::string& name) {
+  ListenerTold told;
+  told.listener = {number};
+  told.name = name;
+  told.type = rng_.chance(800) ? "std_msgs/msg/String" : "String";
+  told.node = rng_.chance(500) ? "/hostile/listener" : "nobody";
+  return encode(Control{Listeners{{told}, {{number + 1}}}});
+}
+
 // Something that no honest peer does, on a channel number of its own. The connection must end.
 void Hostile::commit_offence() {
   ++offences_;
   const std::uint32_t channel = 1'000'000 + static_cast<std::uint32_t>(offences_);
   const Bytes body(100);
-  const auto kind = rng_.below(8);
+  const auto kind = rng_.below(9);
   switch (kind) {
     case 0:  // data for a channel that was never offered
       send_binary(message(channel, 1, 100, body));
@@ -274,6 +283,10 @@ void Hostile::commit_offence() {
       send_binary(std::move(bytes));
       break;
     }
+    case 7:  // one listener twice
+      send_text(listener(channel, "/hostile/a"));
+      send_text(listener(channel, "/tf"));
+      break;
     default:  // no JSON
       send_text("{\"offer\": [");
   }
@@ -326,7 +339,7 @@ void Hostile::send_plausible() {
                                           "/tf",         "/camera/front/image",
                                           "/hostile//x", "/_connect_bridge/claims",
                                           "hostile",     ""};
-  switch (rng_.below(9)) {
+  switch (rng_.below(10)) {
     case 0:
     case 1: return send_text(offer(number, rng_.pick(names)));
     case 2: return send_text(encode(Control{Withdraw{{{number}}}}));
@@ -340,7 +353,8 @@ void Hostile::send_plausible() {
     }
     case 5: return send_text(encode(Control{Decline{{number}, "failed", "because"}}));
     case 6: return send_text(encode(Control{OriginsChanged{{number}, {}, {{1}, {2}}}}));
-    case 7: {
+    case 7: return send_text(listener(number, rng_.pick(names)));
+    case 8: {
       Bytes bytes;
       append_header(TimeRequest{static_cast<Stamp>(rng_.below(1ULL << 62))}, bytes);
       append_header(TimeReply{1, static_cast<Stamp>(rng_.below(1ULL << 62)), 3, 0}, bytes);

@@ -61,6 +61,7 @@ class Hostile : public Party {
   void send_text(const std::string& text);
   Bytes random_bytes(std::size_t most);
   std::string offer(std::uint32_t channel, const std::string& name);
+  std::string listener(std::uint32_t number, const std::string& name);
 
   Schedule& schedule_;
   Network& network_;

@@ -166,6 +166,7 @@ void add_resumption(Scenario& scenario) {
 
 SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   SideOptions o;
+  o.matching = 60ms;
   o.role = role;
   o.reassembly.open_bytes_max = 64 << 20;
   o.dead_after = rng.between(1s, 3s);

@@ -169,9 +169,11 @@ void World::run() {
   expectation_->check_links();
   expectation_->check_mirrors();
   if (scenario_.steady) expectation_->check_unbroken();
+  expectation_->check_listeners();
   check_services();
   if (scenario_.long_goals) check_long_goals();
   check_delivery();
+  check_first_words();
   check_late_subscribers();
   if (rng_.chance(500)) {
     check_no_demand();
@@ -225,6 +227,14 @@ void World::check_delivery() {
   run_for(2s);
   expectation_->check_rounds();
   expectation_->check_qos();
+}
+
+void World::check_first_words() {
+  crowd_.add_speakers();
+  run_for(3s);
+  expectation_->settle();
+  expectation_->check_mirrors();
+  expectation_->check_first_words();
 }
 
 // What was said before may still fill queues and workers.

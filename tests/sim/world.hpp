@@ -58,6 +58,7 @@ class World : public Middleware::Listener, public Services::Listener {
   void run_for(Duration how_long) { schedule_.run_until(schedule_.now() + how_long); }
   void drain();
   void check_delivery();
+  void check_first_words();
   void check_services();
   void renew_late_logins();
   void check_long_goals();

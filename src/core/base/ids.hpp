@@ -30,7 +30,9 @@ using JobId = Id<struct JobTag>;                      // a piece of work given t
 // On the wire.
 using ChannelId = Id<struct ChannelTag, std::uint32_t>;  // of its sender, unique on one link
 using OriginId = Id<struct OriginTag, std::uint32_t>;    // of the exporter, unique in one channel
-using CallId = Id<struct CallTag, std::uint32_t>;        // of the importer, rising on one channel
+using ListenerId =
+    Id<struct ListenerTag, std::uint32_t>;         // of its sender, unique on one connection
+using CallId = Id<struct CallTag, std::uint32_t>;  // of the importer, rising on one channel
 
 // What a message is about: the origin of a sample, or a call. The channel tells which of the two.
 struct Subject {

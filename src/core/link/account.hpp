@@ -17,6 +17,7 @@ namespace connect_bridge {
 
 struct AccountOptions {
   // Publishers and services that its peers may make exist here: so many at once, then one a period.
+  // As many subscriptions besides.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
   // What all peers together may make this side hold, in bytes.
@@ -34,10 +35,13 @@ struct Account {
 
   Account() : Account({}, nullptr) {}  // of nobody else
   Account(const AccountOptions& options, Budget* all)
-      : memory(all), mirrors(options.mirrors_at_once, options.mirror_period) {}
+      : memory(all),
+        mirrors(options.mirrors_at_once, options.mirror_period),
+        listeners(options.mirrors_at_once, options.mirror_period) {}
 
   Budget memory;  // what its links hold
   Pace mirrors;
+  Pace listeners;  // of its peers that are subscribed for, and shown, here
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   LinePace lines;     // of links that come and go
   LogLimit declines;  // of channels that were declined before

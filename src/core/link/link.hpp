@@ -27,6 +27,7 @@ class LinkUser {
  public:
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
+  virtual Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) = 0;
   virtual Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) = 0;
   virtual void on_renewed(Link& link, const Renewed& renewed) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
@@ -193,6 +194,9 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Attached& attached, const Now& now);
   Result<Nothing> on(Refuse& refuse, const Now& now);
   Result<Nothing> on(Forget& forget, const Now& now);
+  Result<Nothing> on(Listeners& listeners, const Now& now) {
+    return user_.on_listeners(*this, listeners, now);
+  }
   Result<Nothing> on(Renew& renew, const Now& now) { return user_.on_renew(*this, renew, now); }
   Result<Nothing> on(Renewed& renewed, const Now&) {
     user_.on_renewed(*this, renewed);

@@ -107,4 +107,10 @@ std::string advice(std::optional<std::uint16_t> close_code) {
   return "; another credential is needed, trying again with what is configured";
 }
 
+bool is_successor(const Link& newer, const Link& older) {
+  return !newer.identity.name.empty() && newer.id > older.id &&
+         newer.peer_side != older.peer_side && newer.node == older.node &&
+         newer.identity.name == older.identity.name;
+}
+
 }  // namespace connect_bridge

@@ -17,6 +17,9 @@ namespace connect_bridge {
 void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
                   const Now& now);
 
+// Whether the newer link can be of the same client, started anew.
+[[nodiscard]] bool is_successor(const Link& newer, const Link& older);
+
 // ---- a server's
 // The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.

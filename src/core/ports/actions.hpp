@@ -22,6 +22,9 @@ struct CreateSubscription {
   std::string type;
   std::string type_hash;
   Qos qos;  // depth is always given
+  // The proxy node that shall own it; then nothing is taken: it only shows who listens elsewhere.
+  // Empty: our own node.
+  std::string node = {};
 };
 struct DestroySubscription {
   SubscriptionId id;

@@ -85,6 +85,7 @@ struct PublishFailed {
 // A publisher offers less than one of our subscriptions requests (QoS event), by policy name. Of
 // mirrors the graph tells more: who it is that requests more than they offer.
 struct QosIncompatible {
+  SubscriptionId subscription;
   std::string topic;
   std::string policy;
 };

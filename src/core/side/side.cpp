@@ -22,6 +22,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       links_(options_, side_, random_, outputs_, *this),
       exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
       imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
+      told_listeners_(options_, policy_, graph_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
       service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
@@ -98,6 +99,7 @@ void Side::on(GraphChanged& input, const Now& now) {
   claims_.retain(bridges_before, graph_.bridges());
   exports_.on_graph(now);
   update_exports(now);
+  for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
   imports_.on_graph(now);
   service_imports_.on_graph(now);
 }
@@ -128,6 +130,7 @@ void Side::on(MirrorFailed& input, const Now& now) {
 }
 
 void Side::on(QosIncompatible& input, const Now&) {
+  if (exports_.stands(input.subscription)) return;  // it is made anew for its first publisher
   const std::string text = input.topic + ": a publisher here offers an incompatible " +
                            input.policy + "; nothing of it crosses";
   outputs_.log_once(LogLevel::kWarn, text);
@@ -144,12 +147,7 @@ void Side::on(RequestTaken& input, const Now& now) {
 
 void Side::on(PolicyChanged& input, const Now& now) {
   policy_ = std::move(input.policy);
-  for (auto& [id, link] : links_.all())
-    if (link.open()) {
-      send_accepts(link);
-    } else {
-      exports_.end_kept(link, now);  // it may have lost its right
-    }
+  for (auto& [id, link] : links_.all()) tell_rights(link, now);
   recheck_rights(now);
 }
 
@@ -159,17 +157,18 @@ Result<Nothing> Side::on_renew(Link& link, const Renew& renew, const Now& now) {
 }
 
 void Side::on_identity_changed(Link& link, const Now& now) {
-  if (link.open()) {
-    send_accepts(link);
-  } else {
-    exports_.end_kept(link, now);
-  }
+  tell_rights(link, now);
   rights_changed_ = true;
+}
+
+void Side::tell_rights(Link& link, const Now& now) {
+  link.open() ? send_accepts(link) : exports_.end_kept(link, now);  // it may have lost its right
 }
 
 // What rules and identities allow now, in both directions.
 void Side::recheck_rights(const Now& now) {
   recheck(now);
+  for (auto& [id, link] : links_.all()) told_listeners_.recheck(link);
   imports_.on_policy(now);
   service_imports_.on_policy(now);
 }
@@ -206,6 +205,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
+  told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection->set_time_period(kClockRequestPeriod);
   clock_publisher_.start(options_.names.to_local("/clock"), outputs_, now);
@@ -224,6 +224,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   imports_.add_status(link, last);
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
+  told_listeners_.on_link_lost(link.id);
   imports_.on_link_lost(link.id, now);
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);

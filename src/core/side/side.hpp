@@ -22,6 +22,7 @@
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
+#include "core/topics/told_listeners.hpp"
 
 namespace connect_bridge {
 
@@ -84,6 +85,9 @@ class Side final : private LinksUser {
   // ---- what links tell
   Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) override;
+  Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {
+    return exports_.on_listeners(link, listeners, now);
+  }
   Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
   void on_renewed(Link& link, const Renewed& renewed) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
@@ -107,6 +111,7 @@ class Side final : private LinksUser {
   void recheck(const Now& now);
   void recheck_rights(const Now& now);
   void send_accepts(Link& link) const;
+  void tell_rights(Link& link, const Now& now);
   void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
@@ -124,6 +129,7 @@ class Side final : private LinksUser {
   Links links_;
   Exports exports_;
   Imports imports_;
+  ToldListeners told_listeners_;
   ServiceExports service_exports_;
   ServiceImports service_imports_;
   ClockPublisher clock_publisher_;

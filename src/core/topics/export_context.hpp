@@ -12,8 +12,10 @@
 #include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/topics/backlog.hpp"
+#include "core/topics/far_listeners.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
+#include "core/topics/subscribed_names.hpp"
 
 namespace connect_bridge {
 
@@ -30,8 +32,11 @@ struct ExportContext {
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
   Budget parked{};                       // bytes of samples whose publishers are not known yet
+  Budget early{&memory};                 // and of those that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
+  FarListeners listeners{graph_options, policy, outputs};
+  SubscribedNames names{};
 };
 
 }  // namespace connect_bridge

@@ -1,8 +1,9 @@
 #include "core/topics/exported_topic.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
+
+#include "core/topics/reader_of_topic.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -10,15 +11,6 @@ namespace {
 constexpr Duration kParkMax = std::chrono::seconds(1);
 constexpr std::size_t kParkedSamplesMax = 256;       // per topic
 constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
-constexpr std::uint64_t kReaderDepthMax = 1 << 16;
-
-// Whether a subscription is good enough for what is wanted now. To make it anew loses what volatile
-// publishers send until the graph has matched it, so depth alone is no reason: samples are taken at
-// once. Of transient-local publishers it limits the history that comes with the subscription.
-bool serves(const Qos& present, const Qos& wanted) {
-  return present.reliability == wanted.reliability && present.durability == wanted.durability &&
-         (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
-}
 
 // What comes by a subscription of this QoS: all of it, and not what its publishers keep.
 bool may_resume(const Qos& qos) {
@@ -36,7 +28,8 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
       key_(std::move(key)),
       origins_(context.timers, this),
       backlogs_(context, *this),
-      streams_(context, *this, offers_, subscription_qos_) {
+      streams_(context, *this, offers_, subscription_qos_),
+      early_(context, *this, offers_, backlogs_) {
   history_.draw_from(context.memory);
 }
 
@@ -51,8 +44,12 @@ void ExportedTopic::on_graph(const Now& now) {
     for (auto& [link, offer] : offers_) offer.add_origins(told);
     warn_mixed();
     update_subscription(now);
+  } else if (context_.listeners.listens(key_)) {
+    update_subscription(now);  // the name may have got another type
   }
-  unpark(now);
+  // A peer that listens is offered the topic first: then it is known whose demand to wait for.
+  if (told.empty() || parked_.empty() || !context_.listeners.listens(key_)) return unpark(now);
+  parked_until_ = context_.timers.set(now.steady, this);
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -67,12 +64,30 @@ void ExportedTopic::remove_vanished(const Now& now) {
       offer.remove_origins(removed);
     }
   }
+  if (origins_.empty()) end_offers();
   update_subscription(now);
+}
+
+// The topic lives on for its listeners: what its next publishers are offered as is decided anew.
+void ExportedTopic::end_offers() {
+  early_.clear();
+  streams_.clear();
+  offers_.clear();
+}
+
+void ExportedTopic::on_listeners(const Now& now) {
+  failed_ = failed_ && !origins_.empty();
+  if (type_hash_.empty()) type_hash_ = context_.listeners.type_hash_of(key_);
+  update_subscription(now);
+}
+
+bool ExportedTopic::is_over() const {
+  return origins_.empty() && !context_.listeners.listens(key_);
 }
 
 bool ExportedTopic::drained() const {
   const auto offer_drained = [](const auto& entry) { return entry.second.drained(); };
-  return parked_.empty() && streams_.bytes() == 0 &&
+  return parked_.empty() && early_.empty() && streams_.bytes() == 0 &&
          std::all_of(offers_.begin(), offers_.end(), offer_drained);
 }
 
@@ -96,12 +111,14 @@ void ExportedTopic::recheck(const Link& link, const Now& now) {
   it->second.withdraw_outdated();
   offers_.erase(it);
   backlogs_.end(link.id, DropReason::kWithdrawn, now);
+  early_.forget(link.id);
   streams_.forget(link.id);
   update_subscription(now);
 }
 
 void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
   if (offers_.erase(link) == 0) return;
+  early_.forget(link);
   streams_.forget(link);
   update_subscription(now);
 }
@@ -115,12 +132,17 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
   if (offer.demanded() && subscribed) send_history(offer, link, now);
+  const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
+  for (const auto& sample : early_.answer(link))
+    if (!kept && offer.admit(sample.subject.origin(), sample.raw, now))
+      send(offer, link, sample, now);
 }
 
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
   streams_.on_time(now);
   if (backlogs_.end_overdue(now)) update_subscription(now);
+  early_.on_time(now);
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
 }
@@ -140,39 +162,8 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 
 // ---- the subscription
 
-// One subscription must match all publishers and lose nothing that any of them keeps. A reader
-// matches a publisher only if it asks for no more than that offers, so it asks for the weakest of
-// what they offer: best effort as soon as one of them is, volatile as soon as one of them is (then
-// the samples the others keep do not come, see warn_mixed()). Rules may ask for less, never for
-// more. The depth is the largest.
 Qos ExportedTopic::wanted_qos() const {
-  Qos qos;
-  qos.durability = Durability::kTransientLocal;
-  std::uint32_t depth = 0;
-  for (const auto& [gid, origin] : origins_) {
-    if (origin.qos.reliability == Reliability::kBestEffort)
-      qos.reliability = Reliability::kBestEffort;
-    if (origin.qos.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
-    if (origin.qos.history == History::kKeepAll) qos.history = History::kKeepAll;
-    depth = std::max(depth, origin.qos.depth);
-  }
-  for (const auto& [link, offer] : offers_) {
-    const QosOverride& o = offer.treatment().qos;
-    if (!offer.demanded()) continue;
-    if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
-    if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
-    if (o.depth) depth = std::max(depth, *o.depth);
-  }
-  if (backlogs_.want_volatile()) qos.durability = Durability::kVolatile;
-  // The samples of all transient-local publishers come at once; a power of two, so that not every
-  // publisher that joins makes the subscription anew.
-  if (qos.durability == Durability::kTransientLocal) {
-    depth = std::max(depth, context_.options.latched_depth);
-    depth = static_cast<std::uint32_t>(std::bit_ceil(
-        std::min<std::uint64_t>(std::uint64_t{depth} * origins_.size(), kReaderDepthMax)));
-  }
-  qos.depth = std::max(depth, context_.options.default_depth);
-  return qos;
+  return qos_for(origins_, offers_, backlogs_.want_volatile(), context_.options);
 }
 
 std::uint32_t ExportedTopic::history_depth() const {
@@ -186,6 +177,9 @@ std::uint32_t ExportedTopic::history_depth() const {
 
 bool ExportedTopic::is_wanted() const {
   const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
+  if (context_.listeners.listens(key_))
+    return !origins_.empty() ||
+           (context_.names.are_free(key_.first, *this) && !has_other_type(context_.graph, key_));
   return !origins_.empty() && (context_.held.contains(key_.first) ||
                                std::any_of(offers_.begin(), offers_.end(), demanded) ||
                                (backlogs_.want_samples() && may_resume(wanted_qos())));
@@ -198,29 +192,46 @@ void ExportedTopic::update_subscription(const Now& now) {
   const Qos qos = wanted_qos();
   history_.limit(history_depth(), context_.options.history_bytes_max);
   if (subscription_) {
-    if (serves(subscription_qos_, qos)) return;
+    if (serves(subscription_qos_, qos) && is_hash_of(subscription_hash_, type_hash_)) {
+      context_.listeners.show(key_, true);  // others may have come in the place of all before
+      return take_name();
+    }
     end_subscription();
   } else if (!subscriptions_.take(now.steady)) {
     late_ = context_.timers.set(subscriptions_.free_at(), this);
     return;
   }
+  take_name();
   subscription_ = context_.outputs.new_subscription();
   subscription_qos_ = qos;
+  subscription_hash_ = type_hash_;
   if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
   context_.by_subscription[subscription_] = this;
   context_.outputs.push(
       CreateSubscription{subscription_, key_.first, key_.second, type_hash_, qos});
+  context_.listeners.show(key_, true);
+}
+
+void ExportedTopic::take_name() {
+  ExportedTopic* other = context_.names.take(key_.first, *this, origins_.empty());
+  if (other) other->unsubscribe();
 }
 
 void ExportedTopic::end_subscription() {
   if (!subscription_) return;
   context_.outputs.push(DestroySubscription{subscription_});
+  forget_subscription();
+}
+
+void ExportedTopic::forget_subscription() {
   context_.by_subscription.erase(subscription_);
   subscription_ = {};
+  context_.names.leave(key_.first, *this);
 }
 
 void ExportedTopic::unsubscribe() {
   end_subscription();
+  context_.listeners.show(key_, false);
   history_.clear();
   origins_.forget_samples();
   streams_.clear();
@@ -231,8 +242,8 @@ void ExportedTopic::unsubscribe() {
 void ExportedTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
   const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
   context_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + reason);
-  context_.by_subscription.erase(subscription_);
-  subscription_ = {};
+  forget_subscription();
+  unsubscribe();
   failed_ = true;
   for (auto& [link, offer] : offers_) offer.withdraw({reason, code});
 }
@@ -256,7 +267,9 @@ void ExportedTopic::tell_once(const std::string& what) {
 
 void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   if (taken.stamp == 0) taken.stamp = now.system;
-  if (Origin* origin = origins_.find(taken.origin)) return forward(*origin, std::move(taken), now);
+  Origin* origin = origins_.find(taken.origin);
+  if (origin && !parked_.empty()) unpark(now);  // they are older
+  if (origin) return forward(*origin, std::move(taken), now);
   if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
 }
 
@@ -317,6 +330,7 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
       compressed[how].push_back(link);
     }
   }
+  early_.add(sample, now);
   if (sample.reliable) {
     backlogs_.add(sample, now);
   } else if (promised) {
@@ -329,16 +343,17 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   }
 }
 
+void ExportedTopic::send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
+  const Compression how = streams_.way_to(offer, link, sample.raw.size());
+  if (how.codec == Codec::kNone) return offer.send(sample, Codec::kNone, sample.raw, now);
+  OutSample compressed = sample;
+  compressed.targets = {link};
+  streams_.encode(how, std::move(compressed), now);
+}
+
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
-    if (!offer.admit_old(origin, raw)) continue;
-    const Compression how = streams_.way_to(offer, link, raw.size());
-    OutSample sample{origin, stamp, number, raw, {link}};
-    if (how.codec == Codec::kNone) {
-      offer.send(sample, Codec::kNone, raw, now);
-    } else {
-      streams_.encode(how, std::move(sample), now);
-    }
+    if (offer.admit_old(origin, raw)) send(offer, link, {origin, stamp, number, raw, {}}, now);
   }
 }
 

@@ -9,16 +9,17 @@
 #include "core/base/pace.hpp"
 #include "core/flow/history.hpp"
 #include "core/topics/backlogs.hpp"
+#include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/topic_offer.hpp"
 #include "core/topics/topic_streams.hpp"
 
 namespace connect_bridge {
 
-// It exists while it has a real publisher (an origin). It is subscribed at most once, while any
-// link demands it or something holds it; every sample is attributed to its origin, compressed where
-// that is wanted or pays (TopicStreams), and sent to the links whose offers admit it.
-// Single-threaded.
+// It exists while it has a real publisher (an origin) or a peer has a listener. It is subscribed at
+// most once, while any link demands it, a peer listens, or something holds it; every sample is
+// attributed to its origin, compressed where that is wanted or pays (TopicStreams), and sent to the
+// links whose offers admit it. Single-threaded.
 class ExportedTopic {
  public:
   ExportedTopic(ExportContext& context, TopicKey key);
@@ -38,6 +39,10 @@ class ExportedTopic {
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
+  // Listeners came or went.
+  void on_listeners(const Now& now);
+  // Nobody publishes it here, and nobody listens at the other side.
+  [[nodiscard]] bool is_over() const;
   // What is wanted has changed: makes the subscription that serves it, or ends it.
   void update_subscription(const Now& now);
 
@@ -68,11 +73,14 @@ class ExportedTopic {
   [[nodiscard]] bool drained() const;
   // Something waits for a link to return, or since it has.
   [[nodiscard]] bool is_kept(OriginId origin) const;
+  void end_offers();
 
   [[nodiscard]] bool is_wanted() const;
   [[nodiscard]] Qos wanted_qos() const;
+  void take_name();
   void unsubscribe();
   void end_subscription();
+  void forget_subscription();
   void warn_mixed();
   void tell_once(const std::string& what);
 
@@ -80,6 +88,7 @@ class ExportedTopic {
   void unpark(const Now& now);
   void watch_parked();
   void forward(Origin& origin, MessageTaken taken, const Now& now);
+  void send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, LinkId link, const Now& now);
   void drop_demanded(DropReason reason, std::uint64_t count = 1);
 
@@ -91,6 +100,7 @@ class ExportedTopic {
   Backlogs backlogs_;
   SubscriptionId subscription_;  // none: nobody wants it
   Qos subscription_qos_;
+  std::string subscription_hash_;
   bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
   // A peer may switch its demand on and off as it likes; it makes a reader of the middleware only
   // so often.
@@ -98,6 +108,7 @@ class ExportedTopic {
   ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
   HistoryCache history_;
   TopicStreams streams_;
+  EarlySamples early_;
   std::deque<Parked> parked_;
   ExportTimers::Timer parked_until_;
 };

@@ -9,10 +9,14 @@ namespace connect_bridge {
 void Exports::on_graph(const Now& now) {
   for (const auto& [key, state] : context_.graph.topics())
     if (!state.publishers.empty()) topics_.try_emplace(key, context_, key);
+  // What stands for listeners alone may have to give way to another type of its name.
+  for (ExportedTopic* topic : context_.names.standing()) topic->update_subscription(now);
   for (auto& [key, topic] : topics_) topic.on_graph(now);
 }
 
 void Exports::recheck(const Link& link, const Now& now) {
+  context_.listeners.recheck(link, now);
+  update_listened(now);
   for (auto& [key, topic] : topics_) topic.recheck(link, now);
 }
 
@@ -22,7 +26,32 @@ void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
       offers.push_back(*std::move(offer));
 }
 
+Result<Nothing> Exports::on_listeners(Link& link, const Listeners& change, const Now& now) {
+  const auto result = context_.listeners.on_listeners(link, change, now);
+  update_listened(now);
+  return result;
+}
+
+void Exports::update_listened(const Now& now) {
+  for (const TopicKey& key : context_.listeners.take_changes()) {
+    const auto topic = topics_.try_emplace(key, context_, key).first;
+    topic->second.on_listeners(now);
+    if (topic->second.is_over()) erase(topic, now);
+  }
+}
+
+// Another type of its name may be subscribed now.
+void Exports::erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now) {
+  const std::string name = topic->first.first;
+  topics_.erase(topic);
+  for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
+       ++it)
+    it->second.update_subscription(now);
+}
+
 void Exports::on_link_lost(LinkId link, const Now& now) {
+  context_.listeners.on_link_lost(link);
+  update_listened(now);
   for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
 }
 
@@ -53,6 +82,11 @@ ExportedTopic* Exports::find(SubscriptionId subscription) const {
   return it == context_.by_subscription.end() ? nullptr : it->second;
 }
 
+bool Exports::stands(SubscriptionId subscription) const {
+  const auto* topic = find(subscription);
+  return topic && topic->origins().empty();
+}
+
 void Exports::on_taken(MessageTaken taken, const Now& now) {
   if (auto* topic = find(taken.subscription)) topic->on_taken(std::move(taken), now);
 }
@@ -67,10 +101,12 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 }
 
 void Exports::on_time(const Now& now) {
+  context_.listeners.on_time(now);
+  update_listened(now);
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);
-    if (topic.origins().empty()) topics_.erase(TopicKey(topic.key()));
+    if (topic.is_over()) erase(topics_.find(topic.key()), now);
   }
 }
 
@@ -84,7 +120,7 @@ void Exports::add_kept(const Link& link, LinkStatus& status) const {
 }
 
 std::uint64_t Exports::memory_bytes() const {
-  std::uint64_t bytes = context_.parked.used();
+  std::uint64_t bytes = context_.parked.used() + context_.early.used();
   for (const auto& [link, kept] : context_.kept) bytes += kept.bytes();
   for (const auto& [key, topic] : topics_) bytes += topic.memory_bytes();
   return bytes;

@@ -31,6 +31,8 @@ class Exports {
   // Nothing is kept for it any more.
   void end_kept(const Link& link, const Now& now);
   [[nodiscard]] bool keeps(LinkId link) const { return context_.kept.contains(link); }
+  // Nodes of the peer's graph that listen to what we may export.
+  Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
 
   // While a peer can send goals to this action, its feedback and status are subscribed, demanded or
   // not: what follows a goal at once would be over before a new subscription had been matched.
@@ -41,13 +43,20 @@ class Exports {
   void on_subscription_failed(const SubscriptionFailed& failed);
   void on_time(const Now& now);
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
+  // Whether it stands for listeners alone, with no publisher known yet.
+  [[nodiscard]] bool stands(SubscriptionId subscription) const;
+
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(context_.timers.deadline(), context_.listeners.deadline());
+  }
   void add_status(const Link& link, LinkStatus& status) const;
   // What is kept for a link that is lost.
   void add_kept(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
+  void update_listened(const Now& now);
+  void erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now);
   // Null: the subscription has ended.
   [[nodiscard]] ExportedTopic* find(SubscriptionId subscription) const;
 

@@ -49,6 +49,8 @@ void Imports::on_claims(const Now& now) {
 }
 
 void Imports::on_policy(const Now& now) {
+  // What waits in a mirror was permitted by the rules before.
+  for (auto& [key, mirror] : context_.mirrors) mirror.drop_first();
   for (auto& [link, peer] : peers_) peer.recheck(now);
   for (auto& [link, peer] : peers_) peer.renew(now);
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
@@ -82,7 +84,8 @@ void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
 void Imports::on_publish_failed(const PublishFailed& failed) {
   const Mirror* mirror = find(failed.mirror);
   if (!mirror || mirror->candidates().empty()) return;
-  if (auto* feeder = mirror->candidates().front().offered) feeder->on_publish_failed(failed.count);
+  if (auto* feeder = mirror->candidates().front().offered)
+    feeder->on_lost(failed.count, DropReason::kPublishFailed);
 }
 
 void Imports::on_time(const Now& now) {

@@ -4,9 +4,9 @@
 #include <bit>
 
 #include "core/graph/settling.hpp"
+#include "core/link/standing.hpp"
 #include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
-#include "core/topics/mirror_qos.hpp"
 #include "core/topics/offered_topic.hpp"
 
 namespace connect_bridge {
@@ -23,13 +23,6 @@ constexpr Duration kPacing = std::chrono::milliseconds(100);
 // By then subscribers have found a publisher that was made anew: what was kept for them must not
 // come before.
 constexpr Duration kMatching = std::chrono::milliseconds(400);
-
-// Whether the newer link can be of the same client, started anew.
-bool is_successor(const Link& newer, const Link& older) {
-  return !newer.identity.name.empty() && newer.id > older.id &&
-         newer.peer_side != older.peer_side && newer.node == older.node &&
-         newer.identity.name == older.identity.name;
-}
 
 }  // namespace
 
@@ -62,7 +55,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   action_type_ = offered.action_type();
   const Qos qos = qos_under(offered.treatment());
   // A rule was changed meanwhile, or the node has a name now.
-  if (qos != qos_ || moved) destroy();
+  if (id_ && (qos != qos_ || moved)) destroy();
   qos_ = qos;
   return true;
 }
@@ -72,7 +65,7 @@ void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
   if (!context_.graph_options.proxy_nodes) return warn_incompatible(now);
-  destroy();
+  if (id_) destroy();
   update(now);
 }
 
@@ -180,6 +173,8 @@ void Mirror::create(const Now& now) {
   const auto& arrived = candidates_.front().link->arrived;
   if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  if (context_.options.matching > Duration::zero() || !first_.empty())
+    first_.wait(context_.timers.set(now.steady + context_.options.matching, this));
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
   qos.depth = depth();
@@ -198,6 +193,7 @@ void Mirror::destroy() {
 }
 
 void Mirror::vanish() {
+  drop_first();
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
@@ -216,6 +212,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   id_ = {};
   kept_.release();
   settles_.cancel();
+  drop_first();
   context_.claim_changed = true;
   for (const auto& [link, offered] : candidates_) {
     if (!offered) continue;
@@ -226,6 +223,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
+  for (const auto& raw : first_.take_due(now)) context_.outputs.push(Publish{id_, raw});
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
@@ -305,7 +303,8 @@ void Mirror::ask_for_last_samples(const Now& now) const {
 // ---- data
 
 std::optional<DropReason> Mirror::refusal(const Link& link) const {
-  if (!id_) return DropReason::kNoDemand;
+  // It may have to wait for its node's name, or because its identity makes too many.
+  if (!id_ && (is_latched() || !may_exist())) return DropReason::kNoDemand;
   if (candidates_.front().link != &link) return DropReason::kDuplicate;  // another one feeds it
   return std::nullopt;
 }
@@ -331,12 +330,17 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
     charge();
   }
   last_number_ = std::max(last_number_, number);
+  if ((first_.waits() || !id_) && first_.keep(raw, candidates_.front().offered))
+    return std::nullopt;
+  if (!id_) return DropReason::kNoDemand;
+  for (const auto& first : first_.take()) context_.outputs.push(Publish{id_, first});
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }
 
 void Mirror::charge() {
   kept_.release();
+  first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
   if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
 }
 

@@ -12,6 +12,8 @@
 #include "core/graph/graph_view.hpp"
 #include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/topics/first_messages.hpp"
+#include "core/topics/mirror_qos.hpp"
 
 namespace connect_bridge {
 
@@ -61,6 +63,8 @@ class Mirror {
   // A rule may ask for another QoS now. True: the publisher was made anew.
   bool adopt_qos(const OfferedTopic& offered, const Now& now);
   void destroy();
+  // What waits for its publisher to be found is not published.
+  void drop_first() { first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered); }
   void on_failed(const std::string& code, const std::string& reason, const Now& now);
   void on_time(const Now& now);
   // Tells once of each subscriber here that can get nothing from it.
@@ -107,12 +111,8 @@ class Mirror {
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] std::uint32_t depth_for(std::uint64_t sample_bytes) const;
-  [[nodiscard]] bool keeps_samples() const {
-    return qos_.durability == Durability::kTransientLocal;
-  }
-  [[nodiscard]] bool is_latched() const {
-    return origin_.qos.durability == Durability::kTransientLocal;
-  }
+  [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
+  [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }
 
   ImportContext& context_;
   MirrorKey key_;
@@ -123,6 +123,7 @@ class Mirror {
   std::string action_type_;
   std::vector<Candidate> candidates_;  // the feeding one first
   Timer settles_;                      // no demand before
+  FirstMessages first_;
   Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name

@@ -13,4 +13,8 @@ namespace connect_bridge {
 // Whether what is kept for a lost link reaches the subscribers of such a mirror.
 [[nodiscard]] bool may_resume(const Qos& origin, const Qos& mirror);
 
+inline bool is_transient_local(const Qos& qos) {
+  return qos.durability == Durability::kTransientLocal;
+}
+
 }  // namespace connect_bridge

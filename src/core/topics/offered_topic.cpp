@@ -348,10 +348,10 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   bytes_ += raw.size();
 }
 
-void OfferedTopic::on_publish_failed(std::uint64_t count) {
+void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {
   const auto counted = std::min(count, published_);  // the rest is older than this offer
   published_ -= counted;
-  dropped_.add(DropReason::kPublishFailed, counted);
+  dropped_.add(reason, counted);
 }
 
 void OfferedTopic::add_status(LinkStatus& status) const {

@@ -60,8 +60,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
-  // The middleware refused what was counted as published.
-  void on_publish_failed(std::uint64_t count);
+  // What was counted as published is lost after all.
+  void on_lost(std::uint64_t count, DropReason reason);
 
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] ChannelId number() const { return number_; }

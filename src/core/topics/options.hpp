@@ -17,6 +17,9 @@ struct TopicOptions {
   std::uint32_t all_mirrors_max = 16384;       // of all peers together
   std::uint32_t mirror_depth_max = 1000;       // what a peer may ask for; a rule may ask for more
   std::uint64_t mirror_bytes_max = 256 << 20;  // what the transient-local mirrors of a peer keep
+  // How long the middleware takes until the subscribers that are here have found a new publisher:
+  // what it publishes before is lost to them, so mirrors wait with it.
+  Duration matching = Duration::zero();
   Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
 };
 

@@ -25,6 +25,7 @@ inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one wi
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns and types of one accepts
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
+inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
 inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence beside it
@@ -112,6 +113,22 @@ struct Decline {
   std::string reason;  // one sentence
 };
 
+// The subscriptions of one node to one topic.
+struct ListenerTold {
+  ListenerId listener;
+  std::string name;       // of the topic: canonical, absolute
+  std::string type;       // "std_msgs/msg/String"
+  std::string type_hash;  // as that of a ChannelOffer
+  std::string node;       // fully qualified, empty where it is not known
+  Qos qos;                // requested; of several the weakest
+};
+// "listeners": nodes of the sender's graph began or ceased to listen to topics that the peer may
+// have, whether it offers them or not.
+struct Listeners {
+  std::vector<ListenerTold> added;
+  std::vector<ListenerId> removed;  // taken out first
+};
+
 // "attach": the importer would make a mirror of this service; its requests come on the channel
 // `requests` of its own numbers.
 struct Attach {
@@ -152,7 +169,7 @@ struct Renewed {
 };
 
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget, Renew, Renewed>;
+                             Attached, Refuse, Forget, Renew, Renewed, Listeners>;
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 

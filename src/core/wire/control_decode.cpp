@@ -3,6 +3,8 @@
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/control_listeners.hpp"
+#include "core/wire/control_qos.hpp"
 #include "core/wire/control_reader.hpp"
 #include "core/wire/control_shape.hpp"
 #include "core/wire/login.hpp"
@@ -19,22 +21,6 @@ Gid read_gid(Reader& reader, const Json& json) {
   const std::string hex = reader.string(json, "gid", gid.bytes.size() * 2);
   if (!from_hex(hex, gid.bytes)) reader.fail("gid", "is not 48 hexadecimal digits");
   return gid;
-}
-
-Qos read_qos(Reader& reader, const Json& json) {
-  const Json* member = reader.find(json, "qos");
-  if (member == nullptr) return {};
-  const Json& object = reader.object(*member, "qos");
-  Qos qos;
-  qos.reliability = reader.word(object, "reliability", kReliabilityWords, qos.reliability);
-  qos.durability = reader.word(object, "durability", kDurabilityWords, qos.durability);
-  qos.history = reader.word(object, "history", kHistoryWords, qos.history);
-  qos.depth = reader.optional_number(object, "depth");
-  qos.deadline = reader.duration(object, "deadline_ns");
-  qos.lifespan = reader.duration(object, "lifespan_ns");
-  qos.liveliness = reader.word(object, "liveliness", kLivelinessWords, qos.liveliness);
-  qos.liveliness_lease = reader.duration(object, "liveliness_lease_ns");
-  return qos;
 }
 
 std::vector<OriginOffer> read_origins(Reader& reader, const Json& json, const char* key) {
@@ -222,6 +208,7 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
   if (type == "demand") return read_demand(reader, json);
   if (type == "accepts") return read_accepts(reader, json);
   if (type == "decline") return read_decline(reader, json);
+  if (type == "listeners") return read_listeners(reader, json);
   if (type == "attach") return read_attach(reader, json);
   if (type == "attached") return read_attached(reader, json);
   if (type == "refuse") return read_refuse(reader, json);

@@ -4,6 +4,8 @@
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/control_listeners.hpp"
+#include "core/wire/control_qos.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 
@@ -11,23 +13,6 @@ namespace connect_bridge {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-void put_duration(const char* key, Duration duration, Json& json) {
-  if (duration >= Duration::zero() && duration <= kDurationMax) json[key] = duration.count();
-}
-
-Json json_of(const Qos& qos) {
-  Json json;
-  json["reliability"] = word_of(kReliabilityWords, qos.reliability);
-  json["durability"] = word_of(kDurabilityWords, qos.durability);
-  json["history"] = word_of(kHistoryWords, qos.history);
-  json["depth"] = qos.depth;
-  put_duration("deadline_ns", qos.deadline, json);
-  put_duration("lifespan_ns", qos.lifespan, json);
-  json["liveliness"] = word_of(kLivelinessWords, qos.liveliness);
-  put_duration("liveliness_lease_ns", qos.liveliness_lease, json);
-  return json;
-}
 
 Json json_of(const OriginOffer& origin) {
   Json json;

@@ -37,14 +37,17 @@ Subscription::~Subscription() {
 }
 
 std::optional<Refusal> Subscription::open() {
+  // Where ids do not tell what is ours we would take it for a node's own.
+  if (is_shown_only() && !middleware().tells_servers()) return std::nullopt;
   auto type = shared_.types.message(create_.type, create_.type_hash);
   if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
   type_ = std::move(std::get<MessageType>(type));
+  node_ = shared_.proxies.get(create_.node);
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
   options.rmw_subscription_options.ignore_local_publications = ignore_local_;
-  rcl_ret_t result = rcl_subscription_init(&subscription_, shared_.node.handle(),
-                                           type_.handle.get(), create_.topic.c_str(), &options);
+  rcl_ret_t result = rcl_subscription_init(&subscription_, node_.get(), type_.handle.get(),
+                                           create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;
   if (result != RCL_RET_OK)
     refusal =
@@ -53,6 +56,7 @@ std::optional<Refusal> Subscription::open() {
   if (refusal) return refusal;
   open_ = true;
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
+  if (is_shown_only()) return std::nullopt;
   lost_total_ = 0;
   lost_.open(&subscription_, RCL_SUBSCRIPTION_MESSAGE_LOST,
              asks_for_lost_ ? nullptr : &ReadyList::on_lost, slot());
@@ -76,7 +80,8 @@ void Subscription::close() {
   ignore_error(rcl_subscription_set_on_new_message_callback(&subscription_, nullptr, nullptr));
   lost_.close();
   incompatible_.close();
-  ignore_error(rcl_subscription_fini(&subscription_, shared_.node.handle()));
+  ignore_error(rcl_subscription_fini(&subscription_, node_.get()));
+  node_.reset();
   subscription_ = rcl_get_zero_initialized_subscription();
 }
 
@@ -85,7 +90,7 @@ std::optional<Input> Subscription::step(Batch& batch) {
     done(kReadyIncompatible);
     const auto policy = incompatible_.take_policy();
     if (!policy) return std::nullopt;
-    return QosIncompatible{create_.topic, *policy};
+    return QosIncompatible{create_.id, create_.topic, *policy};
   }
   if (has_to(kReadyLost)) {
     done(kReadyLost);

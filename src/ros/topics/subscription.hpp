@@ -36,6 +36,8 @@ class Subscription : public Entity {
   Taken take(MessageTaken& message);
 
  private:
+  // It stands for a node of the other side, and nothing is taken of it.
+  [[nodiscard]] bool is_shown_only() const { return !create_.node.empty(); }
   void close();
   std::optional<Input> on_invalid();
   void ask_for_lost();
@@ -46,6 +48,7 @@ class Subscription : public Entity {
   const bool ignore_local_;
   const bool asks_for_lost_;
   MessageType type_;
+  ProxyNodes::Handle node_;  // has the subscription
   rcl_subscription_t subscription_ = rcl_get_zero_initialized_subscription();
   bool open_ = false;
   int invalid_in_row_ = 0;

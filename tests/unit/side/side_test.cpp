@@ -297,7 +297,7 @@ TEST(Side, InputsOfNobodyAreBorne) {
 
 TEST(Side, AnIncompatiblePairIsToldOnce) {
   Script s(server());
-  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{"/a", "durability"});
+  for (int i = 0; i < 3; ++i) s.give(QosIncompatible{{}, "/a", "durability"});
   s.did();
   EXPECT_EQ(s.logged,
             "/a: a publisher here offers an incompatible durability; nothing of it crosses\n");

@@ -35,7 +35,8 @@ std::string word_of(const Action& action) {
   return std::visit(
       Overloaded{
           [&](const CreateSubscription& a) {
-            return "subscribe " + id(a.id) + " " + a.topic + " " + word_of(a.qos);
+            return "subscribe " + id(a.id) + " " + a.topic + " " + word_of(a.qos) +
+                   (a.node.empty() ? "" : " as " + a.node);
           },
           [&](const DestroySubscription& a) { return "unsubscribe " + id(a.id); },
           [&](const CreateMirror& a) {
@@ -133,6 +134,12 @@ std::string word_of(const Control& control) {
             return line;
           },
           [&](const Accepts& m) { return "accepts " + std::to_string(m.rules.size()) + " rules"; },
+          [&](const Listeners& m) {
+            std::string line = "listeners";
+            for (const auto& l : m.added)
+              line += " +" + std::to_string(l.listener.value) + l.name + "@" + l.node;
+            return line + " -[" + ids(m.removed) + "]";
+          },
           [&](const Decline& m) {
             return "decline " + std::to_string(m.channel.value) + " " + m.code;
           },
@@ -172,7 +179,9 @@ std::string line_of(const Packet& packet) {
   if (packet.text) {
     const auto control =
         decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    return control ? word_of(control.value()) : "MALFORMED";
+    if (!control) return "MALFORMED";
+    // Who listens is a matter of its own (topics/listeners_test.cpp).
+    return std::holds_alternative<Listeners>(control.value()) ? "" : word_of(control.value());
   }
   std::string line;
   FrameReader reader(bytes);

@@ -27,6 +27,7 @@ struct OneLink final : private LinkUser {
  private:
   Result<Nothing> on_offer(Link&, const Offer&, const Now&) override;
   Result<Nothing> on_accepts(Link&, Accepts, const Now&) override;
+  Result<Nothing> on_listeners(Link&, const Listeners&, const Now&) override { return Nothing{}; }
   Result<Nothing> on_renew(Link&, const Renew&, const Now&) override { return Nothing{}; }
   void on_renewed(Link&, const Renewed&) override {}
   void on_peer_time(const TimeReply&, Stamp) override;

@@ -1,0 +1,83 @@
+#include "core/topics/early_samples.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "core/topics/exported_topic.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Longer than a bridge waits for the claims of others, and a slow path for its round trip.
+constexpr Duration kAnswerMax = std::chrono::seconds(2);
+constexpr std::size_t kSamplesMax = 100;          // of a topic, for one link
+constexpr std::uint64_t kBytesMax = 1 << 20;      // the same
+constexpr std::uint64_t kAllBytesMax = 16 << 20;  // of all topics
+
+}  // namespace
+
+bool EarlySamples::is_awaited(const TopicOffer& offer, LinkId link) const {
+  // What is kept since the link was lost has these samples, too.
+  return offer.is_open() && !offer.demanded() && !over_.contains(link) &&
+         !backlogs_.contains(link) && context_.listeners.listens(topic_.key(), link);
+}
+
+void EarlySamples::add(const OutSample& sample, const Now& now) {
+  for (auto& [link, offer] : offers_)
+    if (is_awaited(offer, link)) keep(offer, link, sample, now);
+}
+
+void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
+  const std::size_t bytes = sample.raw.size();
+  if (bytes > kBytesMax || context_.early.used() + bytes > kAllBytesMax)
+    return offer.drop(DropReason::kQueueBytes);
+  if (bytes > context_.early.room()) return offer.drop(DropReason::kMemory);
+  const auto [it, is_new] = waiting_.try_emplace(link);
+  Waiting& waiting = it->second;
+  if (is_new) {
+    waiting.until = context_.timers.set(now.steady + kAnswerMax, &topic_);
+    waiting.bytes = context_.early.hold(0);
+  }
+  waiting.samples.push_back(sample);
+  std::uint64_t held = waiting.bytes.amount() + bytes;
+  std::size_t dropped = 0;
+  while (waiting.samples.size() > kSamplesMax || held > kBytesMax) {
+    held -= waiting.samples.front().raw.size();
+    waiting.samples.pop_front();
+    ++dropped;
+  }
+  waiting.bytes.resize(held);
+  if (dropped > 0) offer.drop(DropReason::kQueueDepth, dropped);
+}
+
+std::deque<OutSample> EarlySamples::answer(LinkId link) {
+  over_.insert(link);
+  const auto waiting = waiting_.find(link);
+  if (waiting == waiting_.end()) return {};
+  auto samples = std::move(waiting->second.samples);
+  waiting_.erase(waiting);
+  return samples;
+}
+
+void EarlySamples::on_time(const Now& now) {
+  std::vector<LinkId> late;
+  for (const auto& [link, waiting] : waiting_)
+    if (waiting.until.at() <= now.steady) late.push_back(link);
+  for (const LinkId link : late) {
+    const std::size_t count = answer(link).size();
+    if (const auto offer = offers_.find(link); offer != offers_.end())
+      offer->second.drop(DropReason::kNoDemand, count);
+  }
+}
+
+void EarlySamples::forget(LinkId link) {
+  waiting_.erase(link);
+  over_.erase(link);
+}
+
+void EarlySamples::clear() {
+  waiting_.clear();
+  over_.clear();
+}
+
+}  // namespace connect_bridge

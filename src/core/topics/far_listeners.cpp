@@ -1,0 +1,135 @@
+#include "core/topics/far_listeners.hpp"
+
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// What exceeds its pace is looked at so often.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
+
+}  // namespace
+
+// ---- what peers tell
+
+Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
+  OfLink& of_link = links_[link.id];
+  of_link.account = link.account;
+  auto& listeners = of_link.listeners;
+  for (const ListenerId gone : change.removed) {
+    const auto it = listeners.find(gone);
+    if (it == listeners.end()) continue;
+    set({link.id, gone}, it->second, false);
+    listeners.erase(it);
+    if (!link.note_withdrawal(now))
+      return Error{CloseCode::kTooLarge, "listeners come and go too often"};
+  }
+  if (listeners.size() + change.added.size() > kListenersMax)
+    return Error{CloseCode::kTooLarge, "more listeners than this side accepts"};
+  for (const auto& told : change.added) {
+    if (listeners.contains(told.listener))
+      return Error{CloseCode::kIllegal, "the number of a listener is in use"};
+    add(link, told, now);
+  }
+  return Nothing{};
+}
+
+void FarListeners::add(const Link& link, const ListenerTold& told, const Now& now) {
+  Listener& listener = links_[link.id].listeners[told.listener];
+  listener.told = told;
+  const std::string local = options_.names.to_local(told.name);
+  // Another name may be mapped to it; and what bridges tell each other is not for peers.
+  const bool is_ours = options_.names.to_wire(local) == told.name && local != kClaimsTopic;
+  if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
+  listener.permitted = permits(link, listener);
+  admit({link.id, told.listener}, listener, now);
+}
+
+bool FarListeners::permits(const Link& link, const Listener& listener) const {
+  if (!listener.topic || !link.accepts) return false;
+  const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
+  return policy_.decide(Direction::kExport, what, link.identity) &&
+         accepted_by(*link.accepts, what);
+}
+
+void FarListeners::recheck(const Link& link, const Now& now) {
+  const auto of_link = links_.find(link.id);
+  if (of_link == links_.end()) return;
+  for (auto& [id, listener] : of_link->second.listeners) {
+    listener.permitted = permits(link, listener);
+    admit({link.id, id}, listener, now);
+  }
+}
+
+void FarListeners::on_link_lost(LinkId link) {
+  const auto of_link = links_.find(link);
+  if (of_link == links_.end()) return;
+  for (auto& [id, listener] : of_link->second.listeners) set({link, id}, listener, false);
+  links_.erase(of_link);
+}
+
+void FarListeners::on_time(const Now& now) {
+  if (!due_ || *due_ > now.steady) return;
+  due_.reset();
+  for (auto& [link, of_link] : links_)
+    for (auto& [id, listener] : of_link.listeners) admit({link, id}, listener, now);
+}
+
+// A subscription that comes or goes costs every process of the graph, and this one's loop.
+void FarListeners::admit(Key key, Listener& listener, const Now& now) {
+  const bool is_new = listener.permitted && !listener.counts;
+  if (!is_new || links_.at(key.first).account->listeners.take(now.steady))
+    return set(key, listener, listener.permitted);
+  if (!due_) due_ = now.steady + kPacing;
+}
+
+void FarListeners::set(Key key, Listener& listener, bool counts) {
+  if (std::exchange(listener.counts, counts) == counts) return;
+  changed_.insert(*listener.topic);
+  const auto topic = topics_.try_emplace(*listener.topic).first;
+  if (counts) {
+    topic->second.listeners[key] = &listener;
+    if (topic->second.shown) show(listener, true);
+    return;
+  }
+  topic->second.listeners.erase(key);
+  show(listener, false);
+  if (topic->second.listeners.empty()) topics_.erase(topic);
+}
+
+// ---- what they come to
+
+bool FarListeners::listens(const TopicKey& topic, LinkId link) const {
+  const auto known = topics_.find(topic);
+  if (known == topics_.end()) return false;
+  const auto first = known->second.listeners.lower_bound({link, {}});
+  return first != known->second.listeners.end() && first->first.first == link;
+}
+
+std::string FarListeners::type_hash_of(const TopicKey& topic) const {
+  const auto known = topics_.find(topic);
+  if (known == topics_.end()) return {};
+  return known->second.listeners.begin()->second->told.type_hash;
+}
+
+void FarListeners::show(const TopicKey& topic, bool on) {
+  const auto known = topics_.find(topic);
+  if (known == topics_.end() || std::exchange(known->second.shown, on) == on) return;
+  for (const auto& [key, listener] : known->second.listeners) show(*listener, on);
+}
+
+// Publishers here see what it asks for, as they would in one graph.
+void FarListeners::show(Listener& listener, bool on) {
+  if (listener.shown) outputs_.push(DestroySubscription{std::exchange(listener.shown, {})});
+  const std::string node = on ? options_.owner_of(listener.told.node) : std::string();
+  if (node.empty()) return;
+  Qos qos;
+  qos.reliability = listener.told.qos.reliability;
+  qos.durability = listener.told.qos.durability;
+  qos.depth = 1;
+  listener.shown = outputs_.new_subscription();
+  outputs_.push(CreateSubscription{listener.shown, listener.topic->first, listener.topic->second,
+                                   listener.told.type_hash, qos, node});
+}
+
+}  // namespace connect_bridge

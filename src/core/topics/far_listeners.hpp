@@ -1,0 +1,85 @@
+// Who listens at the other side of the links.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// The nodes of the peers that listen to topics of ours, as they tell it (control message
+// `listeners`). A listener counts while our rules and the peer's `accepts` let the peer have its
+// topic; any other is kept for the day when they do. With proxy nodes a listener has a subscription
+// under its node's name while its topic is subscribed; nothing is taken of that one, what crosses
+// comes from the topic's own. Single-threaded.
+class FarListeners {
+ public:
+  // All outlive this.
+  FarListeners(const GraphOptions& options, const Policy& policy, Outputs& outputs)
+      : options_(options), policy_(policy), outputs_(outputs) {}
+  FarListeners(const FarListeners&) = delete;
+  FarListeners& operator=(const FarListeners&) = delete;
+
+  // Beyond a pace (Account::listeners) what is new counts later, see on_time().
+  // An error ends the connection: a number in use, too many, or changes without end.
+  Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
+  // Our rules, the link's identity or what the peer accepts are new.
+  void recheck(const Link& link, const Now& now);
+  void on_link_lost(LinkId link);
+  // Those count that came too often before.
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
+
+  // The topics whose listeners came or went since the last call.
+  std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
+  [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
+  [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // As the listeners tell it; empty: they do not.
+  [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
+
+  // The topic is subscribed, or no longer: its listeners are in the graph meanwhile.
+  void show(const TopicKey& topic, bool on);
+
+ private:
+  struct Listener {
+    ListenerTold told;
+    std::optional<TopicKey> topic;  // local name; none: it is none that the peer can have
+    bool permitted = false;
+    bool counts = false;
+    SubscriptionId shown;
+  };
+  using Key = std::pair<LinkId, ListenerId>;
+  struct Topic {
+    std::map<Key, Listener*> listeners;  // that count
+    bool shown = false;
+  };
+  struct OfLink {
+    std::shared_ptr<Account> account;
+    std::map<ListenerId, Listener> listeners;
+  };
+
+  void add(const Link& link, const ListenerTold& told, const Now& now);
+  [[nodiscard]] bool permits(const Link& link, const Listener& listener) const;
+  // It counts if it may, at once or later.
+  void admit(Key key, Listener& listener, const Now& now);
+  void set(Key key, Listener& listener, bool counts);
+  void show(Listener& listener, bool on);
+
+  const GraphOptions& options_;
+  const Policy& policy_;
+  Outputs& outputs_;
+  std::map<LinkId, OfLink> links_;
+  std::map<TopicKey, Topic> topics_;
+  std::set<TopicKey> changed_;
+  std::optional<TimePoint> due_;  // some may, and do not count yet
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,98 @@
+#include "core/topics/told_listeners.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Names of the longest kind fit into a message of so many.
+constexpr std::size_t kInOneMessage = 256;
+
+// Two subscriptions of a node are one listener: it asks for what serves both.
+Qos weakest(Qos a, const Qos& b) {
+  if (b.reliability == Reliability::kBestEffort) a.reliability = b.reliability;
+  if (b.durability == Durability::kVolatile) a.durability = b.durability;
+  a.depth = std::max(a.depth, b.depth);
+  return a;
+}
+
+}  // namespace
+
+bool ToldListeners::permits(Told& told, const Link& link, const TopicKey& topic) const {
+  const auto [known, is_new] = told.permitted.try_emplace(topic, false);
+  if (!is_new) return known->second;
+  const auto wire_name = options_.names.to_wire(topic.first);
+  if (!wire_name || has_action_token(*wire_name)) return false;
+  const Interface what{InterfaceKind::kTopic, *wire_name, topic.second};
+  known->second = policy_.decide(Direction::kImport, what, link.identity).has_value();
+  return known->second;
+}
+
+std::map<ToldListeners::Key, ToldListeners::Listener> ToldListeners::listeners_for(
+    Told& told, const Link& link) const {
+  std::map<Key, Listener> listeners;
+  for (const auto& [topic, state] : graph_.topics()) {
+    if (state.subscribers.empty() || !permits(told, link, topic)) continue;
+    for (const auto& subscriber : state.subscribers) {
+      const std::string node = node_of(subscriber);
+      const Key key{topic, options_.names.to_wire(node).value_or(node)};
+      const auto [known, is_new] =
+          listeners.try_emplace(key, Listener{{}, state.type_hash, subscriber.qos});
+      if (!is_new) known->second.qos = weakest(known->second.qos, subscriber.qos);
+    }
+  }
+  return listeners;
+}
+
+void ToldListeners::tell(Link& link) {
+  if (!link.open()) return;
+  Told& told = links_[link.id];
+  std::erase_if(told.permitted, [&](const auto& p) { return !graph_.find(p.first); });
+  auto present = listeners_for(told, link);
+  Listeners change;
+  for (auto it = told.listeners.begin(); it != told.listeners.end();) {
+    const auto still = present.find(it->first);
+    if (still != present.end() && still->second.qos == it->second.qos) {
+      ++it;
+      continue;
+    }
+    change.removed.push_back(it->second.id);
+    it = told.listeners.erase(it);
+  }
+  for (const auto& [key, listener] : present) {
+    if (told.listeners.contains(key)) continue;
+    if (told.listeners.size() >= kListenersMax) {
+      outputs_.log_once(LogLevel::kWarn, "not all who listen here are told to " + link.node +
+                                             ": no more than " + std::to_string(kListenersMax));
+      break;
+    }
+    const ListenerId id{++told.last};
+    told.listeners[key] = {id, listener.type_hash, listener.qos};
+    const auto& [topic, node] = key;
+    change.added.push_back({id, options_.names.to_wire(topic.first).value_or(topic.first),
+                            topic.second, listener.type_hash, node, listener.qos});
+  }
+  if (!change.added.empty() || !change.removed.empty()) send(link, std::move(change));
+}
+
+void ToldListeners::send(Link& link, Listeners change) {
+  auto& added = change.added;
+  for (std::size_t at = 0; at == 0 || at < added.size(); at += kInOneMessage) {
+    const auto begin = added.begin() + static_cast<std::ptrdiff_t>(at);
+    const auto count = std::min(kInOneMessage, added.size() - at);
+    Listeners part;
+    std::move(begin, begin + static_cast<std::ptrdiff_t>(count), std::back_inserter(part.added));
+    part.removed = std::exchange(change.removed, {});
+    link.send(part);
+  }
+}
+
+void ToldListeners::recheck(Link& link) {
+  if (const auto told = links_.find(link.id); told != links_.end()) told->second.permitted.clear();
+  tell(link);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,11 @@
+// The control message `listeners` as JSON.
+#pragma once
+
+#include "core/wire/control_reader.hpp"
+
+namespace connect_bridge {
+
+Listeners read_listeners(ControlReader& reader, const ControlReader::Json& json);
+void put(const Listeners& message, nlohmann::ordered_json& json);
+
+}  // namespace connect_bridge

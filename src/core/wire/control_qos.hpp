@@ -1,0 +1,13 @@
+// A quality of service in a control message.
+#pragma once
+
+#include "core/base/qos.hpp"
+#include "core/wire/control_reader.hpp"
+
+namespace connect_bridge {
+
+// The member `qos` of `json`, which must be there.
+Qos read_qos(ControlReader& reader, const ControlReader::Json& json);
+nlohmann::ordered_json json_of(const Qos& qos);
+
+}  // namespace connect_bridge

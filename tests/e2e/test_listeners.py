@@ -1,0 +1,137 @@
+""
+    "A topic that has only a subscriber at the far side exists here, and its first message arrives."
+    ""
+
+    import time
+
+        from rclpy.qos import DurabilityPolicy,
+    ReliabilityPolicy from std_msgs.msg import Int32,
+    String
+
+        from graph import qos,
+    until from relay import Relay
+
+        BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT DELAY = 0.1 #of the line,
+        each way
+
+            def
+            listened(node, name, namespace = "/")
+    : ""
+      "The topics to which a node subscribes, as `ros2 node info` shows them."
+      "" there = node.get_node_names_and_namespaces() if (name, namespace) not in there : return {}
+    return dict(node.get_subscriber_names_and_types_by_node(name, namespace))
+
+
+def test_it_has_a_type_and_a_subscriber(pair):
+    base = pair.robot.node("base")
+    pair.robot.collector(String, "/cmd_vel", qos(1, reliability=BEST_EFFORT), node=base)
+    operator = pair.operator.tester
+    until(
+        lambda: listened(operator, "base").get("/cmd_vel") == ["std_msgs/msg/String"],
+        "the robot's node that listens",
+    )
+    assert dict(operator.get_topic_names_and_types())["/cmd_vel"] == ["std_msgs/msg/String"]
+    (shown,) = [s for s in pair.operator.subscriptions("/cmd_vel") if s.node_name == "base"]
+    assert shown.qos_profile.reliability == BEST_EFFORT
+    pair.robot.remove(base)
+    until(lambda: not pair.operator.subscriptions("/cmd_vel"), "nobody listens any more")
+    until(lambda: ("base", "/") not in operator.get_node_names_and_namespaces(), "the node is gone")
+
+
+def test_what_no_rule_lets_in_is_not_told(pair):
+    pair.robot.collector(String, "/private", node=pair.robot.tester)
+    pair.robot.collector(String, "/o/open", node=pair.robot.tester)
+    until(lambda: pair.operator.subscriptions("/o/open"), "the listener that may be told")
+    time.sleep(0.5)
+    assert not pair.operator.subscriptions("/private")
+    assert not pair.robot.subscriptions("/t/nobody")
+
+
+def test_a_listener_alone_makes_no_traffic(pair):
+    """It is the operator's; the robot subscribes for it, before and after anybody publishes."""
+    collector = pair.operator.collector(String, "/t/quiet", node=pair.operator.tester)
+    robot = pair.robot
+
+    def ours():
+        return [s for s in robot.subscriptions("/t/quiet") if s.node_name == "connect_server"]
+
+    until(ours, "the bridge's subscription")
+    publisher = robot.publisher(String, "/t/quiet")
+    until(publisher.get_subscription_count, "a subscription")
+    publisher.publish(String(data="first"))
+    collector.wait()
+    assert [m.data for m in collector.messages] == ["first"]
+    collector.close()
+    until(lambda: not ours(), "no subscription without a listener")
+
+
+BOTH_WAYS = {
+    "rules": ["all"],
+    "rule": {"all": {"export_topics": ["/t/**"], "import_topics": ["/t/**"]}},
+}
+
+
+def test_two_bridges_do_not_listen_to_each_other(make_pair):
+    """Nor does one of them to what it has subscribed to itself."""
+    first = make_pair(server=BOTH_WAYS)
+    make_pair(server=BOTH_WAYS, domains=first.domains)
+    base = first.robot.node("base")
+    collector = first.robot.collector(String, "/t/heard", node=base)
+
+    def bridges(graph):
+        return sorted(
+            s.node_name for s in graph.subscriptions("/t/heard") if s.node_name != "tester"
+        )
+
+#Each has one of its own, and one that shows the robot's node.
+    shown = ["base", "base", "connect_client", "connect_client"]
+    until(lambda: bridges(first.operator) == shown, lambda: bridges(first.operator))
+    time.sleep(1.5)
+    assert bridges(first.operator) == shown
+    assert bridges(first.robot) == ["base"]
+    publisher = first.operator.publisher(String, "/t/heard")
+    until(lambda: publisher.get_subscription_count() == 4, "all subscriptions")
+    publisher.publish(String(data="once"))
+    collector.wait()
+    time.sleep(1)
+    assert [m.data for m in collector.messages] == ["once"]
+    first.operator.tester.destroy_publisher(publisher)
+    first.robot.remove(base)
+    until(lambda: not bridges(first.operator), lambda: bridges(first.operator))
+
+
+def fresh_publishers(pair, name, collector, count, settings):
+    """Of each the first message, published as soon as it has found anybody, and when it came."""
+    took = []
+    for number in range(count):
+        collector.clear()
+        node = pair.operator.node(f"fresh{number}")
+        publisher = pair.operator.publisher(Int32, name, settings, node=node)
+        until(publisher.get_subscription_count, "a subscription", step=0.001)
+        begin = time.monotonic()
+        publisher.publish(Int32(data=number))
+        collector.wait()
+        took.append(collector.times[0] - begin)
+        time.sleep(0.3)
+        assert [m.data for m in collector.messages] == [number]
+        pair.operator.remove(node)
+    return took
+
+
+def test_the_first_message_of_each_publisher_arrives(make_pair):
+    """The link takes a tenth of a second each way, so demand comes long after the message."""
+    pair = make_pair(start=False)
+    relay = Relay(pair.bridge.port, delay=DELAY)
+    try:
+        url = f"ws://127.0.0.1:{relay.port}"
+        pair.client.set_parameters({**pair.client.parameters, "url": url})
+        pair.bridge.start()
+        for settings in (qos(10), qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)):
+            collector = pair.robot.collector(Int32, "/o/first", qos(10))
+            until(lambda: pair.operator.subscriptions("/o/first"), "the listener")
+            took = fresh_publishers(pair, "/o/first", collector, 4, settings)
+            assert min(took) < 2 * DELAY + 0.1 + 0.3, took
+            collector.close()
+            until(lambda: not pair.operator.subscriptions("/o/first"), "no listener")
+    finally:
+        relay.close()

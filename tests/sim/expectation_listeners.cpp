@@ -1,0 +1,103 @@
+// What the subscriptions of one side must be by those of the other.
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+#include "sim/expectation.hpp"
+
+namespace connect_bridge::sim {
+namespace {
+
+using Topic = std::pair<std::string, std::string>;                // name, type
+using Shown = std::tuple<std::string, std::string, std::string>;  // and the node
+
+struct Listened {
+  std::set<Topic> topics;
+  std::set<Shown> shown;
+};
+
+// A reader of the importer's graph, as the exporter is told of it.
+void expect(const Reader& reader, const Host& importer, const Host& exporter,
+            const Ledger::Peer& peer, const Middleware& middleware, Listened& listened) {
+  const EndpointSpec& spec = reader.spec;
+  const auto wire = importer.plan().names.to_wire(spec.topic);
+  if (spec.graph != importer.graph() || !wire) return;
+  const Names& there = exporter.plan().names;
+  const std::string local = there.to_local(*wire);
+  if (there.to_wire(local) != *wire || !is_ordinary(local)) return;
+  if (!middleware.knows_type(exporter.graph(), spec.type)) return;
+  const bool exported =
+      is_permitted(exporter.policy(), Direction::kExport, *wire, spec.type, peer.seen_as);
+  const bool imported =
+      is_permitted(importer.policy(), Direction::kImport, *wire, spec.type, peer.sees_us);
+  if (!exported || !imported) return;
+  listened.topics.emplace(local, spec.type);
+  if (!exporter.plan().options.proxy_nodes) return;
+  const std::string node = spec.node_namespace + "/" + spec.node_name;
+  const std::string wire_node = importer.plan().names.to_wire(node).value_or(node);
+  listened.shown.emplace(local, spec.type, there.to_local(wire_node));
+}
+
+}  // namespace
+
+// Larger ones do not wait for their mirror (core/topics/first_messages.hpp).
+constexpr std::size_t kSmall = 32 << 10;
+
+void Expectation::check_first_words() const {
+  for (const auto& expected : mirrors_) {
+    const auto& speakers = crowd_.speakers();
+    const Writer& origin = middleware_.writer(expected.origin);
+    if (std::find(speakers.begin(), speakers.end(), origin.id) == speakers.end()) continue;
+    if (!is_complete(expected) || expected.ways > 1) continue;
+    if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
+    for (const int id : crowd_.readers()) {
+      const Reader& reader = middleware_.reader(id);
+      const EndpointSpec& spec = reader.spec;
+      const bool same = spec.graph == expected.graph && spec.topic == expected.topic &&
+                        spec.type == expected.type;
+      if (!same || !compatible(expected.qos, spec.qos)) continue;
+      checker_.ledger().coverage().count(Judged::kFirstWords);
+      const auto& received = checker_.deliveries().received(id, origin.id);
+      if (received.size() == 1) continue;
+      violated("the first message of publisher " + std::to_string(origin.id) + " of " +
+               origin.spec.topic + " reached subscriber " + std::to_string(id) + " " +
+               std::to_string(received.size()) + " times");
+    }
+  }
+}
+
+void Expectation::check_listeners() const {
+  for (const auto& host : hosts_) {
+    Listened expected;
+    bool in_one_graph = false;
+    for (const auto& peer : checker_.ledger().peers_of(*host)) {
+      in_one_graph = in_one_graph || peer.host->graph() == host->graph();
+      for (const int id : peer.host->running() ? crowd_.readers() : std::vector<int>{})
+        expect(middleware_.reader(id), *peer.host, *host, peer, middleware_, expected);
+    }
+    if (in_one_graph || !host->running()) continue;
+    Listened found;
+    for (const auto& [id, subscription] : host->subscriptions()) {
+      const auto& made = subscription.made;
+      if (!is_ordinary(made.topic)) continue;
+      if (made.node.empty()) {
+        found.topics.emplace(made.topic, made.type);
+      } else {
+        found.shown.emplace(made.topic, made.type, made.node);
+      }
+    }
+    checker_.ledger().coverage().count(Judged::kListeners, expected.topics.size());
+    for (const auto& [name, type] : expected.topics)
+      if (!found.topics.contains({name, type}))
+        violated(describe(*host) + " does not subscribe to " + name +
+                 ", which somebody at the other side listens to");
+    for (const auto& [name, type] : found.topics)
+      if (!expected.topics.contains({name, type}))
+        violated(describe(*host) + " subscribes to " + name + " for nobody");
+    if (found.shown != expected.shown)
+      violated(describe(*host) + " shows " + std::to_string(found.shown.size()) +
+               " listeners of the other side, expected " + std::to_string(expected.shown.size()));
+  }
+}
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,78 @@
+// What comes for a mirror that nobody can hear yet.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+TEST(MirrorOfAFirstMessage, WaitsUntilTheSubscribersHaveFoundIt) {
+  auto options = client();
+  options.matching = std::chrono::milliseconds(60);
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.did();
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
+  s.said(1);
+  s.message(1, 1, 1, "first");
+  s.message(1, 1, 1, "second");
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [7]\n");
+  s.pass(60);
+  EXPECT_EQ(s.did(), "publish 2 first\npublish 2 second\n");
+  s.message(1, 1, 1, "third");
+  EXPECT_EQ(s.did(), "publish 2 third\n");
+}
+
+// It waits for its node's name, and another bridge is there first.
+TEST(MirrorOfAFirstMessage, IsDroppedWhereTheMirrorMayNotExistAnyMore) {
+  auto options = client();
+  options.proxy_nodes = true;
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
+  s.said(1);
+  s.message(1, 1, 1, "first");
+  s.graph({topic("/a").sub(5).pub(7)});  // both ends are in one graph
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  s.graph({topic("/a").sub(5)});
+  s.pass(3000);
+  EXPECT_EQ(s.did().find("publish"), std::string::npos);
+}
+
+TEST(MirrorOfAFirstMessage, TheNewestHundredWaitAndTheRestIsCounted) {
+  auto options = client();
+  options.matching = std::chrono::milliseconds(60);
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
+  s.said(1);
+  for (int i = 1; i <= 103; ++i) s.message(1, 1, 1, "m" + std::to_string(i));
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
+  s.did();
+  s.pass(60);
+  EXPECT_EQ(s.did().substr(0, 13), "publish 2 m4\n");
+}
+
+TEST(MirrorOfAFirstMessage, IsNotPublishedUnderOtherRules) {
+  auto options = client();
+  options.matching = std::chrono::milliseconds(60);
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
+  s.said(1);
+  s.message(1, 1, 1, "first");
+  s.give(PolicyChanged{Policy({rule({}, {})})});
+  s.pass(60);
+  EXPECT_EQ(s.did().find("publish"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test

@@ -1,0 +1,378 @@
+// What each side tells of the subscriptions in its graph, and what the other makes of it.
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+ListenerTold listener(std::uint32_t number, std::string name, std::string node = "/base") {
+  ListenerTold told;
+  told.listener = {number};
+  told.name = std::move(name);
+  told.type = kType;
+  told.node = std::move(node);
+  told.qos = qos();
+  return told;
+}
+Listeners listening(std::uint32_t number, const std::string& name) {
+  return {{listener(number, name)}, {}};
+}
+
+// What the peer is told of listeners, without all else.
+std::string told(Script& s, std::uint32_t connection = 1) {
+  std::string lines;
+  while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
+    const Bytes bytes = flow_test::joined(*packet);
+    if (!packet->text) continue;
+    const auto control =
+        decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (control && std::holds_alternative<Listeners>(control.value()))
+      lines += word_of(control.value()) + "\n";
+  }
+  return lines;
+}
+
+struct ToldListenersTest : testing::Test {
+  ToldListenersTest() { s.join(1); }
+
+  Script s{server({rule({"/scan"}, {"/cmd_vel", "/fib/**"})})};
+};
+
+TEST_F(ToldListenersTest, WhoListensToWhatThePeerMaySend) {
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6)});
+  EXPECT_EQ(told(s), "listeners +1/cmd_vel@/base -[]\n");
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(7, qos(), "arm"), topic("/scan").sub(6)});
+  EXPECT_EQ(told(s), "listeners +2/cmd_vel@/arm -[]\n");
+  s.graph({topic("/cmd_vel").sub(7, qos(), "arm")});
+  EXPECT_EQ(told(s), "listeners -[1]\n");
+}
+
+TEST_F(ToldListenersTest, TwoSubscriptionsOfANodeAreOne) {
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(6, best_effort(), "base")});
+  EXPECT_EQ(told(s), "listeners +1/cmd_vel@/base -[]\n");
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});  // it asks for more now
+  EXPECT_EQ(told(s), "listeners +2/cmd_vel@/base -[1]\n");
+}
+
+TEST_F(ToldListenersTest, ANameThatComesLate) {
+  Topic unnamed = topic("/cmd_vel").sub(5);
+  unnamed.subscribers[0].node_name = "_NODE_NAME_UNKNOWN_";
+  s.graph({unnamed});
+  EXPECT_EQ(told(s), "listeners +1/cmd_vel@ -[]\n");
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});
+  EXPECT_EQ(told(s), "listeners +2/cmd_vel@/base -[1]\n");
+}
+
+TEST_F(ToldListenersTest, WhatABridgeSubscribesToIsNoListener) {
+  s.graph({topic(kClaimsTopic).pub(9, latched(), "other_bridge"),
+           topic("/cmd_vel").sub(5, qos(), "other_bridge")});
+  EXPECT_EQ(told(s), "");
+}
+
+TEST_F(ToldListenersTest, AnActionsTopicsHaveNone) {
+  s.graph({topic("/fib/_action/feedback").sub(5)});
+  EXPECT_EQ(told(s), "");
+}
+
+TEST_F(ToldListenersTest, RulesThatChange) {
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6, qos(), "slam")});
+  told(s);
+  s.give(PolicyChanged{Policy({rule({}, {"/scan"})})});
+  EXPECT_EQ(told(s), "listeners +2/scan@/slam -[1]\n");
+}
+
+TEST_F(ToldListenersTest, ANewConnectionIsToldAll) {
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});
+  told(s);
+  s.lose(1);
+  s.login(2);
+  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(6, qos(), "arm")});
+  EXPECT_EQ(told(s, 2), "listeners +1/cmd_vel@/base -[]\nlisteners +2/cmd_vel@/arm -[]\n");
+}
+
+TEST_F(ToldListenersTest, NoMoreThanThePeerTakes) {
+  Topic crowded = topic("/cmd_vel");
+  for (int i = 0; i < 1100; ++i) crowded.sub(5, qos(), "n" + std::to_string(i));
+  s.graph({crowded});
+  const std::string lines = told(s);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '+'), 1024);
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 4);
+  s.did();
+  EXPECT_NE(s.logged.find("not all who listen here"), std::string::npos);
+}
+
+struct FarListenersTest : testing::Test {
+  FarListenersTest() { s.join(1); }
+  void listen(const Listeners& change) { s.say(1, change); }
+
+  Script s{server({rule({"/cmd_vel", "/fib/**"}, {"/scan"})})};
+};
+
+TEST_F(FarListenersTest, ATopicThatSomebodyListensToIsSubscribedBeforeAnybodyPublishes) {
+  listen(listening(1, "/cmd_vel"));
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  listen({{listener(2, "/cmd_vel", "/arm")}, {}});
+  listen({{}, {{1}}});
+  EXPECT_EQ(s.did(), "");
+  listen({{}, {{2}, {77}}});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+TEST_F(FarListenersTest, WithoutARightItIsNot) {
+  listen({{listener(1, "/scan"), listener(2, "/other"), listener(3, "no name"),
+           listener(4, kClaimsTopic), listener(5, "/fib/_action/status")},
+          {}});
+  ListenerTold odd = listener(6, "/cmd_vel");
+  odd.type = "no type";
+  listen({{odd}, {}});
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST_F(FarListenersTest, RightsComeAndGo) {
+  listen({{listener(1, "/scan"), listener(2, "/cmd_vel")}, {}});
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  s.give(PolicyChanged{Policy({rule({"/scan"}, {})})});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /scan reliable volatile 100\n");
+  s.say(1, Accepts{{{{"/cmd_vel"}, {}}}, {}});
+  EXPECT_EQ(s.did(), "unsubscribe 3\n");
+}
+
+TEST_F(FarListenersTest, TheyGoWithTheConnection) {
+  listen(listening(1, "/cmd_vel"));
+  s.did();
+  s.lose(1);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+}
+
+TEST_F(FarListenersTest, TooManyEndTheConnection) {
+  Listeners many;
+  for (std::uint32_t i = 1; i <= 1024; ++i) many.added.push_back(listener(i, "/cmd_vel"));
+  listen(many);
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  listen(listening(1025, "/cmd_vel"));
+  EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, ANumberInUseEndsTheConnection) {
+  listen(listening(1, "/cmd_vel"));
+  listen({{listener(1, "/cmd_vel", "/arm")}, {{1}}});  // in its place
+  listen(listening(1, "/cmd_vel"));
+  EXPECT_NE(s.did().find("close 1 4009"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, TheFirstMessagesOfAPublisherWaitForTheDemand) {
+  listen(listening(1, "/cmd_vel"));
+  s.take(2, 7, "first");
+  s.graph({topic("/cmd_vel").pub(7)});
+  EXPECT_EQ(s.said(1), "offer 1/cmd_vel[1]\n");
+  s.take(2, 7, "second");
+  s.pass(400);
+  EXPECT_EQ(s.said(1), "");
+  s.demand(1, 1);
+  EXPECT_EQ(s.said(1), "1.1 first, 1.1 second\n");
+  EXPECT_EQ(s.did().find("unsubscribe"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, ForTwoSecondsAtMost) {
+  listen(listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.take(2, 7, "old");
+  s.pass(2001);
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  s.take(2, 7, "not kept");
+  s.said(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.said(1), "");
+  s.take(2, 7, "new");
+  EXPECT_EQ(s.said(1), "1.1 new\n");
+}
+
+TEST_F(FarListenersTest, TheNewestHundredAreKept) {
+  listen(listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  for (int i = 1; i <= 101; ++i) s.take(2, 7, "m" + std::to_string(i));
+  s.take(2, 7, std::string((1 << 20) + 1, 'x'));
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 2U);
+  s.said(1);
+  s.demand(1, 1);
+  EXPECT_EQ(s.said(1).substr(0, 7), "1.1 m2,");
+}
+
+TEST_F(FarListenersTest, WhoEndsAtOnceIsHeardAllTheSame) {
+  listen(listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.take(2, 7, "only");
+  s.graph({});
+  s.pass(600);
+  EXPECT_EQ(s.said(1), "offer 1/cmd_vel[1]\n");
+  s.demand(1, 1);
+  EXPECT_EQ(s.said(1), "1.1 only\n");
+}
+
+TEST_F(FarListenersTest, WithoutAListenerNothingIsKept) {
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.demand(1, 1);
+  s.demand(1, 1, false);
+  s.said(1);
+  s.take(2, 7, "lost");
+  s.demand(1, 1);
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST_F(FarListenersTest, TheNextPublisherIsOfferedAnew) {
+  listen(listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.demand(1, 1);
+  s.graph({});
+  s.pass(1000);
+  EXPECT_EQ(s.said(1), "offer 1/cmd_vel[1]\nwithdraw 1\n");
+  s.graph({topic("/cmd_vel").pub(8)});
+  EXPECT_EQ(s.said(1), "offer 2/cmd_vel[2]\n");
+  s.take(2, 8, "again");
+  s.demand(1, 2);
+  EXPECT_EQ(s.said(1), "2.2 again\n");
+  EXPECT_EQ(s.did().find("unsubscribe"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, APublisherOfAnotherQosMakesItAnew) {
+  listen(listening(1, "/cmd_vel"));
+  s.did();
+  s.logged.clear();
+  s.give(QosIncompatible{{2}, "/cmd_vel", "reliability"});
+  s.graph({topic("/cmd_vel").pub(7, best_effort())});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /cmd_vel best_effort volatile 100\n");
+  EXPECT_EQ(s.logged, "");
+}
+
+TEST_F(FarListenersTest, APublisherOfAnotherHashMakesItAnewUnlessNoneWasTold) {
+  Topic published = topic("/cmd_vel").pub(7);
+  published.type_hash = "RIHS01_b";
+  listen(listening(1, "/cmd_vel"));
+  s.graph({published});
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  s.graph({});
+  s.pass(1000);
+  listen({{}, {{1}}});
+  ListenerTold other = listener(2, "/cmd_vel");
+  other.type_hash = "RIHS01_a";
+  listen({{other}, {}});
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /cmd_vel reliable volatile 100\n");
+  s.graph({published});
+  EXPECT_EQ(s.did(), "unsubscribe 3\nsubscribe 4 /cmd_vel reliable volatile 100\n");
+}
+
+TEST_F(FarListenersTest, TheTypeIsThatOfThoseWhoAreHere) {
+  Topic other = topic("/cmd_vel").pub(7);
+  other.type = "p/msg/Other";
+  listen(listening(1, "/cmd_vel"));
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  s.graph({other});
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  s.graph({});
+  EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
+}
+
+TEST_F(FarListenersTest, OfTwoTypesTheFirstStands) {
+  listen(listening(1, "/cmd_vel"));
+  ListenerTold other = listener(2, "/cmd_vel");
+  other.type = "p/msg/Other";
+  listen({{other}, {}});
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+}
+
+TEST_F(FarListenersTest, ATypeThatIsNotThere) {
+  listen(listening(1, "/cmd_vel"));
+  s.did();
+  s.give(SubscriptionFailed{{2}, "type_unknown", "not installed"});
+  listen({{}, {{1}}});
+  EXPECT_EQ(s.did(), "");
+  listen(listening(2, "/cmd_vel"));
+  EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
+}
+
+// A peer whose listeners come and go makes no more subscriptions than that.
+TEST(FarListenersPace, ThoseThatComeTooOftenCountLater) {
+  auto options = server();
+  options.account.mirrors_at_once = 2;
+  options.account.mirror_period = std::chrono::milliseconds(50);
+  Script s(std::move(options));
+  s.join(1);
+  Listeners many;
+  for (std::uint32_t i = 1; i <= 5; ++i)
+    many.added.push_back(listener(i, "/t" + std::to_string(i)));
+  s.say(1, many);
+  EXPECT_EQ(s.did(),
+            "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
+  s.say(1, Listeners{{}, {{3}}});  // it never counted
+  EXPECT_EQ(s.did(), "");
+  s.pass(100);
+  EXPECT_EQ(s.did(),
+            "subscribe 4 /t4 reliable volatile 100\nsubscribe 5 /t5 reliable volatile 100\n");
+  s.say(1, Listeners{{listener(6, "/t6")}, {{1}}});
+  s.lose(1);
+  s.pass(1000);
+  EXPECT_EQ(s.did().find("/t6"), std::string::npos);
+}
+
+TEST_F(FarListenersTest, WhatIsKeptForALostLinkIsNotKeptTwice) {
+  auto options = server({rule({"/cmd_vel"}, {})});
+  options.resume_for = std::chrono::seconds(60);
+  Script kept(std::move(options));
+  const auto session = kept.join(1);
+  kept.say(1, listening(1, "/cmd_vel"));
+  kept.graph({topic("/cmd_vel").pub(7)});
+  kept.demand(1, 1);
+  kept.take(2, 7, "a");
+  EXPECT_NE(kept.said(1).find("1.1 a"), std::string::npos);
+  kept.acknowledge(1);
+  kept.lose(1);
+  kept.take(2, 7, "b");
+  kept.join(2, session);
+  kept.say(2, listening(1, "/cmd_vel"));
+  kept.take(2, 7, "c");
+  kept.said(2);
+  kept.say(2, Demand{{{2}}, 1, true, {0}});
+  kept.take(2, 7, "d");
+  EXPECT_EQ(kept.said(2), "2.1 b, 2.1 c, 2.1 d\n");
+}
+
+// Early samples are of what all peers together may make a side hold.
+TEST(FarListenersShare, WithoutRoomNothingIsKept) {
+  auto options = server();
+  options.account.memory_bytes_max = 3000;
+  Script s(std::move(options));
+  s.join(1);
+  s.say(1, listening(1, "/cmd_vel"));
+  s.graph({topic("/cmd_vel").pub(7)});
+  s.take(2, 7, std::string(1000, 'x'));
+  EXPECT_EQ(s.status().shared_bytes, 1000U);
+  s.take(2, 7, std::string(1500, 'y'));
+  EXPECT_EQ(s.dropped(DropReason::kMemory), 1U);
+  s.demand(1, 1);
+  s.said(1);
+  s.acknowledge(1);
+  EXPECT_EQ(s.status().shared_bytes, 0U);
+}
+
+TEST(FarListenersAsNodes, EachIsSubscribedUnderItsNodesName) {
+  auto options = server({rule({"/cmd_vel"}, {})});
+  options.proxy_nodes = true;
+  Script s(std::move(options));
+  s.join(1);
+  s.say(1, listening(1, "/cmd_vel"));
+  EXPECT_EQ(s.did(),
+            "subscribe 2 /cmd_vel reliable volatile 100\n"
+            "subscribe 3 /cmd_vel reliable volatile 1 as /base\n");
+  ListenerTold arm = listener(2, "/cmd_vel", "/arm");
+  arm.qos = best_effort();
+  s.say(1, Listeners{{arm, listener(3, "/cmd_vel", "")}, {}});
+  EXPECT_EQ(s.did(), "subscribe 4 /cmd_vel best_effort volatile 1 as /arm\n");
+  s.say(1, Listeners{{}, {{1}}});
+  EXPECT_EQ(s.did(), "unsubscribe 3\n");
+  s.lose(1);
+  EXPECT_EQ(s.did(), "unsubscribe 4\nunsubscribe 2\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
