@@ -33,7 +33,9 @@ TEST(MirrorOfAFirstMessage, IsDroppedWhereTheMirrorMayNotExistAnyMore) {
   s.graph({topic("/a").sub(5)});
   s.pass(1000);
   s.be_welcomed(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
+  OriginOffer unnamed = origin(1, 7);
+  unnamed.node.clear();
+  s.say(1, Offer{{channel(1, "/a", {unnamed})}, true});
   s.said(1);
   s.message(1, 1, 1, "first");
   s.graph({topic("/a").sub(5).pub(7)});  // both ends are in one graph
