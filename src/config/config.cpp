@@ -104,7 +104,7 @@ class ConfigMaker {
   void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
 
   void read_auth_and_tls() {
-    config_.auth = read_auth(values_);
+    config_.auth = read_auth(values_, around_, parsed_.problems);
     config_.tls.certificate = values_.text("tls.certificate");
     config_.tls.private_key = values_.text("tls.private_key");
     config_.tls.ca = values_.text("tls.ca");
