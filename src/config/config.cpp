@@ -195,7 +195,8 @@ class ConfigMaker {
                             "tls.certificate", "tls.private_key", "tls.ca"}) {
       if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
       if (syntax::parse_http_url(values_.text(key))) continue;
-      add(key, to_text(values_.text(key)), "a file that this program can read");
+      add(key, to_text(value_to_show(*find_key(key), values_.text(key))),
+          "a file that this program can read");
     }
   }
 
