@@ -62,9 +62,10 @@ if(unit_tests)
 endif()
 
 # rule_tuples: the rules against the simulator's second opinion on them.
+set(second_opinion "${tests}/model/rule_opinions.cpp" "${tests}/sim/rights.cpp")
 set(CONNECT_RULE_TUPLES 300000 CACHE STRING "Random tuples that the rules are tested with")
 if(TARGET connect_core AND EXISTS "${tests}/model/rule_tuples.cpp")
-  add_executable(rule_tuples "${tests}/model/rule_tuples.cpp" "${tests}/sim/rights.cpp")
+  add_executable(rule_tuples "${tests}/model/rule_tuples.cpp" ${second_opinion})
   target_link_libraries(rule_tuples PRIVATE connect_core connect_options)
   target_include_directories(rule_tuples PRIVATE "${tests}")
   add_test(NAME rule_tuples COMMAND rule_tuples --tuples ${CONNECT_RULE_TUPLES})
@@ -94,6 +95,7 @@ if(CONNECT_FUZZ)
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/fuzz")
     add_dependencies(fuzz_targets ${name})
   endforeach()
+  target_sources(fuzz_rules PRIVATE ${second_opinion})
 endif()
 
 # ros: the gateway with real rcl. Files without _test in their name are shared by the tests.

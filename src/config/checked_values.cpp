@@ -24,13 +24,11 @@ bool may_be_secret(std::string_view key, std::string_view nearest) {
 }
 
 std::string shown(const KeySpec& spec, const ParameterValue& value) {
-  if (spec.secret) return kHidden;
   const auto* text = std::get_if<std::string>(&value);
-  if (text != nullptr && spec.key == "url") return to_text(syntax::url_to_show(*text));
   // A password may hold what ends an address.
-  if (text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos)
-    return kHidden;
-  return to_text(value);
+  const bool has_login =
+      text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos;
+  return spec.secret || has_login ? kHidden : to_text(value_to_show(spec, value));
 }
 
 // ROS gives an empty list the type it likes.

@@ -104,7 +104,7 @@ class ConfigMaker {
   void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
 
   void read_auth_and_tls() {
-    config_.auth = read_auth(values_);
+    config_.auth = read_auth(values_, around_, parsed_.problems);
     config_.tls.certificate = values_.text("tls.certificate");
     config_.tls.private_key = values_.text("tls.private_key");
     config_.tls.ca = values_.text("tls.ca");
@@ -195,7 +195,8 @@ class ConfigMaker {
                             "tls.certificate", "tls.private_key", "tls.ca"}) {
       if (!values_.valid(key) || around_.readable(values_.text(key))) continue;
       if (syntax::parse_http_url(values_.text(key))) continue;
-      add(key, to_text(values_.text(key)), "a file that this program can read");
+      add(key, to_text(value_to_show(*find_key(key), values_.text(key))),
+          "a file that this program can read");
     }
   }
 

@@ -26,7 +26,8 @@ struct ListenConfig {  // server
 struct HttpProxyConfig {
   std::string host;  // name or IP address; IPv6 without brackets
   std::uint16_t port = 0;
-  std::string login;  // "user:password", secret; empty: none
+  std::string login;                           // "user:password", secret; empty: none
+  std::string login_key = "http_proxy_login";  // or the variable of the environment
 };
 
 struct DialConfig {  // client
@@ -56,7 +57,8 @@ struct AuthConfig {
   std::string jwt_keys, jwt_issuer, jwt_audience, jwt_groups_claim;
   std::vector<std::string> jwt_algorithms;
   std::string service, https_ca;
-  std::string plugin, plugin_options;  // the options may hold a secret
+  std::optional<HttpProxyConfig> https_proxy;  // on the way to the address of the two above
+  std::string plugin, plugin_options;          // the options may hold a secret
 };
 
 struct SocketConfig {

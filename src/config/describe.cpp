@@ -37,7 +37,7 @@ std::vector<ParameterDescriptor> describe_parameters(const Config& config) {
     auto found = describe_parameter(key, config.role);
     if (!found) continue;
     if (const auto given = config.given.find(key); given != config.given.end()) {
-      found->value = given->second;
+      found->value = value_to_show(*find_key(key), given->second);
     }
     descriptors.push_back(std::move(*found));
   }

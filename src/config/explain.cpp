@@ -63,8 +63,7 @@ std::string listen_text(const Config& config) {
                      proxies);
 }
 
-std::string proxy_words(const Config& config) {
-  const auto& proxy = config.dial.proxy;
+std::string proxy_words(const std::optional<HttpProxyConfig>& proxy) {
   if (!proxy) return {};
   return fmt::format("; through the HTTP proxy {}:{}{}", proxy->host, proxy->port,
                      proxy->login.empty() ? "" : ", with a login");
@@ -72,7 +71,8 @@ std::string proxy_words(const Config& config) {
 
 std::string dial_text(const Config& config) {
   const std::string url = syntax::url_to_show(config.dial.url);
-  if (!config.dial.tls) return fmt::format("dials: {}, without TLS{}", url, proxy_words(config));
+  if (!config.dial.tls)
+    return fmt::format("dials: {}, without TLS{}", url, proxy_words(config.dial.proxy));
   const std::string& name = config.tls.server_name;
   const Names& pins = config.tls.pins;
   std::string text = fmt::format("dials: {}, with TLS; the ", url);
@@ -84,7 +84,7 @@ std::string dial_text(const Config& config) {
                         name.empty() ? config.dial.host : name,
                         config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
   if (!config.tls.certificate.empty()) text += "; shows " + config.tls.certificate;
-  return text + proxy_words(config);
+  return text + proxy_words(config.dial.proxy);
 }
 
 std::string login_text(const Config& config) {
@@ -97,11 +97,13 @@ std::string login_text(const Config& config) {
   }
   if (config.role == Role::kServer && config.auth.method == "jwt") {
     const auto address = syntax::parse_http_url(config.auth.jwt_keys);
-    return fmt::format("login: JWT of {} for {}, signed by a key in {}", config.auth.jwt_issuer,
-                       config.auth.jwt_audience, address ? address->text() : config.auth.jwt_keys);
+    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}", config.auth.jwt_issuer,
+                       config.auth.jwt_audience, address ? address->text() : config.auth.jwt_keys,
+                       proxy_words(config.auth.https_proxy));
   }
   if (config.role == Role::kServer && config.auth.method == "service")
-    return "login: as the service " + syntax::parse_http_url(config.auth.service)->text() + " says";
+    return "login: as the service " + syntax::parse_http_url(config.auth.service)->text() +
+           " says" + proxy_words(config.auth.https_proxy);
   if (config.role == Role::kServer && config.auth.method == "plugin")
     return "login: as the plugin " + config.auth.plugin + " decides";
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";

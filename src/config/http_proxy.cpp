@@ -59,20 +59,6 @@ bool covers(std::string_view entry, const std::string& host, std::uint16_t port)
   return host == name || (!syntax::is_ip_address(host) && host.ends_with("." + name));
 }
 
-// A way of a URL that the environment's proxy is for; `wrong`: the variable that is no such URL.
-std::optional<HttpProxyConfig> environment_proxy(const DialConfig& dial, const Variable& variable,
-                                                 std::string& wrong) {
-  if (!variable || !dial.tls || syntax::is_loopback(dial.host)) return std::nullopt;
-  const bool lower_case = !variable("https_proxy").empty();
-  const std::string url = variable(lower_case ? "https_proxy" : "HTTPS_PROXY");
-  std::string no_proxy = variable("no_proxy");
-  if (no_proxy.empty()) no_proxy = variable("NO_PROXY");
-  if (url.empty() || is_exempt(no_proxy, dial.host, dial.port)) return std::nullopt;
-  const auto proxy = parse_http_proxy(url);
-  if (!proxy) wrong = lower_case ? "https_proxy" : "HTTPS_PROXY";
-  return proxy;
-}
-
 }  // namespace
 
 std::optional<HttpProxyConfig> parse_http_proxy(std::string_view text) {
@@ -124,6 +110,20 @@ bool is_exempt(std::string_view no_proxy, std::string_view host, std::uint16_t p
   return false;
 }
 
+std::optional<HttpProxyConfig> environment_proxy(const std::string& host, std::uint16_t port,
+                                                 const Variable& variable, std::string& wrong) {
+  if (!variable || syntax::is_loopback(host)) return std::nullopt;
+  const char* const name = variable("https_proxy").empty() ? "HTTPS_PROXY" : "https_proxy";
+  const std::string url = variable(name);
+  std::string no_proxy = variable("no_proxy");
+  if (no_proxy.empty()) no_proxy = variable("NO_PROXY");
+  if (url.empty() || is_exempt(no_proxy, host, port)) return std::nullopt;
+  auto proxy = parse_http_proxy(url);
+  if (!proxy) wrong = name;
+  if (proxy) proxy->login_key = name;
+  return proxy;
+}
+
 std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values, const DialConfig& dial,
                                                const Variable& variable,
                                                std::vector<Problem>& problems) {
@@ -136,9 +136,9 @@ std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values, cons
   if (values.given("http_proxy_login"))
     problems.push_back(
         {"http_proxy_login", "", "http_proxy: http://host:port beside it, else it has no effect"});
-  if (given == "none") return std::nullopt;
+  if (given == "none" || !dial.tls) return std::nullopt;
   std::string wrong;
-  auto proxy = environment_proxy(dial, variable, wrong);
+  auto proxy = environment_proxy(dial.host, dial.port, variable, wrong);
   if (!wrong.empty())
     problems.push_back({"http_proxy", "",
                         "http://host:port in the environment variable " + wrong +

@@ -23,9 +23,16 @@ namespace connect_bridge {
 [[nodiscard]] std::optional<std::string> check_http_proxy(std::string_view text);
 [[nodiscard]] std::optional<std::string> check_http_proxy_login(std::string_view text);
 
-// The proxy of http_proxy and http_proxy_login. By default it is the environment's, as other
-// programs have it: for wss:// https_proxy, or HTTPS_PROXY, but not for loopback and what no_proxy,
-// or NO_PROXY, has. Adds what is wrong to `problems`.
+// The proxy of the environment for what goes there by TLS, as other programs have it: https_proxy,
+// or HTTPS_PROXY, but not for loopback and what no_proxy, or NO_PROXY, has. `wrong`: the variable
+// that holds no such URL.
+[[nodiscard]] std::optional<HttpProxyConfig> environment_proxy(const std::string& host,
+                                                               std::uint16_t port,
+                                                               const Variable& variable,
+                                                               std::string& wrong);
+
+// The proxy of http_proxy and http_proxy_login; by default that of the environment, for wss://.
+// Adds what is wrong to `problems`.
 [[nodiscard]] std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values,
                                                              const DialConfig& dial,
                                                              const Variable& variable,

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
+
+#include "config/syntax.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -124,6 +127,14 @@ std::string expected_of(const KeySpec& spec) {
     case ParameterType::kStrings: return "a list of strings";
     default: return "";
   }
+}
+
+ParameterValue value_to_show(const KeySpec& spec, const ParameterValue& value) {
+  constexpr std::array<std::string_view, 3> kUrls = {"url", "auth.service", "auth.jwt_keys"};
+  const auto* text = std::get_if<std::string>(&value);
+  if (text == nullptr || std::find(kUrls.begin(), kUrls.end(), spec.key) == kUrls.end())
+    return value;
+  return syntax::url_to_show(*text);
 }
 
 }  // namespace connect_bridge

@@ -28,6 +28,10 @@ namespace connect_bridge {
 
 [[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
 
+// The value without what may be secret in a URL: user, password, query. Secret keys are not its
+// concern.
+[[nodiscard]] ParameterValue value_to_show(const KeySpec& spec, const ParameterValue& value);
+
 // "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".
 [[nodiscard]] std::string expected_of(const KeySpec& spec);
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "config/http_proxy.hpp"
+#include "config/syntax.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -67,9 +70,26 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
   }
 }
 
+// On the way to whom this login method asks.
+std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Surroundings& around,
+                                                Problems& problems) {
+  const char* const key = auth.method == "service" ? "auth.service" : "auth.jwt_keys";
+  const auto address =
+      syntax::parse_http_url(auth.method == "service" ? auth.service : auth.jwt_keys);
+  if (!address || !address->secure) return std::nullopt;
+  std::string wrong;
+  auto proxy = environment_proxy(address->host, address->port, around.variable, wrong);
+  if (!wrong.empty())
+    add(problems, key, "",
+        fmt::format("http://host:port in the environment variable {}; or its host in no_proxy, "
+                    "where the way to it needs no proxy",
+                    wrong));
+  return proxy;
+}
+
 }  // namespace
 
-AuthConfig read_auth(const CheckedValues& values) {
+AuthConfig read_auth(const CheckedValues& values, const Surroundings& around, Problems& problems) {
   AuthConfig auth;
   auth.method = values.text("auth.method");
   auth.token = values.text("auth.token");
@@ -83,6 +103,7 @@ AuthConfig read_auth(const CheckedValues& values) {
   auth.https_ca = values.text("auth.https_ca");
   auth.plugin = values.text("auth.plugin");
   auth.plugin_options = values.text("auth.plugin_options");
+  auth.https_proxy = read_https_proxy(auth, around, problems);
   return auth;
 }
 

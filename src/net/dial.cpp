@@ -13,8 +13,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::chrono::seconds kFirstAttempt{1};
-
 // The first line of what a server or proxy answered, made harmless for a log.
 std::string first_line(const std::string& body) {
   std::string line = body.substr(0, std::min<std::size_t>(body.find_first_of("\r\n"), 200));
@@ -33,9 +31,8 @@ Dialing::Dialing(asio::io_context& io, DialOptions options, SocketOptions socket
     : io_(io),
       options_(std::move(options)),
       sockets_(std::move(sockets)),
-      resolver_(io),
       deadline_(io),
-      attempt_(io),
+      way_(std::make_shared<Way>(io, options_.url.host, options_.url.port, options_.proxy)),
       tls_(std::move(tls)),
       response_(std::make_unique<Response>()) {}
 
@@ -43,82 +40,23 @@ Dialing::~Dialing() = default;
 
 void Dialing::start(Done done) {
   done_ = std::move(done);
-  end_ = std::chrono::steady_clock::now() + options_.timeout;
-  stage_ = "the name look-up";
-  deadline_.expires_at(end_);
+  deadline_.expires_after(options_.timeout);
   deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
     const auto self = weak.lock();
-    if (self && !error) self->fail("no answer in time (" + self->stage_ + ")");
+    if (!self || error) return;
+    const std::string stage = self->stage_ ? self->stage_ : self->way_->stage();
+    self->fail("no answer in time (" + stage + ")");
   });
-  if (!options_.url.secure || tls_) resolve();
-}
-
-void Dialing::resolve() {
-  const std::string& host = options_.proxy ? options_.proxy->host : options_.url.host;
-  const std::uint16_t port = options_.proxy ? options_.proxy->port : options_.url.port;
-  ErrorCode no_literal;
-  const auto address = asio::ip::make_address(host, no_literal);
-  if (!no_literal) {  // without the resolver's thread
-    endpoints_ = {Endpoint{address, port}};
-    asio::post(io_, [self = shared_from_this()] { self->connect_next(); });
-    return;
-  }
-  resolver_.async_resolve(host, std::to_string(port), asio::ip::tcp::resolver::numeric_service,
-                          [self = shared_from_this(), host](ErrorCode error, const auto& results) {
-                            if (!self->done_) return;
-                            if (error) return self->fail(failure_text(error, nullptr, host));
-                            for (const auto& result : results)
-                              self->endpoints_.push_back(result.endpoint());
-                            self->connect_next();
-                          });
-}
-
-void Dialing::connect_next() {
-  if (!done_) return;
-  stage_ = "TCP connect";
-  // Addresses take turns, and each try is short at first: a SYN that was lost in a cut is repeated
-  // by the kernel only after 1, 3 and 7 seconds, and the link must be back soon after the network.
-  const auto round = static_cast<int>(attempts_++ / endpoints_.size());
-  const Endpoint endpoint = endpoints_.front();
-  std::rotate(endpoints_.begin(), endpoints_.begin() + 1, endpoints_.end());
-  socket_ = std::make_shared<WebSocket>(TcpSocket{io_.get_executor()});
-  attempt_.expires_after(kFirstAttempt * (1 + round));
-  attempt_.async_wait([weak = weak_from_this(), socket = std::weak_ptr{socket_}](ErrorCode error) {
-    const auto self = weak.lock();
-    const auto attempted = socket.lock();
-    if (self && attempted && !error) attempted->next_layer().abort();
+  if (options_.url.secure && !tls_) return;
+  way_->start([self = shared_from_this()](auto socket, const std::string& problem) {
+    if (!socket) return self->fail(problem);
+    self->on_connected(std::move(*socket));
   });
-  socket_->next_layer().socket().async_connect(
-      endpoint, [self = shared_from_this(), endpoint](ErrorCode error) {
-        self->on_connected(endpoint, error);
-      });
 }
 
-void Dialing::on_connected(const Endpoint& endpoint, const ErrorCode& error) {
-  if (!done_) return;
-  attempt_.cancel();
-  if (error == asio::error::operation_aborted) return connect_next();  // until the deadline
-  if (error) {
-    std::erase(endpoints_, endpoint);
-    if (!endpoints_.empty()) return connect_next();
-    return fail(failure_text(error, nullptr, {}));
-  }
-  tune_socket(socket_->next_layer().socket().native_handle(), sockets_);
-  if (options_.proxy) return ask_proxy();
-  enter();
-}
-
-void Dialing::ask_proxy() {
-  stage_ = "CONNECT of the proxy";
-  open_way(socket_, *options_.proxy, options_.url,
-           [self = shared_from_this()](const std::string& problem) {
-             if (!self->done_) return;
-             if (!problem.empty()) return self->fail(problem);
-             self->enter();
-           });
-}
-
-void Dialing::enter() {
+void Dialing::on_connected(TcpSocket socket) {
+  tune_socket(socket.native_handle(), sockets_);
+  socket_ = std::make_shared<WebSocket>(std::move(socket));
   if (options_.url.secure) return start_tls();
   upgrade();
 }
@@ -203,8 +141,7 @@ void Dialing::fail(const std::string& problem) {
 
 void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {
   deadline_.cancel();
-  attempt_.cancel();
-  resolver_.cancel();
+  way_->stop();
   const Done done = std::move(done_);
   done_ = nullptr;
   done(std::move(socket), std::move(problem));
@@ -213,8 +150,7 @@ void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {
 void Dialing::abandon() {
   done_ = nullptr;
   deadline_.cancel();
-  attempt_.cancel();
-  resolver_.cancel();
+  way_->stop();
   if (socket_) socket_->next_layer().abort();
 }
 

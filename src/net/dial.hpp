@@ -1,16 +1,15 @@
-// The client's half of a handshake: look up the name, connect, ask a proxy, TLS, upgrade.
+// The client's half of a handshake: the way to the server, TLS, upgrade.
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "net/options.hpp"
 #include "net/tls.hpp"
 #include "net/transport.hpp"
+#include "net/way.hpp"
 
 namespace connect_bridge {
 
@@ -33,13 +32,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
 
  private:
   struct Response;
-  using Endpoint = asio::ip::tcp::endpoint;
 
-  void resolve();
-  void connect_next();
-  void on_connected(const Endpoint& endpoint, const ErrorCode& error);
-  void ask_proxy();
-  void enter();
+  void on_connected(TcpSocket socket);
   void start_tls();
   void on_tls(const ErrorCode& error);
   void upgrade();
@@ -52,16 +46,12 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   asio::io_context& io_;
   DialOptions options_;
   SocketOptions sockets_;
-  asio::ip::tcp::resolver resolver_;
-  asio::steady_timer deadline_;      // of the whole dial
-  asio::steady_timer attempt_;       // of one address
-  std::vector<Endpoint> endpoints_;  // the next to try first
-  std::size_t attempts_ = 0;
-  std::chrono::steady_clock::time_point end_;
+  asio::steady_timer deadline_;  // of the whole dial
+  const std::shared_ptr<Way> way_;
   TlsContext tls_;
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Response> response_;
-  std::string stage_;  // what is being waited for
+  const char* stage_ = nullptr;  // what is being waited for; null: the way
   Done done_;
 };
 

@@ -10,10 +10,12 @@
 #include <boost/beast/http/status.hpp>
 
 #include "net/tls.hpp"
-#include "net/websocket.hpp"
 
 namespace connect_bridge {
 namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
 
 constexpr std::size_t kAnswerBytesMax = 8192;
 
@@ -31,8 +33,8 @@ std::string base64(const std::string& text) {
   return encoded;
 }
 
-struct Way {
-  std::shared_ptr<WebSocket> socket;
+struct Asking {
+  std::shared_ptr<TcpSocket> socket;
   HttpProxy proxy;
   std::string request;
   beast::flat_buffer buffer{kAnswerBytesMax};
@@ -40,41 +42,40 @@ struct Way {
   std::function<void(std::string)> done;
 };
 
-std::string request_text(const HttpProxy& proxy, const Url& server) {
-  const std::string target = host_and_port(server.host, server.port);
+std::string request_text(const HttpProxy& proxy, const std::string& target) {
   std::string text =
       "CONNECT " + target + " HTTP/1.1\r\nHost: " + target + "\r\nUser-Agent: ROS2 Connect\r\n";
   if (!proxy.login.empty()) text += "Proxy-Authorization: Basic " + base64(proxy.login) + "\r\n";
   return text + "\r\n";
 }
 
-std::string refusal(const Way& way) {
-  const auto status = way.answer.get().result();
+std::string refusal(const Asking& asking) {
+  const auto status = asking.answer.get().result();
   if (status == http::status::proxy_authentication_required)
-    return way.proxy.login.empty() ? "it wants a login (http_proxy_login)"
-                                   : "it refuses this login (http_proxy_login)";
+    return (asking.proxy.login.empty() ? "it wants a login (" : "it refuses this login (") +
+           asking.proxy.login_key + ")";
   const auto reason = http::obsolete_reason(status);
-  return "it refuses the way with HTTP " + std::to_string(way.answer.get().result_int()) + " " +
+  return "it refuses the way with HTTP " + std::to_string(asking.answer.get().result_int()) + " " +
          std::string{reason.data(), reason.size()};
 }
 
-std::string problem_of(const Way& way, const ErrorCode& error) {
+std::string problem_of(const Asking& asking, const ErrorCode& error) {
   if (error == http::error::end_of_stream || error == http::error::partial_message)
     return "it ended the connection instead of answering";
   if (error.category() == make_error_code(http::error::bad_version).category())
     return "what answers there is no HTTP proxy (" + error.message() + ")";
   if (error) return failure_text(error, nullptr, {});
-  if (http::to_status_class(way.answer.get().result()) != http::status_class::successful)
-    return refusal(way);
+  if (http::to_status_class(asking.answer.get().result()) != http::status_class::successful)
+    return refusal(asking);
   // Neither TLS nor HTTP servers speak first.
-  if (way.buffer.size() > 0) return "it sent more than its answer";
+  if (asking.buffer.size() > 0) return "it sent more than its answer";
   return {};
 }
 
-void read_answer(const std::shared_ptr<Way>& way) {
+void read_answer(const std::shared_ptr<Asking>& asking) {
   http::async_read_header(
-      way->socket->next_layer(), way->buffer, way->answer,
-      [way](ErrorCode error, std::size_t) { way->done(problem_of(*way, error)); });
+      *asking->socket, asking->buffer, asking->answer,
+      [asking](ErrorCode error, std::size_t) { asking->done(problem_of(*asking, error)); });
 }
 
 }  // namespace
@@ -83,19 +84,19 @@ std::string proxy_text(const HttpProxy& proxy) {
   return host_and_port(proxy.host, proxy.port);
 }
 
-void open_way(std::shared_ptr<WebSocket> socket, const HttpProxy& proxy, const Url& server,
-              std::function<void(std::string)> done) {
-  const auto way = std::make_shared<Way>();
-  way->socket = std::move(socket);
-  way->proxy = proxy;
-  way->request = request_text(proxy, server);
-  way->done = std::move(done);
-  way->answer.header_limit(kAnswerBytesMax);
-  way->answer.skip(true);  // no body follows, whatever the header says
-  asio::async_write(way->socket->next_layer(), asio::buffer(way->request),
-                    [way](ErrorCode error, std::size_t) {
-                      if (error) return way->done(failure_text(error, nullptr, {}));
-                      read_answer(way);
+void open_way(std::shared_ptr<TcpSocket> socket, const HttpProxy& proxy, const std::string& host,
+              std::uint16_t port, std::function<void(std::string)> done) {
+  const auto asking = std::make_shared<Asking>();
+  asking->socket = std::move(socket);
+  asking->proxy = proxy;
+  asking->request = request_text(proxy, host_and_port(host, port));
+  asking->done = std::move(done);
+  asking->answer.header_limit(kAnswerBytesMax);
+  asking->answer.skip(true);  // no body follows, whatever the header says
+  asio::async_write(*asking->socket, asio::buffer(asking->request),
+                    [asking](ErrorCode error, std::size_t) {
+                      if (error) return asking->done(failure_text(error, nullptr, {}));
+                      read_answer(asking);
                     });
 }
 

@@ -1,15 +1,15 @@
 // Asks an HTTP proxy for a way to the server (CONNECT, RFC 9110 section 9.3.6).
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include "net/options.hpp"
+#include "net/transport.hpp"
 
 namespace connect_bridge {
-
-struct WebSocket;
 
 // "proxy.example:3128", for texts.
 [[nodiscard]] std::string proxy_text(const HttpProxy& proxy);
@@ -17,7 +17,7 @@ struct WebSocket;
 // On a connection to the proxy, before anything else; after it the bytes go to and come from the
 // server. `done` is called once with what is wrong, empty if nothing, and not from inside. Without
 // a time limit: to give up close the socket. An answer has 8 KiB of header at most.
-void open_way(std::shared_ptr<WebSocket> socket, const HttpProxy& proxy, const Url& server,
-              std::function<void(std::string problem)> done);
+void open_way(std::shared_ptr<TcpSocket> socket, const HttpProxy& proxy, const std::string& host,
+              std::uint16_t port, std::function<void(std::string problem)> done);
 
 }  // namespace connect_bridge

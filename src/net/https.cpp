@@ -1,7 +1,6 @@
 #include "net/https.hpp"
 
 #include <algorithm>
-#include <boost/asio/connect.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
@@ -10,6 +9,7 @@
 #include <string_view>
 
 #include "net/tls.hpp"
+#include "net/way.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -35,37 +35,35 @@ std::optional<std::chrono::seconds> max_age_of(std::string_view control) {
 // One request, on an io_context of its own.
 class Exchange {
  public:
-  Exchange(const HttpRequest& request, TlsContext tls)
+  Exchange(const HttpRequest& request, const std::optional<HttpProxy>& proxy, TlsContext tls)
       : request_(request),
         tls_(std::move(tls)),
         deadline_(io_),
-        resolver_(io_),
-        transport_(TcpSocket(io_.get_executor())) {}
+        way_(std::make_shared<Way>(io_, request.address.host, request.address.port, proxy)) {}
+  ~Exchange() { way_->stop(); }
+  Exchange(const Exchange&) = delete;
+  Exchange& operator=(const Exchange&) = delete;
 
   HttpAnswer run() {
     deadline_.expires_after(request_.timeout);
     deadline_.async_wait([this](ErrorCode) { fail("no answer in time"); });
-    resolver_.async_resolve(request_.address.host, std::to_string(request_.address.port),
-                            asio::ip::tcp::resolver::numeric_service,
-                            [this](ErrorCode error, const auto& found) {
-                              if (error) return fail(failure_text(error, nullptr, {}));
-                              connect(found);
-                            });
+    way_->start([this](auto socket, const std::string& problem) {
+      if (!socket) return fail(problem);
+      on_connected(std::move(*socket));
+    });
     io_.run();
     return std::move(answer_);
   }
 
  private:
-  void connect(const asio::ip::tcp::resolver::results_type& found) {
-    asio::async_connect(transport_.socket(), found, [this](ErrorCode error, const auto&) {
-      if (error) return fail(failure_text(error, nullptr, {}));
-      if (!request_.address.secure) return send();
-      transport_.start_tls(tls_);
-      expect_server(transport_.tls(), request_.address.host, true);
-      transport_.async_tls_handshake(false, [this](ErrorCode failed) {
-        if (!failed) return send();
-        fail("TLS: " + failure_text(failed, transport_.tls(), request_.address.host));
-      });
+  void on_connected(TcpSocket socket) {
+    transport_.emplace(std::move(socket));
+    if (!request_.address.secure) return send();
+    transport_->start_tls(tls_);
+    expect_server(transport_->tls(), request_.address.host, true);
+    transport_->async_tls_handshake(false, [this](ErrorCode failed) {
+      if (!failed) return send();
+      fail("TLS: " + failure_text(failed, transport_->tls(), request_.address.host));
     });
   }
 
@@ -83,8 +81,8 @@ class Exchange {
       asked_.body() = request_.json;
     }
     asked_.prepare_payload();
-    http::async_write(transport_, asked_, [this](ErrorCode error, std::size_t) {
-      if (error) return fail(failure_text(error, transport_.tls(), request_.address.host));
+    http::async_write(*transport_, asked_, [this](ErrorCode error, std::size_t) {
+      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
       receive();
     });
   }
@@ -92,9 +90,9 @@ class Exchange {
   void receive() {
     parser_.body_limit(request_.answer_bytes_max);
     parser_.header_limit(kHeaderBytesMax);
-    http::async_read(transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
+    http::async_read(*transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
       if (error == http::error::body_limit) return fail("the answer is too large");
-      if (error) return fail(failure_text(error, transport_.tls(), request_.address.host));
+      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
       const auto& got = parser_.get();
       answer_.status = static_cast<int>(got.result_int());
       answer_.body = got.body();
@@ -113,8 +111,8 @@ class Exchange {
   asio::io_context io_{1};
   TlsContext tls_;
   asio::steady_timer deadline_;
-  asio::ip::tcp::resolver resolver_;
-  Transport transport_;
+  const std::shared_ptr<Way> way_;
+  std::optional<Transport> transport_;
   http::request<http::string_body> asked_;
   beast::flat_buffer buffer_;
   http::response_parser<http::string_body> parser_;
@@ -123,7 +121,8 @@ class Exchange {
 
 }  // namespace
 
-HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file) {
+HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file,
+                 const std::optional<HttpProxy>& proxy) {
   HttpAnswer answer;
   TlsContext tls;
   if (request.address.secure) {
@@ -133,7 +132,7 @@ HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file) {
     if (!tls) return answer;
   }
   try {
-    return Exchange(request, std::move(tls)).run();
+    return Exchange(request, proxy, std::move(tls)).run();
   } catch (const std::exception& error) {
     answer.problem = error.what();
     return answer;

@@ -93,7 +93,8 @@ struct ListenOptions {
 struct HttpProxy {
   std::string host;  // name or address literal, IPv6 without its brackets
   std::uint16_t port = 80;
-  std::string login;  // "user:password"; empty: none
+  std::string login;                           // "user:password"; empty: none
+  std::string login_key = "http_proxy_login";  // what a person gives the login in
 };
 
 struct DialOptions {

@@ -51,6 +51,11 @@ Variable environment() {
   };
 }
 
+std::optional<HttpProxy> http_proxy(const std::optional<HttpProxyConfig>& proxy) {
+  if (!proxy) return std::nullopt;
+  return HttpProxy{proxy->host, proxy->port, proxy->login, proxy->login_key};
+}
+
 void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
@@ -74,9 +79,8 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
               config.auth.jwt_algorithms, config.auth.jwt_groups_claim};
   auth.jwt.keys_address = syntax::parse_http_url(config.auth.jwt_keys);
   if (const auto service = syntax::parse_http_url(config.auth.service)) auth.service = *service;
-  auth.fetch = [ca = config.auth.https_ca](const HttpRequest& request) {
-    return fetch(request, ca);
-  };
+  auth.fetch = [ca = config.auth.https_ca, proxy = http_proxy(config.auth.https_proxy)](
+                   const HttpRequest& request) { return fetch(request, ca, proxy); };
   auth.plugin = config.auth.plugin;
   auth.plugin_options = config.auth.plugin_options;
   AuthSetup setup = make_authenticator(auth, wall_clock());
@@ -119,8 +123,7 @@ void assemble_client(const Config& config, const Start& start, BridgeParts& part
     parts.side.credential = {shown.begin(), shown.end()};
   }
   parts.dial.url = {config.dial.tls, config.dial.host, config.dial.port, config.dial.target};
-  if (const auto& proxy = config.dial.proxy)
-    parts.dial.proxy = HttpProxy{proxy->host, proxy->port, proxy->login};
+  parts.dial.proxy = http_proxy(config.dial.proxy);
   parts.dial.tls.ca_file = config.tls.ca;
   parts.dial.tls.server_name = config.tls.server_name;
   parts.dial.tls.pins = config.tls.pins;

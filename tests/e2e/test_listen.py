@@ -1,5 +1,8 @@
 """Where a server listens, and through what a client gets there."""
 
+import contextlib
+import socket
+import subprocess
 import sys
 
 import pytest
@@ -17,6 +20,18 @@ os.set_inheritable(3, True)
 os.environ.update(LISTEN_PID=str(os.getpid()), LISTEN_FDS="1")
 os.execv(sys.argv[2], sys.argv[2:])
 """
+
+# Gives a program an /etc/hosts of its own.
+OWN_HOSTS = ["unshare", "--mount", "sh", "-c", 'mount --bind "$0" /etc/hosts && exec "$@"']
+
+
+def black_hole(address):
+    """A listener whose queue is full: what else would connect gets no answer."""
+    listener, filling = socket.socket(), socket.socket()
+    listener.bind(address)
+    listener.listen(0)
+    filling.connect(address)
+    return [listener, filling]
 
 
 def test_several_addresses(make_pair, topic):
@@ -52,6 +67,27 @@ def test_without_a_socket_of_systemd(make_side, domains):
     server = make_side("server", domains(1)[0], {"listen": {"address": "systemd"}, **login})
     server.start().wait_for("systemd has passed no socket to this process")
     assert server.process.wait(10) == 2
+
+
+def test_a_name_of_which_most_addresses_are_dead(make_pair, topic, tmp_path):
+    """Each of them alone would take a second, and all of them longer than a dial may take."""
+    dead, good, port = [f"127.0.0.{i}" for i in range(2, 8)], "127.0.0.9", free_port()
+    hosts = tmp_path / "hosts"
+    hosts.write_text("".join(f"{one} robot.test\n" for one in [*dead, good]), encoding="ascii")
+    own = [*OWN_HOSTS, str(hosts)]
+    if subprocess.run([*own, "true"], capture_output=True).returncode != 0:
+        pytest.skip("no mount namespaces on this machine")
+    client = {"url": f"ws://robot.test:{port}", "dial_timeout": 4.0, "allow_plaintext": True}
+    pair = make_pair(within=([], own), client=client, start=False)
+    listen = {"listen": {"address": good, "port": port}}
+    pair.server.set_parameters({**pair.server.parameters, **listen})
+    with contextlib.ExitStack() as open_sockets:
+        for address in dead:
+            for one in black_hole((address, port)):
+                open_sockets.enter_context(one)
+        pair.bridge.start()
+        assert "cannot connect" not in pair.client.text()
+    pair.opened(Blob, topic, Blob())
 
 
 @pytest.fixture

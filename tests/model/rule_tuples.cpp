@@ -12,12 +12,16 @@
 #include <string_view>
 #include <vector>
 
+#include "model/rule_opinions.hpp"
 #include "sim/rights.hpp"
 #include "sim/rng.hpp"
 
 namespace {
 
 using namespace connect_bridge;  // NOLINT: a program of one file
+using model::Asked;
+using model::opinions_of;
+using model::RuleOpinions;
 using sim::Rng;
 using Strings = std::vector<std::string>;
 
@@ -61,7 +65,6 @@ Strings some(Rng& rng, const Strings& of, unsigned permille) {
   return result;
 }
 
-// Its number stands in the treatment, which is all that the second opinion tells.
 Rule random_rule(Rng& rng, std::uint32_t number) {
   Rule rule;
   rule.name = "rule" + std::to_string(number);
@@ -76,12 +79,6 @@ Rule random_rule(Rng& rng, std::uint32_t number) {
   rule.groups = some(rng, kPeople, rng.chance(300) ? 500 : 0);
   return rule;
 }
-
-struct Asked {
-  InterfaceKind kind = InterfaceKind::kTopic;
-  std::string name, type, action_type;
-  [[nodiscard]] Interface what() const { return {kind, name, type, action_type}; }
-};
 
 Asked random_interface(Rng& rng) {
   Asked asked;
@@ -113,31 +110,6 @@ Asked random_interface(Rng& rng) {
   return asked;
 }
 
-std::string shown(const Policy& policy, Direction direction, const Asked& asked,
-                  const Identity& who) {
-  std::string text = direction == Direction::kExport ? "export " : "import ";
-  text += asked.name + " [" + asked.type + "] for " + who.name;
-  for (const auto& group : who.groups) text += " +" + group;
-  for (const Rule& rule : policy.rules()) {
-    text += "\n  " + rule.name;
-    for (const auto& [key, list] : {std::pair{"export_topics", &rule.export_topics},
-                                    {"import_topics", &rule.import_topics},
-                                    {"export_services", &rule.export_services},
-                                    {"import_services", &rule.import_services},
-                                    {"export_actions", &rule.export_actions},
-                                    {"import_actions", &rule.import_actions},
-                                    {"export_parameters", &rule.export_parameters},
-                                    {"import_parameters", &rule.import_parameters},
-                                    {"deny", &rule.deny}})
-      for (const Pattern& pattern : *list) text += std::string(" ") + key + ":" + pattern.text();
-    for (const auto& [key, list] : {std::pair{"types", &rule.types},
-                                    {"identities", &rule.identities},
-                                    {"groups", &rule.groups}})
-      for (const auto& word : *list) text += std::string(" ") + key + ":" + word;
-  }
-  return text;
-}
-
 struct Counts {
   std::uint64_t tuples = 0, allowed = 0, differ = 0;
 };
@@ -146,22 +118,11 @@ void ask(Rng& rng, const Policy& policy, const Identity& who, const Accepts& acc
          Counts& counts) {
   const Asked asked = random_interface(rng);
   const Direction direction = rng.chance(500) ? Direction::kExport : Direction::kImport;
-  const auto decided = policy.decide(direction, asked.what(), who);
-  const auto second =
-      asked.kind == InterfaceKind::kTopic
-          ? sim::treatment_of(policy, direction, asked.name, asked.type, who)
-          : sim::service_treatment_of(policy, direction, asked.name, asked.type, who);
+  const RuleOpinions opinions = opinions_of(policy, accepts, direction, asked, who);
   ++counts.tuples;
-  if (decided) ++counts.allowed;
-  const std::uint32_t by = decided ? decided->treatment.calls_max : 0;
-  const std::uint32_t by_second = second ? second->calls_max : 0;
-  const bool told =
-      direction == Direction::kExport || accepted_by(accepts, asked.what()) == decided.has_value();
-  if (by == by_second && told) return;
-  if (++counts.differ > 5) return;
-  std::fprintf(stderr, "rule %u, and by the second opinion %u%s: %s\n", by, by_second,
-               told ? "" : "; the peer is told something else",
-               shown(policy, direction, asked, who).c_str());
+  if (opinions.by != 0) ++counts.allowed;
+  if (opinions.agree() || ++counts.differ > 5) return;
+  std::fprintf(stderr, "%s\n", to_text(opinions, policy, direction, asked, who).c_str());
 }
 
 }  // namespace

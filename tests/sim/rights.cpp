@@ -90,6 +90,7 @@ std::optional<std::string> action_type_of(const std::string& part, const std::st
   if (part == "status" && type == "action_msgs/msg/GoalStatusArray") return kActionType;
   const auto suffix = suffixes.find(part);
   if (suffix == suffixes.end() || !type.ends_with(suffix->second)) return {};
+  if (type.find("/action/") == std::string::npos) return {};
   return type.substr(0, type.size() - suffix->second.size());
 }
 

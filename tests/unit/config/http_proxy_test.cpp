@@ -20,14 +20,15 @@ std::string text_of(const std::optional<HttpProxyConfig>& proxy) {
   return proxy ? proxy->host + " " + std::to_string(proxy->port) + " " + proxy->login : "none";
 }
 
-Parsed parsed(const ParameterMap& given, const Environment& environment) {
+Parsed parsed(const ParameterMap& given, const Environment& environment,
+              Role role = Role::kClient) {
   Surroundings around;
   around.token_in_environment = true;
   around.variable = [environment](const char* name) {
     const auto found = environment.find(name);
     return found == environment.end() ? "" : found->second;
   };
-  return parse_config(given, Role::kClient, around);
+  return parse_config(given, role, around);
 }
 
 // The proxy that a client of this URL takes.
@@ -77,6 +78,31 @@ TEST(HttpProxy, IsThatOfTheEnvironment) {
   EXPECT_EQ(taken({{"https_proxy", "http://me:hush@p:x"}}),
             "http_proxy: expected http://host:port in the environment variable https_proxy; or "
             "http_proxy: none, where the way to the server needs no proxy");
+}
+
+// A server asks an identity service, or for keys, by the same proxy.
+TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
+  const auto taken_by = [](const std::string& service, const Environment& environment) {
+    const ParameterMap given{{"auth.method", "service"}, {"auth.service", service}};
+    const Parsed made = parsed(given, environment, Role::kServer);
+    return made.config ? text_of(made.config->auth.https_proxy) : to_text(made.problems.at(0));
+  };
+  const std::string service = "https://id.example/login";
+  const Environment environment{{"https_proxy", "http://me:hush@p:1"}};
+  EXPECT_EQ(taken_by(service, environment), "p 1 me:hush");
+  EXPECT_EQ(taken_by(service, {}), "none");
+  EXPECT_EQ(taken_by("http://localhost:9/login", environment), "none");
+  EXPECT_EQ(taken_by(service, {{"https_proxy", "http://p:1"}, {"no_proxy", ".example"}}), "none");
+  EXPECT_EQ(taken_by(service, {{"HTTPS_PROXY", "http://me:hush@p:x"}}),
+            "auth.service: expected http://host:port in the environment variable HTTPS_PROXY; or "
+            "its host in no_proxy, where the way to it needs no proxy");
+  const ParameterMap keys{{"auth.method", "jwt"},
+                          {"auth.jwt_keys", "https://id.example/keys"},
+                          {"auth.jwt_issuer", "i"},
+                          {"auth.jwt_audience", "a"}};
+  const Config config = parsed(keys, environment, Role::kServer).config.value();
+  EXPECT_EQ(text_of(config.auth.https_proxy), "p 1 me:hush");
+  EXPECT_THAT(explain(config), HasSubstr("/keys; through the HTTP proxy p:1, with a login\n"));
 }
 
 TEST(HttpProxy, IsThatOfTheParameters) {

@@ -1,0 +1,62 @@
+// Several addresses of one name, of which some may not answer (RFC 8305, "Happy Eyeballs").
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+// Connects to the first address that answers. Attempts begin in the order of the addresses, one
+// every kAttemptDelay, or at once when one ends without success. An attempt has kFirstAttempt at
+// first, then its address waits for another, longer one: the kernel repeats a SYN that was lost in
+// a cut only after 1, 3 and 7 seconds, and the link must be back soon after the network. An address
+// that refuses is not tried again. Thread: that of the io_context.
+class Race : public std::enable_shared_from_this<Race> {
+ public:
+  using Endpoint = asio::ip::tcp::endpoint;
+  // The connected socket, or the last error when every address has refused.
+  using Done = std::function<void(std::optional<TcpSocket>, const ErrorCode&)>;
+
+  static constexpr std::size_t kAddressesMax = 16;
+  static constexpr std::chrono::milliseconds kAttemptDelay{250};  // RFC 8305 section 5
+  static constexpr std::chrono::seconds kFirstAttempt{1};
+
+  // The families take turns, beginning with that of the first address (RFC 8305 section 4); beyond
+  // kAddressesMax addresses are left out.
+  [[nodiscard]] static std::vector<Endpoint> in_turns(const std::vector<Endpoint>& addresses);
+
+  explicit Race(asio::io_context& io) : io_(io), pace_(io) {}
+  // Once only; one address or more. `done` is called once, never from inside; the race does not end
+  // by itself while an address is silent.
+  void start(const std::vector<Endpoint>& addresses, Done done);
+  // `done` is not called any more.
+  void stop();
+
+ private:
+  struct Attempt;
+  struct Waiting {
+    Endpoint address;
+    std::chrono::seconds time;  // of its next attempt
+  };
+
+  void begin_next();
+  void on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error);
+  void finish(std::optional<TcpSocket> winner, const ErrorCode& error);
+
+  asio::io_context& io_;
+  asio::steady_timer pace_;
+  std::deque<Waiting> waiting_;
+  std::set<std::shared_ptr<Attempt>> running_;
+  Done done_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,49 @@
+// TCP to a server, straight or through an HTTP proxy.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "net/options.hpp"
+#include "net/race.hpp"
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+// Looks up the name, connects to the first of its addresses that answers, asks the proxy. With a
+// proxy the name and addresses are the proxy's; it looks up the server's. Who starts it bounds the
+// time. Thread: that of the io_context.
+class Way : public std::enable_shared_from_this<Way> {
+ public:
+  // The connected socket, or none and why.
+  using Done = std::function<void(std::optional<TcpSocket>, const std::string& problem)>;
+
+  // `host`: name or address literal, IPv6 without its brackets.
+  Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy);
+  // Once only. `done` is called once, never from inside.
+  void start(Done done);
+  // `done` is not called any more.
+  void stop();
+  // What is being waited for, for messages.
+  [[nodiscard]] const char* stage() const { return stage_; }
+
+ private:
+  void race(const std::vector<Race::Endpoint>& addresses);
+  void ask_proxy(TcpSocket socket);
+  void finish(std::optional<TcpSocket> socket, const std::string& problem);
+
+  const std::string host_;
+  const std::uint16_t port_;
+  const std::optional<HttpProxy> proxy_;
+  asio::ip::tcp::resolver resolver_;
+  const std::shared_ptr<Race> race_;
+  std::shared_ptr<TcpSocket> asking_;  // what the proxy is asked on
+  const char* stage_ = "the name look-up";
+  Done done_;
+};
+
+}  // namespace connect_bridge

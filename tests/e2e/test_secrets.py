@@ -1,0 +1,179 @@
+"""Every kind of secret that a side can be given is looked for wherever others can read."""
+
+import http.client
+import json
+import pathlib
+import re
+import ssl
+
+import pytest
+from rclpy.parameter_client import AsyncParameterClient
+
+from graph import WAIT, until
+from harness.domains import free_port
+from test_login_methods import PLUGIN, SECRET, HttpsServer, base64url, jwt, write
+
+TOKEN = "correct-horse-battery-staple"
+QUERY = "a-key-in-a-query"
+PROXY_LOGIN = "anna:the-password-of-a-proxy"
+
+
+def argument(key, value):
+    return {"arguments": ("--ros-args", "-p", f"{key}:={value}")}
+
+
+def key_lines(file):
+    """The lines of a PEM file that are the key."""
+    return [line for line in file.read_text().splitlines() if len(line) > 20 and "-" not in line]
+
+
+class Case:
+    """What both sides are given, the secrets in it, and what is seen before the search."""
+
+    def __init__(self, folder, authority):
+        self.folder, self.authority, self.port = folder, authority, free_port()
+        self.server = {
+            "listen": {"port": self.port},
+            "audit": {"file": str(folder / "audit.jsonl")},
+            "usage_file": str(folder / "usage.json"),
+        }
+        self.client = {"url": f"ws://127.0.0.1:{self.port}/?key={QUERY}"}
+        self.more = {"server": {}, "client": {}}
+        self.secrets, self.sees = [QUERY], "link open with "
+        self.cleanup = lambda: None
+
+    def given(self, name, text):
+        """A file that is one of the places where secrets are at home."""
+        (self.folder / "given").mkdir(exist_ok=True)
+        return write(self.folder / "given" / name, text)
+
+    def jwt(self):
+        """With TLS, and a client that has a certificate of its own."""
+        key = {"kty": "oct", "kid": "1", "k": base64url(SECRET)}
+        self.server["auth"] = {
+            "method": "jwt",
+            "jwt_keys": self.given("keys.json", json.dumps({"keys": [key]})),
+            "jwt_issuer": "tests",
+            "jwt_audience": "robot",
+            "jwt_algorithms": ["HS256"],
+        }
+        own = {"certificate": "server.pem", "private_key": "server.key"}
+        tls = {name: str(self.authority / file) for name, file in own.items()}
+        self.server["tls"] = tls
+        token = jwt(60)
+        self.client = {
+            "url": f"wss://localhost:{self.port}/?key={QUERY}",
+            "tls": {"ca": str(self.authority / "ca.pem"), **tls},
+            "auth": {"method": "jwt", "token_file": self.given("anna.jwt", token)},
+        }
+        self.secrets += [token, SECRET.decode(), base64url(SECRET)]
+        self.secrets += key_lines(self.authority / "server.key")
+
+    def service(self):
+        """A login service whose address has a query, and a token in the arguments."""
+        service = HttpsServer(self.authority)
+        self.cleanup = service.close
+        service.judge = lambda shown: {"identity": "anna"} if shown == TOKEN else None
+        self.server["auth"] = {
+            "method": "service",
+            "service": f"{service.url}?key={QUERY}-of-the-service",
+            "https_ca": str(self.authority / "ca.pem"),
+        }
+        self.client["auth"] = {"method": "service"}
+        self.more["client"] = argument("auth.token", TOKEN)
+        self.secrets += [TOKEN, f"{QUERY}-of-the-service"]
+
+    def plugin(self):
+        """A plugin with options, and a token of the environment."""
+        secret = "anna:a-password-of-anna"
+        self.server["auth"] = {"method": "plugin", "plugin": str(PLUGIN)}
+        self.more["server"] = argument("auth.plugin_options", secret)
+        self.client["auth"] = {"method": "plugin"}
+        self.more["client"] = {"env": {"CONNECT_BRIDGE_TOKEN": secret}}
+        self.secrets += [secret, secret.split(":")[1]]
+
+    def refused(self):
+        """A wrong token, told in the parameters."""
+        self.server["auth"] = {"token": TOKEN}
+        self.client["auth"] = {"token": "a-token-of-another-server"}
+        self.secrets += [TOKEN, "a-token-of-another-server"]
+        self.sees = "login refused"
+
+    def proxy(self):
+        """A proxy that is not there, with a login."""
+        self.server["auth"] = {"token": TOKEN}
+        self.client.update(auth={"token": TOKEN}, http_proxy="http://127.0.0.1:1")
+        self.more["client"] = argument("http_proxy_login", PROXY_LOGIN)
+        self.secrets += [TOKEN, PROXY_LOGIN, PROXY_LOGIN.split(":")[1]]
+        self.sees = "by the proxy 127.0.0.1:1: connection refused"
+
+
+def of_process(pid):
+    """What others see of a process; a core dump has the name of a thread or of the program."""
+    folder = pathlib.Path(f"/proc/{pid}")
+    files = [folder / "cmdline", folder / "environ", *folder.glob("task/*/comm")]
+    seen = {str(file): file.read_bytes().decode("utf-8", "replace") for file in files}
+    return {**seen, "exe": str((folder / "exe").readlink())}
+
+
+def of_parameters(graph, role):
+    """What `ros2 param` shows: names, values, descriptions."""
+    client = AsyncParameterClient(graph.tester, f"connect_{role}")
+    assert client.wait_for_services(WAIT)
+
+    def answer(future):
+        until(future.done, "an answer of the parameter service")
+        return future.result()
+
+    hidden = ["auth.token", "auth.plugin_options", "http_proxy_login"]
+    names = list(answer(client.list_parameters([], 0)).result.names)
+    got = answer(client.get_parameters([*names, *hidden]))
+    assert len(got.values) >= len(names) > 20
+    return f"{names} {got} {answer(client.describe_parameters(names))}"
+
+
+def of_page(case):
+    """What a web server there says."""
+    plain = "tls" not in case.server
+    context = ssl.create_default_context(cafile=str(case.authority / "ca.pem"))
+    page = (
+        http.client.HTTPConnection("localhost", case.port, timeout=5)
+        if plain
+        else http.client.HTTPSConnection("localhost", case.port, timeout=5, context=context)
+    )
+    page.request("GET", "/")
+    answer = page.getresponse()
+    return f"{answer.headers} {answer.read()}"
+
+
+@pytest.mark.parametrize("kind", ["jwt", "service", "plugin", "refused", "proxy"])
+def test_no_secret_is_anywhere(kind, tmp_path, authority, domains, make_side, make_graph):
+    case = Case(tmp_path, authority)
+    getattr(case, kind)()
+    sides, graphs = {}, {}
+    for role, domain in zip(("server", "client"), domains(2)):
+        parameters = getattr(case, role)
+        sides[role] = make_side(role, domain, parameters, **case.more[role]).start()
+        graphs[role] = make_graph(domain)
+        if role == "server":
+            sides[role].wait_listening()
+    try:
+        sides["client"].wait_for(re.compile(case.sees))
+        places = {"page": of_page(case)}
+        for role, side in sides.items():
+            until(side.status, "a status")
+            places[f"parameters of the {role}"] = of_parameters(graphs[role], role)
+            places.update(of_process(side.pid))
+        for side in sides.values():
+            assert side.stop() == 0
+    finally:
+        case.cleanup()
+    home = [case.folder / "given", *(side.parameters_file for side in sides.values())]
+    for file in tmp_path.rglob("*"):
+        if file.is_file() and not any(file.is_relative_to(one) for one in home):
+            places[file.name] = file.read_text(encoding="utf-8")
+    written = {"server.log", "client.log", "server.status.json", "audit.jsonl", "usage.json"}
+    assert written <= set(places)
+    for place, text in places.items():
+        for secret in case.secrets:
+            assert secret not in text, f"{secret} in {place}"

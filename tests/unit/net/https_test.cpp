@@ -1,0 +1,74 @@
+// One HTTP request, for login methods: by which way it goes, and that it ends.
+#include "net/https.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "unit/net/certificates.hpp"
+#include "unit/net/fake_proxy.hpp"
+#include "unit/net/harness.hpp"
+#include "unit/scratch.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+using testing::HasSubstr;
+
+// The bridge's own server answers a GET, too: what it is, with HTTP 426.
+class Https : public testing::Test {
+ protected:
+  static ListenOptions listening(const Authority::Files& files) {
+    ListenOptions listen;
+    listen.tls = ServerTls{files.certificate, files.key, ""};
+    return listen;
+  }
+  // fetch() blocks, the other end is in this test's loop.
+  HttpAnswer fetched(Loop& loop, const std::optional<HttpProxy>& proxy) {
+    HttpAnswer answer;
+    std::atomic<bool> done = false;
+    std::thread asking([&] {
+      answer = fetch(request, authority.ca, proxy);
+      done = true;
+    });
+    loop.until([&] { return done.load(); });
+    asking.join();
+    return answer;
+  }
+
+  Authority authority{scratch_folder() + "https_"};
+  Pair pair{listening(authority.sign("id", "DNS:id.example"))};
+  HttpRequest request{{true, "id.example", 443, "/keys"}, "", 3s};
+};
+
+TEST_F(Https, GoesThroughAProxyThatLooksUpTheName) {
+  FakeProxy proxy{pair.loop, kDone, pair.server.network.listen_port()};
+  const HttpAnswer answer = fetched(pair.loop, proxy.proxy("me:secret"));
+  EXPECT_EQ(answer.problem, "");
+  EXPECT_EQ(answer.status, 404);
+  EXPECT_THAT(answer.body, HasSubstr("ROS2 Connect"));
+  EXPECT_THAT(proxy.request, HasSubstr("CONNECT id.example:443 HTTP/1.1\r\n"));
+  EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
+}
+
+TEST_F(Https, TellsWhatTheProxySays) {
+  FakeProxy proxy{pair.loop, "HTTP/1.1 407 Proxy Authentication Required\r\n\r\n"};
+  HttpProxy asked = proxy.proxy();
+  asked.login_key = "https_proxy";
+  EXPECT_THAT(fetched(pair.loop, asked).problem, HasSubstr("it wants a login (https_proxy)"));
+}
+
+TEST_F(Https, IsBoundInTime) {
+  const tcp::acceptor silent{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
+  request.timeout = 200ms;
+  const HttpProxy proxy{"127.0.0.1", silent.local_endpoint().port(), ""};
+  EXPECT_EQ(fetched(pair.loop, proxy).problem, "no answer in time");
+  request.address.host = "127.0.0.1";
+  request.address.port = silent.local_endpoint().port();
+  EXPECT_EQ(fetched(pair.loop, std::nullopt).problem, "no answer in time");
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
