@@ -44,6 +44,8 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
       Duration(std::chrono::seconds(1)) / values.whole("mirrors_per_second");
   limits.calls_max = to_u32(values.whole("calls_max"));
   limits.outbox.queue_delay_target = from_seconds(values.number("queue_delay_target"));
+  limits.outbox.bytes_per_second_max =
+      static_cast<std::uint64_t>(values.whole("link.bytes_per_second"));
   limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));
   limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
   limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));

@@ -301,6 +301,18 @@ void add_times(Rows& rows, const SideOptions& core) {
 void add_flow(Rows& rows, const SideOptions& core) {
   const std::string section = "Connection";
   rows.push_back({.section = section,
+                  .key = "link.bytes_per_second",
+                  .type = ParameterType::kInteger,
+                  .fallback = whole(core.outbox.bytes_per_second_max),
+                  .min = 0,
+                  .max = 1e12,
+                  .unit = "bytes/s",
+                  .help =
+                      "What this side sends on one link at the most, for connections that are paid "
+                      "by the megabyte: bytes of IP packets, as `usage_file` counts them. What is "
+                      "urgent counts and is never held back. 0: no limit; less than 1000 is taken "
+                      "for 1000 (see \"A connection that is paid by the megabyte\")."});
+  rows.push_back({.section = section,
                   .key = "not_sent_bytes",
                   .type = ParameterType::kInteger,
                   .fallback = whole(16384),

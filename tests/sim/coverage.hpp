@@ -32,6 +32,7 @@ enum class Judged : std::uint8_t {
   kBreaks,
   kListeners,
   kFirstWords,
+  kMetered,
   kCount,
 };
 
@@ -62,6 +63,7 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "connections lost that were to cost no message",
     "topics expected to be subscribed for listeners of the other side",
     "first messages of new publishers expected at listeners of the other side",
+    "packets under a cap in bytes per second",
 };
 
 class Coverage {

@@ -235,6 +235,7 @@ Scenario make_scenario(std::uint64_t seed) {
   scenario.ending = static_cast<Ending>(rng.below(3));
   add_services(scenario);
   add_resumption(scenario);
+  add_caps(scenario);
   return scenario;
 }
 

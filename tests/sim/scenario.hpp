@@ -87,6 +87,8 @@ std::vector<Rule> random_rules(Rng& rng);
 void add_services(Scenario& scenario);
 // What the sides keep for a lost link, and which worlds are steady. The rest stays as it is.
 void add_resumption(Scenario& scenario);
+// Some sides may send so many bytes per second only.
+void add_caps(Scenario& scenario);
 Policy with_strangers(const Policy& policy);
 Policy corner_for_all();
 // Options in which every limit may be small.

@@ -164,6 +164,15 @@ void add_resumption(Scenario& scenario) {
   }
 }
 
+void add_caps(Scenario& scenario) {
+  Rng rng{scenario.seed ^ 0xca9edULL};
+  // What is published when all is quiet must still arrive in time.
+  const std::vector<std::int64_t> caps = {400'000, 800'000, 2'000'000};
+  for (auto& host : scenario.hosts)
+    if (rng.chance(150))
+      host.options.outbox.bytes_per_second_max = static_cast<std::uint64_t>(rng.pick(caps));
+}
+
 SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   SideOptions o;
   o.matching = 60ms;

@@ -55,6 +55,7 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
   }
   check_expiry(host, id);
   if (packet.text) {
+    check_cap(host, connection, packet.bytes.size(), false);
     connection.first_bytes += packet.bytes.size();
     const auto control = decode_control(text_of(packet.bytes));
     if (!control)
@@ -62,6 +63,7 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
     on_control(host, identity_of(host, id), connection, control.value());
     return;
   }
+  const std::uint64_t weighted = connection.weighted_bytes;
   FrameReader reader(packet.bytes);
   for (;;) {
     const auto next = reader.next();
@@ -76,6 +78,25 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
       connection.first_bytes += kTimeReplyBytes;
     }
   }
+  check_cap(host, connection, packet.bytes.size(), connection.weighted_bytes > weighted);
+}
+
+// Whatever has left within a second, what may be held back leaves only while there is room for it.
+void WireCheck::check_cap(const Host& host, Connection& connection, std::size_t bytes, bool held) {
+  const std::uint64_t cap = host.plan().options.outbox.bytes_per_second_max;
+  if (cap == 0) return;
+  auto& second = connection.second;
+  for (; !second.empty() && second.front().first + 1s <= ledger_.now(); second.pop_front())
+    connection.second_bytes -= second.front().second;
+  held =
+      held && ledger_.policies_of(host) == 1;  // else it may have been urgent when it was offered
+  if (held) ledger_.coverage().count(Judged::kMetered);
+  const std::uint64_t burst = cap / 10;
+  if (held && connection.second_bytes > cap + burst)
+    violated(describe(host) + " sends more after " + std::to_string(connection.second_bytes) +
+             " bytes in a second, beyond its cap of " + std::to_string(cap));
+  second.push_back({ledger_.now(), bytes});
+  connection.second_bytes += bytes;
 }
 
 void WireCheck::check_expiry(const Host& host, ConnectionId id) const {

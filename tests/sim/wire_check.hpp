@@ -67,6 +67,8 @@ class WireCheck {
     std::map<ChannelId, ChannelId> requests;   // by the peer's channel: ours for the requests
     std::map<ChannelId, std::uint32_t> calls;  // by channel: the last call requested
     std::map<ChannelId, std::uint32_t> sequences;
+    std::deque<std::pair<TimePoint, std::size_t>> second;  // packets of the last one
+    std::uint64_t second_bytes = 0;
     std::uint64_t weighted_bytes = 0;  // data of the classes that share by weight
     std::uint64_t first_bytes = 0;     // control texts, small frames and urgent data
   };
@@ -92,6 +94,8 @@ class WireCheck {
   void check_urgent(const Host& host, ConnectionId id, const Connection& connection,
                     const Channel& channel, const MessageFrame& frame);
   void count(Connection& connection, Channel& channel, std::size_t bytes);
+  // `held`: there is data in it that is not urgent.
+  void check_cap(const Host& host, Connection& connection, std::size_t bytes, bool held);
   void check_expiry(const Host& host, ConnectionId id) const;
 
   const Ledger& ledger_;

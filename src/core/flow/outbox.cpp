@@ -9,9 +9,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
-constexpr double kLightShare = 0.1;      // of the link's rate
-constexpr double kLightRateMin = 10000;  // bytes per second
-constexpr Duration kLightSlack = std::chrono::milliseconds(50);
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
 // below what every receiver takes.
@@ -31,7 +28,7 @@ OutboxOptions bounded(OutboxOptions options) {
 Outbox::Outbox(OutboxOptions options)
     : options_(bounded(options)),
       pacer_(options_.queue_delay_target),
-      light_(kLightRateMin, kLightSlack) {}
+      cap_(options_.bytes_per_second_max) {}
 
 template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
@@ -133,10 +130,7 @@ bool Outbox::is_over() {
 
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
   bool light = !queue.goes_on() && queue.may_be_light(body_bytes) && light_.ready(now.steady);
-  if (light) {
-    light_.set_rate(std::max(pacer_.rate() * kLightShare, kLightRateMin));
-    light_.take(static_cast<double>(kMessageHeaderBytes + body_bytes), now.steady);
-  }
+  if (light) light_.take(kMessageHeaderBytes + body_bytes, pacer_.rate(), cap_.rate(), now.steady);
   if (light == queue.is_light()) return;
   schedule_.remove(queue);
   queue.set_light(light);
@@ -186,13 +180,17 @@ bool Outbox::push_control(std::string text) {
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
   held_.resize(data_bytes_ + control_bytes_ + resend_bytes_);
-  if (!controls_.empty()) return next_control();
+  if (!controls_.empty()) return next_control(now);
   small_.leave(packet_);
   const bool holds_data = add_data(now);
   if (packet_.empty()) return std::nullopt;
-  const bool more_waits = !schedule_.empty();
+  cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
+  // What the cap holds back does not wait for the path: its rate is not to be learnt from this.
+  const bool more_waits = !schedule_.empty() && !cap_.holds(now.steady);
+  // Whatever the packets hold: the window must open again before it is full.
+  const auto ask_bytes = std::max(options_.unacknowledged_bytes_max / 4, kAskBytesMin);
   const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
-                    std::max(sent_bytes_ - asked_end_, kept_since_ask_) >= ask_bytes();
+                    std::max(sent_bytes_ - asked_end_, kept_since_ask_) >= ask_bytes;
   if (asks) packet_.add(AckRequest{});
   sent_bytes_ += packet_.size();
   if (asks) {
@@ -209,15 +207,11 @@ std::optional<Packet> Outbox::next(const Now& now) {
   return packet;
 }
 
-// Whatever the packets hold: the window must open again before it is full.
-std::uint64_t Outbox::ask_bytes() const {
-  return std::max<std::uint64_t>(options_.unacknowledged_bytes_max / 4, kAskBytesMin);
-}
-
-Packet Outbox::next_control() {
+Packet Outbox::next_control(const Now& now) {
   const auto text = std::move(controls_.front());
   controls_.pop_front();
   control_bytes_ -= text.size();
+  cap_.sent(text.size(), now.steady);
   Packet packet;
   packet.text = true;
   packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
@@ -225,8 +219,8 @@ Packet Outbox::next_control() {
 }
 
 bool Outbox::add_data(const Now& now) {
-  const std::uint32_t part_max = pacer_.part_bytes(options_.fragment_bytes);
-  const std::uint32_t gather_max = pacer_.part_bytes(options_.packet_bytes);
+  const std::uint32_t part_max = pacer_.part_bytes(cap_.part_bytes(options_.fragment_bytes));
+  const std::uint32_t gather_max = pacer_.part_bytes(cap_.part_bytes(options_.packet_bytes));
   bool added = false;
   while (packet_.size() < gather_max || packet_.empty()) {
     auto* queue = next_queue(now);
@@ -249,8 +243,8 @@ bool Outbox::add_data(const Now& now) {
 
 bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now) {
   if (!window_allows(queue, packet_bytes)) return false;
-  if (!queue.is_held()) return true;
-  const auto at = pacer_.next_at(now.steady);
+  TimePoint at = queue.priority() == Priority::kUrgent ? now.steady : cap_.next_at();
+  if (at <= now.steady && queue.is_held()) at = pacer_.next_at(now.steady);
   if (at <= now.steady) return true;
   if (at != Pacer::kNever) held_until_ = at;
   return false;
@@ -272,7 +266,7 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
     const bool ready = queue->ready(now);
     bytes_of(*queue) = bytes_of(*queue) - before + queue->bytes();
     if (ready) {
-      queue->prepare(pacer_.assumed_rate());
+      queue->prepare(assumed_rate());
       return queue;
     }
     schedule_.sent_all(0);

@@ -17,10 +17,11 @@
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
 #include "core/flow/in_flight.hpp"
+#include "core/flow/light_budget.hpp"
+#include "core/flow/link_cap.hpp"
 #include "core/flow/outbox_options.hpp"
 #include "core/flow/pacer.hpp"
 #include "core/flow/packet.hpp"
-#include "core/flow/rate_limit.hpp"
 #include "core/flow/small_frames.hpp"
 #include "core/wire/frame.hpp"
 
@@ -111,9 +112,14 @@ class Outbox {
   }
   // What is known of the link's rate and queue.
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
+  // Bytes per second that can be had, as far as it can be told: what the path carries, but not more
+  // than the link's cap. 0: nothing tells.
+  [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
+  // A packet has arrived: its acknowledgements count against the cap.
+  void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
-  Packet next_control();
+  Packet next_control(const Now& now);
   // A small message of a channel without a priority of its own leaves right behind the urgent ones,
   // as long as such messages take little of what the link carries; else all that waits on the
   // channel goes with its class.
@@ -125,7 +131,6 @@ class Outbox {
   void take_part(ChannelQueue& queue, std::uint32_t part_max);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
-  [[nodiscard]] std::uint64_t ask_bytes() const;
   // Whether the window lets a packet of this size with data of this class go.
   [[nodiscard]] bool window_allows(const ChannelQueue& queue, std::size_t packet_bytes) const;
   // Makes room for what was just pushed with this priority.
@@ -161,7 +166,8 @@ class Outbox {
   std::uint64_t resend_bytes_ = 0;    // of all channels
   std::vector<Delivered> delivered_;
   Pacer pacer_;
-  Throttle light_;                       // what small messages may take as urgent ones
+  LinkCap cap_;
+  LightBudget light_;
   std::optional<TimePoint> held_until_;  // what waits may leave then
   PacketBuilder packet_;                 // empty between calls
 };

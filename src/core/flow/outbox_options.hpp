@@ -17,6 +17,8 @@ struct OutboxOptions {
   std::uint32_t packet_bytes = 65536;
   // How long what is not urgent may keep the queues on the way; zero: as long as they take it.
   Duration queue_delay_target = std::chrono::milliseconds(2);
+  // Of IP packets (LinkCap). What is not urgent is held back for it; 0: no limit.
+  std::uint64_t bytes_per_second_max = 0;
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
   // Of control texts; beyond: the link closes with kSlowPeer.

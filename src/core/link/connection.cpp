@@ -38,6 +38,7 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
 }
 
 void Connection::on_packet(bool text, const Payload& packet, const Now& now) {
+  outbox_.on_received(packet.size(), now);
   if (state_ == State::kClosed) return;
   last_heard_ = now.steady;
   probe_ends_at_.reset();

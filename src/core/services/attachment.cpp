@@ -69,7 +69,7 @@ Compression Attachment::compression_of(std::size_t bytes) const {
   constexpr double kRateMax = 20e6;
   Compression how = decision_.treatment.compression;
   if (!how.automatic || !link_.open() || !serving_.jobs.is_large(bytes)) return how;
-  const double rate = link_.outbox().pacer().assumed_rate();
+  const double rate = link_.outbox().assumed_rate();
   if (rate > 0 && rate < kRateMax) how.codec = Codec::kZstd;
   return how;
 }

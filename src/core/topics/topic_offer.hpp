@@ -70,7 +70,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
   // Bytes per second that the path carries, as far as it can be told; 0: nothing tells.
   [[nodiscard]] double path_rate() const {
-    return link_.open() ? link_.outbox().pacer().assumed_rate() : 0;
+    return link_.open() ? link_.outbox().assumed_rate() : 0;
   }
   // How long what waits in the link's queue keeps the path busy, in seconds; 0: nothing tells.
   [[nodiscard]] double queue_seconds() const;

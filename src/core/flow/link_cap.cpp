@@ -1,0 +1,45 @@
+#include "core/flow/link_cap.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr std::size_t kWebSocketHeader = 14;  // RFC 6455 section 5.2: a masked one, at the most
+constexpr std::size_t kTlsRecord = 22;        // RFC 8446 section 5.2: header, type, AES-GCM's tag
+constexpr std::size_t kTlsRecordBytes = 16384;
+constexpr std::size_t kSegmentHeader = 72;   // IPv6, TCP with time stamps
+constexpr std::size_t kSegmentBytes = 1428;  // of a packet of 1500
+constexpr std::size_t kSegmentsPerAck = 2;   // RFC 1122 section 4.2.3.2
+constexpr double kPartSeconds = 0.05;
+
+std::size_t pieces(std::size_t bytes, std::size_t size) {
+  return bytes / size + 1;
+}
+
+}  // namespace
+
+std::uint64_t LinkCap::cost(std::size_t bytes) {
+  const std::size_t framed = bytes + kWebSocketHeader;
+  const std::size_t sealed = framed + kTlsRecord * pieces(framed, kTlsRecordBytes);
+  return sealed + kSegmentHeader * pieces(sealed, kSegmentBytes);
+}
+
+std::uint32_t LinkCap::part_bytes(std::uint32_t most) const {
+  if (rate_ == 0) return most;
+  const double fitting = std::max<double>(rate_ * kPartSeconds, kSegmentBytes);
+  return static_cast<std::uint32_t>(std::min<double>(fitting, most));
+}
+
+void LinkCap::received(std::size_t bytes, TimePoint now) {
+  charge(kSegmentHeader * pieces(bytes, kSegmentsPerAck * kSegmentBytes), now);
+}
+
+void LinkCap::charge(std::uint64_t bytes, TimePoint now) {
+  if (rate_ == 0) return;
+  const std::chrono::duration<double> price(static_cast<double>(bytes) / rate_);
+  // Bounded first: a clock's type cannot hold any price.
+  const auto took = std::chrono::duration_cast<Duration>(
+      std::min<std::chrono::duration<double>>(price, kDebtMax));
+  paid_ = std::min(std::max(paid_, now - kBurst) + took, now + kDebtMax);
+}
+
+}  // namespace connect_bridge
