@@ -124,7 +124,7 @@ void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
 }
 
 bool Outbox::is_over() {
-  held_.resize(data_bytes_ + control_bytes_ + resend_bytes_);
+  held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
   return data_bytes_ > options_.data_bytes_max || held_.is_full();
 }
 
@@ -170,16 +170,9 @@ bool Outbox::drop_one_of(Priority priority) {
   return true;
 }
 
-bool Outbox::push_control(std::string text) {
-  if (control_bytes_ + text.size() > options_.control_bytes_max) return false;
-  control_bytes_ += text.size();
-  controls_.push_back(std::move(text));
-  return true;
-}
-
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
-  held_.resize(data_bytes_ + control_bytes_ + resend_bytes_);
+  held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
   if (!controls_.empty()) return next_control(now);
   small_.leave(packet_);
   const bool holds_data = add_data(now);
@@ -208,13 +201,8 @@ std::optional<Packet> Outbox::next(const Now& now) {
 }
 
 Packet Outbox::next_control(const Now& now) {
-  const auto text = std::move(controls_.front());
-  controls_.pop_front();
-  control_bytes_ -= text.size();
-  cap_.sent(text.size(), now.steady);
-  Packet packet;
-  packet.text = true;
-  packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
+  Packet packet = controls_.take();
+  cap_.sent(packet.size(), now.steady);
   return packet;
 }
 
@@ -308,7 +296,6 @@ void Outbox::reset() {
     });
   }
   controls_.clear();
-  control_bytes_ = 0;
   small_.clear();
   sent_bytes_ = 0;
   received_bytes_ = 0;

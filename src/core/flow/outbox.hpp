@@ -16,6 +16,7 @@
 #include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
+#include "core/flow/control_queue.hpp"
 #include "core/flow/in_flight.hpp"
 #include "core/flow/light_budget.hpp"
 #include "core/flow/link_cap.hpp"
@@ -63,7 +64,9 @@ class Outbox {
   // not there (any more) takes nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
   // Queues a control text. False when control_bytes_max is passed: close the link with kSlowPeer.
-  [[nodiscard]] bool push_control(std::string text);
+  [[nodiscard]] bool push_control(std::string text) {
+    return controls_.push(std::move(text), options_.control_bytes_max);
+  }
   // Queues an ack or time frame (SmallFrames::push).
   void push_small(const Frame& frame) { small_.push(frame); }
 
@@ -102,7 +105,7 @@ class Outbox {
   // that keep: their owner bounds them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
-  [[nodiscard]] std::uint64_t control_bytes() const { return control_bytes_; }
+  [[nodiscard]] std::uint64_t control_bytes() const { return controls_.bytes(); }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
   // Before channels are added. What waits, and the bases, count there, too; where nothing is left
   // of it, data is dropped as at data_bytes_max. It outlives this.
@@ -154,8 +157,7 @@ class Outbox {
   std::uint64_t kept_bytes_ = 0;  // of channels that keep
   std::uint64_t arrivals_ = 0;
 
-  std::deque<std::string> controls_;
-  std::uint64_t control_bytes_ = 0;
+  ControlQueue controls_;
   SmallFrames small_;
 
   std::uint64_t sent_bytes_ = 0;      // binary packets
