@@ -78,8 +78,8 @@ class Web:
 class Attack:
     """Whom, with what, how long, how often at most; and what has been done."""
 
-    def __init__(self, port, token, domain, seconds, count):
-        self.port, self.token, self.domain = port, token.encode(), domain
+    def __init__(self, port, token, seconds, count):
+        self.port, self.token = port, token.encode()
         self.done = collections.Counter()
         self._end, self._left = time.monotonic() + seconds, count
 
