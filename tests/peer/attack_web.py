@@ -70,7 +70,8 @@ class Web:
 
     def reset(self):
         own = self.writer.get_extra_info("socket")
-        with contextlib.suppress(OSError):
+        # TLS has no socket any more once the other end has closed it.
+        with contextlib.suppress(OSError, AttributeError):
             own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self.writer.transport.abort()
 
