@@ -8,15 +8,13 @@ import os
 import random
 import time
 
-from graph import Graph
-from std_msgs.msg import UInt8MultiArray
-
 from attack_web import BINARY, LOST, TEXT
 from connect_control import encode_control
 from connect_packets import encode_packet, zstd_compress
 from peer_world import BYTES, STRING, message, part_of, vectors
 
 MBIT = 125_000  # bytes
+LARGE_NAMES = [f"/o/large{n}" for n in range(1, 5)]
 PART_BYTES = 1_000_000
 SIGN_OF_LIFE = encode_packet([dict(type="time_request", t1=1)])
 
@@ -72,8 +70,6 @@ async def malformed(attack):
 
 async def bomb(attack):
     """2 kB that become 64 MiB, as fast as they go out, for a node that listens."""
-    listener = Graph(attack.domain, name="listener")
-    listener.tester.create_subscription(UInt8MultiArray, "/o/bomb", lambda _: None, 1, raw=True)
     raw = b"\0\1\0\0" + bytes((64 << 20) - 4)
     body = zstd_compress(raw)
 
@@ -92,23 +88,18 @@ async def bomb(attack):
                     return
 
     await attack.many(1, throw)
-    listener.close()
 
 
 async def unfinished(attack):
     """Peers that each begin four messages of 64 MiB, and send all of them but the ends."""
-    names = [f"/o/large{n}" for n in range(1, 5)]
-    listener = Graph(attack.domain, name="listener")
-    for name in names:
-        listener.tester.create_subscription(UInt8MultiArray, name, lambda _: None, 1, raw=True)
 
     async def hoard():
         async with attack.logged_in() as web:
             begin(web)
-            offered = [topic(n, name, BYTES) for n, name in enumerate(names, 1)]
+            offered = [topic(n, name, BYTES) for n, name in enumerate(LARGE_NAMES, 1)]
             say(web, type="offer", channels=offered)
             demands = {}
-            while len(demands) < len(names):
+            while len(demands) < len(LARGE_NAMES):
                 demand = await told(web, "demand")
                 demands.update(dict.fromkeys(demand["channels"], demand["number"]))
             ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
@@ -126,20 +117,10 @@ async def unfinished(attack):
                 await asyncio.sleep(0.3)
 
     await attack.many(8, hoard)
-    listener.close()
 
 
 async def never_reads(attack):
     """Peers that each demand 25 MB/s and read none of it, but tell that they live."""
-    robot = Graph(attack.domain, name="camera")
-    publisher = robot.publisher(UInt8MultiArray, "/t/large", 5)
-    large = UInt8MultiArray(data=os.urandom(1 << 20))
-
-    async def publish():
-        while attack.seconds_left():
-            publisher.publish(large)
-            attack.done["published"] += 1
-            await asyncio.sleep(0.04)
 
     async def demand():
         async with attack.logged_in() as web:
@@ -153,10 +134,7 @@ async def never_reads(attack):
                 await asyncio.sleep(0.5)
                 await web.drain()
 
-    publishing = asyncio.create_task(publish())
     await attack.many(8, demand)
-    await publishing
-    robot.close()
 
 
 async def origins(attack):

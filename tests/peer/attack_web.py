@@ -70,7 +70,8 @@ class Web:
 
     def reset(self):
         own = self.writer.get_extra_info("socket")
-        with contextlib.suppress(OSError):
+        # TLS has no socket any more once the other end has closed it.
+        with contextlib.suppress(OSError, AttributeError):
             own.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self.writer.transport.abort()
 
@@ -78,8 +79,8 @@ class Web:
 class Attack:
     """Whom, with what, how long, how often at most; and what has been done."""
 
-    def __init__(self, port, token, domain, seconds, count):
-        self.port, self.token, self.domain = port, token.encode(), domain
+    def __init__(self, port, token, seconds, count):
+        self.port, self.token = port, token.encode()
         self.done = collections.Counter()
         self._end, self._left = time.monotonic() + seconds, count
 

@@ -15,9 +15,9 @@ PARTS = 3
 @pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_the_others_go_on(tmp_path, attack):
-    scene = Scene(tmp_path, tls=attack == "tls_handshakes")
+    scene = Scene(tmp_path, attack)
     try:
-        seen = scene.watch(SECONDS, attack)
+        seen = scene.attacked(SECONDS)
         assert sum(seen.done.values()) > 0, "nothing was tried"
         assert seen.lost == 0 and seen.in_order
         assert seen.resident_bytes < RESIDENT_BYTES_MAX
