@@ -1,24 +1,22 @@
-""
-    "A topic that has only a subscriber at the far side exists here, and its first message arrives."
-    ""
+"""A topic that has only a subscriber at the far side exists here, and its first message arrives."""
 
-    import time
+import time
 
-        from rclpy.qos import DurabilityPolicy,
-    ReliabilityPolicy from std_msgs.msg import Int32,
-    String
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from std_msgs.msg import Int32, String
 
-        from graph import qos,
-    until from relay import Relay
+from graph import qos, until
+from relay import Relay
 
-        BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT DELAY = 0.1 #of the line,
-        each way
+BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT
+DELAY = 0.1  # of the line, each way
 
-            def
-            listened(node, name, namespace = "/")
-    : ""
-      "The topics to which a node subscribes, as `ros2 node info` shows them."
-      "" there = node.get_node_names_and_namespaces() if (name, namespace) not in there : return {}
+
+def listened(node, name, namespace="/"):
+    """The topics to which a node subscribes, as `ros2 node info` shows them."""
+    there = node.get_node_names_and_namespaces()
+    if (name, namespace) not in there:
+        return {}
     return dict(node.get_subscriber_names_and_types_by_node(name, namespace))
 
 
@@ -83,7 +81,7 @@ def test_two_bridges_do_not_listen_to_each_other(make_pair):
             s.node_name for s in graph.subscriptions("/t/heard") if s.node_name != "tester"
         )
 
-#Each has one of its own, and one that shows the robot's node.
+    # Each has one of its own, and one that shows the robot's node.
     shown = ["base", "base", "connect_client", "connect_client"]
     until(lambda: bridges(first.operator) == shown, lambda: bridges(first.operator))
     time.sleep(1.5)

@@ -15,6 +15,8 @@ from std_msgs.msg import Int32
 from calls import Caller, EchoServer, request_of
 from graph import Graph, qos
 
+pytestmark = pytest.mark.alone
+
 SERVER = {
     "rules": ["all"],
     "rule": {
@@ -100,14 +102,12 @@ def new_server(near, far):
     return time.monotonic() - begin
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("new", [new_publisher, new_subscriber, new_caller, new_server])
 def test_of_the_robot_for_the_operator(others, new):
     took = [new(*others) for _ in range(5)]
     assert statistics.median(took) < SOON, took
 
 
-@pytest.mark.alone
 @pytest.mark.parametrize("new", [new_publisher, new_subscriber])
 def test_of_the_operator_for_the_robot(others, new):
     took = [new(*reversed(others)) for _ in range(5)]

@@ -237,9 +237,11 @@ void World::check_first_words() {
   expectation_->check_first_words();
 }
 
-// What was said before may still fill queues and workers.
+// What was said before may still fill queues and workers, and be on its way behind them.
 void World::drain() {
+  if (!expectation_->is_under_way()) return;
   for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);
+  run_for(1s);
 }
 
 void World::check_late_subscribers() {

@@ -23,6 +23,10 @@ class FirstMessages {
   void wait(Timers<Mirror*>::Timer until) { until_ = std::move(until); }
   [[nodiscard]] bool waits() const { return bool(until_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
+  // Whether one more displaces none.
+  [[nodiscard]] bool fits(std::size_t bytes) const {
+    return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
+  }
   // Keeps the newest. False: this one is too large to wait, or must not be late.
   bool keep(const Payload& raw, OfferedTopic* feeder);
   // They are of what the feeder's link may hold from now on.

@@ -184,6 +184,10 @@ void Mirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
+void Mirror::publish_first() {
+  for (const auto& raw : first_.take()) context_.outputs.push(Publish{id_, raw});
+}
+
 // Who subscribes to another one, or was fed by another bridge meanwhile, is not to get what was
 // kept for this one.
 void Mirror::destroy() {
@@ -330,10 +334,11 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
     charge();
   }
   last_number_ = std::max(last_number_, number);
-  if ((first_.waits() || !id_) && first_.keep(raw, candidates_.front().offered))
-    return std::nullopt;
+  // What the middleware keeps for who comes late need not wait, and is not to be displaced here.
+  const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
+  if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
-  for (const auto& first : first_.take()) context_.outputs.push(Publish{id_, first});
+  publish_first();
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }

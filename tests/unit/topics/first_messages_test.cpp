@@ -1,6 +1,8 @@
 // What comes for a mirror that nobody can hear yet.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -23,6 +25,25 @@ TEST(MirrorOfAFirstMessage, WaitsUntilTheSubscribersHaveFoundIt) {
   EXPECT_EQ(s.did(), "publish 2 first\npublish 2 second\n");
   s.message(1, 1, 1, "third");
   EXPECT_EQ(s.did(), "publish 2 third\n");
+}
+
+// The middleware keeps them for who comes late: none is displaced by those behind it.
+TEST(MirrorOfAFirstMessage, OfALatchedTopicAllArePublished) {
+  auto options = client();
+  options.matching = std::chrono::milliseconds(60);
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5, latched(200))});
+  s.pass(1000);
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 7, latched(200))})}, true});
+  s.said(1);
+  s.did();
+  for (int i = 1; i <= 103; ++i) s.message(1, 1, 1, "m" + std::to_string(i));
+  s.pass(60);
+  EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 0U);
+  const std::string did = s.did();
+  EXPECT_EQ(did.substr(0, 13), "publish 2 m1\n");
+  EXPECT_EQ(std::count(did.begin(), did.end(), '\n'), 103);
 }
 
 // It waits for its node's name, and another bridge is there first.
