@@ -27,10 +27,14 @@ std::deque<Payload> FirstMessages::take() {
   return std::exchange(messages_, {});
 }
 
-std::deque<Payload> FirstMessages::take_due(const Now& now) {
-  if (!until_ || until_.at() > now.steady) return {};
+bool FirstMessages::are_due(const Now& now) {
+  if (!until_ || until_.at() > now.steady) return false;
   until_.cancel();
-  return take();
+  return true;
+}
+
+void FirstMessages::publish(Outputs& outputs, MirrorId mirror) {
+  for (const auto& raw : take()) outputs.push(Publish{mirror, raw});
 }
 
 void FirstMessages::drop(OfferedTopic* feeder) {

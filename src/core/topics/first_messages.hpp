@@ -7,6 +7,7 @@
 #include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
 #include "core/base/timers.hpp"
+#include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
 
@@ -31,15 +32,18 @@ class FirstMessages {
   bool keep(const Payload& raw, OfferedTopic* feeder);
   // They are of what the feeder's link may hold from now on.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
-  std::deque<Payload> take();
-  // The same when the time has come; then nothing waits any longer.
-  std::deque<Payload> take_due(const Now& now);
+  // Whether the time has come; then nothing waits any longer.
+  [[nodiscard]] bool are_due(const Now& now);
+  // All of them, in order.
+  void publish(Outputs& outputs, MirrorId mirror);
   void drop(OfferedTopic* feeder);
 
  private:
   // A peer can have thousands of mirrors that wait.
   static constexpr std::size_t kMessagesMax = 100;
   static constexpr std::size_t kBytesMax = 32 << 10;
+
+  std::deque<Payload> take();
 
   Timers<Mirror*>::Timer until_;
   std::deque<Payload> messages_;

@@ -184,10 +184,6 @@ void Mirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
-void Mirror::publish_first() {
-  for (const auto& raw : first_.take()) context_.outputs.push(Publish{id_, raw});
-}
-
 // Who subscribes to another one, or was fed by another bridge meanwhile, is not to get what was
 // kept for this one.
 void Mirror::destroy() {
@@ -227,7 +223,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
-  for (const auto& raw : first_.take_due(now)) context_.outputs.push(Publish{id_, raw});
+  if (first_.are_due(now)) first_.publish(context_.outputs, id_);
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
@@ -338,7 +334,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
   if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
-  publish_first();
+  first_.publish(context_.outputs, id_);
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }

@@ -102,7 +102,6 @@ class Mirror {
   void create(const Now& now);
   void vanish();
   // What the middleware may keep counts as held by who feeds it.
-  void publish_first();
   void charge();
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
