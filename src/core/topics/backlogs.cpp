@@ -128,6 +128,7 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& no
   Link& link = backlog->second.link();
   link.keep_counts({std::move(counts)});
   backlogs_.erase(backlog);
+  if (backlogs_.empty()) ended_ = context_.timers.set(now.steady, &topic_);
   const auto all = context_.kept.find(link.id);
   if (!all->second.empty()) return;
   const auto resumed = all->second.resumed();

@@ -60,6 +60,7 @@ class Backlogs {
   ExportContext& context_;
   ExportedTopic& topic_;
   std::map<LinkId, Backlog> backlogs_;
+  ExportTimers::Timer ended_;  // the last one did: the topic may be over
 };
 
 }  // namespace connect_bridge

@@ -82,7 +82,7 @@ void ExportedTopic::on_listeners(const Now& now) {
 }
 
 bool ExportedTopic::is_over() const {
-  return origins_.empty() && !context_.listeners.listens(key_);
+  return origins_.empty() && backlogs_.empty() && !context_.listeners.listens(key_);
 }
 
 bool ExportedTopic::drained() const {

@@ -233,6 +233,17 @@ TEST(SideResume, NothingIsKeptForAPeerThatSaidGoodbye) {
   EXPECT_EQ(s.status().links.size(), 0U);
 }
 
+// What is kept ends with its link, also where nothing came and nobody publishes any longer.
+TEST(SideResume, ATopicWithoutPublishersStaysForWhatItCounts) {
+  Exporting s;
+  s.lose(1);
+  s.graph({});
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "unsubscribe 2\n");
+  s.pass(60'000);
+  EXPECT_EQ(s.status().links.size(), 0U);
+}
+
 TEST(SideResume, APublisherThatEndedMeanwhileIsStillHeard) {
   Exporting s;
   s.lose(1);
