@@ -80,8 +80,8 @@ TEST(OutboxResume, TheWindowCountsWhatIsKeptAsItWas) {
 TEST(OutboxResume, NothingIsKeptOfAChannelThatIsRemoved) {
   auto options = thin();
   options.unacknowledged_bytes_max = 5000;
+  Budget memory(100'000);  // outlives the outbox
   Outbox outbox(options);
-  Budget memory(100'000);
   outbox.draw_from(memory);
   outbox.add_channel(kA, depth(100));
   outbox.push(kA, resuming(4500), now_ms(0));
