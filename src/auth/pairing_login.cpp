@@ -92,9 +92,10 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
                             Stamp now) {
   TokenEntry entry;
   // The client chooses the name: it must be none that a rule was written for.
-  entry.identity = kGroup + ("/" + name);
+  const std::string own = kGroup + ("/" + name);
+  entry.identity = own;
   for (int number = 2; tokens_->knows(entry.identity); ++number)
-    entry.identity = kGroup + ("/" + name) + "-" + std::to_string(number);
+    entry.identity = own + "-" + std::to_string(number);
   entry.groups = {kGroup};
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;

@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <map>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,25 +46,11 @@ std::vector<std::string> words_of(std::string_view line) {
   return words;
 }
 
-std::vector<Pattern>* patterns_of(Rule& rule, const std::string& key) {
-  const std::map<std::string, std::vector<Pattern>*> lists = {
-      {"export_topics", &rule.export_topics},
-      {"import_topics", &rule.import_topics},
-      {"export_services", &rule.export_services},
-      {"import_services", &rule.import_services},
-      {"export_actions", &rule.export_actions},
-      {"import_actions", &rule.import_actions},
-      {"export_parameters", &rule.export_parameters},
-      {"import_parameters", &rule.import_parameters},
-      {"deny", &rule.deny}};
-  const auto found = lists.find(key);
-  return found == lists.end() ? nullptr : found->second;
-}
-
-std::vector<std::string>* names_of(Rule& rule, const std::string& key) {
-  if (key == "types") return &rule.types;
-  if (key == "identities") return &rule.identities;
-  return key == "groups" ? &rule.groups : nullptr;
+template <class Lists>
+auto* list_of(Rule& rule, const Lists& lists, std::string_view key) {
+  const auto found = std::find_if(std::begin(lists), std::end(lists),
+                                  [&](const auto& entry) { return entry.key == key; });
+  return found == std::end(lists) ? nullptr : &(rule.*found->list);
 }
 
 class Case {
@@ -110,8 +96,9 @@ class Case {
 
   void add_to_rule(const std::vector<std::string>& words) {
     Rule& rule = rules_.back();
-    if (auto* names = names_of(rule, words[0])) names->assign(words.begin() + 1, words.end());
-    auto* patterns = patterns_of(rule, words[0]);
+    if (auto* names = list_of(rule, model::kNameLists, words[0]))
+      names->assign(words.begin() + 1, words.end());
+    auto* patterns = list_of(rule, model::kPatternLists, words[0]);
     for (std::size_t i = 1; patterns != nullptr && i < words.size(); ++i) {
       const std::string& text = words[i];
       auto pattern = Pattern::parse(text);

@@ -1,7 +1,5 @@
 #include "model/rule_opinions.hpp"
 
-#include <utility>
-
 namespace connect_bridge::model {
 namespace {
 
@@ -12,20 +10,11 @@ std::string shown(const Policy& policy, Direction direction, const Asked& asked,
   for (const auto& group : who.groups) text += " +" + group;
   for (const Rule& rule : policy.rules()) {
     text += "\n  " + rule.name;
-    for (const auto& [key, list] : {std::pair{"export_topics", &rule.export_topics},
-                                    {"import_topics", &rule.import_topics},
-                                    {"export_services", &rule.export_services},
-                                    {"import_services", &rule.import_services},
-                                    {"export_actions", &rule.export_actions},
-                                    {"import_actions", &rule.import_actions},
-                                    {"export_parameters", &rule.export_parameters},
-                                    {"import_parameters", &rule.import_parameters},
-                                    {"deny", &rule.deny}})
-      for (const Pattern& pattern : *list) text += std::string(" ") + key + ":" + pattern.text();
-    for (const auto& [key, list] : {std::pair{"types", &rule.types},
-                                    {"identities", &rule.identities},
-                                    {"groups", &rule.groups}})
-      for (const auto& word : *list) text += std::string(" ") + key + ":" + word;
+    for (const auto& [key, list] : kPatternLists)
+      for (const Pattern& pattern : rule.*list)
+        text += std::string(" ") + key + ":" + pattern.text();
+    for (const auto& [key, list] : kNameLists)
+      for (const auto& word : rule.*list) text += std::string(" ") + key + ":" + word;
   }
   return text;
 }

@@ -3,10 +3,32 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "sim/rights.hpp"
 
 namespace connect_bridge::model {
+
+// The lists of a rule, by their keys.
+struct PatternList {
+  const char* key;
+  std::vector<Pattern> Rule::*list;
+};
+inline constexpr PatternList kPatternLists[] = {{"export_topics", &Rule::export_topics},
+                                                {"import_topics", &Rule::import_topics},
+                                                {"export_services", &Rule::export_services},
+                                                {"import_services", &Rule::import_services},
+                                                {"export_actions", &Rule::export_actions},
+                                                {"import_actions", &Rule::import_actions},
+                                                {"export_parameters", &Rule::export_parameters},
+                                                {"import_parameters", &Rule::import_parameters},
+                                                {"deny", &Rule::deny}};
+struct NameList {
+  const char* key;
+  std::vector<std::string> Rule::*list;
+};
+inline constexpr NameList kNameLists[] = {
+    {"types", &Rule::types}, {"identities", &Rule::identities}, {"groups", &Rule::groups}};
 
 struct Asked {
   InterfaceKind kind = InterfaceKind::kTopic;

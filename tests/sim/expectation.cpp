@@ -110,6 +110,11 @@ void Expectation::merge(ExpectedMirror expected) {
   mirrors_.push_back(std::move(expected));
 }
 
+bool Expectation::hears(const EndpointSpec& reader, const ExpectedMirror& expected) {
+  return reader.graph == expected.graph && reader.topic == expected.topic &&
+         reader.type == expected.type && compatible(expected.qos, reader.qos);
+}
+
 bool Expectation::is_complete(const ExpectedMirror& expected) const {
   return expected.certain && !expected.limited && !expected.unreachable &&
          crowd_.plan_of(expected.origin).bytes_max <= expected.bytes_max;

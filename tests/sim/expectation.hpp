@@ -89,6 +89,8 @@ class Expectation {
   void expect_origin(const Writer& origin, const Host& importer);
   void merge(ExpectedMirror expected);
   // Whether every message of the origin must arrive, as far as rules and limits are concerned.
+  // Whether this subscriber gets what the mirror publishes.
+  [[nodiscard]] static bool hears(const EndpointSpec& reader, const ExpectedMirror& expected);
   [[nodiscard]] bool is_complete(const ExpectedMirror& expected) const;
   [[nodiscard]] bool is_mixed(const Writer& origin) const;
   [[nodiscard]] bool was_overloaded(const Writer& origin) const;

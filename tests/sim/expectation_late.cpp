@@ -182,11 +182,7 @@ void Expectation::check_last_words() const {
     if (expected.ways > 1) continue;
     const Writer& origin = middleware_.writer(expected.origin);
     for (const int id : crowd_.readers()) {
-      const Reader& reader = middleware_.reader(id);
-      const EndpointSpec& spec = reader.spec;
-      const bool same = spec.graph == expected.graph && spec.topic == expected.topic &&
-                        spec.type == expected.type;
-      if (!same || !compatible(expected.qos, spec.qos)) continue;
+      if (!hears(middleware_.reader(id).spec, expected)) continue;
       checker_.ledger().coverage().count(Judged::kLastWords);
       const auto& received = checker_.deliveries().received(id, origin.id);
       if (std::count(received.begin(), received.end(), origin.count) == 1) continue;

@@ -51,11 +51,7 @@ void Expectation::check_first_words() const {
     if (!is_complete(expected) || expected.ways > 1) continue;
     if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
     for (const int id : crowd_.readers()) {
-      const Reader& reader = middleware_.reader(id);
-      const EndpointSpec& spec = reader.spec;
-      const bool same = spec.graph == expected.graph && spec.topic == expected.topic &&
-                        spec.type == expected.type;
-      if (!same || !compatible(expected.qos, spec.qos)) continue;
+      if (!hears(middleware_.reader(id).spec, expected)) continue;
       checker_.ledger().coverage().count(Judged::kFirstWords);
       const auto& received = checker_.deliveries().received(id, origin.id);
       if (received.size() == 1) continue;

@@ -30,10 +30,11 @@ class Budget {
     }
     ~Hold() { release(); }
 
+    // Nothing is held any more: then the budget may go first.
     void release() { resize(0); }
     // A share may shrink or grow; whether it fits was asked before.
     void resize(std::uint64_t amount) {
-      if (budget_) budget_->add(amount - amount_);
+      if (budget_ && amount != amount_) budget_->add(amount - amount_);
       amount_ = budget_ ? amount : 0;
     }
     [[nodiscard]] std::uint64_t amount() const { return amount_; }

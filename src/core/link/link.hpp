@@ -169,7 +169,8 @@ class Link final : public ConnectionUser {
   // What was counted on a connection that is lost belongs to the topic for as long as the link is.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
-  // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason.
+  // The log's line about a channel of `what` that the peer takes back; empty: it gives no
+  // reason, or that was told.
   [[nodiscard]] std::string line_of(const Withdraw& withdraw, const std::string& what) const;
 
   // ---- what arrives

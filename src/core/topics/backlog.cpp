@@ -46,6 +46,7 @@ bool Backlog::admit(std::size_t bytes, const Now& now) {
 void Backlog::add(OutMessage message) {
   if (over_) return;
   bytes_ += kept_bytes_of(message);
+  ++by_origin_[message.subject.origin()];
   all_.change(kept_bytes_of(message));
   messages_.push_back(std::move(message));
   all_.keep_bound();
@@ -56,13 +57,9 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
          !is_behind(messages_.front().sequence, after))
     messages_.pop_front();
   all_.change(0 - std::exchange(bytes_, 0));
+  by_origin_.clear();
   all_.resumed_ += messages_.size();
   return std::exchange(messages_, {});
-}
-
-bool Backlog::holds(OriginId origin) const {
-  return std::any_of(messages_.begin(), messages_.end(),
-                     [&](const OutMessage& message) { return message.subject.origin() == origin; });
 }
 
 void Backlog::end(DropReason reason) {
@@ -77,6 +74,8 @@ void Backlog::drop(DropReason reason, std::uint64_t count) {
 
 void Backlog::drop_oldest(DropReason reason) {
   const std::uint64_t bytes = kept_bytes_of(messages_.front());
+  const auto own = by_origin_.find(messages_.front().subject.origin());
+  if (--own->second == 0) by_origin_.erase(own);
   messages_.pop_front();
   bytes_ -= bytes;
   all_.change(0 - bytes);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <unordered_map>
 #include <vector>
 
 #include "core/base/budget.hpp"
@@ -73,7 +74,7 @@ class Backlog {
   void drop(DropReason reason, std::uint64_t count = 1);
 
   // Whether a message of this origin is among them.
-  [[nodiscard]] bool holds(OriginId origin) const;
+  [[nodiscard]] bool holds(OriginId origin) const { return by_origin_.contains(origin); }
   [[nodiscard]] bool is_over() const { return over_; }
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
   [[nodiscard]] TimePoint ends_at() const { return options_.ends.at(); }
@@ -91,6 +92,7 @@ class Backlog {
   Link& link_;
   Options options_;
   std::deque<OutMessage> messages_;
+  std::unordered_map<OriginId, std::size_t> by_origin_;  // how many of them are of each
   std::uint64_t bytes_ = 0;
   DropCounts dropped_;
   bool over_ = false;

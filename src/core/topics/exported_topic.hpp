@@ -16,7 +16,8 @@
 
 namespace connect_bridge {
 
-// It exists while it has a real publisher (an origin) or a peer has a listener. It is subscribed at
+// It exists while it has a real publisher (an origin), a peer has a listener, or something is kept
+// or counted for a lost link. It is subscribed at
 // most once, while any link demands it, a peer listens, or something holds it; every sample is
 // attributed to its origin, compressed where that is wanted or pays (TopicStreams), and sent to the
 // links whose offers admit it. Single-threaded.
@@ -41,7 +42,7 @@ class ExportedTopic {
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
   // Listeners came or went.
   void on_listeners(const Now& now);
-  // Nobody publishes it here, and nobody listens at the other side.
+  // Nobody publishes it here, nobody listens at the other side, and no lost link has a part in it.
   [[nodiscard]] bool is_over() const;
   // What is wanted has changed: makes the subscription that serves it, or ends it.
   void update_subscription(const Now& now);
@@ -71,7 +72,7 @@ class ExportedTopic {
 
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
-  // Something waits for a link to return, or since it has.
+  // Something of the origin waits for a link to return, or of the topic since it has.
   [[nodiscard]] bool is_kept(OriginId origin) const;
   void end_offers();
 

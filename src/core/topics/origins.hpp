@@ -35,8 +35,8 @@ class Origins {
   // Compares with the graph (null: the topic is not in it). Returns whom the peers must be told of:
   // new origins, and those whose node has got a name.
   std::vector<Gid> update(const TopicState* state, const Now& now);
-  // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere; `kept`:
-  // some wait for a link to return, which has a time limit of its own.
+  // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere;
+  // `is_kept`: one of the origin waits for a link to return, which has a time limit of its own.
   std::vector<OriginId> remove_vanished(bool drained, const std::function<bool(OriginId)>& is_kept,
                                         const Now& now);
   // The subscription has ended, and the next one may deliver the same samples again.

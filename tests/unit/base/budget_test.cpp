@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <utility>
 
 #include "core/base/pace.hpp"
@@ -25,6 +26,17 @@ TEST(BudgetTest, SharesAreGivenBackOnEveryPath) {
     EXPECT_EQ(budget.used(), 3U);
   }
   EXPECT_EQ(budget.used(), 0U);
+}
+
+// What the address sanitizer sees: a mirror outlives the link that fed it.
+TEST(BudgetTest, AHoldThatWasReleasedOutlivesItsBudget) {
+  auto budget = std::make_unique<Budget>(100);
+  auto hold = budget->hold(10);
+  hold.release();
+  EXPECT_EQ(budget->used(), 0U);
+  budget.reset();
+  hold = {};
+  EXPECT_EQ(hold.amount(), 0U);
 }
 
 TEST(BudgetTest, AnEmptyHoldHasNoShare) {

@@ -8,16 +8,25 @@
 namespace connect_bridge::side_test {
 namespace {
 
+// Link 1 offers /a of publisher 7, which a subscriber here wants; mirrors wait for 60 ms.
+struct Listening : Script {
+  explicit Listening(const Qos& settings = qos()) : Script(waiting()) {
+    graph({topic("/a").sub(5, settings)});
+    pass(1000);
+    be_welcomed(1);
+    did();
+    say(1, Offer{{channel(1, "/a", {origin(1, 7, settings)})}, true});
+    said(1);
+  }
+  static SideOptions waiting() {
+    auto options = client();
+    options.matching = std::chrono::milliseconds(60);
+    return options;
+  }
+};
+
 TEST(MirrorOfAFirstMessage, WaitsUntilTheSubscribersHaveFoundIt) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.did();
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
-  s.said(1);
+  Listening s;
   s.message(1, 1, 1, "first");
   s.message(1, 1, 1, "second");
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [7]\n");
@@ -29,14 +38,7 @@ TEST(MirrorOfAFirstMessage, WaitsUntilTheSubscribersHaveFoundIt) {
 
 // The middleware keeps them for who comes late: none is displaced by those behind it.
 TEST(MirrorOfAFirstMessage, OfALatchedTopicAllArePublished) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5, latched(200))});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7, latched(200))})}, true});
-  s.said(1);
+  Listening s(latched(200));
   s.did();
   for (int i = 1; i <= 103; ++i) s.message(1, 1, 1, "m" + std::to_string(i));
   s.pass(60);
@@ -67,14 +69,7 @@ TEST(MirrorOfAFirstMessage, IsDroppedWhereTheMirrorMayNotExistAnyMore) {
 }
 
 TEST(MirrorOfAFirstMessage, TheNewestHundredWaitAndTheRestIsCounted) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
-  s.said(1);
+  Listening s;
   for (int i = 1; i <= 103; ++i) s.message(1, 1, 1, "m" + std::to_string(i));
   EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 3U);
   s.did();
@@ -83,14 +78,7 @@ TEST(MirrorOfAFirstMessage, TheNewestHundredWaitAndTheRestIsCounted) {
 }
 
 TEST(MirrorOfAFirstMessage, IsNotPublishedUnderOtherRules) {
-  auto options = client();
-  options.matching = std::chrono::milliseconds(60);
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 7)})}, true});
-  s.said(1);
+  Listening s;
   s.message(1, 1, 1, "first");
   s.give(PolicyChanged{Policy({rule({}, {})})});
   s.pass(60);
