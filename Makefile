@@ -21,7 +21,7 @@ places = $$((3 * JOBS))
 # Tests with real nodes depend on the machine's mood: a second try is allowed, and is seen in the output.
 ctest = ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
 clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
-asan_list = address,undefined
+asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=address,undefined)
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
@@ -49,6 +49,7 @@ build: setup ## build everything into build/ (BUILD=dir for another folder, TARG
 
 test: build ## set up, build, and run all tests
 	@bash tools/setup/proxies.sh
+	@bash tools/setup/scanner.sh
 	@$(in_env) $(call ctest,$(BUILD),-j $(places))
 
 sim: build ## SEEDS=n scenarios of the simulator
@@ -60,9 +61,9 @@ bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
 bench-wan: build ## the same over a thin, lossy, breaking network (as root), about 30 minutes; QUICK=1: 3 minutes
 	@$(in_env) tools/bench/wan $(if $(QUICK),--quick)
 
-fuzz: packages ## SECONDS=n of fuzzing, split over the targets
-	@TARGETS=fuzz_targets $(call compile,$(BUILD)-fuzz,$(clang_tools) -DCONNECT_ROS=OFF -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=$(asan_list))
-	@tools/setup/fuzz.sh "$(BUILD)-fuzz" $(SECONDS_OF_FUZZ)
+fuzz: setup ## SECONDS=n of fuzzing, split over the targets; in the folder of make asan
+	@$(in_env) TARGETS=fuzz_targets $(asan_compile)
+	@tools/setup/fuzz.sh "$(BUILD)-asan" $(SECONDS_OF_FUZZ)
 
 demo: build ## a robot, an operator, and the bridge between them
 	@$(in_env) tools/demo/run
@@ -78,7 +79,7 @@ check: packages ## format, arrows between layers, sizes; whether the mutants app
 smoke = -R '^e2e_topics$$'
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
-	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_SANITIZE=$(asan_list) -DCONNECT_SIM_SEEDS=$(SEEDS))
+	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
 	@tools/setup/syntax.py "$(BUILD)-asan"
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))

@@ -226,6 +226,28 @@ def lossy(bed, effort):
     return [Row("idle, 1 % loss", idle), row]
 
 
+def lanes(bed, effort):
+    """Would urgent messages be faster over a TCP connection of their own, beside the bulk of ours?"""
+    seconds = effort["seconds_of_lanes"]
+    pings = bed.plain()["down"]  # dials from the operator, as pings do
+    rows = []
+    for case, net in (("", NET), (", 1 % loss", LOSSY)):
+        bed.wan.set(**net)
+        bed.talks["up"].say(words("talk", {**OVERLOAD, "seconds": seconds + HEAD_START, "use": 1}))
+        time.sleep(HEAD_START)
+        told = {"size": 12, "gap": 0.02, "samples": int(seconds * 35)}
+        own = pings.ask(words("ping", told), seconds * 10)["ms"]
+        bed.talks["up"].answer(seconds + 30)
+        time.sleep(1.5)
+        row = Row(f"a second connection for urgent messages{case}", pinged(bed, seconds, {"up": OVERLOAD}))
+        for percent in (50, 99):
+            gain = row.result.ms(percent) - percentile(own, percent)
+            # A part of a round trip is not worth the second login, handshake and NAT entry.
+            row.judge(f"p{percent} that it would save, ms", gain, "<=", 2000 * NET["delay"])
+        rows.append(row)
+    return rows
+
+
 def steps(bed, effort, idle):
     """58 -> 2 -> 18 Mbit/s, a third of the time each, under bulk."""
     third = effort["seconds_of_steps"] / 3

@@ -1,12 +1,10 @@
 // The table seen from outside: descriptors, manual, examples.
 #include <gmock/gmock.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "config/describe.hpp"
 #include "config/document.hpp"
 #include "config/key_search.hpp"
+#include "unit/source_text.hpp"
 #include "yaml_parameters.hpp"
 
 namespace connect_bridge {
@@ -38,16 +36,8 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
   EXPECT_FALSE(describe_parameter("listen.port", Role::kClient));
 }
 
-std::string file_text(const std::string& path) {
-  std::ifstream file(std::string(CONNECT_SOURCE_DIR) + "/" + path);
-  EXPECT_TRUE(file) << path;
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
 std::string manual() {
-  return config_document(file_text("docs/config.in.md")).value_or("");
+  return config_document(test::source_text("docs/config.in.md")).value_or("");
 }
 
 TEST(ConfigDocument, HasEveryKeyAndIsTheCommittedOne) {
@@ -56,7 +46,7 @@ TEST(ConfigDocument, HasEveryKeyAndIsTheCommittedOne) {
     EXPECT_THAT(document, HasSubstr("| `" + spec.key + "` |"));
     EXPECT_THAT(spec.help, Not(IsEmpty())) << spec.key;
   }
-  EXPECT_EQ(document, file_text("docs/config.md"))
+  EXPECT_EQ(document, test::source_text("docs/config.md"))
       << "make it again: ctl config-doc docs/config.in.md";
   EXPECT_THAT(document, HasSubstr(config_tables()));
   EXPECT_FALSE(config_document("a text without the mark"));
@@ -93,7 +83,7 @@ TEST(ConfigDocument, ItsExamplesAreValid) {
 
 TEST(ConfigExamples, AreValid) {
   const auto check = [](const std::string& path, Role role) {
-    const ParameterMap map = parameters_of(YAML::Load(file_text(path)));
+    const ParameterMap map = parameters_of(YAML::Load(test::source_text(path)));
     const Config config = config_of(map, role);
     EXPECT_THAT(config.warnings, IsEmpty()) << path;
     EXPECT_THAT(config.policy.rules(), Not(IsEmpty())) << path;
@@ -119,7 +109,7 @@ TEST(ConfigTable, DefaultsAreValid) {
 
 // The example of read-only operators allows what the text before it says.
 TEST(ConfigDocument, WatchersOnlyLook) {
-  const std::string text = file_text("docs/config.in.md");
+  const std::string text = test::source_text("docs/config.in.md");
   const std::size_t mark = text.find("<!-- test: read only -->");
   ASSERT_NE(mark, std::string::npos);
   const std::size_t begin = text.find("```yaml\n", mark) + 8;

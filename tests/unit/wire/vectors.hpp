@@ -1,19 +1,18 @@
 // The golden bytes of tests/vectors, shared with everybody who writes a peer.
 #pragma once
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "core/base/bytes.hpp"
 #include "core/base/hex.hpp"
+#include "unit/source_text.hpp"
 
 namespace connect_bridge {
 
 inline nlohmann::json read_vectors(const std::string& name) {
-  std::ifstream file(std::string{CONNECT_SOURCE_DIR} + "/tests/vectors/" + name);
-  return nlohmann::json::parse(file);
+  return nlohmann::json::parse(test::source_text("tests/vectors/" + name));
 }
 
 // Spaces are skipped.

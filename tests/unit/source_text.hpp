@@ -1,0 +1,11 @@
+// Files of the repository that tests read.
+#pragma once
+
+#include <string>
+
+namespace connect_bridge::test {
+
+// Content of the file, whose path is relative to the repository; a file that cannot be read fails the test.
+std::string source_text(const std::string& path);
+
+}  // namespace connect_bridge::test
