@@ -26,7 +26,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     sink(std::move(input));
   }
   Batch batch;
-  while (!shared_.ready.idle() && batch.takes < options_.takes_per_wake_max &&
+  while (!shared_.ready.idle() && batch.steps < options_.steps_per_wake_max &&
          batch.bytes < options_.bytes_per_wake_max) {
     auto input = shared_.ready.step(batch);
     if (!input) continue;

@@ -20,7 +20,7 @@ struct GatewayOptions {
   std::uint32_t message_bytes_max = 64U << 20;  // larger samples are dropped and reported
   // Types whose packages are not installed are carried too, where the middleware can do that.
   bool types_not_installed = true;
-  int takes_per_wake_max = 64;  // per drain(), so that sockets get their turn
+  int steps_per_wake_max = 64;  // per drain(), so that sockets get their turn
   // The same in bytes: no more than the first packet takes, so that the next hop works on it while
   // this side takes the rest, and while it is in the caches.
   std::size_t bytes_per_wake_max = 64U << 10;

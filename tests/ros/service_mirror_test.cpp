@@ -248,7 +248,7 @@ TEST_F(ServiceMirrorTest, TellsWhichCallersHaveLeft) {
 TEST_F(ServiceMirrorTest, NoticesCallersThatWereNeverSeen) {
   TestNode caller("caller");
   GatewayOptions options;
-  options.takes_per_wake_max = 1;  // so that a request can be taken without a look at the graph
+  options.steps_per_wake_max = 1;  // so that a request can be taken without a look at the graph
   TestSide side("connect_client", options);
   mirror(side);
   auto client = std::make_unique<RawClient>(caller, topic("service"));

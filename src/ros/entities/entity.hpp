@@ -13,13 +13,14 @@ namespace connect_bridge::ros {
 // Thread: the loop's.
 class Entity {
  public:
-  explicit Entity(ReadyList& ready) : slot_(ready.acquire(this)) {}
+  // `own`: what step() does, as ReadyBits.
+  Entity(ReadyList& ready, std::uint32_t own) : slot_(ready.acquire(this, own)) {}
   virtual ~Entity() { slot_->list->release(slot_); }
   Entity(const Entity&) = delete;
   Entity& operator=(const Entity&) = delete;
 
   // Does one of the things that are to do and calls done() when that was all of its kind; counts
-  // what it takes. Returns what the core must know.
+  // the bytes that it takes. Returns what the core must know.
   virtual std::optional<Input> step(Batch& batch) = 0;
 
  protected:

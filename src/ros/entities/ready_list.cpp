@@ -12,7 +12,7 @@ ReadyList::Slot* slot_of(const void* user_data) {
 
 }  // namespace
 
-ReadyList::Slot* ReadyList::acquire(Entity* entity) {
+ReadyList::Slot* ReadyList::acquire(Entity* entity, std::uint32_t own) {
   if (free_.empty()) {
     Slot& slot = slots_.emplace_back();
     slot.list = this;
@@ -26,11 +26,13 @@ ReadyList::Slot* ReadyList::acquire(Entity* entity) {
   slot->expected = 0;
   slot->to_do = 0;
   slot->entity = entity;
+  slot->own = own;
   return slot;
 }
 
 void ReadyList::release(Slot* slot) {
   slot->entity = nullptr;
+  slot->own = 0;
   slot->to_do = 0;
   free_.push_back(slot);
 }
@@ -40,8 +42,8 @@ void ReadyList::collect() {
   const std::lock_guard lock(mutex_);
   for (Slot* slot : marked_) {
     // From here on a new mark puts the slot into marked_ again, where it now finds room.
-    slot->to_do |= slot->bits.exchange(0);
-    if (slot->entity == nullptr || slot->in_turn) continue;
+    slot->to_do |= slot->bits.exchange(0) & slot->own;
+    if (slot->to_do == 0 || slot->in_turn) continue;
     slot->in_turn = true;
     turns_.push_back(slot);
   }
@@ -49,6 +51,7 @@ void ReadyList::collect() {
 }
 
 std::optional<Input> ReadyList::step(Batch& batch) {
+  ++batch.steps;
   Slot& slot = *turns_.front();
   turns_.pop_front();
   slot.in_turn = false;

@@ -27,14 +27,15 @@ enum ReadyBit : std::uint32_t {
   kReadyLook = 32,         // the time has come to look at it again
 };
 
-// What the entities have taken since the loop began to drain them.
+// What the entities have done since the loop began to drain them.
 struct Batch {
-  int takes = 0;
+  int steps = 0;  // each counts, also one that finds nothing: nobody can hold the loop
   std::size_t bytes = 0;
 };
 
-// Callbacks hold the address of a Slot. Slots are recycled and never freed before the list, so a
-// callback that comes late at worst marks an entity that has nothing to do.
+// Callbacks hold the address of a Slot. Slots are recycled and never freed before the list. A slot
+// may be marked for an entity that is gone when it is given to the next one: of such marks only
+// those of the new entity's own kind count, and at worst it finds nothing to do.
 class ReadyList {
  public:
   struct Slot {
@@ -43,6 +44,7 @@ class ReadyList {
     std::atomic<std::size_t> counted{0};  // arrivals that on_counted() was told of
     // Of the loop's thread:
     Entity* entity = nullptr;  // nullptr: free
+    std::uint32_t own = 0;     // bits that the entity knows
     bool in_turn = false;      // stands in turns_
     std::uint32_t to_do = 0;   // bits that were collected and are not done
     std::size_t expected = 0;  // arrivals that callbacks told of and nobody has taken
@@ -53,8 +55,8 @@ class ReadyList {
   ReadyList(const ReadyList&) = delete;
   ReadyList& operator=(const ReadyList&) = delete;
 
-  // Loop's thread. Entities acquire and release their own.
-  Slot* acquire(Entity* entity);
+  // Loop's thread. Entities acquire and release their own. `own`: the bits that the entity does.
+  Slot* acquire(Entity* entity, std::uint32_t own);
   void release(Slot* slot);
   // The loop begins to look, so the next mark wakes it again. Marked entities get a turn.
   void collect();

@@ -36,7 +36,10 @@ std::set<std::string> nodes_of(const GraphChanged& graph) {
 
 GraphWatcher::GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
                            std::function<void(bool changed)> look)
-    : Entity(ready), node_(node), pause_(pause), look_(std::move(look)) {
+    : Entity(ready, kReadyMessage | kReadyChanged | kReadyLook),
+      node_(node),
+      pause_(pause),
+      look_(std::move(look)) {
   auto* context = node.context();
   require_ok(rcl_guard_condition_init(&poke_, context, rcl_guard_condition_get_default_options()),
              "cannot watch the graph");

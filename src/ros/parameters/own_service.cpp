@@ -6,7 +6,7 @@ namespace connect_bridge::ros {
 
 OwnService::OwnService(ReadyList& ready, Node& node, const rosidl_service_type_support_t* type,
                        const std::string& name, const rmw_qos_profile_t& qos)
-    : Entity(ready), node_(node), name_(name) {
+    : Entity(ready, kReadyMessage), node_(node), name_(name) {
   rcl_service_options_t options = rcl_service_get_default_options();
   options.qos = qos;
   require_ok(rcl_service_init(&service_, node.handle(), type, name.c_str(), &options),

@@ -45,7 +45,7 @@ class TypedService final : public OwnService {
       : OwnService(ready, node, Type::type_support(), name, qos), handler_(std::move(handler)) {}
 
   // Answers one request.
-  std::optional<Input> step(Batch& batch) override {
+  std::optional<Input> step(Batch&) override {
     const std::unique_ptr<typename Type::Request, decltype(Type::destroy_request)> request(
         Type::create_request(), Type::destroy_request);
     const std::unique_ptr<typename Type::Response, decltype(Type::destroy_response)> response(
@@ -55,7 +55,6 @@ class TypedService final : public OwnService {
       done(kReadyMessage);
       return std::nullopt;
     }
-    ++batch.takes;
     if (handler_(*request, *response)) answer(info, response.get());
     return std::nullopt;
   }

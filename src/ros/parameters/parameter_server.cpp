@@ -24,7 +24,7 @@ namespace connect_bridge::ros {
 namespace {
 
 constexpr char kUseSimTime[] = "use_sim_time";
-constexpr int kRequestsPerDrain = 16;
+constexpr int kStepsPerDrain = 16;
 
 #define CONNECT_SERVICE_TYPE(name)                                                              \
   struct name {                                                                                 \
@@ -263,7 +263,7 @@ bool ParameterServer::drain() {
   State& state = *state_;
   state.ready.collect();
   Batch batch;
-  while (!state.ready.idle() && batch.takes < kRequestsPerDrain) state.ready.step(batch);
+  while (!state.ready.idle() && batch.steps < kStepsPerDrain) state.ready.step(batch);
   return !state.ready.idle();
 }
 

@@ -17,7 +17,7 @@ constexpr std::size_t kDroppedKept = 64;
 }  // namespace
 
 ServiceClient::ServiceClient(Shared& shared, Create create)
-    : Entity(shared.ready), shared_(shared), create_(std::move(create)) {}
+    : Entity(shared.ready, kReadyMessage), shared_(shared), create_(std::move(create)) {}
 
 ServiceClient::~ServiceClient() {
   if (!open_) return;
@@ -66,7 +66,6 @@ void ServiceClient::drop(InvocationId invocation) {
 }
 
 std::optional<Input> ServiceClient::step(Batch& batch) {
-  ++batch.takes;
   MessageForm& form = *type_->response;
   const bool more = expects_more();
   rmw_service_info_t info{};

@@ -11,7 +11,7 @@
 namespace connect_bridge::ros {
 
 ServiceMirror::ServiceMirror(Shared& shared, Create create)
-    : Entity(shared.ready), shared_(shared), create_(std::move(create)) {}
+    : Entity(shared.ready, kReadyMessage), shared_(shared), create_(std::move(create)) {}
 
 ServiceMirror::~ServiceMirror() {
   if (!open_) return;
@@ -40,7 +40,6 @@ std::optional<Refusal> ServiceMirror::open() {
 }
 
 std::optional<Input> ServiceMirror::step(Batch& batch) {
-  ++batch.takes;
   MessageForm& form = *type_->request;
   const bool more = expects_more();
   rmw_service_info_t info{};

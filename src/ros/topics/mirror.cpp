@@ -17,7 +17,7 @@ constexpr std::size_t kUncheckedBytesMax = 1024;
 }  // namespace
 
 Mirror::Mirror(Shared& shared, Create create)
-    : Entity(shared.ready), shared_(shared), create_(std::move(create)) {}
+    : Entity(shared.ready, kReadyFailed), shared_(shared), create_(std::move(create)) {}
 
 Mirror::~Mirror() {
   if (!open_) return;

@@ -26,7 +26,7 @@ constexpr int kInvalidInRowMax = 32;
 }  // namespace
 
 Subscription::Subscription(Shared& shared, Create create, bool ignore_local)
-    : Entity(shared.ready),
+    : Entity(shared.ready, kReadyMessage | kReadyLost | kReadyIncompatible),
       shared_(shared),
       create_(std::move(create)),
       ignore_local_(ignore_local),
@@ -104,7 +104,6 @@ std::optional<Input> Subscription::step(Batch& batch) {
     done(kReadyMessage);
     return std::nullopt;
   }
-  ++batch.takes;
   if (taken == Taken::kInvalid) return on_invalid();
   invalid_in_row_ = 0;
   batch.bytes += message.payload.size();
