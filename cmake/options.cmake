@@ -64,7 +64,8 @@ configure_file("${CMAKE_CURRENT_LIST_DIR}/version.hpp.in" "${CMAKE_CURRENT_BINAR
 # sanitizer: the plain build shows that each file includes what it needs, and a compiler cache does not keep what is made so.
 function(connect_precompiled name)
   if(CONNECT_SANITIZE)
-    target_precompile_headers(${name} PRIVATE <chrono> <functional> <map> <memory> <optional> <set> <string> <variant> <vector>
+    target_precompile_headers(${name} PRIVATE <chrono> <functional> <map> <memory> <optional> <set> <string> <utility> <variant>
+      <vector>
       ${ARGN})
   endif()
 endfunction()

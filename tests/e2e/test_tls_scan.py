@@ -1,5 +1,6 @@
-"""What a public scanner says of a server's TLS: nothing beyond Mozilla's "intermediate". Skipped where the scanner is not
-there (tools/setup/scanner.sh fetches it)."""
+"""What a public scanner says of a server's TLS: it is as Mozilla's "intermediate" asks.
+
+Skipped where the scanner is not there (tools/setup/scanner.sh fetches it)."""
 
 import json
 import os
@@ -40,7 +41,10 @@ def rsa(folder):
     """The other kind of key that public authorities sign."""
     _, authority = ecdsa(folder)
     key, request, certificate = (folder / f"rsa.{end}" for end in ("key", "csr", "crt"))
-    run("openssl", "req", "-newkey", "rsa:2048", "-nodes", "-keyout", key, "-out", request, "-subj", "/CN=localhost")
+    run(
+        *("openssl", "req", "-newkey", "rsa:2048", "-nodes", "-subj", "/CN=localhost"),
+        *("-keyout", key, "-out", request),
+    )
     extensions = folder / "extensions"
     extensions.write_text(
         "subjectAltName=DNS:localhost\nauthorityKeyIdentifier=keyid\nextendedKeyUsage=serverAuth\n"

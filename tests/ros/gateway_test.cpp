@@ -325,27 +325,6 @@ TEST_F(GatewayTest, TheSinkMayDestroyWhatIsDrained) {
   EXPECT_EQ(1, taken);
 }
 
-// What came for the subscription is marked in a slot that is the mirror's when the loop looks.
-TEST_F(GatewayTest, AMirrorInTheSlotOfABusySubscriptionDoesNotHoldTheLoop) {
-  TestNode talker("talker");
-  TestSide side("connect_server");
-  RawPublisher publisher(talker, topic("chatter"), qos_of_depth(50));
-  subscribe(side, topic("chatter"), 50);
-  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
-  for (int i = 0; i < 10; ++i) publisher.publish(string_message("x"));
-  std::this_thread::sleep_for(100ms);
-  side.gateway.apply(DestroySubscription{kSubscription});
-  mirror(side, topic("other"), qos_of_depth(1));
-  int failed = 0;
-  for (int i = 0; i < 100 && side.gateway.drain([&](Input&& input) {
-         failed += std::holds_alternative<PublishFailed>(input) ? 1 : 0;
-       });
-       ++i) {
-    ASSERT_LT(i, 99) << "it never ends";
-  }
-  EXPECT_EQ(failed, 0);
-}
-
 TEST_F(GatewayTest, ManyCyclesWhileCallbacksFire) {
   TestNode talker("talker");
   TestSide side("connect_server");

@@ -5,7 +5,8 @@
 
 namespace connect_bridge::test {
 
-// Content of the file, whose path is relative to the repository; a file that cannot be read fails the test.
+// Content of the file, whose path is relative to the repository. One that cannot be read fails the
+// test.
 std::string source_text(const std::string& path);
 
 }  // namespace connect_bridge::test

@@ -227,19 +227,21 @@ def lossy(bed, effort):
 
 
 def lanes(bed, effort):
-    """Would urgent messages be faster over a TCP connection of their own, beside the bulk of ours?"""
+    """Whether urgent messages would be faster over a TCP connection of their own."""
     seconds = effort["seconds_of_lanes"]
     pings = bed.plain()["down"]  # dials from the operator, as pings do
     rows = []
     for case, net in (("", NET), (", 1 % loss", LOSSY)):
         bed.wan.set(**net)
-        bed.talks["up"].say(words("talk", {**OVERLOAD, "seconds": seconds + HEAD_START, "use": 1}))
+        bulk = {**OVERLOAD, "seconds": seconds + HEAD_START, "use": 1}
+        bed.talks["up"].say(words("talk", bulk))
         time.sleep(HEAD_START)
         told = {"size": 12, "gap": 0.02, "samples": int(seconds * 35)}
         own = pings.ask(words("ping", told), seconds * 10)["ms"]
         bed.talks["up"].answer(seconds + 30)
         time.sleep(1.5)
-        row = Row(f"a second connection for urgent messages{case}", pinged(bed, seconds, {"up": OVERLOAD}))
+        result = pinged(bed, seconds, {"up": OVERLOAD})
+        row = Row(f"a second connection for urgent messages{case}", result)
         for percent in (50, 99):
             gain = row.result.ms(percent) - percentile(own, percent)
             # A part of a round trip is not worth the second login, handshake and NAT entry.

@@ -24,6 +24,7 @@ class Throttle {
   void take(double amount, TimePoint now);
   // From now on at another rate; what passed stays paid or owed as it is.
   void set_rate(double per_second) { per_second_ = per_second; }
+  [[nodiscard]] double rate() const { return per_second_; }
 
  private:
   double per_second_ = 0;  // 0: no limit
@@ -39,6 +40,11 @@ class RateLimit {
 
   // Whether a message of this size may pass now; then it counts. A false is a drop (kRate).
   [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
+  // Whether these are its rates.
+  [[nodiscard]] bool is(double max_rate, std::uint64_t bytes_per_second_max) const {
+    return messages_.rate() == max_rate &&
+           bytes_.rate() == static_cast<double>(bytes_per_second_max);
+  }
   // All that passed is paid off.
   [[nodiscard]] bool idle(TimePoint now) const { return messages_.ready(now) && bytes_.ready(now); }
 

@@ -116,4 +116,23 @@ std::string incompatible_policy(const Qos& offered, const Qos& requested) {
   return {};
 }
 
+IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const Qos& offered,
+                                                 const std::string& node, bool patient) {
+  IncompatibleSubscribers found;
+  for (const auto& subscriber : topic.subscribers) {
+    const std::string policy = incompatible_policy(offered, subscriber.qos);
+    if (policy.empty()) continue;
+    const std::string name = node_of(subscriber);
+    if (patient && (name.empty() || node.empty())) {
+      found.unnamed = true;
+      continue;
+    }
+    found.lines.push_back(topic.name + ": the " + policy + " that " +
+                          (name.empty() ? "a subscriber here" : name) +
+                          " requests is not offered by " + (node.empty() ? "a publisher" : node) +
+                          " on the other side: it receives nothing from it");
+  }
+  return found;
+}
+
 }  // namespace connect_bridge

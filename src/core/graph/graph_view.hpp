@@ -62,4 +62,13 @@ class GraphView {
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
 
+// Who can get nothing from a publisher of this QoS at this node.
+struct IncompatibleSubscribers {
+  std::vector<std::string> lines;  // for people, one for each
+  bool unnamed = false;            // of others the name, or the publisher's, is not known yet
+};
+// `patient`: a name that is not known yet is waited for.
+IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const Qos& offered,
+                                                 const std::string& node, bool patient);
+
 }  // namespace connect_bridge

@@ -151,7 +151,10 @@ bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatm
     if (rates.size() >= kRatesMax) return false;
   }
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
-  return rates.try_emplace(topic, fresh).first->second.admit(bytes, now.steady);
+  RateLimit& limit = rates.try_emplace(topic, fresh).first->second;
+  // The rules may have changed while nothing came.
+  if (!limit.is(treatment.max_rate, treatment.bytes_per_second_max)) limit = fresh;
+  return limit.admit(bytes, now.steady);
 }
 
 void Link::on_time(const Now& now) {

@@ -60,11 +60,12 @@ bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, con
     audit(outputs, link, AuditEvent::kRenewalRefused, why);
     return false;
   }
+  const bool other_groups = answer.identity->groups != link.identity.groups;
   link.identity = *answer.identity;
   check_expiry(link, now);
   outputs.log(LogLevel::kInfo, link.label() + " has renewed its login as " + link.identity.name);
   audit_login(outputs, link, AuditEvent::kRenewed);
-  return true;
+  return other_groups;
 }
 
 bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now) {

@@ -24,7 +24,7 @@ void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, 
 // The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now);
-// Its answer. Whether the identity has changed.
+// Its answer. Whether the link may do other things now: the identity's groups have changed.
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
 // The login method tells of its own accord. Whether the identity has changed; without one the link
 // fails, or is forgotten if it is lost.

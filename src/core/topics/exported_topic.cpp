@@ -196,11 +196,13 @@ void ExportedTopic::update_subscription(const Now& now) {
       context_.listeners.show(key_, true);  // others may have come in the place of all before
       return take_name();
     }
-    end_subscription();
-  } else if (!subscriptions_.take(now.steady)) {
+  }
+  // What is there serves until another one may be made.
+  if (!subscriptions_.take(now.steady)) {
     late_ = context_.timers.set(subscriptions_.free_at(), this);
     return;
   }
+  end_subscription();
   take_name();
   subscription_ = context_.outputs.new_subscription();
   subscription_qos_ = qos;

@@ -48,9 +48,23 @@ void Imports::on_claims(const Now& now) {
   for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
 }
 
+bool Imports::is_permitted_as_before(const Mirror& mirror) const {
+  if (mirror.candidates().empty() || !mirror.candidates().front().offered) return false;
+  const OfferedTopic& feeder = *mirror.candidates().front().offered;
+  const auto decision =
+      context_.permission(feeder.link(), mirror.key().first, mirror.action_type());
+  return decision && decision->treatment == feeder.treatment() &&
+         !feeder.withholds(mirror.origin());
+}
+
 void Imports::on_policy(const Now& now) {
-  // What waits in a mirror was permitted by the rules before.
-  for (auto& [key, mirror] : context_.mirrors) mirror.drop_first();
+  // What waits in a mirror came under the rules before.
+  std::vector<MirrorKey> emptied;
+  for (auto& [key, mirror] : context_.mirrors) {
+    if (!mirror.has_first() || is_permitted_as_before(mirror)) continue;
+    mirror.drop_first();
+    emptied.push_back(key);
+  }
   for (auto& [link, peer] : peers_) peer.recheck(now);
   for (auto& [link, peer] : peers_) peer.renew(now);
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
@@ -60,6 +74,9 @@ void Imports::on_policy(const Now& now) {
       if (!offered && !context_.permission(*link, mirror.key().first, mirror.action_type()))
         context_.remove_candidate(mirror, link->id, now);
   }
+  for (const MirrorKey& key : emptied)
+    if (const auto it = context_.mirrors.find(key); it != context_.mirrors.end())
+      it->second.ask_for_last_samples(now);
 }
 
 void Imports::expect_goal(const std::string& action, const Now& now) {

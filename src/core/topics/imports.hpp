@@ -54,6 +54,8 @@ class Imports {
 
  private:
   [[nodiscard]] Mirror* find(MirrorId id);
+  // Whether the rules let the mirror be fed, by the same link and in the same way as until now.
+  [[nodiscard]] bool is_permitted_as_before(const Mirror& mirror) const;
 
   ImportContext context_;
   std::map<LinkId, PeerTopics> peers_;

@@ -203,6 +203,11 @@ void Mirror::vanish() {
   context_.claim_changed = true;
 }
 
+void Mirror::drop_first() {
+  if (!first_.empty()) last_number_ = before_first_;
+  first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered);
+}
+
 void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
   const auto& [topic, type] = key_.first;
   std::string what = shown(InterfaceKind::kTopic, topic, type);
@@ -254,20 +259,9 @@ void Mirror::warn_incompatible(const Now& now) {
   const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
   if (!topic) return;
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
-  for (const auto& subscriber : topic->subscribers) {
-    const std::string policy = incompatible_policy(qos_, subscriber.qos);
-    if (policy.empty()) continue;
-    const std::string node = node_of(subscriber);
-    if (patient && (node.empty() || origin_.node.empty())) {
-      if (!unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
-      continue;
-    }
-    const std::string line =
-        topic->name + ": the " + policy + " that " + (node.empty() ? "a subscriber here" : node) +
-        " requests is not offered by " + (origin_.node.empty() ? "a publisher" : origin_.node) +
-        " on the other side: it receives nothing from it";
-    context_.outputs.log_once(LogLevel::kWarn, line);
-  }
+  const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
+  for (const auto& line : found.lines) context_.outputs.log_once(LogLevel::kWarn, line);
+  if (found.unnamed && !unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
   if (!patient) unnamed_.cancel();
 }
 
@@ -296,6 +290,7 @@ void Mirror::expect_subscriber(const Now& now) {
 // The feeding link's channel may be demanded for other origins already: then nobody sends the last
 // samples of this one by itself.
 void Mirror::ask_for_last_samples(const Now& now) const {
+  if (candidates_.empty()) return;
   OfferedTopic* feeder = candidates_.front().offered;
   if (is_latched() && feeder && feeder->demanded()) feeder->demand_again(now);
 }
@@ -329,6 +324,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
     sample_bytes_ = raw.size();
     charge();
   }
+  if (first_.empty()) before_first_ = last_number_;
   last_number_ = std::max(last_number_, number);
   // What the middleware keeps for who comes late need not wait, and is not to be displaced here.
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));

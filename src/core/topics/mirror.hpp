@@ -63,8 +63,10 @@ class Mirror {
   // A rule may ask for another QoS now. True: the publisher was made anew.
   bool adopt_qos(const OfferedTopic& offered, const Now& now);
   void destroy();
-  // What waits for its publisher to be found is not published.
-  void drop_first() { first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered); }
+  // What waits for its publisher to be found is not published, and may come again.
+  void drop_first();
+  // The origin's last samples are asked for again, if a link brings them.
+  void ask_for_last_samples(const Now& now) const;
   void on_failed(const std::string& code, const std::string& reason, const Now& now);
   void on_time(const Now& now);
   // Tells once of each subscriber here that can get nothing from it.
@@ -91,6 +93,8 @@ class Mirror {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
 
+  // Something waits for its publisher to be found.
+  [[nodiscard]] bool has_first() const { return !first_.empty(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
@@ -107,7 +111,6 @@ class Mirror {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  void ask_for_last_samples(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] std::uint32_t depth_for(std::uint64_t sample_bytes) const;
@@ -129,7 +132,8 @@ class Mirror {
   Timer naming_;    // until then it is not made before its origin's node has a name
   Timer paced_;     // until then it is not made: its identity makes too many
   Timer unnamed_;   // what a warning would name has no name yet; then it is told without
-  std::uint64_t last_number_ = 0;   // of what was published
+  std::uint64_t last_number_ = 0;   // of what was published, or waits to be
+  std::uint64_t before_first_ = 0;  // the same before the first one that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // Of the size of its samples so many may be kept.

@@ -53,7 +53,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (!origin.origin) return;
   if (const auto known = origins_.find(origin.origin); known != origins_.end())
     return known->second->name_node(origin.node, now);
-  if (is_withheld(origin) || left_out_.contains(origin.origin)) return;
+  if (withholds(origin) || left_out_.contains(origin.origin)) return;
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.insert(origin.origin);
@@ -89,8 +89,7 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
   return Nothing{};
 }
 
-// Whether this origin of /parameter_events is a node whose parameters no rule opens.
-bool OfferedTopic::is_withheld(const OriginOffer& origin) const {
+bool OfferedTopic::withholds(const OriginOffer& origin) const {
   if (!parameter_events_) return false;
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, origin.node};
@@ -100,11 +99,10 @@ bool OfferedTopic::is_withheld(const OriginOffer& origin) const {
 bool OfferedTopic::recheck(const Now& now) {
   auto decision = context_.permission(link_, key_, action_type_);
   if (!decision) return false;
-  if (decision->treatment != treatment()) link_.rates.erase(key_);
   decision_ = *std::move(decision);
   for (auto it = origins_.begin(); it != origins_.end();) {
     Mirror& mirror = *it->second;
-    if (!is_withheld(mirror.origin())) {
+    if (!withholds(mirror.origin())) {
       ++it;
       continue;
     }

@@ -32,6 +32,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void add_origin(const OriginOffer& origin, const Now& now);
   // Our rules are new. False: none allows it any longer.
   [[nodiscard]] bool recheck(const Now& now);
+  // Whether this origin of /parameter_events is a node whose parameters no rule opens.
+  [[nodiscard]] bool withholds(const OriginOffer& origin) const;
   // Mirrors whose rule now asks for another QoS are made anew.
   void renew(const Now& now);
   // The peer is told that it is not imported any longer.
@@ -90,7 +92,6 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] bool knows(OriginId origin) const {
     return origins_.contains(origin) || left_out_.contains(origin);
   }
-  [[nodiscard]] bool is_withheld(const OriginOffer& origin) const;
   // Whether the peer shall keep what a lost connection loses.
   [[nodiscard]] bool may_resume() const;
 

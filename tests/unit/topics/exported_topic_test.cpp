@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit/topics/exporting.hpp"
 
 namespace connect_bridge::topics_test {
@@ -49,6 +51,29 @@ TEST(ExportedTopic, IsSubscribedNotTooOften) {
   EXPECT_EQ(s.did(), "");
   s.pass_to(1000);
   EXPECT_EQ(s.did(), "subscribe 11 /a reliable volatile 100\n");
+}
+
+// A rule lets one peer have it as best effort, and another one wants it all the time.
+TEST(ExportedTopic, IsNotSubscribedInAnotherWayTooOften) {
+  Rule odd = everything();
+  odd.identities = {"odd"};
+  odd.treatment.qos.reliability = Reliability::kBestEffort;
+  OneLink calm(1), toggles(2);
+  toggles.link.identity.name = "odd";
+  Exporting s({odd, everything()});
+  s.see(topic("/a").pub(1));
+  s.offer(calm);
+  s.offer(toggles);
+  s.demand(calm);
+  EXPECT_EQ(s.did(), "subscribe 1 /a reliable volatile 100\n");
+  for (int i = 0; i < 100; ++i) {
+    s.demand(toggles, true);
+    s.demand(toggles, false);
+  }
+  const std::string did = s.did();
+  EXPECT_EQ(std::count(did.begin(), did.end(), '\n'), 2 * 9) << did;
+  s.take(1, "still there");
+  EXPECT_NE(calm.said(), "");
 }
 
 TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {

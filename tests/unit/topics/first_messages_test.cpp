@@ -85,5 +85,28 @@ TEST(MirrorOfAFirstMessage, IsNotPublishedUnderOtherRules) {
   EXPECT_EQ(s.did().find("publish"), std::string::npos);
 }
 
+// A rule of something else has changed.
+TEST(MirrorOfAFirstMessage, IsPublishedWhereTheRulesSayTheSameOfIt) {
+  Listening s(latched(5));
+  s.message(1, 1, 1, "first");
+  s.give(PolicyChanged{Policy({rule({"/other"}, {"/**"})})});
+  s.pass(60);
+  EXPECT_NE(s.did().find("publish 2 first\n"), std::string::npos);
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 0U);
+}
+
+// Its rule has another rate now: what came under the old one is asked for again.
+TEST(MirrorOfAFirstMessage, ComesAgainWhereItsRuleIsAnother) {
+  Listening s(latched(5));
+  s.message(1, 1, 1, "first");
+  Rule slow = rule({}, {"/**"});
+  slow.treatment.max_rate = 10;
+  s.did();
+  s.said(1);
+  s.give(PolicyChanged{Policy({slow})});
+  EXPECT_EQ(s.did().find("publish"), std::string::npos);
+  EXPECT_NE(s.said(1).find("demand"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

@@ -248,6 +248,24 @@ TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
   EXPECT_EQ(s.did(), "publish 1 x\n");
 }
 
+TEST(OfferedTopic, ARateThatChangedWhileTheTopicWasNotOfferedHolds) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 100;
+  Script s;
+  s.policy = Policy({limited});
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.give(s.message("x"), 0);
+  s.channel_1().on_withdraw({}, ms(10));
+  limited.treatment.max_rate = 1;
+  s.policy = Policy({limited});
+  s.offer(s.peer, {origin(1, 7)}, 20);
+  s.did();
+  for (std::int64_t at = 20; at < 1920; at += 20) s.give(s.message("x"), at);
+  EXPECT_EQ(s.did(),
+            "publish 1 x\npublish 1 x\npublish 1 x\n");  // a quarter of a second too early each
+}
+
 TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
   Rule limited = everything();
   limited.treatment.bytes_per_second_max = 1000;
