@@ -7,6 +7,8 @@ namespace {
 
 // What exceeds its pace is looked at so often.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
+// What the subscription to a topic that nobody publishes costs the middleware, roughly.
+constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
 
 }  // namespace
 
@@ -78,9 +80,15 @@ void FarListeners::on_time(const Now& now) {
 // A subscription that comes or goes costs every process of the graph, and this one's loop.
 void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   const bool is_new = listener.permitted && !listener.counts;
-  if (!is_new || links_.at(key.first).account->listeners.take(now.steady))
-    return set(key, listener, listener.permitted);
-  if (!due_) due_ = now.steady + kPacing;
+  Account& account = *links_.at(key.first).account;
+  if (is_new) {
+    if (account.memory.room() < kSubscriptionBytes || !account.listeners.take(now.steady)) {
+      if (!due_) due_ = now.steady + kPacing;
+      return;
+    }
+    listener.held = account.memory.hold(kSubscriptionBytes);
+  }
+  set(key, listener, listener.permitted);
 }
 
 void FarListeners::set(Key key, Listener& listener, bool counts) {
@@ -92,6 +100,7 @@ void FarListeners::set(Key key, Listener& listener, bool counts) {
     if (topic->second.shown) show(listener, true);
     return;
   }
+  listener.held.release();
   topic->second.listeners.erase(key);
   show(listener, false);
   if (topic->second.listeners.empty()) topics_.erase(topic);

@@ -28,7 +28,8 @@ class FarListeners {
   FarListeners(const FarListeners&) = delete;
   FarListeners& operator=(const FarListeners&) = delete;
 
-  // Beyond a pace (Account::listeners) what is new counts later, see on_time().
+  // Beyond a pace (Account::listeners), and beyond what its identity may make this side hold, what
+  // is new counts later, see on_time().
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
   // Our rules, the link's identity or what the peer accepts are new.
@@ -54,6 +55,7 @@ class FarListeners {
     std::optional<TopicKey> topic;  // local name; none: it is none that the peer can have
     bool permitted = false;
     bool counts = false;
+    Budget::Hold held;  // while it counts
     SubscriptionId shown;
   };
   using Key = std::pair<LinkId, ListenerId>;

@@ -1,10 +1,15 @@
 // What each side tells of the subscriptions in its graph, and what the other makes of it.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
+
+// What each that counts holds of memory_max.
+constexpr std::uint64_t kListenerBytes = 20 << 10;
 
 ListenerTold listener(std::uint32_t number, std::string name, std::string node = "/base") {
   ListenerTold told;
@@ -316,22 +321,46 @@ TEST(FarListenersPace, ThoseThatComeTooOftenCountLater) {
   EXPECT_EQ(s.did().find("/t6"), std::string::npos);
 }
 
+// Subscriptions are of what all peers together may make a side hold, however many links tell them.
+TEST(FarListenersShare, AnIdentityInManyLinksGetsNoMoreThanItsShare) {
+  auto options = server();
+  options.account.mirrors_at_once = 1000;
+  options.account.memory_bytes_max = 30 * kListenerBytes;
+  Script s(std::move(options));
+  s.join(1);
+  s.join(2);
+  for (std::uint32_t link = 1; link <= 2; ++link) {
+    Listeners many;
+    for (std::uint32_t i = 1; i <= 40; ++i)
+      many.added.push_back(listener(i, "/t" + std::to_string(link) + "_" + std::to_string(i)));
+    s.say(link, many);
+  }
+  s.pass(1000);
+  const std::string did = s.did();
+  const auto made = std::count(did.begin(), did.end(), '\n');
+  EXPECT_GE(made, 10) << did;
+  EXPECT_LE(made, 20) << did;
+  s.lose(1);
+  s.lose(2);
+  EXPECT_EQ(s.status().shared_bytes, 0U);
+}
+
 // Early samples are of what all peers together may make a side hold.
 TEST(FarListenersShare, WithoutRoomNothingIsKept) {
   auto options = server();
-  options.account.memory_bytes_max = 3000;
+  options.account.memory_bytes_max = kListenerBytes + 3000;
   Script s(std::move(options));
   s.join(1);
   s.say(1, listening(1, "/cmd_vel"));
   s.graph({topic("/cmd_vel").pub(7)});
   s.take(2, 7, std::string(1000, 'x'));
-  EXPECT_EQ(s.status().shared_bytes, 1004U);
+  EXPECT_EQ(s.status().shared_bytes, kListenerBytes + 1004U);
   s.take(2, 7, std::string(1500, 'y'));
   EXPECT_EQ(s.dropped(DropReason::kMemory), 1U);
   s.demand(1, 1);
   s.said(1);
   s.acknowledge(1);
-  EXPECT_EQ(s.status().shared_bytes, 0U);
+  EXPECT_EQ(s.status().shared_bytes, kListenerBytes);
 }
 
 TEST(FarListenersAsNodes, EachIsSubscribedUnderItsNodesName) {
