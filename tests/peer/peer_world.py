@@ -1,6 +1,7 @@
 """What the tests of the peer share: the server with its graph, a stream, and bytes to say."""
 
 import contextlib
+import hashlib
 import json
 import os
 import pathlib
@@ -87,18 +88,38 @@ def bytes_of(cdr):
     return cdr[16 : 16 + size]
 
 
+def token_of(identity):
+    return f"token-of-{identity}-alone".encode()
+
+
+def token_file(folder, identities):
+    file = folder / "tokens.yaml"
+    entries = [
+        {"identity": each, "token_sha256": hashlib.sha256(token_of(each)).hexdigest()}
+        for each in identities
+    ]
+    file.write_text(json.dumps(entries), encoding="ascii")  # JSON is YAML
+    file.chmod(0o600)
+    return str(file)
+
+
 class World:
-    def __init__(self, folder):
+    """The server with its graph. `parameters` are added to those that it has for all tests; with
+    `identities` each of them logs in with token_of() of it, in place of TOKEN."""
+
+    def __init__(self, folder, identities=(), **parameters):
         self.domains = take_domains(1)
         self.graph = Graph(self.domains[0])
         self.port = free_port()
         self.url = f"ws://127.0.0.1:{self.port}"
         listen = {"address": "127.0.0.1", "port": self.port}
         auth = {"method": "token", "token": TOKEN.decode()}
+        if identities:
+            auth = {"method": "token", "token_file": token_file(folder, identities)}
         self.server = Side(
             "server",
             self.domains[0],
-            {"listen": listen, "auth": auth, "connections_max": 500, **RULES},
+            {"listen": listen, "auth": auth, "connections_max": 500, **RULES, **parameters},
             folder,
         )
         self.server.start().wait_listening()
