@@ -3,6 +3,7 @@
 import contextlib
 import socketserver
 import threading
+import time
 
 import pytest
 from connect_bridge_test_interfaces.action import Fibonacci
@@ -68,7 +69,9 @@ def test_a_client_without_rules_gives_topics_alone(operator, listener):
     assert host.login == {"method": "token", "credential": TOKEN.encode()}
     host.find("/words")
     host.until(lambda: host.complete, "the first round")
-    # What else was made above was there before the topic.
+    time.sleep(1)  # a service is offered some time after it is there
+    graph.publisher(String, "/last_words")
+    host.find("/last_words")
     assert {offer["kind"] for offer in host.offers.values()} == {"topic"}
     names = {offer["name"] for offer in host.offers.values()}
     assert PARAMETER_EVENTS not in names and not any("/_action/" in name for name in names)
