@@ -92,11 +92,12 @@ def token_of(identity):
     return f"token-of-{identity}-alone".encode()
 
 
-def token_file(folder, identities):
+def token_file(folder, tokens):
+    """A server's file with the hashes of these: identity -> token."""
     file = folder / "tokens.yaml"
     entries = [
-        {"identity": each, "token_sha256": hashlib.sha256(token_of(each)).hexdigest()}
-        for each in identities
+        {"identity": identity, "token_sha256": hashlib.sha256(token).hexdigest()}
+        for identity, token in tokens.items()
     ]
     file.write_text(json.dumps(entries), encoding="ascii")  # JSON is YAML
     file.chmod(0o600)
@@ -115,7 +116,8 @@ class World:
         listen = {"address": "127.0.0.1", "port": self.port}
         auth = {"method": "token", "token": TOKEN.decode()}
         if identities:
-            auth = {"method": "token", "token_file": token_file(folder, identities)}
+            tokens = {identity: token_of(identity) for identity in identities}
+            auth = {"method": "token", "token_file": token_file(folder, tokens)}
         self.server = Side(
             "server",
             self.domains[0],
