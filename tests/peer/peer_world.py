@@ -83,6 +83,14 @@ def cdr_bytes(data):
     return b"\0\1\0\0" + struct.pack("<III", 0, 0, len(data)) + data
 
 
+def event_of(node, second=1, order="<"):
+    """A ParameterEvent without parameters."""
+    text = node.encode() + b"\0"
+    data = struct.pack(f"{order}iII", second, 0, len(text)) + text
+    data += bytes(-len(data) % 4) + bytes(12)
+    return (b"\0\1\0\0" if order == "<" else b"\0\0\0\0") + data
+
+
 def bytes_of(cdr):
     (size,) = struct.unpack_from("<I", cdr, 12)
     return cdr[16 : 16 + size]

@@ -7,17 +7,20 @@ import time
 
 import pytest
 from connect_bridge_test_interfaces.action import Fibonacci
-from graph import Graph
+from graph import Graph, until
 from harness.domains import free_port, release_domains, take_domains
 from harness.programs import Side
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.action import ActionServer
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from connect_control import PARAMETER_EVENTS
 from connect_server import Host, Listener
+from peer_world import event_of
 
 TOKEN = "token-of-the-operator"
+DEAD_AFTER = 60.0  # nothing here is about that, and a machine may be busy
 
 
 class Operator:
@@ -30,6 +33,7 @@ class Operator:
         parameters = {
             "url": f"ws://127.0.0.1:{self.port}",
             "auth": {"method": "token", "token": TOKEN},
+            "dead_after": DEAD_AFTER,
         }
         self.client = Side("client", self.domains[0], parameters, folder)
 
@@ -65,7 +69,7 @@ def test_a_client_without_rules_gives_topics_alone(operator, listener):
     graph.node("tuned", start_parameter_services=True)
     graph.publisher(String, "/words")
     operator.client.start()
-    host = Host(listener, **ALL)
+    host = Host(listener, dead_after=DEAD_AFTER, **ALL)
     assert host.login == {"method": "token", "credential": TOKEN.encode()}
     host.find("/words")
     host.until(lambda: host.complete, "the first round")
@@ -81,6 +85,34 @@ def test_a_client_without_rules_gives_topics_alone(operator, listener):
     assert host.wait_closed() == 4010
     with graph.still():
         action.destroy()
+
+
+def test_a_server_does_not_speak_for_the_nodes_of_a_client(operator, listener):
+    """A client without rules imports the parameters of all nodes of its server; with an event of
+    one of its own it could be given another clock."""
+    collector = operator.graph.collector(ParameterEvent, PARAMETER_EVENTS)
+    operator.client.start()
+    host = Host(listener, dead_after=DEAD_AFTER)
+    host.until(lambda: host.complete, "the first round")
+    gids = [(host.side + bytes([number])).ljust(24, b"\0").hex() for number in (1, 2)]
+    origins = [
+        {"origin": 1, "gid": gids[0], "node": "/far", "qos": {}},
+        {"origin": 2, "gid": gids[1], "node": "/tester", "qos": {}},
+    ]
+    host.offer(PARAMETER_EVENTS, "rcl_interfaces/msg/ParameterEvent", origins=origins)
+    channel = host.channel_of(PARAMETER_EVENTS)
+
+    def arrives():
+        host.publish(channel, event_of("/far"))
+        time.sleep(0.02)
+        return any(event.node == "/far" for event in list(collector.messages))
+
+    until(arrives, "an event of a node that is far")
+    host.publish(channel, event_of("/tester"))
+    host.publish(channel, event_of("/tester"), origin=2)
+    host.publish(channel, event_of("/far", 5))
+    collector.wait_for(lambda event: event.stamp.sec == 5)
+    assert not any(event.node == "/tester" and event.stamp.sec == 1 for event in collector.messages)
 
 
 class _Refuses(socketserver.StreamRequestHandler):

@@ -22,6 +22,7 @@ from peer_world import (
     TOKEN,
     cdr_bytes,
     cdr_string,
+    event_of,
     message,
     packet,
     without_zstd,
@@ -77,14 +78,6 @@ def arrived(mine, channel, sample, collector):
         return collector.messages
 
     until(go, f"a message on {collector.topic}")
-
-
-def event_of(node, second=1, order="<"):
-    """A ParameterEvent without parameters."""
-    text = node.encode() + b"\0"
-    data = struct.pack(f"{order}iII", second, 0, len(text)) + text
-    data += bytes(-len(data) % 4) + bytes(12)
-    return (b"\0\1\0\0" if order == "<" else b"\0\0\0\0") + data
 
 
 def test_events_are_of_the_node_that_was_opened(world, mine):
