@@ -231,8 +231,7 @@ def test_a_subscriber_that_hangs_holds_nobody_up(world, mine):
     time.sleep(0.5)  # what comes sooner waits for the subscribers of a new mirror
     mine.send_packet([message(channel, n, cdr_string("")) for n in range(1, 7001)])
     answers(mine)
-    hung_topic = lambda: world.server.topic("/o/hung")  # noqa: E731
-    until(lambda: hung_topic()["messages"] == 7000, lambda: f"7000 messages: {hung_topic()}")
+    until(lambda: world.server.topic("/o/hung").get("messages") == 7000, "a status of all messages")
     hung.destroy_node()
 
 
