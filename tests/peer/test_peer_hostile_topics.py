@@ -87,6 +87,7 @@ def test_events_are_of_the_node_that_was_opened(world, mine):
     mine.offer(PARAMETER_EVENTS, "rcl_interfaces/msg/ParameterEvent", origins=both)
     channel = mine.channel_of(PARAMETER_EVENTS)
     arrived(mine, channel, event_of("/far"), collector)
+    time.sleep(1)  # a graph knows an endpoint before the name of its node
     mine.publish(channel, event_of("/tester", 2))
     mine.publish(channel, event_of("/tester", 3), origin=2)  # it lives there
     mine.publish(channel, event_of("/far", 4, ">"))  # nodes read this, too
