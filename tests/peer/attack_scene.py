@@ -2,7 +2,6 @@
 sees of it, and what the server holds and writes meanwhile."""
 
 import contextlib
-import hashlib
 import json
 import os
 import pathlib
@@ -20,6 +19,8 @@ from harness.domains import free_port, release_domains, take_domains  # noqa: E4
 from harness.programs import Bridge, build_dir, dies_with_us, ros_environment  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from std_msgs.msg import Int64  # noqa: E402
+
+from peer_world import token_file  # noqa: E402
 
 ATTACKS = (
     "silent",
@@ -53,17 +54,6 @@ RULES = {
         },
     },
 }
-
-
-def token_file(folder):
-    file = folder / "tokens.yaml"
-    entries = [
-        {"identity": identity, "token_sha256": hashlib.sha256(token.encode()).hexdigest()}
-        for identity, token in (("operator", OPERATOR), ("hostile", HOSTILE))
-    ]
-    file.write_text(json.dumps(entries), encoding="ascii")  # JSON is YAML
-    file.chmod(0o600)
-    return str(file)
 
 
 class Seen:
@@ -138,10 +128,11 @@ class Scene:
         self._nodes = self._start_nodes() if attack in WITH_NODES else None
 
     def _bridge(self, tls, parameters):
+        tokens = {"operator": OPERATOR.encode(), "hostile": HOSTILE.encode()}
         server = {
             **RULES,
             "memory_max": MEMORY_MAX,
-            "auth": {"method": "token", "token_file": token_file(self._folder)},
+            "auth": {"method": "token", "token_file": token_file(self._folder, tokens)},
             **parameters,
         }
         client = {"auth": {"method": "token", "token": OPERATOR}}

@@ -9,8 +9,8 @@ import ssl
 import struct
 import time
 
-from connect_peer import SUBPROTOCOL
 from connect_records import encode_hello, encode_login
+from connect_socket import SUBPROTOCOL
 
 REQUEST = (
     "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

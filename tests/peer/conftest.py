@@ -17,8 +17,9 @@ from peer_world import TOKEN, Ticker, World  # noqa: E402
 
 
 @pytest.fixture(scope="module")
-def world(tmp_path_factory):
-    made = World(tmp_path_factory.mktemp("world"))
+def world(request, tmp_path_factory):
+    """For all tests of a file; SERVER of the file has parameters of the server."""
+    made = World(tmp_path_factory.mktemp("world"), **getattr(request.module, "SERVER", {}))
     yield made
     made.close()
 

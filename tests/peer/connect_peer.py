@@ -9,7 +9,6 @@ import threading
 import time
 
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect as dial
 
 from connect_calls import Calls
 from connect_control import (
@@ -23,7 +22,6 @@ from connect_listeners import Listening
 from connect_packets import Reassembly, decode_packet, encode_packet
 from connect_records import (
     ILLEGAL,
-    MESSAGE_MAX,
     SILENT,
     TOO_LARGE,
     UNKNOWN_CHANNEL,
@@ -34,8 +32,9 @@ from connect_records import (
     require,
 )
 from connect_renew import Renewals
+from connect_socket import open_socket
 
-SUBPROTOCOL, WINDOW = "ros2-connect.v1", 16 << 20
+WINDOW = 16 << 20
 ACK_BYTES, ACK_AFTER = 1 << 20, 0.1
 TIMING = ("ack", "ack_request", "time_request", "time_reply")
 
@@ -44,20 +43,6 @@ class Sample:
     def __init__(self, head, data):
         self.origin, self.sequence, self.stamp = head["origin"], head["sequence"], head["stamp_ns"]
         self.codec, self.data = head["codec"], data
-
-
-def open_socket(url, **options):
-    """A WebSocket before login."""
-    options = {
-        "subprotocols": [SUBPROTOCOL],
-        "compression": None,
-        "max_size": MESSAGE_MAX,
-        "ping_interval": None,
-        **options,
-    }
-    socket = dial(url, **options)
-    assert socket.subprotocol == options["subprotocols"][0]
-    return socket
 
 
 class Peer(Renewals, Listening, Calls):
@@ -108,6 +93,14 @@ class Peer(Renewals, Listening, Calls):
         self._changed = threading.Condition(threading.RLock())
         self._sending = threading.Lock()
         self._asked = set()
+        self._log_in(url, token, session)
+        assert self.welcome["side"] != self.side
+        limit = {} if message_bytes_max is None else {"message_bytes_max": message_bytes_max}
+        self.send_control(type="accepts", rules=self.rules, deny=[], **limit)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _log_in(self, url, token, session):
         self.socket = open_socket(url)
         self.socket.send(encode_hello(side=self.side, session=session, node="/python_peer"))
         self.socket.send(encode_login("token", token))
@@ -116,11 +109,6 @@ class Peer(Renewals, Listening, Calls):
         except ConnectionClosed as error:
             self.closed = error.rcvd and (error.rcvd.code, error.rcvd.reason)
             raise
-        assert self.welcome["side"] != self.side
-        limit = {} if message_bytes_max is None else {"message_bytes_max": message_bytes_max}
-        self.send_control(type="accepts", rules=self.rules, deny=[], **limit)
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
 
     # -- sending
 

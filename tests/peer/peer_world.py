@@ -1,6 +1,7 @@
 """What the tests of the peer share: the server with its graph, a stream, and bytes to say."""
 
 import contextlib
+import hashlib
 import json
 import os
 import pathlib
@@ -82,23 +83,53 @@ def cdr_bytes(data):
     return b"\0\1\0\0" + struct.pack("<III", 0, 0, len(data)) + data
 
 
+def event_of(node, second=1, order="<"):
+    """A ParameterEvent without parameters."""
+    text = node.encode() + b"\0"
+    data = struct.pack(f"{order}iII", second, 0, len(text)) + text
+    data += bytes(-len(data) % 4) + bytes(12)
+    return (b"\0\1\0\0" if order == "<" else b"\0\0\0\0") + data
+
+
 def bytes_of(cdr):
     (size,) = struct.unpack_from("<I", cdr, 12)
     return cdr[16 : 16 + size]
 
 
+def token_of(identity):
+    return f"token-of-{identity}-alone".encode()
+
+
+def token_file(folder, tokens):
+    """A server's file with the hashes of these: identity -> token."""
+    file = folder / "tokens.yaml"
+    entries = [
+        {"identity": identity, "token_sha256": hashlib.sha256(token).hexdigest()}
+        for identity, token in tokens.items()
+    ]
+    file.write_text(json.dumps(entries), encoding="ascii")  # JSON is YAML
+    file.chmod(0o600)
+    return str(file)
+
+
 class World:
-    def __init__(self, folder):
+    """The server with its graph. `parameters` are added to those that it has for all tests; with
+    `identities` each of them logs in with token_of() of it, in place of TOKEN."""
+
+    def __init__(self, folder, identities=(), **parameters):
         self.domains = take_domains(1)
         self.graph = Graph(self.domains[0])
         self.port = free_port()
         self.url = f"ws://127.0.0.1:{self.port}"
         listen = {"address": "127.0.0.1", "port": self.port}
         auth = {"method": "token", "token": TOKEN.decode()}
+        if identities:
+            tokens = {identity: token_of(identity) for identity in identities}
+            auth = {"method": "token", "token_file": token_file(folder, tokens)}
         self.server = Side(
             "server",
             self.domains[0],
-            {"listen": listen, "auth": auth, "connections_max": 500, **RULES},
+            {"listen": listen, "auth": auth, "connections_max": 500, **RULES, **parameters},
             folder,
         )
         self.server.start().wait_listening()

@@ -111,6 +111,7 @@ FIB = "connect_bridge_test_interfaces/action/Fibonacci"
         ("/p/type", "no type", {}),
         ("/p/node/get_parameters", GET_PARAMETERS, {}),
         ("/open_node/get_parameters", SET_BOOL, {}),
+        ("/open_node/get_parameters", GET_PARAMETERS, {}),  # its parameters are exported only
         ("/p/fib/_action/send_goal", f"{FIB}_SendGoal", {}),
         ("/p/fib/_action/send_goal", f"{FIB}_SendGoal", {"action_type": FIB}),
         ("/b/fib/_action/send_goal", f"{FIB}_SendGoal", {"action_type": "other/action/Type"}),

@@ -1,0 +1,272 @@
+"""What a peer may try with the topics that it offers, at a server that has little room."""
+
+import itertools
+import struct
+import time
+
+import pytest
+import rclpy
+from graph import until
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String, UInt8MultiArray
+
+from connect_control import PARAMETER_EVENTS
+from connect_packets import zstd_compress
+from connect_peer import Peer
+from peer_world import (
+    BYTES,
+    LATCHED,
+    STRING,
+    TOKEN,
+    cdr_bytes,
+    cdr_string,
+    event_of,
+    message,
+    packet,
+    without_zstd,
+)
+
+DEAD_AFTER = 60.0  # nothing here is about that, and a machine may be busy
+SERVER = {
+    "dead_after": DEAD_AFTER,
+    "memory_max": 4 << 20,
+    "mirror_bytes_max": 1 << 20,
+    "rules": ["limited", "aged", "all"],
+    "rule": {
+        "limited": {"import_topics": ["/o/limited"], "max_rate": 10.0},
+        "aged": {"import_topics": ["/o/aged"], "max_age": 5.0},
+        "all": {"import_topics": ["/o/**"], "import_parameters": ["/far", "/tester"]},
+    },
+}
+
+
+@pytest.fixture
+def mine(peer):
+    made = peer(dead_after=DEAD_AFTER)
+    made.until(lambda: made.complete, "the first round")
+    return made
+
+
+def dropped(world, topic, reason):
+    return world.server.topic(topic).get("dropped", {}).get(reason, 0)
+
+
+def origin(mine, number=1, node="/python", **qos):
+    gid = (mine.side + number.to_bytes(4, "big")).ljust(24, b"\0").hex()
+    return {"origin": number, "gid": gid, "node": node, "qos": qos}
+
+
+def offered(mine, name, kind, **qos):
+    """The channel of a topic with an origin of this quality of service, once it is demanded."""
+    mine.offer(name, kind, origins=[origin(mine, **qos)])
+    return mine.channel_of(name)
+
+
+def answers(mine):
+    t1 = mine.ask_time()
+    mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "a time reply", timeout=60)
+
+
+def arrived(mine, channel, sample, collector):
+    """Publishes until something has come through."""
+
+    def go():
+        mine.publish(channel, sample, part=300_000)
+        time.sleep(0.02)
+        return collector.messages
+
+    until(go, f"a message on {collector.topic}")
+
+
+def test_events_are_of_the_node_that_was_opened(world, mine):
+    """Every node acts upon an event with its name, so that name is what the right is about."""
+    collector = world.graph.collector(ParameterEvent, PARAMETER_EVENTS)
+    both = [origin(mine, 1, "/far"), origin(mine, 2, "/tester")]
+    mine.offer(PARAMETER_EVENTS, "rcl_interfaces/msg/ParameterEvent", origins=both)
+    channel = mine.channel_of(PARAMETER_EVENTS)
+    arrived(mine, channel, event_of("/far"), collector)
+    time.sleep(1)  # a graph knows an endpoint before the name of its node
+    mine.publish(channel, event_of("/tester", 2))
+    mine.publish(channel, event_of("/tester", 3), origin=2)  # it lives there
+    mine.publish(channel, event_of("/far", 4, ">"))  # nodes read this, too
+    mine.publish(channel, event_of("/far", 5))
+    collector.wait_for(lambda event: event.stamp.sec == 5)
+    until(lambda: dropped(world, PARAMETER_EVENTS, "not_permitted") == 3, "three that are counted")
+    assert {event.stamp.sec for event in collector.messages if event.stamp.sec < 10} == {1, 5}
+    collector.close()
+
+
+def test_a_mirror_keeps_no_more_bytes_than_its_peer_may(world, mine):
+    """A peer asks for four billion samples that stay for late subscribers."""
+    collector = world.graph.collector(UInt8MultiArray, "/o/latched", LATCHED)
+    wish = {"durability": "transient_local", "history": "keep_all", "depth": (1 << 32) - 1}
+    channel = offered(mine, "/o/latched", BYTES, **wish)
+
+    def sample(number):
+        return cdr_bytes(bytes([number]) * (256 << 10))
+
+    # The mirror is made anew for such a large one, and demands all again.
+    arrived(mine, channel, sample(0), collector)
+    for number in range(1, 17):
+        mine.publish(channel, sample(number), part=300_000)
+    collector.wait_for(lambda m: m.data[0] == 16)
+    many = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    late = world.graph.collector(UInt8MultiArray, "/o/latched", many)
+    late.wait_for(lambda m: m.data[0] == 16)
+    assert len(late.messages) <= 4
+    late.close()
+    collector.close()
+
+
+def test_what_is_no_message_of_its_type_reaches_nobody(world, mine):
+    """A few bytes that claim to be a sequence of 2^31 make a subscriber take memory for it."""
+    collector = world.graph.collector(JointState, "/o/joints", raw=True)
+    channel = offered(mine, "/o/joints", "sensor_msgs/msg/JointState")
+    head = struct.pack("<iII", 1, 0, 1) + bytes(4)  # stamp, an empty frame_id
+    right = b"\0\1\0\0" + head + struct.pack("<IIII", 0, 150, 0, 0) + bytes(150 * 8 + 8)
+    huge = b"\0\1\0\0" + head + struct.pack("<I", 1 << 31) + bytes(2000)
+    assert len(right) > 1024 < len(huge)
+    arrived(mine, channel, right, collector)
+    mine.publish(channel, huge)
+    mine.publish(channel, right + bytes(8))  # what stands behind a message is no harm
+    collector.wait_for(lambda sample: len(sample) >= len(right) + 8)
+    until(lambda: dropped(world, "/o/joints", "publish_failed") == 1, "one that is counted")
+    assert all(len(sample) < len(huge) for sample in collector.messages)
+    collector.close()
+
+
+PART = bytes(900_000)
+
+
+def test_bodies_that_nobody_wants_take_no_memory(world, mine):
+    collector = world.graph.collector(UInt8MultiArray, "/o/wanted")
+    wanted = offered(mine, "/o/wanted", BYTES)
+
+    def held(received_bytes):
+        """What the link holds, once so much has arrived on it."""
+
+        def link():
+            own = [
+                link
+                for link in world.server.links()
+                if any(topic["topic"] == "/o/wanted" for topic in link["topics"])
+            ]
+            return own and own[0]["received_bytes"] > received_bytes and own[0]
+
+        return until(link, "a status")["memory_bytes"]
+
+    for number in range(4):
+        channel = mine.offer(f"/forbidden{number}", BYTES)
+        mine.until(lambda c=channel: c in mine.declined, "decline")
+        mine.send_packet([message(channel, 1, PART, body_bytes=64 << 20)])
+    assert held(4 * len(PART)) < 100_000
+    mine.send_packet([message(wanted, 1, PART, body_bytes=1 << 20)])
+    assert held(5 * len(PART)) > len(PART)
+    answers(mine)
+    collector.close()
+
+
+def test_the_rate_of_a_rule_holds_for_a_packet_that_is_full(world, mine):
+    collector = world.graph.collector(String, "/o/limited", 1000)
+    channel = offered(mine, "/o/limited", STRING)
+    count = 1000
+    mine.send_packet([message(channel, n, cdr_string(str(n))) for n in range(1, count + 1)])
+
+    def counted():
+        topic = world.server.topic("/o/limited")
+        return topic.get("messages", 0) + dropped(world, "/o/limited", "rate") == count
+
+    until(counted, "a status of all messages")
+    assert 1 <= world.server.topic("/o/limited")["messages"] < 100
+    answers(mine)
+    assert len(collector.messages) < 100
+    collector.close()
+
+
+@without_zstd
+@pytest.mark.parametrize(
+    "durability, reason", [("volatile", "queue_depth"), ("transient_local", "memory")]
+)
+def test_tiny_messages_behind_a_large_one(world, mine, durability, reason):
+    """While a worker decompresses the first, the others wait: as many as there is room for."""
+    name = f"/o/behind_{durability}"
+    collector = world.graph.collector(UInt8MultiArray, name, 100)
+    channel = offered(mine, name, BYTES, durability=durability, depth=10)
+    raw = cdr_bytes(bytes(1 << 20))
+    first = dict(message(channel, 1, zstd_compress(raw)), codec="zstd", raw_bytes=len(raw))
+    tiny = [message(channel, n, cdr_bytes(b"x")) for n in range(2, 15_002)]
+    assert len(packet(first, *tiny)) < 1 << 20
+    mine.send_packet([first, *tiny])
+
+    def counted():
+        topic = world.server.topic(name)
+        gone = sum(topic.get("dropped", {}).values())
+        return topic.get("messages", 0) + gone == len(tiny) + 1
+
+    until(counted, lambda: f"a status of all messages: {world.server.topic(name)}")
+    assert dropped(world, name, reason) > 1000, world.server.topic(name)
+    answers(mine)
+    collector.close()
+
+
+def test_periods_of_a_nanosecond(world, mine):
+    """The middleware would watch each, all the time."""
+    wish = dict.fromkeys(("deadline_ns", "lifespan_ns", "liveliness_lease_ns"), 1)
+    mine.offer("/o/hasty", STRING, origins=[origin(mine, **wish)])
+    (info,) = world.graph.wait_publishers("/o/hasty", 1)
+    qos = info.qos_profile
+    for period in (qos.deadline, qos.lifespan, qos.liveliness_lease_duration):
+        assert 1_000_000 <= period.nanoseconds < 1_000_000_000
+
+
+def test_a_subscriber_that_hangs_holds_nobody_up(world, mine):
+    """It keeps all and takes nothing: what a publisher that keeps all, too, says beyond 5000 would
+    wait for it, 0.1 s each."""
+    hung = rclpy.create_node("hung", context=world.graph.context, enable_rosout=False)
+    keep_all = QoSProfile(depth=10, history=HistoryPolicy.KEEP_ALL)
+    subscription = hung.create_subscription(String, "/o/hung", print, keep_all)
+    channel = offered(mine, "/o/hung", STRING, reliability="reliable", history="keep_all")
+    until(lambda: subscription.get_publisher_count() == 1, "the mirror's publisher")
+    time.sleep(0.5)  # what comes sooner waits for the subscribers of a new mirror
+    mine.send_packet([message(channel, n, cdr_string("")) for n in range(1, 7001)])
+    answers(mine)
+    until(lambda: world.server.topic("/o/hung").get("messages") == 7000, "a status of all messages")
+    hung.destroy_node()
+
+
+class Shifted(Peer):
+    """Its clock is wrong by `shift` nanoseconds, and what it says of the time with it."""
+
+    shift = 0
+
+    def send_packet(self, frames):
+        for frame in frames:
+            if frame["type"] == "time_reply":
+                frame["t2"] += self.shift
+                frame["t3"] += self.shift
+        super().send_packet(frames)
+
+
+def test_a_clock_that_is_set_does_not_end_a_topic_with_an_age(world):
+    """Of an old offset of the clocks all messages are too old; a new one is found soon."""
+    collector = world.graph.collector(String, "/o/aged")
+    mine = Shifted(world.url, TOKEN, dead_after=DEAD_AFTER)
+    mine.until(lambda: mine.complete, "the first round")
+    channel = offered(mine, "/o/aged", STRING)
+    numbers = itertools.count()
+
+    def arrives(before):
+        mine.publish(channel, cdr_string(str(next(numbers))), stamp=time.time_ns() + mine.shift)
+        time.sleep(0.05)
+        return len(collector.messages) > before
+
+    until(lambda: arrives(0), "a message")
+    mine.until(lambda: len(mine.asked_at) > 2, "requests for the time")
+    mine.shift = -3600 * 10**9
+    before = len(collector.messages)
+    until(lambda: arrives(before), "a message by the new clock", timeout=8)
+    until(lambda: dropped(world, "/o/aged", "max_age"), "one that was too old by the old offset")
+    mine.close()
+    collector.close()
