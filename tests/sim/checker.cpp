@@ -211,6 +211,18 @@ void Checker::check_clock(const Host& host, const Status& status) const {
   }
 }
 
+// Whether the rules of a host say of a topic that it may come late, for any peer.
+bool Checker::may_resume(const Host& host, const CreateSubscription& made) const {
+  if (!is_ordinary(made.topic)) return true;
+  const auto wire = host.plan().names.to_wire(made.topic);
+  const auto peers = ledger_.peers_of(host);
+  return wire && std::any_of(peers.begin(), peers.end(), [&](const auto& peer) {
+           const auto treatment =
+               treatment_of(host.policy(), Direction::kExport, *wire, made.type, peer.seen_as);
+           return treatment && resumes(*treatment, *wire, made.type);
+         });
+}
+
 // When nothing was heard for dead_after, nothing of the peer remains but the subscriptions of what
 // is kept for its return.
 void Checker::check_silence(const Host& host) const {
@@ -218,16 +230,16 @@ void Checker::check_silence(const Host& host) const {
   const TimePoint end = heard + host.plan().options.dead_after + 200ms;
   if (ledger_.now() < end) return;
   const bool forgotten = ledger_.now() >= end + host.plan().options.resume_for;
-  const auto is_kept = [&](const Qos& qos) {
-    return !forgotten && qos.reliability == Reliability::kReliable &&
-           qos.durability == Durability::kVolatile;
+  const auto is_kept = [&](const CreateSubscription& made) {
+    return !forgotten && made.qos.reliability == Reliability::kReliable &&
+           made.qos.durability == Durability::kVolatile && may_resume(host, made);
   };
   for (const auto& [id, mirror] : host.mirrors()) {
     if (is_claims(mirror.made.topic)) continue;
     violated("a mirror of " + mirror.made.topic + " outlives its dead link at " + describe(host));
   }
   for (const auto& [id, subscription] : host.subscriptions()) {
-    if (is_claims(subscription.made.topic) || is_kept(subscription.made.qos)) continue;
+    if (is_claims(subscription.made.topic) || is_kept(subscription.made)) continue;
     violated(describe(host) + " still subscribes to " + subscription.made.topic +
              " for a dead link");
   }

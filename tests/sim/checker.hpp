@@ -76,6 +76,7 @@ class Checker {
   void check_memory(const Host& host, const Status& status) const;
   void check_clock(const Host& host, const Status& status) const;
   void check_silence(const Host& host) const;
+  [[nodiscard]] bool may_resume(const Host& host, const CreateSubscription& made) const;
 
   Ledger ledger_;
   DeliveryCheck deliveries_;

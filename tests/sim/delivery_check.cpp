@@ -7,6 +7,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
+// Until a sample is taken, attributed to its publisher and sent.
+constexpr Duration kTaken = 300ms;
+
 std::string name_of(const Label& label) {
   return "message " + std::to_string(label.counter) + " of publisher " +
          std::to_string(label.writer);
@@ -39,7 +42,33 @@ void DeliveryCheck::on_publish(const Host& host, const Host::MirrorInfo& mirror,
              std::to_string(it->second.counter) + " on " + topic);
   }
   it->second.counter = label->counter;
+  by_mirrors_[{host.graph(), origin}].insert(label->counter);
   check_source(host, mirror, *label);
+  if (ledger_.steady()) check_late(host, mirror, *label);
+}
+
+// What does not resume (commands) comes on the connection that was there when it was published, or
+// not at all.
+void DeliveryCheck::check_late(const Host& host, const Host::MirrorInfo& mirror,
+                               const Label& label) const {
+  const Writer& origin = ledger_.middleware().writer(static_cast<int>(label.writer));
+  const std::string& type = origin.spec.type;
+  for (const auto& peer : ledger_.peers_of(host)) {
+    const auto wire = peer.host->plan().names.to_wire(origin.spec.topic);
+    if (!wire || !peer.host->running()) continue;
+    const auto exported =
+        treatment_of(peer.host->policy(), Direction::kExport, *wire, type, peer.sees_us);
+    const auto imported =
+        treatment_of(host.policy(), Direction::kImport, *wire, type, peer.seen_as);
+    if (!exported || !imported) continue;
+    if (resumes(*exported, *wire, type) && resumes(*imported, mirror.made.topic, type)) return;
+    ledger_.coverage().count(Judged::kCommands);
+    const TimePoint published = ledger_.published_at(origin.id, label.counter);
+    if (published + kTaken >= peer.host->last_open()) return;
+    violated(name_of(label) + " of " + origin.spec.topic +
+             " does not resume, and is published at " + describe(host) +
+             " although the connection was opened only after it");
+  }
 }
 
 // Somebody with whom the host is linked must be allowed to export it, and the host to import it.
@@ -120,9 +149,15 @@ void DeliveryCheck::on_delivery(const Reader& reader, const Writer& mirror, cons
   newest = std::max(newest, label->counter);
 }
 
-std::uint64_t DeliveryCheck::missing(int reader, int origin) const {
+DeliveryCheck::Missing DeliveryCheck::missing(int reader, int origin) const {
+  Missing result;
   const auto& counters = received(reader, origin);
-  return counters.empty() ? 0 : counters.back() - counters.front() + 1 - counters.size();
+  if (counters.empty()) return result;
+  const std::set<std::uint64_t> arrived(counters.begin(), counters.end());
+  const auto& published = by_mirrors_.at({ledger_.middleware().reader(reader).spec.graph, origin});
+  for (auto n = *arrived.begin(); n < *arrived.rbegin(); ++n)
+    if (!arrived.contains(n)) ++(published.contains(n) ? result.published : result.unpublished);
+  return result;
 }
 
 std::optional<int> DeliveryCheck::origin_of(int mirror_writer) const {

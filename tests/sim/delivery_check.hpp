@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -25,8 +26,12 @@ class DeliveryCheck {
   [[nodiscard]] std::optional<int> origin_of(int mirror_writer) const;
   // The counters of `origin` that reached `reader`, as they came.
   [[nodiscard]] const std::vector<std::uint64_t>& received(int reader, int origin) const;
-  // How many between the first and the last of them did not.
-  [[nodiscard]] std::uint64_t missing(int reader, int origin) const;
+  // Of those between the first and the last of them that did not reach it.
+  struct Missing {
+    std::uint64_t published = 0;    // by a mirror in its graph all the same
+    std::uint64_t unpublished = 0;  // the others
+  };
+  [[nodiscard]] Missing missing(int reader, int origin) const;
   [[nodiscard]] std::uint64_t published() const { return published_; }
   [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
 
@@ -36,6 +41,7 @@ class DeliveryCheck {
     std::uint64_t counter = 0;
   };
   void check_source(const Host& host, const Host::MirrorInfo& mirror, const Label& label) const;
+  void check_late(const Host& host, const Host::MirrorInfo& mirror, const Label& label) const;
   [[nodiscard]] bool is_young(const Host& host, const Label& label,
                               const Treatment& treatment) const;
 
@@ -45,6 +51,7 @@ class DeliveryCheck {
   std::map<std::pair<int, int>, std::uint64_t> by_match_;               // (reader, mirror)
   std::map<std::pair<int, int>, std::vector<std::uint64_t>> received_;  // (reader, origin)
   std::map<std::pair<int, int>, std::uint64_t> newest_;                 // (reader, origin)
+  std::map<std::pair<int, int>, std::set<std::uint64_t>> by_mirrors_;   // (graph, origin)
   std::uint64_t published_ = 0;
   std::uint64_t delivered_ = 0;
 };

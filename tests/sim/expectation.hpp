@@ -96,6 +96,9 @@ class Expectation {
   [[nodiscard]] bool was_overloaded(const Writer& origin) const;
   [[nodiscard]] bool is_uniform(const Writer& origin) const;
   [[nodiscard]] static bool are_alike(const Writer& one, const Writer& other);
+  void check_unbroken_at(const Reader& reader) const;
+  // Whether nothing of the mirror may be missing at this subscriber.
+  [[nodiscard]] bool is_unbroken_at(const Reader& reader, const ExpectedMirror& expected) const;
   [[nodiscard]] std::uint64_t count_drops(const ExpectedMirror& expected) const;
   [[nodiscard]] std::map<std::string, Counts> count_topics() const;
   void check_reader(const ExpectedMirror& expected, const Reader& reader) const;

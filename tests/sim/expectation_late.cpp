@@ -133,27 +133,42 @@ void Expectation::check_unbroken() const {
     for (const auto& link : host->status().links)
       if (link.connects > 1 && host->plan().options.role == Role::kClient)
         checker_.ledger().coverage().count(Judged::kBreaks, link.connects - 1);
+  for (const int id : crowd_.readers()) check_unbroken_at(middleware_.reader(id));
+}
+
+// What a mirror has published reaches its subscribers. What it has not was dropped, and each drop
+// counted: one accounts for one message of one of the topic's publishers.
+void Expectation::check_unbroken_at(const Reader& reader) const {
+  std::uint64_t unpublished = 0;
+  std::uint64_t dropped = 0;
   for (const auto& expected : mirrors_) {
-    const Writer& origin = middleware_.writer(expected.origin);
-    const auto& writers = crowd_.writers();
-    const bool uniform = std::all_of(writers.begin(), writers.end(), [&](int id) {
-      return are_alike(middleware_.writer(id), origin);
-    });
-    if (!expected.resumes || expected.unreachable || !uniform) continue;
-    for (const int id : crowd_.readers()) {
-      const EndpointSpec& reader = middleware_.reader(id).spec;
-      if (reader.graph != expected.graph || reader.topic != expected.topic ||
-          reader.type != expected.type || reader.qos.reliability != Reliability::kReliable)
-        continue;
-      const auto missing = checker_.deliveries().missing(id, origin.id);
-      checker_.ledger().coverage().count(
-          Judged::kUnbroken, checker_.deliveries().received(id, origin.id).size() + missing);
-      if (missing <= count_drops(expected)) continue;
-      violated(std::to_string(missing) + " messages of publisher " + std::to_string(origin.id) +
-               " of " + origin.spec.topic + " did not reach subscriber " + std::to_string(id) +
-               ", and " + std::to_string(count_drops(expected)) + " were dropped for a reason");
-    }
+    if (!is_unbroken_at(reader, expected)) continue;
+    const auto missing = checker_.deliveries().missing(reader.id, expected.origin);
+    const auto received = checker_.deliveries().received(reader.id, expected.origin).size();
+    checker_.ledger().coverage().count(Judged::kUnbroken,
+                                       received + missing.published + missing.unpublished);
+    if (missing.published > 0)
+      violated(std::to_string(missing.published) + " messages of publisher " +
+               std::to_string(expected.origin) + " of " + expected.topic +
+               " were published here and did not reach subscriber " + std::to_string(reader.id));
+    unpublished += missing.unpublished;
+    dropped = count_drops(expected);
   }
+  if (unpublished > dropped)
+    violated(std::to_string(unpublished) + " messages of " + reader.spec.topic +
+             " did not reach subscriber " + std::to_string(reader.id) + ", and " +
+             std::to_string(dropped) + " were dropped for a reason");
+}
+
+bool Expectation::is_unbroken_at(const Reader& reader, const ExpectedMirror& expected) const {
+  const auto& writers = crowd_.writers();
+  const bool uniform = std::all_of(writers.begin(), writers.end(), [&](int id) {
+    return are_alike(middleware_.writer(id), middleware_.writer(expected.origin));
+  });
+  const EndpointSpec& at = reader.spec;
+  return expected.resumes && !expected.unreachable && uniform && at.graph == expected.graph &&
+         at.topic == expected.topic && at.type == expected.type &&
+         at.qos.reliability == Reliability::kReliable;
 }
 
 // Of one topic, both are reliable or volatile, or neither.

@@ -77,6 +77,10 @@ class Ledger {
     return clock_stepped_at_ && *clock_stepped_at_ >= since;
   }
 
+  // Nothing changes but the network.
+  void note_steady() { steady_ = true; }
+  [[nodiscard]] bool steady() const { return steady_; }
+
   // The peers a host can be linked with, and as whom each is seen by the other.
   struct Peer {
     const Host* host = nullptr;
@@ -129,6 +133,7 @@ class Ledger {
   const Middleware& middleware_;
   mutable Coverage coverage_;
   bool clock_steps_ = false;
+  bool steady_ = false;
   std::optional<TimePoint> clock_stepped_at_;
   std::vector<Pair> pairs_;
   std::unordered_map<int, std::vector<InForce>> policies_;     // by host

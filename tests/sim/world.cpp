@@ -38,6 +38,7 @@ World::World(Scenario scenario, bool verbose)
     stranger.name = kStranger;
     scenario_.accounts[kStrangersSecret] = stranger;
   }
+  if (scenario_.steady) checker_.ledger().note_steady();
   build_hosts(verbose);
   weather_ =
       std::make_unique<Weather>(schedule_, network_, hosts_, scenario_, rng_.fork(), verbose);

@@ -46,16 +46,10 @@ std::optional<DropReason> ChannelQueue::refused(const OutMessage& message, const
 }
 
 bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
-  const auto bytes = waiting_bytes_ - unlimited_bytes_ + body_bytes;
-  if (waiting_.size() == unlimited_ || bytes <= options_.queue_bytes_max) return true;
-  return bytes <= options_.burst_bytes_max && now.steady - waiting_[unlimited_].since <= kStalled;
-}
-
-bool ChannelQueue::is_unlimited(const OutMessage& message, const Now& now) const {
-  const auto bytes_max = std::max(options_.queue_bytes_max, options_.burst_bytes_max);
-  const auto bytes = unlimited_bytes_ + unlimited_ * kKeptMessageBytes + kept_bytes_of(message);
-  return unlimited_ > 0 && unlimited_ == waiting_.size() && message.resumes &&
-         now.steady < unlimited_until_ && bytes <= bytes_max;
+  const auto bytes = waiting_bytes_ - replay_.bytes() + body_bytes;
+  const auto first = replay_.count();  // that is limited
+  if (waiting_.size() == first || bytes <= options_.queue_bytes_max) return true;
+  return bytes <= options_.burst_bytes_max && now.steady - waiting_[first].since <= kStalled;
 }
 
 void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& now) {
@@ -69,13 +63,13 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   const auto body_bytes = message.body.size();
   if (options_.newest_only) {
     drop_waiting(DropReason::kNewerAvailable);
-  } else if (is_unlimited(message, now)) {
-    ++unlimited_;
-    unlimited_bytes_ += body_bytes;
+  } else if (replay_.count() == waiting_.size() &&
+             replay_.takes(message, bytes_max(), now.steady)) {
+    replay_.add(body_bytes);
   } else if (options_.depth > 0 && !options_.keep) {
-    while (waiting_.size() - unlimited_ >= options_.depth)
-      drop_waiting_at(unlimited_, DropReason::kQueueDepth);
-    while (!has_room(body_bytes, now)) drop_waiting_at(unlimited_, DropReason::kQueueBytes);
+    while (waiting_.size() - replay_.count() >= options_.depth)
+      drop_waiting_at(replay_.count(), DropReason::kQueueDepth);
+    while (!has_room(body_bytes, now)) drop_waiting_at(replay_.count(), DropReason::kQueueBytes);
   }
   enqueue(std::move(message), arrival, now);
 }
@@ -91,11 +85,10 @@ void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now&
 void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
                          TimePoint until) {
   CONNECT_CHECK(empty());
-  unlimited_until_ = until;
+  replay_.begin(now.steady, until);
   for (auto& message : messages) {
     ++counts_.accepted;
-    ++unlimited_;
-    unlimited_bytes_ += message.body.size();
+    replay_.add(message.body.size());
     enqueue(std::move(message), ++arrivals, now);
   }
 }
@@ -157,7 +150,8 @@ std::size_t ChannelQueue::next_part_bytes(std::uint32_t fragment_bytes) const {
 }
 
 std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragment_bytes,
-                                                           PacketBuilder& packet) {
+                                                           PacketBuilder& packet, const Now& now) {
+  rests_until_.reset();
   if (open_) {
     const auto size = std::min(fragment_bytes, body_bytes_of(open_->message) - open_->offset);
     const auto& body = open_->message.body;
@@ -165,10 +159,10 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
                size);
     open_->offset += size;
     if (open_->offset < body.size()) return std::nullopt;
-    return end(std::move(*std::exchange(open_, std::nullopt)));
+    return end(std::move(*std::exchange(open_, std::nullopt)), now);
   }
   CONNECT_CHECK(!waiting_.empty());
-  Open next = begin();
+  Open next = begin(now);
   auto& message = next.message;
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
@@ -179,15 +173,16 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
                           message.number, message.codec, message.raw_bytes, body_bytes,
                           message.body.view().first(size)},
              message.body, 0, size);
-  if (size == body_bytes) return end(std::move(next));
+  if (size == body_bytes) return end(std::move(next), now);
   next.offset = size;
   open_.emplace(std::move(next));
   return std::nullopt;
 }
 
-ChannelQueue::Open ChannelQueue::begin() {
+ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
   Open next{take_waiting(0), 0, {}, {}};
+  replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
   auto& message = next.message;
   counts_.queued_bytes -= message.body.size() - front->smaller->bytes.size();
@@ -197,9 +192,10 @@ ChannelQueue::Open ChannelQueue::begin() {
   return next;
 }
 
-std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole) {
+std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now) {
   const auto& message = whole.message;
   count_sent(message);
+  if (goes_on() && replay_.next_at() > now.steady) rests_until_ = replay_.next_at();
   if (deltas_)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,
                   std::move(whole.room));
@@ -228,10 +224,7 @@ OutMessage ChannelQueue::take_waiting(std::size_t index) {
   waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(index));
   waiting_bytes_ -= message.body.size();
   if (index == 0) front_.reset();
-  if (index < unlimited_) {
-    --unlimited_;
-    unlimited_bytes_ -= message.body.size();
-  }
+  if (index < replay_.count()) replay_.remove(message.body.size());
   return message;
 }
 

@@ -1,6 +1,7 @@
 // The messages of one channel that wait to be sent, and the one that is partly sent.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "core/flow/drops.hpp"
 #include "core/flow/out_message.hpp"
 #include "core/flow/packet.hpp"
+#include "core/flow/replay.hpp"
 #include "core/flow/sent_messages.hpp"
 #include "core/wire/codec.hpp"
 
@@ -84,7 +86,8 @@ class ChannelQueue {
     bool resumes = false;  // else tracked
   };
   // Hands that part out. The message, if this was the last part of one that is tracked or resumes.
-  std::optional<Whole> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet);
+  std::optional<Whole> take_part(std::uint32_t fragment_bytes, PacketBuilder& packet,
+                                 const Now& now);
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
@@ -120,8 +123,8 @@ class ChannelQueue {
   // The messages that resume and that the peer may not have, in order. They count as never
   // accepted: the connection to come counts them.
   std::deque<OutMessage> take_unarrived();
-  // Queues such messages of the connection before, ahead of all. Neither depth nor bytes limit
-  // them, nor what joins them before `until` while some still wait: it was to follow them.
+  // Queues such messages of the connection before, ahead of all, and with them what comes before
+  // `until` while some still wait (Replay).
   void go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
              TimePoint until);
   // Whether the next part begins a message that is kept until the peer has it.
@@ -129,7 +132,9 @@ class ChannelQueue {
     return !open_ && !waiting_.empty() && waiting_.front().message.resumes;
   }
   // Whether such messages wait.
-  [[nodiscard]] bool goes_on() const { return unlimited_ > 0; }
+  [[nodiscard]] bool goes_on() const { return replay_.count() > 0; }
+  // The next of them is held back: there is nothing to send before then.
+  [[nodiscard]] std::optional<TimePoint> rests_until() const { return rests_until_; }
 
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
@@ -173,17 +178,19 @@ class ChannelQueue {
   };
 
   [[nodiscard]] std::optional<DropReason> too_old(const OutMessage& message, const Now& now) const;
+  // How many bytes may ever wait.
+  [[nodiscard]] std::uint64_t bytes_max() const {
+    return std::max(options_.queue_bytes_max, options_.burst_bytes_max);
+  }
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
   // Takes the first of those that wait, in the form in which it leaves.
-  Open begin();
+  Open begin(const Now& now);
   // All of it was handed out.
-  std::optional<Whole> end(Open whole);
+  std::optional<Whole> end(Open whole, const Now& now);
   // The message as it was before it was made smaller.
   static OutMessage unprepared(Open open);
-  // Whether the message is one of those that nothing limits.
-  [[nodiscard]] bool is_unlimited(const OutMessage& message, const Now& now) const;
   void drop_waiting_at(std::size_t index, DropReason reason);
   // Takes the message at `index` out of what waits.
   OutMessage take_waiting(std::size_t index);
@@ -196,10 +203,8 @@ class ChannelQueue {
   ChannelCounts counts_;
   std::deque<Waiting> waiting_;
   std::uint64_t waiting_bytes_ = 0;
-  // The first of them, with their bytes, that nothing limits; what joins them before then is one.
-  std::size_t unlimited_ = 0;
-  std::uint64_t unlimited_bytes_ = 0;
-  TimePoint unlimited_until_{};
+  Replay replay_;  // the first of them
+  std::optional<TimePoint> rests_until_;
   SentMessages sent_;  // wholly, that resume; until the peer has them
   std::optional<Open> open_;
   std::optional<DeltaEncoder> deltas_;

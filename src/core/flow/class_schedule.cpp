@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/check.hpp"
+#include "core/base/timers.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -26,6 +27,14 @@ std::size_t index_of(const ChannelQueue& queue) {
 void ClassSchedule::add(ChannelQueue& queue) {
   if (queue.scheduled_) return;
   queue.scheduled_ = true;
+  if (queue.rests_until()) {
+    resting_.push_back(&queue);
+  } else {
+    add_turn(queue);
+  }
+}
+
+void ClassSchedule::add_turn(ChannelQueue& queue) {
   auto& in = classes_[index_of(queue)];
   if (in.turns.empty()) in.clock = std::max(in.clock, present_);
   in.turns.push_back(&queue);
@@ -35,6 +44,24 @@ void ClassSchedule::remove(ChannelQueue& queue) {
   if (!queue.scheduled_) return;
   queue.scheduled_ = false;
   std::erase(classes_[index_of(queue)].turns, &queue);
+  std::erase(resting_, &queue);
+}
+
+void ClassSchedule::wake(TimePoint now) {
+  for (auto at = resting_.begin(); at != resting_.end();) {
+    if (*(*at)->rests_until() > now) {
+      ++at;
+      continue;
+    }
+    add_turn(**at);
+    at = resting_.erase(at);
+  }
+}
+
+std::optional<TimePoint> ClassSchedule::wakes_at() const {
+  std::optional<TimePoint> first;
+  for (const auto* queue : resting_) first = earliest(first, queue->rests_until());
+  return first;
 }
 
 const std::deque<ChannelQueue*>& ClassSchedule::queues(Priority priority) const {
@@ -74,9 +101,9 @@ ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
 
 void ClassSchedule::sent(std::size_t bytes) {
   auto& turns = charge(bytes).turns;
-  if (turns.size() == 1) return;
-  turns.push_back(turns.front());
+  ChannelQueue* const queue = turns.front();
   turns.pop_front();
+  (queue->rests_until() ? resting_ : turns).push_back(queue);
 }
 
 void ClassSchedule::sent_all(std::size_t bytes) {

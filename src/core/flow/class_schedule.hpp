@@ -5,8 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "core/base/priority.hpp"
+#include "core/base/time.hpp"
 #include "core/flow/channel_queue.hpp"
 
 namespace connect_bridge {
@@ -18,7 +20,7 @@ namespace connect_bridge {
 // present: it has no claim for the time in which it had nothing to send.
 class ClassSchedule {
  public:
-  // The queue has something to send. Does nothing if it is in already.
+  // The queue has something to send, now or when it has rested. Does nothing if it is in already.
   void add(ChannelQueue& queue);
   // The queue has nothing to send any more, or goes away, or changes its class.
   void remove(ChannelQueue& queue);
@@ -26,14 +28,22 @@ class ClassSchedule {
   [[nodiscard]] bool empty() const { return front() == nullptr; }
   // Whose turn it is; null when there is none.
   [[nodiscard]] ChannelQueue* front() const;
-  // The front queue has sent so many bytes; the next of its class is on turn.
+  // The front queue has sent so many bytes; the next of its class is on turn. If it rests now it
+  // has no turn until wake().
   void sent(std::size_t bytes);
   // The front queue has nothing to send any more. With 0 bytes: it had nothing after all.
   void sent_all(std::size_t bytes);
 
-  // All queues of a class in order of their turns, but the light ones; and these, of any class.
+  // Those that have rested until now get their turns.
+  void wake(TimePoint now);
+  // When the first of them will have.
+  [[nodiscard]] std::optional<TimePoint> wakes_at() const;
+
+  // All queues of a class in order of their turns, but the light and the resting ones; and these,
+  // of any class.
   [[nodiscard]] const std::deque<ChannelQueue*>& queues(Priority priority) const;
   [[nodiscard]] const std::deque<ChannelQueue*>& light() const;
+  [[nodiscard]] const std::deque<ChannelQueue*>& resting() const { return resting_; }
 
  private:
   struct Class {
@@ -42,11 +52,13 @@ class ClassSchedule {
   };
   // Index of the class on turn, the number of classes when there is none.
   [[nodiscard]] std::size_t next_class() const;
+  void add_turn(ChannelQueue& queue);
   // The class on turn, charged for what its front queue sent.
   Class& charge(std::size_t bytes);
 
   // Urgent, light, then the classes that share.
   std::array<Class, kPriorities + 1> classes_;
+  std::deque<ChannelQueue*> resting_;
   std::uint64_t present_ = 0;  // clock of the class that sent last, when it was chosen
 };
 

@@ -156,8 +156,8 @@ bool Outbox::drop_one_of(Priority priority) {
     const auto arrival = queue->oldest_waiting();
     if (arrival && (oldest == nullptr || *arrival < *oldest->oldest_waiting())) oldest = queue;
   };
-  for (auto* queue : schedule_.queues(priority)) look_at(queue);
-  for (auto* queue : schedule_.light()) look_at(queue);
+  for (const auto* some : {&schedule_.queues(priority), &schedule_.light(), &schedule_.resting()})
+    for (auto* queue : *some) look_at(queue);
   const auto why =
       data_bytes_ > options_.data_bytes_max ? DropReason::kQueueBytes : DropReason::kMemory;
   if (oldest != nullptr) {
@@ -218,7 +218,7 @@ bool Outbox::add_data(const Now& now) {
     // What fits no packet ends this one; what fits the next one waits for it.
     if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) break;
     if (!may_leave(*queue, packet_bytes, now)) break;
-    take_part(*queue, part_max);
+    take_part(*queue, part_max, now);
     added = true;
     if (queue->empty()) {
       schedule_.sent_all(part);
@@ -238,10 +238,10 @@ bool Outbox::may_leave(const ChannelQueue& queue, std::size_t packet_bytes, cons
   return false;
 }
 
-void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max) {
+void Outbox::take_part(ChannelQueue& queue, std::uint32_t part_max, const Now& now) {
   const auto before = queue.bytes();
   const auto kept_before = queue.resend_bytes();
-  const auto whole = queue.take_part(part_max, packet_);
+  const auto whole = queue.take_part(part_max, packet_, now);
   resend_bytes_ += queue.resend_bytes() - kept_before;
   kept_since_ask_ += queue.resend_bytes() - kept_before;
   bytes_of(queue) = bytes_of(queue) - before + queue.bytes();

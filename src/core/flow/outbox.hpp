@@ -14,6 +14,7 @@
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
 #include "core/base/time.hpp"
+#include "core/base/timers.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/class_schedule.hpp"
 #include "core/flow/control_queue.hpp"
@@ -54,8 +55,7 @@ class Outbox {
   // returned. An open message just ends: send `withdraw` after this call, the receiver then forgets
   // its unfinished message (Reassembly::forget).
   ChannelCounts remove_channel(ChannelId channel);
-  // Drops what is queued (reason kNoDemand) and aborts an open message, but keeps the channel and
-  // its counts.
+  // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
   void clear_channel(ChannelId channel);
   // The peer is told that the origin is gone from the channel: its base (DeltaEncoder) goes, too.
   void forget_base(ChannelId channel, OriginId origin);
@@ -73,12 +73,15 @@ class Outbox {
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now);
 
-  // When next() has something to hand out that it held back for the sake of the link's rate.
+  // When next() has something to hand out that is held back: for the link's rate, or it rests.
   // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return held_until_; }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(held_until_, schedule_.wakes_at());
+  }
   // That time has come: who sends pulls as soon as it can.
   void on_time(const Now& now) {
     if (held_until_ && *held_until_ <= now.steady) held_until_.reset();
+    schedule_.wake(now.steady);
   }
 
   // What the peer has received in total. False: more than was sent (kIllegal).
@@ -131,7 +134,7 @@ class Outbox {
   bool add_data(const Now& now);
   // Whether this data may leave now; else held_until_ tells when, as far as it is known.
   bool may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now);
-  void take_part(ChannelQueue& queue, std::uint32_t part_max);
+  void take_part(ChannelQueue& queue, std::uint32_t part_max, const Now& now);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
   // Whether the window lets a packet of this size with data of this class go.

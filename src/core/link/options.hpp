@@ -22,8 +22,8 @@ struct LinkOptions {
   Bytes credential;                   // client, until CredentialChanged
   Duration login_timeout = std::chrono::seconds(5);
   Duration dead_after = std::chrono::seconds(3);
-  Duration retry_min = std::chrono::milliseconds(200);   // client: first back-off
-  Duration retry_max = std::chrono::milliseconds(1500);  // client: longest, jitter included
+  Duration retry_min = std::chrono::milliseconds(200);  // client: first back-off
+  Duration retry_max = std::chrono::milliseconds(500);  // client: longest, jitter included
   Duration dial_timeout = std::chrono::seconds(5);
   // After a loss: how long what is to resume is kept for the link's return. Zero: not at all.
   Duration resume_for{};

@@ -162,7 +162,7 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
-  link.open() ? send_accepts(link) : exports_.end_kept(link, now);  // it may have lost its right
+  link.open() ? send_accepts(link) : exports_.recheck_kept(link, now);
 }
 
 // What rules and identities allow now, in both directions.

@@ -102,6 +102,12 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
   return goes_on;
 }
 
+bool Backlogs::may_stay(LinkId link) const {
+  const auto at = backlogs_.find(link);
+  if (at == backlogs_.end()) return true;
+  return TopicOffer(context_, topic_, at->second.link()).may_continue(at->second);
+}
+
 bool Backlogs::end(LinkId link, DropReason reason, const Now& now) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;

@@ -45,6 +45,9 @@ class Backlogs {
   // kept is sent, else it is dropped.
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                            const Now& now);
+  // Whether the rules here still say of the link what they said when its backlog was begun. Also
+  // where there is none.
+  [[nodiscard]] bool may_stay(LinkId link) const;
   // Nothing is kept for the link any more; what was is dropped. False: there was nothing.
   bool end(LinkId link, DropReason reason, const Now& now);
   // Ends those whose time is over. Whether there were any.

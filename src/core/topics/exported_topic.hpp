@@ -17,10 +17,9 @@
 namespace connect_bridge {
 
 // It exists while it has a real publisher (an origin), a peer has a listener, or something is kept
-// or counted for a lost link. It is subscribed at
-// most once, while any link demands it, a peer listens, or something holds it; every sample is
-// attributed to its origin, compressed where that is wanted or pays (TopicStreams), and sent to the
-// links whose offers admit it. Single-threaded.
+// or counted for a lost link. It is subscribed at most once, while any link demands it, a peer
+// listens, or something holds it; every sample is attributed to its origin, compressed where that
+// is wanted or pays (TopicStreams), and sent to the links whose offers admit it. Single-threaded.
 class ExportedTopic {
  public:
   ExportedTopic(ExportContext& context, TopicKey key);
@@ -59,8 +58,9 @@ class ExportedTopic {
   // How many samples a late local subscriber would get of one origin, as far as the graph tells.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
-  // What is kept for the link.
+  // What is kept for the link; and whether the rules here still allow that.
   void add_kept(LinkId link, LinkStatus& status) const { backlogs_.add_status(link, status); }
+  [[nodiscard]] bool may_keep(LinkId link) const { return backlogs_.may_stay(link); }
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:

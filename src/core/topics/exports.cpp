@@ -59,6 +59,11 @@ void Exports::keep(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.keep(link.id, now);
 }
 
+void Exports::recheck_kept(const Link& link, const Now& now) {
+  for (auto& [key, topic] : topics_)
+    if (!topic.may_keep(link.id)) topic.end_kept(link.id, now);
+}
+
 void Exports::end_kept(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.end_kept(link.id, now);
 }

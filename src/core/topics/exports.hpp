@@ -28,6 +28,9 @@ class Exports {
   // The connection is about to be lost, and may have a successor: what is to resume is kept for it.
   void keep(const Link& link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
+  // Rules or the identity of a lost link are new: what they forbid, or treat otherwise than before,
+  // is not kept any more.
+  void recheck_kept(const Link& link, const Now& now);
   // Nothing is kept for it any more.
   void end_kept(const Link& link, const Now& now);
   [[nodiscard]] bool keeps(LinkId link) const { return context_.kept.contains(link); }

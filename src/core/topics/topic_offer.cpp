@@ -259,6 +259,11 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   return options;
 }
 
+bool TopicOffer::may_continue(const Backlog& backlog) const {
+  const auto decision = own_permission();
+  return decision && decision->treatment == backlog.treatment();
+}
+
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
   return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment();
 }

@@ -49,6 +49,9 @@ class TopicOffer final : public OutgoingChannel {
     return link_.outbox().take_unarrived(number_);
   }
   [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
+  // Whether the rules here treat the topic still as when this was begun to be kept. No channel is
+  // needed for the answer.
+  [[nodiscard]] bool may_continue(const Backlog& backlog) const;
   // Whether it is treated as the one before, so that it can take its place.
   [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
   // Sends what was kept and has not arrived.

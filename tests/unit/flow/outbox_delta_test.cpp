@@ -119,7 +119,7 @@ struct Script {
   std::string take(std::uint32_t part_bytes) {
     EXPECT_TRUE(queue.ready(now_ms(0)));
     queue.prepare(0);
-    queue.take_part(part_bytes, packet);
+    queue.take_part(part_bytes, packet, now_ms(0));
     return codecs_of(last = joined(packet.finish()));
   }
   // The message that was taken last is `raw` against `base`.

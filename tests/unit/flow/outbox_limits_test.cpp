@@ -146,7 +146,7 @@ TEST(OutboxQueue, SequencesGoFromTheLargestToOne) {
   for (std::uint64_t arrival = 1; arrival <= 2; ++arrival) {
     channel.push(message(12), arrival, now_ms(0));
     ASSERT_TRUE(channel.ready(now_ms(0)));
-    channel.take_part(100, packet);
+    channel.take_part(100, packet, now_ms(0));
   }
   EXPECT_EQ(line_of(packet.finish()), "1#4294967295:12 1#1:12");
 }

@@ -36,6 +36,35 @@ std::string sizes(const std::deque<OutMessage>& messages) {
   return line;
 }
 
+// What goes on leaves one by one: all packets until there are no more, with their times.
+std::string play(Outbox& outbox, const Now& since) {
+  std::string lines = drain(outbox, since);
+  while (const auto at = outbox.deadline()) {
+    const Now now{*at, since.system + (*at - since.steady).count(), 0};
+    outbox.on_time(now);
+    lines += drain(outbox, now);
+  }
+  return lines;
+}
+
+// The same, with how many microseconds pass before each of them.
+std::string pauses(Outbox& outbox, TimePoint since) {
+  std::string line;
+  while (const auto at = outbox.deadline()) {
+    outbox.on_time({*at, 0, 0});
+    line += std::to_string((*at - since).count() / 1000) + " ";
+    since = *at;
+    drain(outbox, {*at, 0, 0});
+  }
+  return line;
+}
+
+std::deque<OutMessage> some_resuming(std::size_t count, std::size_t size) {
+  std::deque<OutMessage> result;
+  for (std::size_t i = 0; i < count; ++i) result.push_back(resuming(size));
+  return result;
+}
+
 // Frame headers take 44 bytes.
 TEST(OutboxResume, KeepsWhatThePeerDoesNotHave) {
   Outbox outbox(thin());
@@ -135,7 +164,7 @@ TEST(OutboxResume, GoesOnWithTheNumbersOfTheConnectionBefore) {
   after.add_channel(kB, depth(100));
   after.go_on(kB, std::move(kept), now_ms(0), now_ms(1000).steady);
   after.push(kB, resuming(30), now_ms(0));
-  EXPECT_EQ(drain(after), "2#1:10\n2#2:20\n2#3:30\n");
+  EXPECT_EQ(play(after, now_ms(0)), "2#1:10\n2#2:20\n2#3:30\n");
   expect_balance(after.counts(kB));
   EXPECT_EQ(sizes(after.take_unarrived(kB).messages), "#1:10 #2:20 #3:30 ");
 }
@@ -149,11 +178,89 @@ TEST(OutboxResume, DepthDoesNotLimitWhatGoesOnNorWhatJoinsItInTime) {
   for (const std::size_t size : {21, 22, 23}) outbox.push(kA, resuming(size), now_ms(500));
   for (const std::size_t size : {31, 32, 33}) outbox.push(kA, resuming(size), now_ms(1000));
   EXPECT_TRUE(outbox.goes_on(kA));
-  EXPECT_EQ(drain(outbox, now_ms(1000)),
+  EXPECT_EQ(play(outbox, now_ms(1000)),
             "1#1:11\n1#2:12\n1#3:13\n1#4:21\n1#5:22\n1#6:23\n1#7:32\n1#8:33\n");
   EXPECT_FALSE(outbox.goes_on(kA));
   EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueDepth), 1U);
   expect_balance(outbox.counts(kA));
+}
+
+// A subscriber with a short queue loses what comes faster than it looks.
+TEST(OutboxResume, WhatGoesOnLeavesOneByOneAndHoldsUpNobodyElse) {
+  Outbox outbox(thin());
+  outbox.add_channel(kA, depth(100));
+  outbox.add_channel(kB, depth(100));
+  outbox.go_on(kA, {some_resuming(3, 10)}, now_ms(0), now_ms(1000).steady);
+  outbox.push(kB, message(20), now_ms(0));
+  outbox.push(kB, message(21), now_ms(0));
+  EXPECT_EQ(drain(outbox), "1#1:10\n2#1:20\n2#2:21\n");
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+  outbox.push(kA, resuming(30), now_ms(0));  // behind the others
+  outbox.push(kB, message(22), now_ms(0));
+  EXPECT_EQ(drain(outbox), "2#3:22\n");
+  EXPECT_EQ(pauses(outbox, now_ms(0).steady), "800 800 800 ");
+  EXPECT_EQ(outbox.counts(kA).sent, 4U);
+  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(3));  // as ever
+  EXPECT_EQ(drain(outbox, now_ms(3)), "1#5:40\n1#6:40\n1#7:40\n");
+}
+
+TEST(OutboxResume, ManyLeaveFasterAndAllWithinTenSeconds) {
+  auto options = thin();
+  options.unacknowledged_bytes_max = 64 << 20;
+  Outbox outbox(options);
+  QueueOptions roomy = depth(10);
+  roomy.queue_bytes_max = 64 << 20;
+  outbox.add_channel(kA, roomy);
+  outbox.go_on(kA, {some_resuming(50'000, 10)}, now_ms(0), now_ms(60'000).steady);
+  drain(outbox);
+  const TimePoint begin = now_ms(0).steady;
+  EXPECT_LT(*outbox.deadline() - begin, std::chrono::microseconds(201));
+  EXPECT_GT(*outbox.deadline() - begin, std::chrono::microseconds(199));
+  TimePoint last = begin;
+  std::int64_t ms = 0;
+  while (const auto at = outbox.deadline()) {
+    outbox.on_time({*at, 0, 0});
+    drain(outbox, {last = *at, 0, 0});
+    if (*at - begin < std::chrono::milliseconds(ms)) continue;
+    ++ms;  // what is published meanwhile, 2,000 in a second
+    for (int i = 0; i < 2; ++i) outbox.push(kA, resuming(10), {*at, 0, 0});
+  }
+  EXPECT_GT(last - begin, std::chrono::seconds(9));
+  EXPECT_LE(last - begin, Replay::kTimeMax);
+  EXPECT_FALSE(outbox.goes_on(kA));
+  EXPECT_EQ(outbox.counts(kA).dropped.total(), 0U);
+}
+
+TEST(OutboxResume, WhatFillsItsRoomIsNotHeldBack) {
+  auto options = thin();
+  options.data_bytes_max = 400'000;  // a quarter of it is the most for one channel
+  Outbox outbox(options);
+  QueueOptions roomy = depth(10);
+  roomy.burst_bytes_max = 1 << 30;
+  roomy.queue_bytes_max = 1000;
+  outbox.add_channel(kA, roomy);
+  outbox.go_on(kA, {some_resuming(100, 1000 - kKeptMessageBytes)}, now_ms(0), now_ms(1000).steady);
+  drain(outbox);
+  EXPECT_EQ(outbox.counts(kA).sent, 50U);
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+}
+
+TEST(OutboxResume, WhatRestsMayBeDroppedAndTheChannelMayGo) {
+  auto options = thin();
+  options.data_bytes_max = 1000;
+  Outbox outbox(options);
+  outbox.add_channel(kA, depth(10));
+  outbox.add_channel(kB, depth(10));
+  outbox.go_on(kA, {some_resuming(3, 100)}, now_ms(0), now_ms(1000).steady);
+  drain(outbox);
+  outbox.push(kB, message(900), now_ms(0));
+  EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueBytes), 1U);
+  outbox.add_channel(kA, queue(Priority::kHigh));  // it rests all the same
+  EXPECT_EQ(drain(outbox).substr(0, 3), "2#1");
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+  outbox.remove_channel(kA);
+  EXPECT_EQ(outbox.deadline(), std::nullopt);
+  EXPECT_EQ(play(outbox, now_ms(0)), "");
 }
 
 TEST(OutboxResume, TheLinksBudgetLimitsWhatGoesOn) {
@@ -164,7 +271,7 @@ TEST(OutboxResume, TheLinksBudgetLimitsWhatGoesOn) {
   std::deque<OutMessage> kept;
   for (const std::size_t size : {60, 61, 30}) kept.push_back(resuming(size));
   outbox.go_on(kA, {std::move(kept)}, now_ms(0), now_ms(1000).steady);
-  EXPECT_EQ(drain(outbox), "1#1:61\n1#2:30\n");
+  EXPECT_EQ(play(outbox, now_ms(0)), "1#1:61\n1#2:30\n");
   EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueBytes), 1U);
 }
 

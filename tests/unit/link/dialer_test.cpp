@@ -12,7 +12,7 @@ namespace {
 using flow_test::now_ms;
 using std::chrono::milliseconds;
 
-constexpr DialerOptions kOptions{milliseconds(200), milliseconds(1500)};
+constexpr DialerOptions kOptions{milliseconds(200), milliseconds(500)};
 
 // What a dialer waits after a failure now.
 Duration wait_of(Dialer& dialer, Random& random, bool refused = false) {
@@ -37,9 +37,9 @@ TEST(Dialer, TheNextOneIsDueAtItsTime) {
   EXPECT_TRUE(dialer.take_due(next));
 }
 
-// docs/protocol.md section 7: between half and all of a time that doubles from 200 ms to 1.5 s.
+// docs/protocol.md section 7: between half and all of a time that doubles from 200 ms to 0.5 s.
 TEST(Dialer, WaitsWithinBoundsThatDouble) {
-  const int longest[] = {200, 400, 800, 1500, 1500, 1500};
+  const int longest[] = {200, 400, 500, 500, 500, 500};
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     Random random(seed);
     Dialer dialer(kOptions);
@@ -72,7 +72,7 @@ TEST(Dialer, ARefusedLoginWaitsFiveSeconds) {
   Random random(1);
   Dialer dialer(kOptions);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(wait_of(dialer, random, true), std::chrono::seconds(5));
-  EXPECT_LE(wait_of(dialer, random), milliseconds(1500));
+  EXPECT_LE(wait_of(dialer, random), milliseconds(500));
 }
 
 TEST(Dialer, ALongRetryIsNotShortenedByARefusal) {
@@ -87,7 +87,7 @@ TEST(Dialer, NeverGivesUp) {
   for (int i = 0; i < 100'000; ++i) {
     const Duration wait = wait_of(dialer, random);
     ASSERT_GE(wait, milliseconds(100));
-    ASSERT_LE(wait, milliseconds(1500));
+    ASSERT_LE(wait, milliseconds(500));
   }
   EXPECT_EQ(dialer.failures(), 100'000);
 }

@@ -21,6 +21,14 @@ SideOptions client(std::vector<Rule> rules) {
   return result;
 }
 
+SideOptions keeping(const Treatment& treatment) {
+  auto treated = everything();
+  treated.treatment = treatment;
+  auto options = server({treated});
+  options.resume_for = std::chrono::seconds(60);
+  return options;
+}
+
 Script::Script(SideOptions options) : side(std::move(options), 1) {}
 Script::~Script() = default;
 

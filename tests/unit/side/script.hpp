@@ -15,6 +15,8 @@ namespace connect_bridge::side_test {
 
 SideOptions server(std::vector<Rule> rules = {everything()});
 SideOptions client(std::vector<Rule> rules = {everything()});
+// A server that keeps for a minute what a lost link loses.
+SideOptions keeping(const Treatment& treatment = {});
 
 // Time is in milliseconds and begins at 0. Every input but time is handled at the present moment;
 // peers that are on the line give a sign of life whenever time passes, unless they are silent.
