@@ -26,21 +26,29 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-// One writer after the other, as long as the folder is held. Without a folder nothing can be
-// written either.
-class FolderLock {
+// The folder that a file is in. Without one nothing can be written either.
+class Folder {
  public:
-  explicit FolderLock(const std::string& file) {
+  explicit Folder(const std::string& file) {
     const auto slash = file.rfind('/');
     const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
     handle_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
   }
-  ~FolderLock() {
+  ~Folder() {
     if (handle_ >= 0) ::close(handle_);
   }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  // One writer after the other, as long as it is held.
+  void lock() const {
+    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
+  }
+  // What was renamed in it survives a loss of power. A file system that cannot promise that says
+  // EINVAL.
+  [[nodiscard]] bool keep() const {
+    return handle_ < 0 || ::fsync(handle_) == 0 || errno == EINVAL;
+  }
 
  private:
   int handle_ = -1;
@@ -70,8 +78,11 @@ std::string write_secret_file(const std::string& file, const std::string& text) 
   std::string wrong = whole ? "" : problem();
   ::close(out);
   if (whole && ::rename(part.c_str(), file.c_str()) != 0) wrong = problem();
-  if (!wrong.empty()) ::unlink(part.c_str());
-  return wrong;
+  if (!wrong.empty()) {
+    ::unlink(part.c_str());
+    return wrong;
+  }
+  return Folder(file).keep() ? "" : "the folder of " + file + ": " + std::strerror(errno);
 }
 
 std::string to_text(const TokenEntry& entry) {
@@ -96,7 +107,8 @@ std::string token_entries_problem(const std::string& text, const std::string& na
 }
 
 std::string append_token_entry(const std::string& file, const TokenEntry& entry) {
-  const FolderLock lock(file);
+  const Folder folder(file);
+  folder.lock();
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);

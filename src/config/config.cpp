@@ -58,6 +58,20 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
                                           (normal.open_bytes_max / normal.message_bytes_max));
 }
 
+// Wrong logins: what a minute allows is answered at once.
+void fill_stranger_limits(const CheckedValues& values, SideOptions& limits) {
+  const auto fill = [&](const char* key, int& at_once, Duration& period) {
+    at_once = static_cast<int>(values.whole(key));
+    period = Duration(std::chrono::minutes(1)) / at_once;
+  };
+  limits.strangers_max = to_u32(values.whole("limits.strangers_max"));
+  fill("limits.wrong_logins_per_minute", limits.wrong_logins_at_once, limits.wrong_login_period);
+  fill("limits.address_wrong_logins_per_minute", limits.address_wrong_logins_at_once,
+       limits.address_wrong_login_period);
+  limits.account.offence_period =
+      Duration(std::chrono::minutes(1)) / values.whole("limits.offences_per_minute");
+}
+
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
  public:
@@ -79,6 +93,7 @@ class ConfigMaker {
     read_names();
     read_audit();
     fill_limits(values_, config_.limits);
+    fill_stranger_limits(values_, config_.limits);
     if (config_.limits.retry_min > config_.limits.retry_max) {
       add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
     }
@@ -129,6 +144,11 @@ class ConfigMaker {
     config_.listen.path = values_.text("listen.path");
     config_.listen.trusted_proxies = values_.list("listen.trusted_proxies");
     config_.listen.proxy_header = values_.text("listen.proxy_header");
+    config_.listen.address_strangers_max = to_u32(values_.whole("limits.address_strangers_max"));
+    config_.listen.handshakes_per_second =
+        static_cast<int>(values_.whole("limits.handshakes_per_second"));
+    config_.listen.address_handshakes_per_second =
+        static_cast<int>(values_.whole("limits.address_handshakes_per_second"));
     if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies beside it, else it has no effect");
     const std::string& address = config_.listen.address;

@@ -21,6 +21,9 @@ struct ListenConfig {  // server
   std::vector<std::string> trusted_proxies;  // addresses and ranges of them
   std::string proxy_header;                  // x_forwarded_for, forwarded, proxy_protocol
   bool proxies_only = false;                 // there is no TLS for others
+  std::uint32_t address_strangers_max = 0;   // connections of an address without a login
+  int handshakes_per_second = 0;             // TLS
+  int address_handshakes_per_second = 0;
 };
 
 struct HttpProxyConfig {

@@ -5,6 +5,7 @@
 #include "config/reach_rows.hpp"
 #include "config/rule_rows.hpp"
 #include "config/share_rows.hpp"
+#include "config/stranger_rows.hpp"
 #include "config/syntax.hpp"
 #include "core/base/time.hpp"
 
@@ -358,6 +359,7 @@ const std::vector<KeySpec>& key_table() {
     add_numbers(rows, core);
     add_mirror_limits(rows, core);
     add_share_rows(rows, core);
+    add_stranger_rows(rows, core);
     rows.push_back({.section = "Rules",
                     .key = "rules",
                     .type = ParameterType::kStrings,

@@ -104,11 +104,11 @@ Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> op
 
 Acceptance::~Acceptance() = default;
 
-void Acceptance::start(Done done) {
+void Acceptance::start(TimePoint turn, Done done) {
   done_ = std::move(done);
   set_deadline(options_->timeout);
   if (identify_ && options_->told_by == ToldBy::kProxyProtocol) return read_proxy();
-  begin();
+  begin_at(turn);
 }
 
 // No byte more than the header: what follows belongs to TLS or HTTP.
@@ -121,7 +121,7 @@ void Acceptance::read_proxy() {
     return fail(notice_);
   }
   if (header.state == ProxyHeader::State::kComplete) {
-    if (identified(header.source)) begin();
+    if (const auto turn = identified(header.source)) begin_at(*turn);
     return;
   }
   const std::size_t have = proxy_header_.size();
@@ -135,10 +135,10 @@ void Acceptance::read_proxy() {
                    });
 }
 
-bool Acceptance::identified(const std::optional<Source>& source) {
-  if (identify_(source)) return true;
-  fail("dropped, too many handshakes");
-  return false;
+std::optional<TimePoint> Acceptance::identified(const std::optional<Source>& source) {
+  const auto turn = identify_(source);
+  if (!turn) fail("dropped, too many handshakes");
+  return turn;
 }
 
 bool Acceptance::read_forwarded() {
@@ -155,7 +155,7 @@ bool Acceptance::read_forwarded() {
   if (!source)
     notice_ = std::string{"this trusted proxy tells by no "} + name +
               " for whom it connects: limits count its own address";
-  return identified(source);
+  return identified(source).has_value();
 }
 
 void Acceptance::notice_unheard() {
@@ -165,6 +165,19 @@ void Acceptance::notice_unheard() {
         std::string{"its "} + name +
         " is ignored, since listen.trusted_proxies does not name it: limits count its address";
   }
+}
+
+// What it waits does not count: it has all of the time for its handshake when its turn comes.
+void Acceptance::begin_at(TimePoint turn) {
+  const std::chrono::steady_clock::time_point at(turn.time_since_epoch());
+  if (at <= std::chrono::steady_clock::now()) return begin();
+  deadline_.expires_at(at);
+  deadline_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
+    const auto self = weak.lock();
+    if (!self || cancelled || !self->done_) return;
+    self->set_deadline(self->options_->timeout);
+    self->begin();
+  });
 }
 
 void Acceptance::begin() {

@@ -40,14 +40,15 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  // For whom the proxy connects, if it tells. False: that one may not go on now.
-  using Identify = std::function<bool(const std::optional<Source>&)>;
+  // For whom the proxy connects, if it tells. When that one may go on; none: not at all.
+  using Identify = std::function<std::optional<TimePoint>(const std::optional<Source>&)>;
 
   // `identify`: of a connection from a trusted proxy, else empty.
   Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify);
   ~Acceptance();
-  // `done` is called once, when the WebSocket is open or the socket is closed.
-  void start(Done done);
+  // Begins when its turn has come. `done` is called once, when the WebSocket is open or the socket
+  // is closed.
+  void start(TimePoint turn, Done done);
   // Closes at once; `done` is not called.
   void abandon();
 
@@ -56,7 +57,9 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
 
   void read_proxy();
   void begin();
-  bool identified(const std::optional<Source>& source);
+  void begin_at(TimePoint turn);
+  // Its turn, if it may go on.
+  std::optional<TimePoint> identified(const std::optional<Source>& source);
   bool read_forwarded();
   void notice_unheard();
   void on_tls(const ErrorCode& error);

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace connect_bridge {
 
@@ -21,16 +22,23 @@ class Admission {
     bool open = false;               // a WebSocket: it has a place among the open ones, too
   };
 
-  Admission(std::size_t connections_max, std::size_t pending_per_address_max)
-      : state_(std::make_shared<State>()),
-        connections_max_(connections_max),
-        pending_per_address_max_(pending_per_address_max) {}
+  // Which limit made a connection give way.
+  enum class Limit : std::uint8_t { kConnections, kPending, kPendingOfAddress };
+  struct Options {
+    std::size_t connections_max = 0;
+    std::size_t pending_max = 0;
+    std::size_t pending_per_address_max = 0;
+    std::function<void(Limit)> gave_way;  // may be empty; told after each
+  };
+
+  explicit Admission(Options options)
+      : state_(std::make_shared<State>()), options_(std::move(options)) {}
 
   // A place for an open WebSocket; null when all are taken by those who have logged in.
   std::shared_ptr<void> take_connection() {
-    if (state_->connections >= connections_max_)
-      give_way([](const Entry& entry) { return entry.place->open; });
-    if (state_->connections >= connections_max_) return nullptr;
+    if (state_->connections >= options_.connections_max)
+      give_way(Limit::kConnections, [](const Entry& entry) { return entry.place->open; });
+    if (state_->connections >= options_.connections_max) return nullptr;
     ++state_->connections;
     return {state_.get(), [state = state_](void*) { --state->connections; }};
   }
@@ -39,8 +47,8 @@ class Admission {
   // may have; 0: any number, until it is told whom the connection is for.
   std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
     make_room(address, share);
-    if (state_->pending.size() >= connections_max_ + kPendingSpare)
-      give_way([](const Entry&) { return true; });
+    if (state_->pending.size() >= options_.pending_max)
+      give_way(Limit::kPending, [](const Entry&) { return true; });
     const std::uint64_t number = ++state_->last;
     auto* place = new Pending;
     state_->pending[number] = {address, place};
@@ -62,9 +70,6 @@ class Admission {
   }
 
  private:
-  // Handshakes beyond those that could end in a connection: refusals in progress.
-  static constexpr std::size_t kPendingSpare = 64;
-
   struct Entry {
     std::string address;
     Pending* place = nullptr;
@@ -79,25 +84,26 @@ class Admission {
     if (share == 0) return;
     std::size_t of_address = 0;
     for (const auto& [number, entry] : state_->pending) of_address += entry.address == address;
-    if (of_address >= static_cast<std::size_t>(share) * pending_per_address_max_)
-      give_way([&](const Entry& entry) { return entry.address == address; });
+    if (of_address >= static_cast<std::size_t>(share) * options_.pending_per_address_max)
+      give_way(Limit::kPendingOfAddress,
+               [&](const Entry& entry) { return entry.address == address; });
   }
 
   // The oldest one that `may`.
   template <class May>
-  void give_way(May may) {
+  void give_way(Limit limit, May may) {
     for (auto it = state_->pending.begin(); it != state_->pending.end(); ++it) {
       if (!may(it->second)) continue;
       const auto close = std::move(it->second.place->give_way);
       state_->pending.erase(it);
       if (close) close();
+      if (options_.gave_way) options_.gave_way(limit);
       return;
     }
   }
 
   std::shared_ptr<State> state_;
-  std::size_t connections_max_;
-  std::size_t pending_per_address_max_;
+  Options options_;
 };
 
 }  // namespace connect_bridge

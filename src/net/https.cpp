@@ -32,6 +32,12 @@ std::optional<std::chrono::seconds> max_age_of(std::string_view control) {
   return std::chrono::seconds(seconds);
 }
 
+ClientTls trusting(const std::string& ca_file) {
+  ClientTls options;
+  options.ca_file = ca_file;
+  return options;
+}
+
 // One request, on an io_context of its own.
 class Exchange {
  public:
@@ -121,18 +127,24 @@ class Exchange {
 
 }  // namespace
 
-HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file,
-                 const std::optional<HttpProxy>& proxy) {
+Https::Https(const std::string& ca_file, std::optional<HttpProxy> proxy)
+    : files_(trusting(ca_file)), proxy_(std::move(proxy)) {}
+
+// Reading the system's authorities takes milliseconds: not at every request.
+TlsContext Https::tls(std::string& problem) {
+  const std::lock_guard lock(mutex_);
+  return files_.get_fresh(problem);
+}
+
+HttpAnswer Https::fetch(const HttpRequest& request) {
   HttpAnswer answer;
-  TlsContext tls;
+  TlsContext context;
   if (request.address.secure) {
-    ClientTls options;
-    options.ca_file = ca_file;
-    tls = make_client_tls(options, answer.problem);
-    if (!tls) return answer;
+    context = tls(answer.problem);
+    if (!context) return answer;
   }
   try {
-    return Exchange(request, proxy, std::move(tls)).run();
+    return Exchange(request, proxy_, std::move(context)).run();
   } catch (const std::exception& error) {
     answer.problem = error.what();
     return answer;

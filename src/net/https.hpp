@@ -1,19 +1,34 @@
 // One HTTP request and its answer, for login methods that ask others.
 #pragma once
 
+#include <mutex>
 #include <optional>
 #include <string>
 
 #include "core/ports/http.hpp"
 #include "net/options.hpp"
+#include "net/tls_files.hpp"
 
 namespace connect_bridge {
 
-// Verifies the server's certificate and name; `ca_file`: PEM, whom to trust; empty: the system's
-// authorities. `proxy`: asked for the way there. Follows no redirects. Blocks until there is an
-// answer or the time is over (a look-up of a name that hangs may take longer). Any thread, several
-// at once. Throws nothing.
-[[nodiscard]] HttpAnswer fetch(const HttpRequest& request, const std::string& ca_file,
-                               const std::optional<HttpProxy>& proxy);
+// Makes the requests of one side. Verifies the server's certificate and name; `ca_file`: PEM, whom
+// to trust; empty: the system's authorities; read again when it has changed. `proxy`: asked for the
+// way there. Follows no redirects.
+class Https {
+ public:
+  Https(const std::string& ca_file, std::optional<HttpProxy> proxy);
+
+  // Blocks until there is an answer or the time is over (a look-up of a name that hangs may take
+  // longer). Any thread, several at once. Throws nothing.
+  [[nodiscard]] HttpAnswer fetch(const HttpRequest& request);
+
+ private:
+  // Null with `problem` set: the file and what is wrong with it.
+  TlsContext tls(std::string& problem);
+
+  std::mutex mutex_;  // of `files_`
+  TlsFiles files_;
+  const std::optional<HttpProxy> proxy_;
+};
 
 }  // namespace connect_bridge

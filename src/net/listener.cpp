@@ -12,7 +12,6 @@ namespace {
 constexpr std::chrono::milliseconds kRetryTime{100};
 // Behind a proxy, which mostly is at this host, is the whole world.
 constexpr int kProxyShare = 8;
-constexpr std::size_t kPacesMax = 4096;
 
 TimePoint steady_now() {
   return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
@@ -60,16 +59,19 @@ std::string Listener::open(const ListenOptions& options) {
     accept_options->tls = tls_->get(problem);
     if (!accept_options->tls) return problem;
   }
-  limits_ = options;
-  admission_ =
-      std::make_shared<Admission>(options.connections_max, options.pending_per_address_max);
+  proxies_only_ = options.proxies_only;
+  admission_ = std::make_shared<Admission>(Admission::Options{
+      options.connections_max, options.pending_max, options.pending_per_address_max,
+      [weak = weak_from_this()](Admission::Limit limit) {
+        if (const auto self = weak.lock()) self->on_gave_way(limit);
+      }});
   accept_options->reserve = [admission = admission_] { return admission->take_connection(); };
   options_ = std::move(accept_options);
 
   const std::string problem = open_doors(options);
   if (!problem.empty()) return problem;
-  spare_ = static_cast<int>(doors_.size()) - 1;
-  pace_ = Pace(options.handshakes_at_once + spare_, options.handshake_period);
+  paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
+  pace_ = Pace(options.handshakes_at_once, options.handshake_period);
   for (const DoorPtr& door : doors_) accept(door);
   return {};
 }
@@ -178,9 +180,9 @@ void Listener::accept(const DoorPtr& door) {
 void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket) {
   if (!door->acceptor.is_open()) return;
   if (!error) {
-    ++accepted_;
+    ++counts_.accepted;
     admit(std::move(socket));
-    return accept_at(door, pace_.free_at() + spare_ * limits_.handshake_period);
+    return accept_at(door, pace_.free_at());
   }
   if (error == asio::error::connection_aborted) return accept(door);
   // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
@@ -201,22 +203,30 @@ void Listener::accept_at(const DoorPtr& door, TimePoint when) {
 }
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
-// limited first, so that it cannot use up what all have together; those that a trusted proxy brings
-// have its pace only.
-bool Listener::take_handshake(const std::string& key, int share) {
+// limited first, so that it cannot use up what all have together.
+std::optional<TimePoint> Listener::take_handshake(const ConnectionOpened& from) {
+  if (paces_->take(from.address, from.share, steady_now())) return take_turn();
+  ++counts_.handshakes_dropped;
+  log_limit(dropped_, from.peer +
+                          ": dropped, its address begins too many TLS handshakes "
+                          "(limits.address_handshakes_per_second)");
+  return std::nullopt;
+}
+
+// Those who come when it is nobody's turn wait in the kernel, as nothing is accepted until then;
+// but for the few that are here already.
+TimePoint Listener::take_turn() {
   const TimePoint now = steady_now();
-  if (paces_.size() >= kPacesMax)
-    std::erase_if(paces_, [&](const auto& entry) { return entry.second.idle(now); });
-  if (share > 0 && (paces_.size() < kPacesMax || paces_.contains(key))) {
-    const Pace fresh(limits_.address_handshakes_at_once * share,
-                     limits_.address_handshake_period / share);
-    if (!paces_.try_emplace(key, fresh).first->second.take(now)) return false;
+  const TimePoint turn = pace_.reserve(now);
+  if (pace_.free_at() > now) {
+    ++counts_.handshakes_waited;
+    log_limit(waited_, "TLS handshakes wait for their turn (limits.handshakes_per_second)");
   }
-  return pace_.take(now);
+  return turn;
 }
 
 void Listener::drop(TcpSocket& socket, const std::string& why) {
-  ++refused_;
+  ++counts_.refused;
   ErrorCode ignored;
   socket.set_option(TcpSocket::linger(true, 0), ignored);
   socket.close(ignored);
@@ -229,32 +239,38 @@ void Listener::admit(TcpSocket socket) {
   if (error) return;  // gone already
   const auto address = plain_address(remote.address());
   const auto visitor = std::make_shared<Visitor>();
-  visitor->peer = peer_text(address, remote.port());
-  visitor->address = address;
+  ConnectionOpened& from = visitor->from;
+  from.peer = peer_text(address, remote.port());
   const bool proxy = contain(options_->proxies, address);
-  if (limits_.proxies_only && !proxy)
-    return drop(socket, visitor->peer + ": dropped, it is no trusted proxy");
-  const std::string key = limit_key(address);
-  const int share = proxy ? 0 : share_of(address);
+  if (proxies_only_ && !proxy) return drop(socket, from.peer + ": dropped, it is no trusted proxy");
+  from.address = limit_key(address);
+  from.share = proxy ? kProxyShare : share_of(address);
+  // Whom a proxy brings is limited when that is known.
   const bool told_before_tls = proxy && options_->told_by == ToldBy::kProxyProtocol;
-  if (options_->tls && !told_before_tls && !take_handshake(key, share))
-    return drop(socket, visitor->peer + ": dropped, too many handshakes");
-  visitor->slot = admission_->take_pending(proxy ? std::string{} : key, share);
+  TimePoint turn{};
+  if (options_->tls && !told_before_tls) {
+    const auto begins = proxy ? take_turn() : take_handshake(from);
+    if (!begins) return drop(socket, from.peer + ": dropped, too many handshakes");
+    turn = *begins;
+  }
+  visitor->slot =
+      proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
   const std::string refused = tune_socket(socket.native_handle(), sockets_);
   if (!refused.empty() && !tuning_told_) {
     tuning_told_ = true;
     log(LogLevel::kWarn, "this host refuses socket options: " + refused);
   }
-  start(std::move(socket), visitor, proxy);
+  start(std::move(socket), turn, visitor, proxy);
 }
 
-void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy) {
+void Listener::start(TcpSocket socket, TimePoint turn, std::shared_ptr<Visitor> visitor,
+                     bool from_proxy) {
   const auto weak = weak_from_this();
   Acceptance::Identify identify;
   if (from_proxy) {
     identify = [weak, visitor](const std::optional<Source>& source) {
       const auto self = weak.lock();
-      return self && self->identify(*visitor, source);
+      return self ? self->identify(*visitor, source) : std::nullopt;
     };
   }
   auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_, std::move(identify));
@@ -263,30 +279,30 @@ void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool fr
     const auto self = weak.lock();
     const auto oldest = handshake.lock();
     if (!self || !oldest) return;
-    ++self->refused_;
+    ++self->counts_.refused;
     self->acceptances_.erase(oldest);
     oldest->abandon();
   };
-  acceptance->start([weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
-    if (const auto self = weak.lock()) {
-      self->on_done(handshake.lock(), *visitor, std::move(accepted));
-    }
-  });
+  acceptance->start(turn,
+                    [weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
+                      if (const auto self = weak.lock()) {
+                        self->on_done(handshake.lock(), *visitor, std::move(accepted));
+                      }
+                    });
 }
 
-bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
-  if (source) {
-    visitor.address = source->address;
-    visitor.peer =
+std::optional<TimePoint> Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
+  ConnectionOpened& from = visitor.from;
+  if (source) {  // who is told of nobody counts as the proxy itself
+    from.peer =
         source->port == 0 ? host_text(source->address) : peer_text(source->address, source->port);
+    from.address = limit_key(source->address);
+    from.share = share_of(source->address);
   }
-  const std::string key = limit_key(visitor.address);
-  // Who is told of nobody counts as the proxy itself.
-  const int share = source ? share_of(visitor.address) : kProxyShare;
   const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;
-  if (before_tls && !take_handshake(key, share)) return false;
-  admission_->move_pending(*visitor.slot, key, share);
-  return true;
+  const auto turn = before_tls ? take_handshake(from) : TimePoint{};
+  if (turn) admission_->move_pending(*visitor.slot, from.address, from.share);
+  return turn;
 }
 
 void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor,
@@ -295,15 +311,36 @@ void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& v
   const auto slot = std::move(visitor.slot);
   if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
   if (!accepted.socket) {
-    ++refused_;
-    return log(LogLevel::kDebug, visitor.peer + ": " + accepted.problem);
+    ++counts_.refused;
+    return log(LogLevel::kDebug, visitor.from.peer + ": " + accepted.problem);
   }
   if (!events_.arrived) return;
-  events_.arrived({std::move(accepted.socket), visitor.peer, slot, std::move(accepted.slot)});
+  events_.arrived(
+      {std::move(accepted.socket), std::move(visitor.from), slot, std::move(accepted.slot)});
 }
 
 void Listener::log_notice(const Visitor& visitor, const std::string& notice) {
-  if (notices_.take(steady_now())) log(LogLevel::kWarn, visitor.peer + ": " + notice);
+  if (notices_.take(steady_now())) log(LogLevel::kWarn, visitor.from.peer + ": " + notice);
+}
+
+void Listener::on_gave_way(Admission::Limit limit) {
+  ++counts_.gave_way;
+  const bool of_address = limit == Admission::Limit::kPendingOfAddress;
+  const std::string oldest = "the oldest connection without a login gave way: ";
+  if (of_address)
+    return log_limit(gave_way_of_address_, oldest +
+                                               "its address has too many "
+                                               "(limits.address_strangers_max)");
+  log_limit(gave_way_, oldest + (limit == Admission::Limit::kPending
+                                     ? "there are too many (limits.strangers_max)"
+                                     : "all places for connections are taken"));
+}
+
+void Listener::log_limit(LogLimit& lines, const std::string& text) {
+  const auto count = lines.count({.steady = steady_now()});
+  if (!count) return;
+  log(LogLevel::kWarn,
+      text + (*count > 1 ? "; " + std::to_string(*count) + " since the last line" : ""));
 }
 
 void Listener::log(LogLevel level, const std::string& text) {

@@ -7,13 +7,15 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <unordered_set>
 
+#include "core/base/address_paces.hpp"
+#include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/ports/ports.hpp"
 #include "net/accept.hpp"
 #include "net/admission.hpp"
+#include "net/door_counts.hpp"
 #include "net/options.hpp"
 #include "net/tls_files.hpp"
 
@@ -23,7 +25,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
  public:
   struct Arrival {
     std::shared_ptr<WebSocket> socket;
-    std::string peer;
+    ConnectionOpened from;  // without its number
     std::shared_ptr<Admission::Pending> pending_slot;
     std::shared_ptr<void> connection_slot;
   };
@@ -46,15 +48,13 @@ class Listener : public std::enable_shared_from_this<Listener> {
   [[nodiscard]] std::uint16_t port() const;
   // "127.0.0.1:9090", "[::1]:9090"
   [[nodiscard]] std::vector<std::string> addresses() const;
-  [[nodiscard]] std::uint64_t accepted() const { return accepted_; }
-  [[nodiscard]] std::uint64_t refused() const { return refused_; }
+  [[nodiscard]] const DoorCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t pending() const { return acceptances_.size(); }
 
  private:
   // A connection on its way to become a WebSocket.
   struct Visitor {
-    std::string peer;           // for logs and for the core
-    asio::ip::address address;  // whom limits count
+    ConnectionOpened from;
     std::shared_ptr<Admission::Pending> slot;
   };
   using Acceptor = asio::ip::tcp::acceptor;
@@ -75,15 +75,20 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void accept(const DoorPtr& door);
   void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
   void admit(TcpSocket socket);
-  // Whether a handshake may begin with this address; then it counts.
-  bool take_handshake(const std::string& key, int share);
+  // When a handshake with it may begin; then it counts. None: its address has begun too many.
+  std::optional<TimePoint> take_handshake(const ConnectionOpened& from);
+  // The same, whatever its address is.
+  TimePoint take_turn();
   void accept_at(const DoorPtr& door, TimePoint when);
-  void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
+  void start(TcpSocket socket, TimePoint turn, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const std::string& why);
-  // A proxy tells for whom it connects, or nothing; false: that one has begun too many handshakes.
-  bool identify(Visitor& visitor, const std::optional<Source>& source);
+  // A proxy tells for whom it connects, or nothing. When that one may go on; none: not at all.
+  std::optional<TimePoint> identify(Visitor& visitor, const std::optional<Source>& source);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
+  void on_gave_way(Admission::Limit limit);
   void log(LogLevel level, const std::string& text);
+  // A limit was reached: a line now and then.
+  void log_limit(LogLimit& lines, const std::string& text);
   // A mistake of an operator, perhaps, but strangers can cause it too: a line now and then.
   void log_notice(const Visitor& visitor, const std::string& notice);
 
@@ -95,12 +100,11 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::shared_ptr<const AcceptOptions> options_;
   std::optional<TlsFiles> tls_;
   std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
-  std::unordered_map<std::string, Pace> paces_;  // of handshakes, by address
-  Pace pace_{1, Duration::zero()};               // of all of them
-  int spare_ = 0;  // handshakes that may begin at other doors while one of them waits for its turn
-  ListenOptions limits_;
-  std::uint64_t accepted_ = 0;
-  std::uint64_t refused_ = 0;
+  std::optional<AddressPaces> paces_;  // of handshakes, by address
+  Pace pace_{1, Duration::zero()};     // of all of them
+  bool proxies_only_ = false;
+  DoorCounts counts_;
+  LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
   bool tuning_told_ = false;
   Pace notices_{1, std::chrono::minutes{10}};
 };

@@ -16,7 +16,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   State(asio::io_context& context, NetworkEvents event_sinks, SocketOptions socket_options)
       : io(context), events(std::move(event_sinks)), sockets(std::move(socket_options)) {}
 
-  void add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
+  void add(ConnectionOpened opened, std::shared_ptr<WebSocket> socket,
            std::shared_ptr<Admission::Pending> pending_slot, std::shared_ptr<void> connection_slot);
   void on_arrival(Listener::Arrival arrival);
   void on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
@@ -66,13 +66,13 @@ TlsContext Network::State::client_tls(const DialOptions& options, std::string& p
   return dial_tls->get(problem);
 }
 
-void Network::State::add(ConnectionId id, std::shared_ptr<WebSocket> socket, std::string peer,
+void Network::State::add(ConnectionOpened opened, std::shared_ptr<WebSocket> socket,
                          std::shared_ptr<Admission::Pending> pending_slot,
                          std::shared_ptr<void> connection_slot) {
+  const ConnectionId id = opened.connection;
   SocketSetup setup;
-  setup.id = id;
+  setup.opened = std::move(opened);
   setup.socket = std::move(socket);
-  setup.peer = std::move(peer);
   setup.events = &events;
   setup.gone = [weak = weak_from_this()](ConnectionId gone) {
     if (const auto self = weak.lock()) self->forget(gone);
@@ -100,8 +100,9 @@ void Network::State::forget(ConnectionId id) {
 }
 
 void Network::State::on_arrival(Listener::Arrival arrival) {
-  add(free_id(), std::move(arrival.socket), std::move(arrival.peer),
-      std::move(arrival.pending_slot), std::move(arrival.connection_slot));
+  arrival.from.connection = free_id();
+  add(std::move(arrival.from), std::move(arrival.socket), std::move(arrival.pending_slot),
+      std::move(arrival.connection_slot));
 }
 
 void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
@@ -111,7 +112,7 @@ void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr
     events.input(DialFailed{id, std::move(problem)});
     return;
   }
-  add(id, std::move(socket), url.authority(), nullptr, nullptr);
+  add({id, url.authority()}, std::move(socket), nullptr, nullptr);
 }
 
 void Network::State::watch_routes() {
@@ -243,8 +244,7 @@ Traffic Network::traffic() const {
 NetworkCounts Network::counts() const {
   NetworkCounts counts;
   if (const auto& listener = state_->listener) {
-    counts.accepted = listener->accepted();
-    counts.refused = listener->refused();
+    static_cast<DoorCounts&>(counts) = listener->counts();
     counts.pending = listener->pending();
   }
   for (const auto& entry : state_->connections) {

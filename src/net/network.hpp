@@ -11,6 +11,7 @@
 #include "core/base/ids.hpp"
 #include "core/flow/outbox.hpp"
 #include "core/ports/ports.hpp"
+#include "net/door_counts.hpp"
 #include "net/options.hpp"
 #include "net/traffic.hpp"
 
@@ -46,11 +47,9 @@ struct SocketFacts {
   std::uint64_t received_bytes = 0;
 };
 
-struct NetworkCounts {
-  std::uint64_t accepted = 0;  // TCP connections taken
-  std::uint64_t refused = 0;   // by a limit, a failed handshake or a wrong request
-  std::size_t pending = 0;     // in a handshake now
-  std::size_t open = 0;        // open WebSockets now
+struct NetworkCounts : DoorCounts {
+  std::size_t pending = 0;  // in a handshake now
+  std::size_t open = 0;     // open WebSockets now
 };
 
 // Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly

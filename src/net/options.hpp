@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/time.hpp"
 #include "net/url.hpp"
 
 namespace connect_bridge {
@@ -78,14 +79,15 @@ struct ListenOptions {
   ToldBy told_by = ToldBy::kXForwardedFor;
   bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
-  // Connections without a login; beyond: the oldest is dropped. Of the loopback 8 times as many,
-  // and handshakes as often: a proxy there stands for all of the world.
+  // Connections without a login, of all and of one address; beyond: the oldest is dropped. Of the
+  // loopback 8 times as many, and handshakes as often: a proxy there stands for all of the world.
+  std::size_t pending_max = 320;
   std::size_t pending_per_address_max = 16;
-  // TLS handshakes of one address, beyond: dropped; and of all, beyond: accepted later.
-  int address_handshakes_at_once = 32;
-  std::chrono::milliseconds address_handshake_period{100};
-  int handshakes_at_once = 128;
-  std::chrono::milliseconds handshake_period{20};
+  // TLS handshakes of one address, beyond: dropped; and of all, beyond: they wait for their turn.
+  int address_handshakes_at_once = 30;
+  Duration address_handshake_period = std::chrono::milliseconds(100);
+  int handshakes_at_once = 150;
+  Duration handshake_period = std::chrono::milliseconds(20);
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 

@@ -63,7 +63,7 @@ Socket::Socket(SocketSetup setup)
 }
 
 void Socket::open() {
-  setup_.events->input(ConnectionOpened{setup_.id, setup_.peer});
+  setup_.events->input(ConnectionOpened(setup_.opened));
   if (state_ != State::kOpen) return;
   read();
   send();
@@ -113,7 +113,7 @@ void Socket::on_read(const ErrorCode& error) {
   byte_rate_.take(bytes, now);
   if (text) text_rate_.take(bytes, now);
   packet_unhandled_ = !gate_open_;
-  setup_.events->input(PacketReceived{setup_.id, text, received_.take()});
+  setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
   if (state_ == State::kOpen && !packet_unhandled_) read_on();
 }
 
@@ -142,7 +142,7 @@ bool Socket::within_gate(std::size_t bytes) {
 void Socket::send() {
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
   if (!has_room()) return wait_for_room();
-  packet_ = setup_.events->next_packet(setup_.id);
+  packet_ = setup_.events->next_packet(setup_.opened.connection);
   if (!packet_ || state_ != State::kOpen) return;
   writing_ = true;
   limit_unsent(packet_->unsent_bytes_max);
@@ -266,7 +266,7 @@ void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool ord
     transport.abort();  // an operation may still be under way on it
     asio::post(socket_->get_executor(), [self] { self->forget(); });
   }
-  setup_.events->input(ConnectionClosed{setup_.id, code, std::move(reason)});
+  setup_.events->input(ConnectionClosed{setup_.opened.connection, code, std::move(reason)});
 }
 
 void Socket::set_deadline() {
@@ -308,7 +308,7 @@ void Socket::forget() {
   setup_.connection_slot.reset();
   deadline_.cancel();
   read_at_.cancel();
-  setup_.gone(setup_.id);
+  setup_.gone(setup_.opened.connection);
 }
 
 void Socket::give_way() {
@@ -348,7 +348,7 @@ SocketFacts Socket::facts() const {
   ErrorCode error;
   const auto local = transport.socket().local_endpoint(error);
   if (!error) facts.local = endpoint_text(local);
-  facts.peer = setup_.peer;
+  facts.peer = setup_.opened.peer;
   facts.tls = tls_text(transport.tls());
   facts.congestion_control = congestion_control_of(native);
   facts.round_trip_us = round_trip_us_of(native);

@@ -21,9 +21,8 @@ struct Certified;  // net/certified.hpp
 struct WebSocket;
 
 struct SocketSetup {
-  ConnectionId id;
-  std::shared_ptr<WebSocket> socket;  // after its handshake
-  std::string peer;
+  ConnectionOpened opened;                 // what the loop is told
+  std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
   SocketOptions options;

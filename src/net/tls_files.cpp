@@ -56,6 +56,14 @@ TlsContext TlsFiles::get(std::string& problem) {
   return context_ = make_(problem);
 }
 
+TlsContext TlsFiles::get_fresh(std::string& problem) {
+  if (!context_ || stamp() == read_) return get(problem);
+  read_ = found_ = stamp();
+  std::string unused;
+  if (TlsContext made = make_(unused)) context_ = std::move(made);
+  return context_;
+}
+
 std::optional<TlsFiles::News> TlsFiles::check() {
   if (!context_) return std::nullopt;
   Stamp now = stamp();

@@ -23,8 +23,9 @@ namespace {
 // On one machine it takes some milliseconds; on a busy one, and with other RMWs, longer.
 constexpr Duration kMatching = std::chrono::milliseconds(60);
 
-// Connections before login: those that the core keeps, and some whose end is under way.
-constexpr std::size_t kStrangersMax = 320;
+// Connections without a login, beside those that the core keeps: refusals and ends under way.
+constexpr std::size_t kStrangersSpare = 64;
+constexpr int kHandshakeSecondsAtOnce = 3;
 
 Stamp wall_clock() {
   return static_cast<Stamp>(std::time(nullptr)) * 1'000'000'000;
@@ -79,14 +80,28 @@ void assemble_login(const Config& config, const Start& start, BridgeParts& parts
               config.auth.jwt_algorithms, config.auth.jwt_groups_claim};
   auth.jwt.keys_address = syntax::parse_http_url(config.auth.jwt_keys);
   if (const auto service = syntax::parse_http_url(config.auth.service)) auth.service = *service;
-  auth.fetch = [ca = config.auth.https_ca, proxy = http_proxy(config.auth.https_proxy)](
-                   const HttpRequest& request) { return fetch(request, ca, proxy); };
+  auth.fetch =
+      [https = std::make_shared<Https>(config.auth.https_ca, http_proxy(config.auth.https_proxy))](
+          const HttpRequest& request) { return https->fetch(request); };
   auth.plugin = config.auth.plugin;
   auth.plugin_options = config.auth.plugin_options;
   AuthSetup setup = make_authenticator(auth, wall_clock());
   append(assembly.problems, setup.problems);
   append(assembly.warnings, setup.warnings);
   parts.authenticator = std::move(setup.authenticator);
+}
+
+void assemble_limits(const Config& config, ListenOptions& listen) {
+  // The core counts links after login; strangers must not take the place of those.
+  listen.pending_max = config.limits.strangers_max + kStrangersSpare;
+  listen.connections_max = config.limits.links_max + listen.pending_max;
+  listen.pending_per_address_max = config.listen.address_strangers_max;
+  const int all = config.listen.handshakes_per_second;
+  listen.handshakes_at_once = kHandshakeSecondsAtOnce * all;
+  listen.handshake_period = Duration(std::chrono::seconds(1)) / all;
+  const int own = config.listen.address_handshakes_per_second;
+  listen.address_handshakes_at_once = kHandshakeSecondsAtOnce * own;
+  listen.address_handshake_period = Duration(std::chrono::seconds(1)) / own;
 }
 
 void assemble_server(const Config& config, const Start& start, BridgeParts& parts,
@@ -99,8 +114,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.listen.trusted_proxies = config.listen.trusted_proxies;
   parts.listen.told_by = told_by(config.listen.proxy_header);
   parts.listen.proxies_only = config.listen.proxies_only;
-  // The core counts links after login; strangers must not take the place of those.
-  parts.listen.connections_max = config.limits.links_max + kStrangersMax;
+  assemble_limits(config, parts.listen);
   if (!config.tls.certificate.empty())
     parts.listen.tls = ServerTls{config.tls.certificate, config.tls.private_key, config.tls.ca};
 }

@@ -15,6 +15,18 @@ Json to_value(const Traffic& traffic) {
   return {{"sent_bytes", traffic.sent}, {"received_bytes", traffic.received}};
 }
 
+Json to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
+  return {{"accepted", doors.accepted},
+          {"refused", doors.refused},
+          {"waiting", strangers.waiting},
+          {"gave_way", doors.gave_way + strangers.gave_way},
+          {"handshakes_waited", doors.handshakes_waited},
+          {"handshakes_dropped", doors.handshakes_dropped},
+          {"wrong_logins", strangers.wrong_logins},
+          {"wrong_logins_late", strangers.wrong_logins_late},
+          {"shut_out", strangers.shut_out}};
+}
+
 Json to_value(const TopicStatus& topic) {
   Json dropped = Json::object();
   for (std::size_t i = 0; i < kDropReasons; ++i)
@@ -97,6 +109,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
     json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
+  if (run.doors) json["strangers"] = to_value(status.strangers, *run.doors);
   json["links"] = Json::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));
   return json.dump(1, ' ', false, Json::error_handler_t::replace);

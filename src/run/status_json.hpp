@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/ports/status.hpp"
+#include "net/door_counts.hpp"
 #include "net/traffic.hpp"
 #include "run/audit_log.hpp"
 
@@ -20,6 +21,7 @@ struct RunStatus {
   std::uint32_t types_not_installed = 0;  // in use, those of requests and responses counted
   Traffic today = {}, this_month = {};
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
+  std::optional<DoorCounts> doors = {};        // a server's
 };
 
 std::string to_json(const Status& status, const RunStatus& run);

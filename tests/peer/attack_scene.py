@@ -14,6 +14,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "e2e"), str(HERE.parents[1] / "tools")]
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of the contexts in this process
 
+from attack_ways import DIRECT, listen_parameters  # noqa: E402
 from graph import Graph, connect  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, build_dir, dies_with_us, ros_environment  # noqa: E402
@@ -109,15 +110,18 @@ class Watch:
 
 
 class Scene:
-    """aside: the attacker gets what processor time the others leave, as if it were elsewhere."""
+    """aside: the attacker gets what processor time the others leave, as if it were elsewhere.
+    way: how all connections come to the server, the operator's too."""
 
-    def __init__(self, folder, attack, aside=False, **parameters):
+    def __init__(self, folder, attack, aside=False, way=DIRECT, **parameters):
         self._folder = pathlib.Path(folder)
-        self._attack = attack
+        self._attack, self._way = attack, way
         self._priority = ["nice", "-n", "19"] if aside else ["nice", "-n", "5"]
         self.domains = take_domains(2)
         self.robot, self.operator = (Graph(domain) for domain in self.domains)
-        self.bridge = self._bridge(attack == "tls_handshakes", parameters)
+        port, door = free_port(), free_port()
+        self._relay = self._start_relay(door, port)
+        self.bridge = self._bridge(attack == "tls_handshakes", port, door, parameters)
         self.server = self.bridge.server
         self.bridge.start()
         qos = QoSProfile(depth=1000)
@@ -127,22 +131,24 @@ class Scene:
         self._number = 0
         self._nodes = self._start_nodes() if attack in WITH_NODES else None
 
-    def _bridge(self, tls, parameters):
+    def _bridge(self, tls, port, door, parameters):
         tokens = {"operator": OPERATOR.encode(), "hostile": HOSTILE.encode()}
         server = {
             **RULES,
+            "listen": {"address": "127.0.0.1", "port": port, **listen_parameters(self._way)},
             "memory_max": MEMORY_MAX,
             "auth": {"method": "token", "token_file": token_file(self._folder, tokens)},
             **parameters,
         }
+        dialed = door if self._relay else port
         client = {"auth": {"method": "token", "token": OPERATOR}}
-        port = free_port()
+        client["url"] = f"ws://127.0.0.1:{dialed}"
         if tls:
             self._certify()
             own = {"certificate": "server.crt", "private_key": "server.key"}
             server["tls"] = {key: str(self._folder / "certs" / name) for key, name in own.items()}
             client["tls"] = {"ca": str(self._folder / "certs" / "ca.crt")}
-            client["url"] = f"wss://localhost:{port}"
+            client["url"] = f"wss://localhost:{dialed}"
         return Bridge(*self.domains, port, server, client, folder=self._folder)
 
     def _certify(self):
@@ -185,8 +191,10 @@ class Scene:
         log_bytes = self.server.log.stat().st_size - log_begin
         return Seen(numbers, delays, watched, log_bytes, done)
 
-    def _start(self, script, command, **streams):
-        command = [*command[:-2], sys.executable, "-B", str(HERE / script), *command[-2:]]
+    def _start(self, script, command, words=2, **streams):
+        """words: how many of the command are the script's."""
+        before, own = command[:-words], command[-words:]
+        command = [*before, sys.executable, "-B", str(HERE / script), *own]
         with open(self._folder / f"{script}.log", "wb") as errors:
             return subprocess.Popen(
                 dies_with_us(command),
@@ -195,6 +203,13 @@ class Scene:
                 stderr=errors,
                 **streams,
             )
+
+    def _start_relay(self, door, port):
+        if self._way == DIRECT:
+            return None
+        relay = self._start("attack_relay.py", [str(door), str(port), self._way], words=3)
+        relay.stdout.readline()
+        return relay
 
     def _start_nodes(self):
         command = [self._attack, str(self.domains[0])]
@@ -208,6 +223,7 @@ class Scene:
             "token": HOSTILE,
             "seconds": seconds,
             "count": count,
+            "way": self._way,
         }
         return self._start("attacks.py", [*self._priority, self._attack, json.dumps(arguments)])
 
@@ -222,6 +238,9 @@ class Scene:
         if self._nodes:
             self._nodes.communicate(timeout=20)
         problems = self.bridge.stop()
+        if self._relay:
+            self._relay.terminate()
+            self._relay.communicate(timeout=20)
         self.robot.close()
         self.operator.close()
         release_domains(self.domains)

@@ -9,6 +9,7 @@ import ssl
 import struct
 import time
 
+from attack_ways import DIRECT, attackers_header
 from connect_records import encode_hello, encode_login
 from connect_socket import SUBPROTOCOL
 
@@ -79,8 +80,8 @@ class Web:
 class Attack:
     """Whom, with what, how long, how often at most; and what has been done."""
 
-    def __init__(self, port, token, seconds, count):
-        self.port, self.token = port, token.encode()
+    def __init__(self, port, token, seconds, count, way=DIRECT):
+        self.port, self.token, self.way = port, token.encode(), way
         self.done = collections.Counter()
         self._end, self._left = time.monotonic() + seconds, count
 
@@ -96,15 +97,22 @@ class Attack:
     async def dialed(self, tls=None):
         """A connection, which is reset in the end if it is still there."""
         self.done["tries"] += 1
-        web = Web(
-            *await asyncio.wait_for(
-                asyncio.open_connection("127.0.0.1", self.port, ssl=tls), PATIENCE
-            )
-        )
+        web = await asyncio.wait_for(self._connect(tls), PATIENCE)
         try:
             yield web
         finally:
             web.reset()
+
+    async def _connect(self, tls):
+        web = Web(*await asyncio.open_connection("127.0.0.1", self.port))
+        web.write(attackers_header(self.way))
+        if tls:
+            try:
+                await web.writer.start_tls(tls)
+            except (*LOST, asyncio.CancelledError):
+                web.reset()
+                raise
+        return web
 
     @contextlib.asynccontextmanager
     async def upgraded(self):
@@ -118,12 +126,12 @@ class Attack:
             yield web
 
     @contextlib.asynccontextmanager
-    async def logged_in(self, token=None):
+    async def logged_in(self, token=None, patience=PATIENCE):
         """A WebSocket behind the login, if the token is right."""
         async with self.upgraded() as web:
             web.send(encode_hello(side=secrets.token_bytes(16), node="/hostile"))
             web.send(encode_login("token", token or self.token))
-            opcode, _ = await web.recv()
+            opcode, _ = await web.recv(patience)
             self.done["refused" if opcode == CLOSE else "logged_in"] += 1
             yield web
 

@@ -32,6 +32,8 @@ STRING, BYTES, TWIST = (
     "std_msgs/msg/UInt8MultiArray",
     "geometry_msgs/msg/Twist",
 )
+# One identity tries here what earns an end, again and again.
+LIMITS = {"offences_per_minute": 1_000_000}
 RULES = {
     "rules": ["lz4", "zstd", "slow", "timed", "all"],
     "rule": {
@@ -129,7 +131,14 @@ class World:
         self.server = Side(
             "server",
             self.domains[0],
-            {"listen": listen, "auth": auth, "connections_max": 500, **RULES, **parameters},
+            {
+                "listen": listen,
+                "auth": auth,
+                "limits": LIMITS,
+                "connections_max": 500,
+                **RULES,
+                **parameters,
+            },
             folder,
         )
         self.server.start().wait_listening()

@@ -5,17 +5,27 @@ A few seconds of each; `tools/bench/attack` has the long version, with times."""
 import pytest
 
 from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
+from attack_ways import DIRECT, TOLD, TOLD_ONE, UNTOLD
 
 SECONDS = 4.0
 # What many logins at once may write before their lines are limited.
 LOG_BYTES_AT_ONCE = 16 << 10
-PARTS = 3
+PARTS = 5
+# Where the address of a connection matters.
+BEHIND_A_PROXY = [
+    ("silent", TOLD),
+    ("tls_handshakes", TOLD),
+    ("tls_handshakes", TOLD_ONE),
+    ("wrong_logins", TOLD_ONE),
+    ("resets", UNTOLD),
+    ("silent", UNTOLD),
+]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("attack", ATTACKS)
-def test_the_others_go_on(tmp_path, attack):
-    scene = Scene(tmp_path, attack)
+@pytest.mark.parametrize("attack, way", [(attack, DIRECT) for attack in ATTACKS] + BEHIND_A_PROXY)
+def test_the_others_go_on(tmp_path, attack, way):
+    scene = Scene(tmp_path, attack, way=way)
     try:
         seen = scene.attacked(SECONDS)
         assert sum(seen.done.values()) > 0, "nothing was tried"

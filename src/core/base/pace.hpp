@@ -19,6 +19,12 @@ class Pace {
     paid_until_ = std::max(paid_until_, now) + period_;
     return true;
   }
+  // One more happens at the time that is returned: now, or when its turn comes.
+  [[nodiscard]] TimePoint reserve(TimePoint now) {
+    const TimePoint turn = std::max(now, free_at());
+    paid_until_ = std::max(paid_until_, now) + period_;
+    return turn;
+  }
   // All that happened is paid for.
   [[nodiscard]] bool idle(TimePoint now) const { return paid_until_ <= now; }
   // When the next one may happen.

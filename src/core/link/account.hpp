@@ -20,6 +20,9 @@ struct AccountOptions {
   // As many subscriptions besides.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
+  // Links that are ended for an offence: so many, then the next login waits for a period each.
+  int offences_at_once = 4;
+  Duration offence_period = std::chrono::seconds(2);
   // What all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
@@ -37,11 +40,20 @@ struct Account {
   Account(const AccountOptions& options, Budget* all)
       : memory(all),
         mirrors(options.mirrors_at_once, options.mirror_period),
-        listeners(options.mirrors_at_once, options.mirror_period) {}
+        listeners(options.mirrors_at_once, options.mirror_period),
+        offences(options.offences_at_once, options.offence_period) {}
+
+  // It waits for its next login no longer than that, however often it offends.
+  static constexpr Duration kShutOutMax = std::chrono::seconds(60);
+  void note_offence(const Now& now) {
+    if (offences.free_at() < now.steady + kShutOutMax)
+      static_cast<void>(offences.reserve(now.steady));
+  }
 
   Budget memory;  // what its links hold
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
+  Pace offences;   // for which its links were ended; while not free it may not log in
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   LinePace lines;     // of links that come and go
   LogLimit declines;  // of channels that were declined before

@@ -16,6 +16,7 @@
 #include "core/link/account.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
+#include "core/link/mirror_count.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -51,6 +52,7 @@ class Link final : public ConnectionUser {
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
+  bool offended = false;  // a connection of it was ended for an offence
   bool renewing = false;  // a new login on the open connection is being looked at
   Pace renewals{16, std::chrono::seconds(1)};
   std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
@@ -64,7 +66,7 @@ class Link final : public ConnectionUser {
   bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
+  MirrorCount mirrors;  // of origins that it offers, or is expected to offer again
   // What our rules have let through, by topic and type: who offers a topic anew gets no more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
   // By topic and type (local names): what arrived last, where the peer was asked to keep what does

@@ -10,9 +10,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::size_t kPendingMax = 256;  // connections before login
-// When half of these places are taken: who logs in does so within a round trip.
-constexpr Duration kShortLogin = std::chrono::seconds(1);
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // After a reconnect the peer has this long for its first round of offers.
 constexpr Duration kOffersTime = std::chrono::seconds(30);
@@ -29,6 +26,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       outputs_(outputs),
       user_(user),
       accounts_(options.account),
+      strangers_(options, outputs),
       dialer_({options.retry_min, options.retry_max}),
       renewal_(options.login_method, options.credential, outputs) {}
 
@@ -67,17 +65,8 @@ void Links::close(ConnectionId connection, CloseCode code, const std::string& re
 // ---- before the login
 
 void Links::on(ConnectionOpened& input, const Now& now) {
-  // The oldest gives way: who means to log in has done so before 255 more have come. Ids rise.
-  if (pending_.size() >= kPendingMax) {
-    refuse(pending_.begin(), {CloseCode::kTooManyConnections, "too many connections without login"},
-           now);
-  }
-  ConnectionOptions options = connection_options();
+  strangers_.add(connection_options(), input, now);
   renewal_.on_dialed();
-  if (pending_.size() >= kPendingMax / 2)
-    options.login_timeout = std::min(options.login_timeout, kShortLogin);
-  pending_[input.connection] =
-      std::make_unique<Connection>(std::move(options), input.connection, input.peer, now);
 }
 
 void Links::on(DialFailed& input, const Now& now) {
@@ -89,52 +78,60 @@ void Links::on(DialFailed& input, const Now& now) {
   dial_later(false, now);
 }
 
-void Links::look_at(Pending::iterator waiting, const Now& now) {
-  Connection& connection = *waiting->second;
-  if (auto login = connection.take_login())
-    outputs_.push(Authenticate{waiting->first, connection.peer().address, std::move(login->method),
+void Links::look_at(Connection& stranger, const Now& now) {
+  const ConnectionId id = stranger.id();
+  if (auto login = stranger.take_login())
+    outputs_.push(Authenticate{id, stranger.peer().address, std::move(login->method),
                                std::move(login->credential)});
-  if (connection.failure()) return refuse(waiting, Error(*connection.failure()), now);
-  if (!connection.open()) return;
-  auto welcomed = std::move(waiting->second);  // we are a client
-  pending_.erase(waiting);
+  if (stranger.failure()) return refuse(id, Error(*stranger.failure()), now);
+  if (!stranger.open()) return;
+  auto welcomed = strangers_.take(id);  // we are a client
   carry(links_.empty() ? make_link({}) : links_.begin()->second, std::move(welcomed), now);
 }
 
-void Links::refuse(Pending::iterator waiting, const Error& why, const Now& now,
+void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
                    const std::string& told) {
-  const bool client = options_.role == Role::kClient;
-  note_refusal(*waiting->second, why, client ? nullptr : &refusals_, outputs_, now);
-  close(waiting->first, why.code, told.empty() ? why.message : told);
-  pending_.erase(waiting);
-  if (!client) return;
+  strangers_.refuse(stranger, why, now, told);
+  if (options_.role == Role::kServer) return;
   last_failure_ = why.message;
   dial_later(false, now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {
-  const auto waiting = pending_.find(input.connection);
-  if (waiting == pending_.end()) {
+  const Connection* const stranger = strangers_.find(input.connection);
+  if (!stranger) {
     Link* const link = link_of(input.connection);
     if (link && link->renewing && take_renewal(*link, input, outputs_, now))
       user_.on_identity_changed(*link, now);
     return;
   }
-  if (waiting->second->state() != Connection::State::kAuthenticating) return;
-  if (const std::string why = refusal(input, now); !why.empty()) {
-    return refuse(waiting, {CloseCode::kLoginRefused, "login refused: " + why}, now,
-                  "login refused");
-  }
-  Link* link = link_for_login(*waiting->second, *input.identity, now);
-  if (!link) return refuse(waiting, {CloseCode::kTooManyConnections, "too many links"}, now);
-  auto connection = std::move(waiting->second);
-  pending_.erase(waiting);
-  link->identity = *input.identity;
-  connection->on_authenticated(*input.identity, link->session, now);
+  if (stranger->state() != Connection::State::kAuthenticating) return;
+  const TimePoint not_before =
+      input.identity
+          ? may_log_in_at(*input.identity, continued_by(*stranger, *input.identity), accounts_)
+          : now.steady;
+  if (!strangers_.puts_off(input, not_before, now)) answer_login(input, now);
+}
+
+void Links::answer_login(Authenticated& answer, const Now& now) {
+  const ConnectionId id = answer.connection;
+  if (const std::string why = refusal(answer, now); !why.empty())
+    return refuse(id, {CloseCode::kLoginRefused, "login refused: " + why}, now, "login refused");
+  const Identity& identity = *answer.identity;
+  const Connection& stranger = *strangers_.find(id);
+  if (may_log_in_at(identity, continued_by(stranger, identity), accounts_) > now.steady)
+    return refuse(id, {CloseCode::kTooManyConnections, "too many links were ended for offences"},
+                  now);
+  Link* link = link_for_login(stranger, identity, now);
+  if (!link) return refuse(id, {CloseCode::kTooManyConnections, "too many links"}, now);
+  auto connection = strangers_.take(id);
+  link->identity = identity;
+  connection->on_authenticated(identity, link->session, now);
   carry(*link, std::move(connection), now);
 }
 
 void Links::on(IdentitiesChanged& input, const Now& now) {
+  strangers_.take_changes(input);
   for (auto& [id, link] : links_)
     if (take_change(link, input, outputs_, now)) user_.on_identity_changed(link, now);
 }
@@ -145,14 +142,17 @@ void Links::on(CredentialChanged& input, const Now& now) {
   dial_if_due(now);
 }
 
-// The link whose session the client continues, if it is its own; else a new one, or null at the
-// limit.
-Link* Links::link_for_login(const Connection& connection, const Identity& identity,
-                            const Now& now) {
+Link* Links::continued_by(const Connection& connection, const Identity& identity) {
   for (auto& [id, link] : links_)
     if (connection.peer().session && link.session == connection.peer().session &&
         link.identity.name == identity.name)
       return &link;
+  return nullptr;
+}
+
+Link* Links::link_for_login(const Connection& connection, const Identity& identity,
+                            const Now& now) {
+  if (Link* const own = continued_by(connection, identity)) return own;
   const auto own = [&](const Link& link) { return link.identity.name == identity.name; };
   const std::uint32_t own_max = options_.identity_links_max > 0
                                     ? options_.identity_links_max
@@ -222,9 +222,9 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
 }
 
 void Links::on(PacketReceived& input, const Now& now) {
-  if (const auto waiting = pending_.find(input.connection); waiting != pending_.end()) {
-    waiting->second->on_packet(input.text, input.payload, now);
-    return look_at(waiting, now);
+  if (Connection* const stranger = strangers_.find(input.connection)) {
+    stranger->on_packet(input.text, input.payload, now);
+    return look_at(*stranger, now);
   }
   if (Link* link = link_of(input.connection))
     link->connection->on_packet(input.text, input.payload, now);
@@ -238,7 +238,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const bool client = options_.role == Role::kClient;
   const bool refused = client && wants_other_credential(input.code);
   const std::string hint = client ? advice(input.code) : "";
-  if (pending_.erase(input.connection) > 0) {
+  if (strangers_.take(input.connection)) {
     if (!client) return;
     if (last_failure_ != reason)
       outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason + hint);
@@ -274,6 +274,7 @@ bool Links::end_failed(const Now& now) {
     audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
     last_failure_ = error.message;
     close(link.connection->id(), error.code, error.message);
+    note_offence(link, error.code, now);
     lose(link, loss_by(error, link, now), now);
     any = true;
   }
@@ -322,11 +323,9 @@ void Links::log(const Link& link, LogLevel level, std::string text, const Now& n
 
 void Links::on_time(const Now& now) {
   accounts_.on_time(now);
-  for (auto it = pending_.begin(); it != pending_.end();) {
-    const auto waiting = it++;
-    waiting->second->on_time(now);
-    look_at(waiting, now);
-  }
+  while (auto answer = strangers_.take_due(now)) answer_login(*answer, now);
+  strangers_.on_time(now);
+  while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
   for (auto it = links_.begin(); it != links_.end();) {
     Link& link = it->second;
     if (link.connection) link.connection->on_time(now);
@@ -350,9 +349,7 @@ void Links::on_time(const Now& now) {
 void Links::stop(const Now& now) {
   stopped_ = true;
   dialer_.stop();
-  for (auto& [connection, waiting] : pending_)
-    close(connection, CloseCode::kGoingAway, "this side stops");
-  pending_.clear();
+  strangers_.close_all(CloseCode::kGoingAway, "this side stops");
   for (auto& [id, link] : links_) {
     if (!link.connection) continue;
     audit(outputs_, link, AuditEvent::kLinkLost, "this side stops");
@@ -362,15 +359,13 @@ void Links::stop(const Now& now) {
 }
 
 std::optional<Packet> Links::next_packet(ConnectionId connection, const Now& now) {
-  const auto waiting = pending_.find(connection);
-  if (waiting != pending_.end()) return waiting->second->next_packet(now);
+  if (Connection* const stranger = strangers_.find(connection)) return stranger->next_packet(now);
   Link* link = link_of(connection);
   return link ? link->connection->next_packet(now) : std::nullopt;
 }
 
 std::optional<TimePoint> Links::deadline() const {
-  std::optional<TimePoint> first;
-  for (const auto& [id, waiting] : pending_) first = earliest(first, waiting->deadline());
+  std::optional<TimePoint> first = strangers_.deadline();
   for (const auto& [id, link] : links_) {
     if (link.connection)
       first = earliest(first, earliest(link.expires_at, link.connection->deadline()));

@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 
-#include "core/base/log_limit.hpp"
 #include "core/base/random.hpp"
 #include "core/base/random_token.hpp"
 #include "core/base/timers.hpp"
@@ -18,6 +17,7 @@
 #include "core/link/loss.hpp"
 #include "core/link/options.hpp"
 #include "core/link/renewal.hpp"
+#include "core/link/strangers.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
 
@@ -59,14 +59,18 @@ class Links {
   // What their peers make this side hold, in bytes.
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
-  // Why the last connection ended, or could not be made.
-  [[nodiscard]] const std::string& last_failure() const { return last_failure_; }
+  void add_status(Status& status) const {
+    status.last_failure = last_failure_;
+    status.strangers = strangers_.status();
+  }
 
  private:
-  using Pending = std::map<ConnectionId, std::unique_ptr<Connection>>;
-
   [[nodiscard]] ConnectionOptions connection_options() const;
   [[nodiscard]] Link* link_of(ConnectionId connection);
+  void answer_login(Authenticated& answer, const Now& now);
+  // The link whose session the client continues, if it is its own.
+  [[nodiscard]] Link* continued_by(const Connection& connection, const Identity& identity);
+  // That, or a new one; null at the limit.
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
                                      const Now& now);
   // Room for one more among the links that `counts` counts: one that is lost gives way to one that
@@ -76,9 +80,9 @@ class Links {
   [[nodiscard]] Link& make_link(const std::string& identity);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
   // What a connection before its login has come to by the last input.
-  void look_at(Pending::iterator waiting, const Now& now);
+  void look_at(Connection& stranger, const Now& now);
   // The log says why; the peer is told the same, or only `told`.
-  void refuse(Pending::iterator waiting, const Error& why, const Now& now,
+  void refuse(ConnectionId stranger, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be; `loss`: what that means.
@@ -95,14 +99,14 @@ class Links {
   LinksUser& user_;
   Accounts accounts_;
   LinkTable links_;
-  Pending pending_;  // connections before login or welcome
+  Strangers strangers_;
   Dialer dialer_;
   ConnectionId dialing_;  // client: dial or connection under way
   std::uint64_t last_link_ = 0;
   std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
-  std::string last_failure_;  // a client's; at a server of a link that was open
-  LogLimit refusals_;
+  // Why the last connection ended, or could not be made; at a server of a link that was open.
+  std::string last_failure_;
   Renewal renewal_;
 };
 

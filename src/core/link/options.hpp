@@ -27,6 +27,12 @@ struct LinkOptions {
   Duration dial_timeout = std::chrono::seconds(5);
   // After a loss: how long what is to resume is kept for the link's return. Zero: not at all.
   Duration resume_for{};
+  std::uint32_t strangers_max = 256;  // server: connections without a login
+  // Server: wrong logins of one address and of all together, beyond: answered late.
+  int address_wrong_logins_at_once = 60;
+  Duration address_wrong_login_period = std::chrono::seconds(1);
+  int wrong_logins_at_once = 600;
+  Duration wrong_login_period = std::chrono::milliseconds(100);
   std::uint32_t links_max = 64;          // server
   std::uint32_t identity_links_max = 0;  // server: of one identity with a name; 0: half of them
   // Source of session secrets; the seeded generator when empty (simulation). Give it a

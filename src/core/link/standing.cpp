@@ -19,6 +19,24 @@ std::string refusal(const Authenticated& answer, const Now& now) {
   return expires != 0 && now.system >= expires ? "it has expired" : "";
 }
 
+void note_offence(Link& link, CloseCode code, const Now& now) {
+  switch (code) {
+    case CloseCode::kMalformed:
+    case CloseCode::kTooLarge:
+    case CloseCode::kIllegal:
+    case CloseCode::kUnknownChannel: break;
+    default: return;
+  }
+  link.offended = true;
+  link.account->note_offence(now);
+}
+
+TimePoint may_log_in_at(const Identity& identity, const Link* continued, Accounts& accounts) {
+  const bool innocent = continued && !continued->offended;
+  return innocent || identity.name.empty() ? TimePoint{}
+                                           : accounts.of(identity.name)->offences.free_at();
+}
+
 void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
                   const Now& now) {
   const Peer& peer = refused.peer();

@@ -12,6 +12,14 @@ namespace connect_bridge {
 // Why a login is not to be had, by what the login method answered; empty: it is.
 [[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
 
+// Whether a peer that keeps to the protocol does not come to this end. Then it counts for its
+// identity: who offends again and again waits for its next login.
+void note_offence(Link& link, CloseCode code, const Now& now);
+// Server: when this identity may log in; `continued`: the link that goes on with that, or null. Who
+// has no name shares its fate with nobody.
+[[nodiscard]] TimePoint may_log_in_at(const Identity& identity, const Link* continued,
+                                      Accounts& accounts);
+
 // A connection without a link is closed: for the logs. `limit`, a server's: strangers can make as
 // many of these lines as they like.
 void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,

@@ -138,7 +138,9 @@ struct ServiceClientFailed {
 // logs.
 struct ConnectionOpened {
   ConnectionId connection;
-  std::string peer;
+  std::string peer;       // "203.0.113.5:51234"
+  std::string address{};  // server: whom limits count; empty: none do
+  int share = 1;          // how many times what other addresses may do it may
 };
 // A dial ended without a connection.
 struct DialFailed {

@@ -1,6 +1,7 @@
 // A picture of a side for people and tests: links, channels, rates, drops, clock.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -82,8 +83,18 @@ struct LinkStatus {
   std::vector<ServiceStatus> services;
 };
 
+// A server's connections without a login.
+struct StrangersStatus {
+  std::size_t waiting = 0;              // now
+  std::uint64_t gave_way = 0;           // the oldest, since there were too many
+  std::uint64_t wrong_logins = 0;       // or ones that have expired
+  std::uint64_t wrong_logins_late = 0;  // of these: answered late, since there were too many
+  std::uint64_t shut_out = 0;  // right logins put off, since links of the identity had offended
+};
+
 struct Status {
   std::vector<LinkStatus> links;
+  StrangersStatus strangers;
   std::uint64_t memory_bytes = 0;      // what queues, histories, bases and reassembly hold
   std::uint64_t shared_bytes = 0;      // of memory_max
   std::uint64_t shared_bytes_max = 0;  // memory_max

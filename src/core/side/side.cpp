@@ -342,7 +342,7 @@ LinkStatus Side::status_of(const Link& link) const {
 
 Status Side::status(const Now&) const {
   Status status;
-  status.last_failure = links_.last_failure();
+  links_.add_status(status);
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
                         service_exports_.memory_bytes() + service_imports_.memory_bytes();
   status.shared_bytes = links_.memory().used();

@@ -12,12 +12,8 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();
   if (is_known && known->second.candidate(link.id)) return &known->second;
-  if (link.mirrors >= options.mirrors_max) return nullptr;
-  std::uint32_t of_topic = 0;
-  for (auto it = mirrors.lower_bound({key.first, Gid{}});
-       it != mirrors.end() && it->first.first == key.first; ++it)
-    if (it->second.candidate(link.id)) ++of_topic;
-  if (of_topic >= options.topic_mirrors_max) return nullptr;
+  if (link.mirrors.all() >= options.mirrors_max) return nullptr;
+  if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && mirrors.size() >= options.all_mirrors_max) return nullptr;
   return &mirrors.try_emplace(key, *this, key).first->second;
 }

@@ -34,7 +34,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
                                 [&](const Candidate& c) { return c.link == &link; });
   if (own == candidates_.end()) {
     candidates_.push_back({&link, &offered});
-    ++link.mirrors;
+    link.mirrors.add(key_.first);
     // A client that was restarted while its old connection seems alive: nothing comes on that.
     if (is_successor(link, *candidates_.front().link))
       std::swap(candidates_.front(), candidates_.back());
@@ -77,7 +77,7 @@ void Mirror::lose_topic(LinkId link, const Now& now) {
 
 void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
-  --candidate(link)->link->mirrors;
+  candidate(link)->link->mirrors.remove(key_.first);
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
   charge();
   if (candidates_.empty()) {

@@ -32,5 +32,39 @@ peer_bytes_per_second: 8
   EXPECT_THAT(own.warnings, Contains(HasSubstr("memory_max: less than 3 times max_message_size")));
 }
 
+TEST(Config, LimitsOfStrangersReachTheCoreAndTheListener) {
+  const Config usual = config_of({}, Role::kServer);
+  const LinkOptions core;
+  EXPECT_EQ(usual.limits.strangers_max, core.strangers_max);
+  EXPECT_EQ(usual.limits.wrong_logins_at_once, core.wrong_logins_at_once);
+  EXPECT_EQ(usual.limits.wrong_login_period, core.wrong_login_period);
+  EXPECT_EQ(usual.limits.address_wrong_logins_at_once, core.address_wrong_logins_at_once);
+  EXPECT_EQ(usual.limits.address_wrong_login_period, core.address_wrong_login_period);
+  EXPECT_EQ(usual.limits.account.offence_period, core.account.offence_period);
+  EXPECT_EQ(usual.listen.address_strangers_max, 16U);
+  EXPECT_EQ(usual.listen.handshakes_per_second, 50);
+  EXPECT_EQ(usual.listen.address_handshakes_per_second, 10);
+  const Config own = config_of(yaml(R"(
+limits:
+  strangers_max: 9
+  address_strangers_max: 2
+  handshakes_per_second: 3
+  address_handshakes_per_second: 4
+  wrong_logins_per_minute: 120
+  address_wrong_logins_per_minute: 6
+  offences_per_minute: 60
+)"),
+                               Role::kServer);
+  EXPECT_EQ(own.limits.strangers_max, 9U);
+  EXPECT_EQ(own.limits.wrong_logins_at_once, 120);
+  EXPECT_EQ(own.limits.wrong_login_period, std::chrono::milliseconds(500));
+  EXPECT_EQ(own.limits.address_wrong_logins_at_once, 6);
+  EXPECT_EQ(own.limits.address_wrong_login_period, std::chrono::seconds(10));
+  EXPECT_EQ(own.limits.account.offence_period, std::chrono::seconds(1));
+  EXPECT_EQ(own.listen.address_strangers_max, 2U);
+  EXPECT_EQ(own.listen.handshakes_per_second, 3);
+  EXPECT_EQ(own.listen.address_handshakes_per_second, 4);
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -79,6 +79,7 @@ struct Side {
   void on(Input&& input) {
     if (auto* opening = std::get_if<ConnectionOpened>(&input)) {
       opened.push_back(opening->connection);
+      openings.push_back(*opening);
       peers[opening->connection] = opening->peer;
       if (packet_bytes_max > 0) network.allow(opening->connection, packet_bytes_max);
     } else if (auto* failed = std::get_if<DialFailed>(&input)) {
@@ -103,6 +104,7 @@ struct Side {
   std::size_t packet_bytes_max = 1 << 20;  // 0: the gate stays shut
   std::map<ConnectionId, std::deque<Packet>> out;
   std::vector<ConnectionId> opened;
+  std::vector<ConnectionOpened> openings;
   std::map<ConnectionId, std::string> peers;
   std::map<ConnectionId, std::string> failures;
   std::map<ConnectionId, std::vector<PacketReceived>> received;

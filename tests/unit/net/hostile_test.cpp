@@ -1,6 +1,8 @@
 // Peers that are not ours: browsers, scanners, and those who mean harm.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "unit/net/harness.hpp"
 
 namespace connect_bridge::test {
@@ -10,6 +12,13 @@ ListenOptions quick() {
   ListenOptions options;
   options.handshake_timeout = 300ms;
   return options;
+}
+
+// Whether there is such a line in the server's log.
+bool was_told(const Pair& pair, const std::string& what) {
+  const auto& logs = pair.server.logs;
+  return std::any_of(logs.begin(), logs.end(),
+                     [&](const std::string& line) { return line.find(what) != std::string::npos; });
 }
 
 // The whole answer to a request that ends in a closed connection.
@@ -110,6 +119,8 @@ TEST(Hostile, TheOldestHandshakeOfAnAddressGivesWay) {
   pair.loop.run_for(50ms);
   EXPECT_EQ(pair.server.network.counts().pending, 8U);
   EXPECT_EQ(pair.server.network.counts().refused, 2U);
+  EXPECT_EQ(pair.server.network.counts().gave_way, 2U);
+  EXPECT_TRUE(was_told(pair, "limits.address_strangers_max"));
   EXPECT_TRUE(peers[0]->ends(pair.loop, 100ms));
   EXPECT_TRUE(peers[1]->ends(pair.loop, 100ms));
   EXPECT_TRUE(pair.connect());  // in spite of them
@@ -118,6 +129,19 @@ TEST(Hostile, TheOldestHandshakeOfAnAddressGivesWay) {
   peers.clear();
   pair.loop.run_for(50ms);
   EXPECT_EQ(pair.server.network.counts().pending, 0U);
+}
+
+TEST(Hostile, TheOldestHandshakeOfAllGivesWay) {
+  ListenOptions options;
+  options.pending_max = 3;
+  Pair pair{options};
+  std::vector<std::unique_ptr<RawPeer>> peers;
+  for (int i = 0; i < 4; ++i)
+    peers.push_back(std::make_unique<RawPeer>(pair.server.network.listen_port()));
+  EXPECT_TRUE(peers[0]->ends(pair.loop, 1s));
+  EXPECT_FALSE(peers[1]->ends(pair.loop, 20ms));
+  EXPECT_EQ(pair.server.network.counts().gave_way, 1U);
+  EXPECT_TRUE(was_told(pair, "limits.strangers_max"));
 }
 
 TEST(Hostile, TheOldestConnectionWithoutALoginGivesWay) {

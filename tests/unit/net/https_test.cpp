@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <fstream>
 #include <thread>
 
 #include "unit/net/certificates.hpp"
@@ -18,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 // The bridge's own server answers a GET, too: what it is, with HTTP 426.
-class Https : public testing::Test {
+class HttpsTest : public testing::Test {
  protected:
   static ListenOptions listening(const Authority::Files& files) {
     ListenOptions listen;
@@ -27,10 +28,14 @@ class Https : public testing::Test {
   }
   // fetch() blocks, the other end is in this test's loop.
   HttpAnswer fetched(Loop& loop, const std::optional<HttpProxy>& proxy) {
+    Https https{authority.ca, proxy};
+    return fetched(loop, https);
+  }
+  HttpAnswer fetched(Loop& loop, Https& https) {
     HttpAnswer answer;
     std::atomic<bool> done = false;
     std::thread asking([&] {
-      answer = fetch(request, authority.ca, proxy);
+      answer = https.fetch(request);
       done = true;
     });
     loop.until([&] { return done.load(); });
@@ -43,7 +48,7 @@ class Https : public testing::Test {
   HttpRequest request{{true, "id.example", 443, "/keys"}, "", 3s};
 };
 
-TEST_F(Https, GoesThroughAProxyThatLooksUpTheName) {
+TEST_F(HttpsTest, GoesThroughAProxyThatLooksUpTheName) {
   FakeProxy proxy{pair.loop, kDone, pair.server.network.listen_port()};
   const HttpAnswer answer = fetched(pair.loop, proxy.proxy("me:secret"));
   EXPECT_EQ(answer.problem, "");
@@ -53,14 +58,35 @@ TEST_F(Https, GoesThroughAProxyThatLooksUpTheName) {
   EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
 }
 
-TEST_F(Https, TellsWhatTheProxySays) {
+// A context is made once, and again when the authority's file has changed.
+TEST_F(HttpsTest, FollowsTheFileOfAuthorities) {
+  Pair direct{listening(authority.sign("direct", "IP:127.0.0.1"))};
+  request.address.host = "127.0.0.1";
+  request.address.port = direct.server.network.listen_port();
+  const Authority other{scratch_folder() + "https_other_", "Another authority"};
+  const std::string file = scratch_folder() + "https_followed.pem";
+  const auto trust = [&](const std::string& ca) {
+    std::ofstream(file) << std::ifstream(ca).rdbuf();
+  };
+  trust(other.ca);
+  Https https{file, std::nullopt};
+  EXPECT_THAT(fetched(direct.loop, https).problem, HasSubstr("TLS: "));
+  trust(authority.ca);
+  EXPECT_EQ(fetched(direct.loop, https).problem, "");
+  std::ofstream(file) << "half a file";
+  EXPECT_EQ(fetched(direct.loop, https).problem, "") << "what was read before holds";
+  trust(other.ca);
+  EXPECT_THAT(fetched(direct.loop, https).problem, HasSubstr("TLS: "));
+}
+
+TEST_F(HttpsTest, TellsWhatTheProxySays) {
   FakeProxy proxy{pair.loop, "HTTP/1.1 407 Proxy Authentication Required\r\n\r\n"};
   HttpProxy asked = proxy.proxy();
   asked.login_key = "https_proxy";
   EXPECT_THAT(fetched(pair.loop, asked).problem, HasSubstr("it wants a login (https_proxy)"));
 }
 
-TEST_F(Https, IsBoundInTime) {
+TEST_F(HttpsTest, IsBoundInTime) {
   const tcp::acceptor silent{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
   request.timeout = 200ms;
   const HttpProxy proxy{"127.0.0.1", silent.local_endpoint().port(), ""};

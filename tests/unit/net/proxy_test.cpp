@@ -149,6 +149,68 @@ TEST(Proxy, ItsHeaderComesBeforeTls) {
   EXPECT_FALSE(shakes("")) << "there is no header";
 }
 
+// Whom the proxy brings is known only behind its header; then it waits as all others do.
+TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
+  Authority authority{scratch_folder() + "paced_"};
+  const auto files = authority.sign("robot", "IP:127.0.0.1");
+  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  options.tls = ServerTls{files.certificate, files.key, ""};
+  options.handshakes_at_once = 1;
+  options.handshake_period = 200ms;
+  options.handshake_timeout = 300ms;  // of each for itself
+  Pair pair{options};
+  std::vector<std::unique_ptr<RawTls>> clients;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 1; i <= 4; ++i) {
+    clients.push_back(std::make_unique<RawTls>(pair.server.network.listen_port(), [](SSL_CTX*) {}));
+    const std::string header =
+        "PROXY TCP4 203.0.113." + std::to_string(i) + " 10.0.0.1 50000 443\r\n";
+    EXPECT_EQ(::send(SSL_get_fd(clients.back()->tls()), header.data(), header.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(header.size()));
+  }
+  for (const auto& client : clients) EXPECT_TRUE(client->shakes(pair.loop));
+  EXPECT_GE(std::chrono::steady_clock::now() - begin, 600ms);
+  EXPECT_GT(pair.server.network.counts().handshakes_waited, 0U);
+  EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 0U);
+}
+
+// Each address that it tells has a pace of its own, and uses up nothing of what all have.
+TEST(Proxy, AnAddressThatItTellsDoesNotUseUpTheHandshakesOfAll) {
+  Authority authority{scratch_folder() + "shared_"};
+  const auto files = authority.sign("robot", "IP:127.0.0.1");
+  ListenOptions options = trusting(ToldBy::kProxyProtocol);
+  options.tls = ServerTls{files.certificate, files.key, ""};
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 800s;
+  options.handshakes_at_once = 2;
+  options.handshake_period = 800s;
+  Pair pair{options};
+  const auto shakes = [&](const std::string& header) {
+    RawTls client{pair.server.network.listen_port(), [](SSL_CTX*) {}};
+    EXPECT_EQ(::send(SSL_get_fd(client.tls()), header.data(), header.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(header.size()));
+    return client.shakes(pair.loop);
+  };
+  EXPECT_TRUE(shakes(kProxied));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(shakes(kProxied));
+  EXPECT_TRUE(shakes("PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
+}
+
+// The core limits wrong logins by it.
+TEST(Proxy, TheLoopIsToldWhomLimitsCount) {
+  Pair pair{trusting(ToldBy::kXForwardedFor)};
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(forwarded_for("2001:db8::5"));
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  EXPECT_EQ(pair.server.openings.back().address, "2001:db8::") << "a customer has a /64 at least";
+  EXPECT_EQ(pair.server.openings.back().share, 1);
+  RawPeer untold(pair.server.network.listen_port());
+  untold.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.opened.size() == 2; }));
+  EXPECT_EQ(pair.server.openings.back().address, "127.0.0.1");
+  EXPECT_EQ(pair.server.openings.back().share, 8);
+}
+
 TEST(Proxy, ASlowHeaderIsCut) {
   ListenOptions options = trusting(ToldBy::kProxyProtocol);
   options.handshake_timeout = 200ms;

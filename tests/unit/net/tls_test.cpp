@@ -11,6 +11,7 @@
 namespace connect_bridge::test {
 namespace {
 
+using testing::Contains;
 using testing::HasSubstr;
 
 class Tls : public testing::Test {
@@ -52,6 +53,8 @@ TEST_F(Tls, HandshakesOfAnAddressAreLimited) {
   for (std::uint64_t i = 1; i <= 8; ++i)
     EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{i})) << i;
   EXPECT_FALSE(pair.connect(trusting(pair), ConnectionId{9}));
+  EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 1U);
+  EXPECT_THAT(pair.server.logs, Contains(HasSubstr("limits.address_handshakes_per_second")));
 }
 
 TEST_F(Tls, HandshakesOfAllAreSpreadOverTime) {
@@ -63,6 +66,8 @@ TEST_F(Tls, HandshakesOfAllAreSpreadOverTime) {
   for (std::uint64_t i = 1; i <= 4; ++i)
     EXPECT_TRUE(pair.connect(trusting(pair), ConnectionId{i})) << i;
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 400ms);
+  EXPECT_EQ(pair.server.network.counts().handshakes_waited, 3U);
+  EXPECT_THAT(pair.server.logs, Contains(HasSubstr("limits.handshakes_per_second")));
 }
 
 TEST_F(Tls, CarriesPacketsBothWays) {

@@ -31,6 +31,17 @@ TEST(StatusJson, WithoutLinks) {
     "last_failure": "refused", "links": []})"));
 }
 
+TEST(StatusJson, WhoCameToAServer) {
+  Status status;
+  status.strangers = {1, 2, 3, 4, 5};
+  RunStatus run;
+  EXPECT_FALSE(Json::parse(to_json(status, run)).contains("strangers"));
+  run.doors = DoorCounts{6, 7, 8, 9, 10};
+  EXPECT_EQ(Json::parse(to_json(status, run)).at("strangers"), Json::parse(R"({
+    "accepted": 6, "refused": 7, "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
+    "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5})"));
+}
+
 TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   TopicStatus exported;
   exported.topic = "/a";

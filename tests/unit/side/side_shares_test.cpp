@@ -68,7 +68,9 @@ TEST(Shares, MirrorsAppearAtABoundedRate) {
 
 // Lines about links that come and go.
 TEST(Shares, WhoComesAndGoesFillsNoLog) {
-  Script s(server());
+  SideOptions options = server();
+  options.account.offences_at_once = 1000;
+  Script s(options);
   s.give(TimePassed{});
   s.did();
   s.logged.clear();

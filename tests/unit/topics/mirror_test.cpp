@@ -148,13 +148,13 @@ TEST(Mirror, APeerHasNoMoreThanItsShare) {
   s.one.on_link_lost(ms(0));
   s.one.on_offer(channel(2, "/b", {origin(1, 10), origin(2, 11)}), ms(0));
   EXPECT_EQ(s.context.mirrors.size(), 3U);
-  EXPECT_EQ(s.first.link.mirrors, 3U);
+  EXPECT_EQ(s.first.link.mirrors.all(), 3U);
   // Another peer has a share of its own, of which those that exist already are a part.
   s.offer(s.two, {origin(1, 7), origin(2, 12), origin(3, 13)});
   EXPECT_EQ(s.context.mirrors.size(), 4U);
-  EXPECT_EQ(s.second.link.mirrors, 2U);
+  EXPECT_EQ(s.second.link.mirrors.all(), 2U);
   s.context.remove_candidate(s.mirror(7), {2}, ms(0));
-  EXPECT_EQ(s.second.link.mirrors, 1U);
+  EXPECT_EQ(s.second.link.mirrors.all(), 1U);
   s.did();
   EXPECT_NE(s.logged.find("no more mirrors for /peer at 10.0.0.1"), std::string::npos);
 }

@@ -1,0 +1,38 @@
+// How many publishers here stand for origins of one link.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace connect_bridge {
+
+// Counted as they come and go, in all and by topic (local name and type): to search for them at
+// each origin that a peer tells of would let it keep this side busy with little.
+class MirrorCount {
+ public:
+  using Topic = std::pair<std::string, std::string>;
+
+  void add(const Topic& topic) {
+    ++all_;
+    ++by_topic_[topic];
+  }
+  // One that was added.
+  void remove(const Topic& topic) {
+    --all_;
+    const auto counted = by_topic_.find(topic);
+    if (--counted->second == 0) by_topic_.erase(counted);
+  }
+  [[nodiscard]] std::uint32_t all() const { return all_; }
+  [[nodiscard]] std::uint32_t of(const Topic& topic) const {
+    const auto counted = by_topic_.find(topic);
+    return counted == by_topic_.end() ? 0 : counted->second;
+  }
+
+ private:
+  std::uint32_t all_ = 0;
+  std::map<Topic, std::uint32_t> by_topic_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,138 @@
+#include "core/link/strangers.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/timers.hpp"
+#include "core/link/standing.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// When half of the places are taken: who logs in does so within a round trip.
+constexpr Duration kShortLogin = std::chrono::seconds(1);
+
+}  // namespace
+
+Strangers::Strangers(const LinkOptions& options, Outputs& outputs)
+    : options_(options),
+      outputs_(outputs),
+      address_wrong_logins_(options.address_wrong_logins_at_once,
+                            options.address_wrong_login_period),
+      wrong_logins_(options.wrong_logins_at_once, options.wrong_login_period) {}
+
+void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now) {
+  // The oldest gives way: who means to log in has done so before as many others have come.
+  if (places_.size() >= options_.strangers_max) {
+    ++counts_.gave_way;
+    refuse(places_.begin()->first,
+           {CloseCode::kTooManyConnections, "too many connections without login"}, now);
+  }
+  if (places_.size() >= options_.strangers_max / 2)
+    options.login_timeout = std::min(options.login_timeout, kShortLogin);
+  Place& place = places_[opened.connection];
+  place.connection =
+      std::make_unique<Connection>(std::move(options), opened.connection, opened.peer, now);
+  place.address = opened.address;
+  place.share = opened.share;
+}
+
+Connection* Strangers::find(ConnectionId connection) const {
+  const auto place = places_.find(connection);
+  return place == places_.end() ? nullptr : place->second.connection.get();
+}
+
+std::unique_ptr<Connection> Strangers::take(ConnectionId connection) {
+  auto place = places_.extract(connection);
+  return place ? std::move(place.mapped().connection) : nullptr;
+}
+
+void Strangers::refuse(ConnectionId connection, const Error& why, const Now& now,
+                       const std::string& told) {
+  const auto refused = take(connection);
+  const bool client = options_.role == Role::kClient;
+  note_refusal(*refused, why, client ? nullptr : &refusals_, outputs_, now);
+  outputs_.push(CloseConnection{connection, why.code, told.empty() ? why.message : told});
+}
+
+void Strangers::close_all(CloseCode code, const std::string& reason) {
+  for (const auto& [connection, place] : places_)
+    outputs_.push(CloseConnection{connection, code, reason});
+  places_.clear();
+}
+
+// ---- answers that come late
+
+// A right login is never counted here: it gets in whatever others of its address try.
+bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now& now) {
+  Place& place = places_.at(answer.connection);
+  const TimePoint end = place.connection->deadline().value_or(now.steady);
+  place.due = std::min(not_before, end);
+  if (const std::string why = refusal(answer, now); !why.empty()) {
+    ++counts_.wrong_logins;
+    if (!is_one_too_many(place, now)) return false;
+    ++counts_.wrong_logins_late;
+    place.due = end;
+    answer.identity.reset();
+    answer.reason = why +
+                    "; answered late, as wrong logins come faster than "
+                    "limits.wrong_logins_per_minute or limits.address_wrong_logins_per_minute";
+  }
+  if (place.due <= now.steady) return false;
+  if (answer.identity) ++counts_.shut_out;
+  place.answer = std::move(answer);
+  return true;
+}
+
+bool Strangers::is_one_too_many(const Place& wrong, const Now& now) {
+  if (!wrong.address.empty() && !address_wrong_logins_.take(wrong.address, wrong.share, now.steady))
+    return true;
+  return !wrong_logins_.take(now.steady);
+}
+
+std::optional<Authenticated> Strangers::take_due(const Now& now) {
+  for (auto& [connection, place] : places_)
+    if (place.answer && place.due <= now.steady) return std::exchange(place.answer, std::nullopt);
+  return std::nullopt;
+}
+
+void Strangers::take_changes(const IdentitiesChanged& changed) {
+  for (auto& [connection, place] : places_) {
+    if (!place.answer || !place.answer->identity) continue;
+    auto& identity = place.answer->identity;
+    const std::string credential = identity->credential;
+    if (credential.empty()) continue;
+    for (const auto& change : changed.changes)
+      if (change.credential == credential) identity = change.identity;
+    if (!identity) place.answer->reason = "the login method withdrew it";
+  }
+}
+
+// ---- time
+
+void Strangers::on_time(const Now& now) {
+  for (auto& [connection, place] : places_) place.connection->on_time(now);
+}
+
+std::optional<ConnectionId> Strangers::failed() const {
+  for (const auto& [connection, place] : places_)
+    if (place.connection->failure()) return connection;
+  return std::nullopt;
+}
+
+std::optional<TimePoint> Strangers::deadline() const {
+  std::optional<TimePoint> first;
+  for (const auto& [connection, place] : places_) {
+    first = earliest(first, place.connection->deadline());
+    if (place.answer) first = earliest(first, place.due);
+  }
+  return first;
+}
+
+StrangersStatus Strangers::status() const {
+  StrangersStatus status = counts_;
+  status.waiting = places_.size();
+  return status;
+}
+
+}  // namespace connect_bridge

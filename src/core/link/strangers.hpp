@@ -1,0 +1,71 @@
+// Connections that carry no link yet.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/address_paces.hpp"
+#include "core/base/log_limit.hpp"
+#include "core/link/connection.hpp"
+#include "core/link/options.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+#include "core/ports/status.hpp"
+
+namespace connect_bridge {
+
+// A server's connections before their login is answered, a client's before its welcome. Bounded:
+// where all places are taken the oldest gives way. Here wait the answers that are to come late, at
+// most until the time for the login is over. Single-threaded; owned by Links.
+class Strangers {
+ public:
+  Strangers(const LinkOptions& options, Outputs& outputs);
+
+  void add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now);
+  // Null: it is not among them.
+  [[nodiscard]] Connection* find(ConnectionId connection) const;
+  // It carries a link from now on, or is gone. Null: it was not among them.
+  std::unique_ptr<Connection> take(ConnectionId connection);
+  // Closes it. The log says why; the peer is told the same, or only `told`.
+  void refuse(ConnectionId connection, const Error& why, const Now& now,
+              const std::string& told = {});
+  void close_all(CloseCode code, const std::string& reason);
+
+  // What the login method says of one that is here; `not_before`: when it may be let in. True: that
+  // is put off, and comes back by take_due(). A right login waits for its time alone. So does a
+  // wrong one, to the end, where there are too many of them: of its address, or of all.
+  [[nodiscard]] bool puts_off(Authenticated& answer, TimePoint not_before, const Now& now);
+  std::optional<Authenticated> take_due(const Now& now);
+  // The login method tells of its own accord: that holds for the logins that wait, too.
+  void take_changes(const IdentitiesChanged& changed);
+
+  void on_time(const Now& now);
+  // One that has failed, if there is any.
+  [[nodiscard]] std::optional<ConnectionId> failed() const;
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+  [[nodiscard]] StrangersStatus status() const;
+
+ private:
+  struct Place {
+    std::unique_ptr<Connection> connection;
+    std::string address;  // whom limits count; empty: none do
+    int share = 1;
+    std::optional<Authenticated> answer;  // put off
+    TimePoint due{};                      // then it is to be given
+  };
+
+  [[nodiscard]] bool is_one_too_many(const Place& wrong, const Now& now);
+
+  const LinkOptions& options_;
+  Outputs& outputs_;
+  std::map<ConnectionId, Place> places_;  // ids rise: the oldest first
+  AddressPaces address_wrong_logins_;
+  Pace wrong_logins_;
+  LogLimit refusals_;
+  StrangersStatus counts_;
+};
+
+}  // namespace connect_bridge
