@@ -107,7 +107,7 @@ TEST(Side, ALinkThatEndsAtOnceIsDialedSlowerAndSlower) {
     for (waited = 0; waited < 2000 && s.did().find("dial") == std::string::npos; ++waited)
       s.pass(1);
   }
-  EXPECT_GE(waited, 750);
+  EXPECT_GE(waited, 250);
   s.be_welcomed(6);
   s.pass(5000);  // this one lived
   s.did();
