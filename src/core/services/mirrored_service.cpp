@@ -4,11 +4,16 @@
 #include <utility>
 
 #include "core/graph/settling.hpp"
+#include "core/link/standing.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
 
 namespace connect_bridge {
 namespace {
+
+// What comes and goes in the graph costs every process there: where its identity makes too many, a
+// mirror asks again after this time.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
 
 std::string action_of_goals(const ServiceKey& key) {
   const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
@@ -39,6 +44,7 @@ bool MirroredService::update(const Now& now) {
                                    [](const auto& feed) { return feed.second.is_offered(); });
     feeder_ = (open == feeds_.end() ? feeds_.begin() : open)->first;
   }
+  take_over();
   Feed& feed = *feeding();
   if (!may_exist(feed)) {
     close();
@@ -49,12 +55,25 @@ bool MirroredService::update(const Now& now) {
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (*mirror_at_ <= now.steady && !feed.link().account->mirrors.take(now.steady))
+    mirror_at_ = now.steady + kPacing;
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
   } else {
     mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);
   }
   return true;
+}
+
+// A client that was restarted while its old connection seems alive: nobody answers on that.
+void MirroredService::take_over() {
+  const Link& fed = feeding()->link();
+  const auto successor = std::find_if(feeds_.begin(), feeds_.end(), [&](const auto& feed) {
+    return feed.second.is_offered() && is_successor(feed.second.link(), fed);
+  });
+  if (successor == feeds_.end()) return;
+  close();
+  feeder_ = successor->first;
 }
 
 bool MirroredService::may_exist(const Feed& feed) {
