@@ -86,9 +86,9 @@ bool MirroredService::may_exist(const Feed& feed) {
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
   if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
-  mirroring_.outputs.log_once(LogLevel::kWarn, key_.first + " has a server here and one behind " +
-                                                   link.label() +
-                                                   ": the one there is not mirrored");
+  mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                              key_.first + " has a server here and one behind " + link.label() +
+                                  ": the one there is not mirrored");
   return false;
 }
 
@@ -133,7 +133,7 @@ bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision d
   if (feed.is_offered()) return false;
   if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
   if (feeds_.size() > 1)
-    mirroring_.outputs.log_once(LogLevel::kWarn,
+    mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                                 "several links offer " + key_.first + ": one of them is called");
   feed.on_offer(offer, std::move(decision));
   failed_ = false;
@@ -211,11 +211,13 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
   mirroring_.by_mirror.erase(mirror_);
   mirror_ = {};
   failed_ = true;
-  mirroring_.outputs.log_once(
-      LogLevel::kError, "cannot mirror " + shown(InterfaceKind::kService, key_.first, key_.second) +
-                            ": " + failed.reason);
-  if (const Feed* feed = feeding(); feed && feed->is_offered())
-    feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+  if (const Feed* feed = feeding()) {
+    mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
+                                "cannot mirror " +
+                                    shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
+                                    failed.reason);
+    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+  }
   close();
 }
 

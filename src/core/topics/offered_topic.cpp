@@ -54,7 +54,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.insert(origin.origin);
-    context_.outputs.log_once(LogLevel::kWarn,
+    context_.outputs.log_once(link_.account->told, LogLevel::kWarn,
                               "no more mirrors for " + link_.label() +
                                   " (mirrors_max, topic_mirrors_max): not all publishers of " +
                                   key_.first + " exist here");
