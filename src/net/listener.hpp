@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/ports/ports.hpp"
 #include "net/accept.hpp"
@@ -103,6 +104,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::uint64_t refused_ = 0;
   bool tuning_told_ = false;
   Pace notices_{1, std::chrono::minutes{10}};
+  LogLimit no_room_;  // of accepts that failed
 };
 
 }  // namespace connect_bridge
