@@ -48,6 +48,7 @@ class Link final : public ConnectionUser {
   const LinkId id;
   const std::shared_ptr<Account> account;  // of its identity
   Budget memory{&account->memory};
+  Budget latched{&memory};  // what the middleware may keep for the mirrors that it feeds
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;

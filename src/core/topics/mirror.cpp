@@ -338,7 +338,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
 void Mirror::charge() {
   kept_.release();
   first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
-  if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
+  if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
 }
 
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
