@@ -53,7 +53,8 @@ TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
   std::string lines;
   for (std::uint64_t received = 1; received <= 3; ++received) {
     outbox.push_small(AckFrame{received});
-    lines += next(outbox) + "\n" + next(outbox) + "\n";
+    lines += next(outbox) + "\n";
+    lines += next(outbox) + "\n";
   }
   EXPECT_EQ(lines, "ack 1\n\"{1}\"\nack 2\n\"{2}\"\nack 3\n\"{3}\"\n");
 }
