@@ -201,7 +201,7 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.channels_max),
                   .min = 1,
-                  .max = 100000,
+                  .max = 65536,
                   .help = "Interfaces that one peer may offer."});
   rows.push_back({.section = section,
                   .key = "calls_max",

@@ -187,7 +187,9 @@ void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocke
   if (error == asio::error::connection_aborted) return accept(door);
   // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
   // would spin.
-  log(LogLevel::kWarn, "cannot accept connections now: " + error.message());
+  if (const auto tries = no_room_.count({steady_now(), 0}))
+    log(LogLevel::kWarn, "cannot accept connections now: " + error.message() +
+                             (*tries > 1 ? "; tried " + std::to_string(*tries) + " times" : ""));
   accept_at(door, steady_now() + kRetryTime);
 }
 

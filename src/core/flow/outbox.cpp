@@ -173,9 +173,11 @@ bool Outbox::drop_one_of(Priority priority) {
 std::optional<Packet> Outbox::next(const Now& now) {
   held_until_.reset();
   held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
-  if (!controls_.empty()) return next_control(now);
+  // What measures the link takes turns with texts. Data may need what they announce, and follows.
+  if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
+    return next_control(now);
   small_.leave(packet_);
-  const bool holds_data = add_data(now);
+  const bool holds_data = controls_.empty() && add_data(now);
   if (packet_.empty()) return std::nullopt;
   cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
   // What the cap holds back does not wait for the path: its rate is not to be learnt from this.

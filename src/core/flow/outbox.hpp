@@ -29,10 +29,10 @@
 
 namespace connect_bridge {
 
-// Not thread-safe; belongs to one link. Order is kept per channel. Urgent is strict (control texts
-// come first of all), light messages follow; high, normal and bulk share by weight 8 : 4 : 1 in
-// bytes; channels of a class take turns per part. At most one message per channel is open (partly
-// sent) at a time.
+// Not thread-safe; belongs to one link. Order is kept per channel. Small frames come first of
+// all, then control texts; urgent is strict, light messages follow; high, normal and bulk share by
+// weight 8 : 4 : 1 in bytes; channels of a class take turns per part. At most one message per
+// channel is open (partly sent) at a time.
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);
@@ -162,6 +162,7 @@ class Outbox {
 
   ControlQueue controls_;
   SmallFrames small_;
+  bool small_first_ = true;  // where texts wait, too: they take turns
 
   std::uint64_t sent_bytes_ = 0;      // binary packets
   std::uint64_t received_bytes_ = 0;  // by the peer, of these

@@ -36,6 +36,8 @@ class SmallFrames {
   // The channel has ended.
   void forget(ChannelId channel) { std::erase(aborts_, channel); }
 
+  // Whether an ack or time frame does.
+  [[nodiscard]] bool waits() const { return ack_ || !times_.empty(); }
   // Moves all of them into the packet. Aborts are among them, so that they leave before their
   // channel's next message.
   void leave(PacketBuilder& packet) {

@@ -1,8 +1,10 @@
 // The hidden topic on which the bridges of a graph tell each other what they mirror.
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "core/base/pace.hpp"
 #include "core/graph/claims.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
@@ -14,6 +16,18 @@ class ClaimsTopic {
  public:
   explicit ClaimsTopic(Outputs& outputs);
 
+  // What this side mirrors has changed.
+  void change() { changed_ = true; }
+  // Whether the others are to be told of it now: then the caller publishes it. A claim names all
+  // that is mirrored, so where much comes and goes it is told now and then.
+  [[nodiscard]] bool take_due(const Now& now) {
+    if (!changed_ || !pace_.take(now.steady)) return false;
+    changed_ = false;
+    return true;
+  }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return changed_ ? std::optional(pace_.free_at()) : std::nullopt;
+  }
   // Tells the others. The last claim reaches those that come later.
   void publish(Claim claim, const Now& now);
   // Whether a sample is one of this topic's; then `claims` knows it, and `changed` tells if that
@@ -27,6 +41,9 @@ class ClaimsTopic {
   Outputs& outputs_;
   MirrorId mirror_;
   SubscriptionId subscription_;
+  bool changed_ = false;
+  // At most so late that a mirror of a service has not been made yet (core/graph/settling.hpp).
+  Pace pace_{20, std::chrono::milliseconds(100)};
 };
 
 }  // namespace connect_bridge

@@ -55,6 +55,9 @@ struct Account {
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
+  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
+  // more patterns there are. What comes faster than this is put off, and the last one holds.
+  Throttle accepts{100, std::chrono::seconds(5)};
   LinePace lines;     // of links that come and go
   LogLimit declines;  // of channels that were declined before
   TellOnce told;

@@ -15,14 +15,6 @@ constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remember
 // What an `accepts` costs beside its patterns, in patterns.
 constexpr double kAcceptsPrice = 25;
 
-std::size_t count_of_patterns(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
-}
-
 }  // namespace
 
 void Link::let_go(ChannelId number) {
@@ -133,13 +125,14 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
   new_accepts_ = std::move(accepted);
-  accepts_at_ = std::max(now.steady, accepts_.ready_at());
+  accepts_at_ = std::max(now.steady, account->accepts.ready_at());
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {
   accepts_at_.reset();
-  accepts_.take(kAcceptsPrice + static_cast<double>(count_of_patterns(*new_accepts_)), now.steady);
+  account->accepts.take(kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_)),
+                        now.steady);
   return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
 }
 
@@ -159,6 +152,8 @@ bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatm
 
 void Link::on_time(const Now& now) {
   if (!accepts_at_ || *accepts_at_ > now.steady) return;
+  accepts_at_ = std::max(now.steady, account->accepts.ready_at());  // another link's was looked at
+  if (*accepts_at_ > now.steady) return;
   if (const auto result = take_accepts(now); !result) fail(result.error());
 }
 

@@ -49,6 +49,7 @@ class Link final : public ConnectionUser {
   const LinkId id;
   const std::shared_ptr<Account> account;  // of its identity
   Budget memory{&account->memory};
+  Budget latched{&memory};  // what the middleware may keep for the mirrors that it feeds
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
@@ -216,9 +217,6 @@ class Link final : public ConnectionUser {
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
-  // more patterns there are. What comes faster than this is put off, and the last one holds.
-  Throttle accepts_{100, std::chrono::seconds(5)};
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
   // What was counted on earlier connections, by exported, topic and type.

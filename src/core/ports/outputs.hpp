@@ -16,8 +16,10 @@ class Outputs {
   void push(Action action) { actions_.push_back(std::move(action)); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
   // For what comes back as often as its cause does, and for what several parts say alike.
-  void log_once(LogLevel level, const std::string& text) {
-    if (told_.first(text)) log(level, text);
+  void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
+  // For lines with words of a peer: those of its identity, so that it silences nobody else's.
+  void log_once(TellOnce& told, LogLevel level, const std::string& text) {
+    if (told.first(text)) log(level, text);
   }
 
   // Whether somebody keeps the audit log: else its lines need not be made.

@@ -4,11 +4,16 @@
 #include <utility>
 
 #include "core/graph/settling.hpp"
+#include "core/link/standing.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
 
 namespace connect_bridge {
 namespace {
+
+// What comes and goes in the graph costs every process there: where its identity makes too many, a
+// mirror asks again after this time.
+constexpr Duration kPacing = std::chrono::milliseconds(100);
 
 std::string action_of_goals(const ServiceKey& key) {
   const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
@@ -39,6 +44,7 @@ bool MirroredService::update(const Now& now) {
                                    [](const auto& feed) { return feed.second.is_offered(); });
     feeder_ = (open == feeds_.end() ? feeds_.begin() : open)->first;
   }
+  take_over();
   Feed& feed = *feeding();
   if (!may_exist(feed)) {
     close();
@@ -49,12 +55,25 @@ bool MirroredService::update(const Now& now) {
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (*mirror_at_ <= now.steady && !feed.link().account->mirrors.take(now.steady))
+    mirror_at_ = now.steady + kPacing;
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
   } else {
     mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);
   }
   return true;
+}
+
+// A client that was restarted while its old connection seems alive: nobody answers on that.
+void MirroredService::take_over() {
+  const Link& fed = feeding()->link();
+  const auto successor = std::find_if(feeds_.begin(), feeds_.end(), [&](const auto& feed) {
+    return feed.second.is_offered() && is_successor(feed.second.link(), fed);
+  });
+  if (successor == feeds_.end()) return;
+  close();
+  feeder_ = successor->first;
 }
 
 bool MirroredService::may_exist(const Feed& feed) {
@@ -67,9 +86,9 @@ bool MirroredService::may_exist(const Feed& feed) {
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
   if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
-  mirroring_.outputs.log_once(LogLevel::kWarn, key_.first + " has a server here and one behind " +
-                                                   link.label() +
-                                                   ": the one there is not mirrored");
+  mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                              key_.first + " has a server here and one behind " + link.label() +
+                                  ": the one there is not mirrored");
   return false;
 }
 
@@ -114,7 +133,7 @@ bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision d
   if (feed.is_offered()) return false;
   if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
   if (feeds_.size() > 1)
-    mirroring_.outputs.log_once(LogLevel::kWarn,
+    mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                                 "several links offer " + key_.first + ": one of them is called");
   feed.on_offer(offer, std::move(decision));
   failed_ = false;
@@ -192,11 +211,13 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
   mirroring_.by_mirror.erase(mirror_);
   mirror_ = {};
   failed_ = true;
-  mirroring_.outputs.log_once(
-      LogLevel::kError, "cannot mirror " + shown(InterfaceKind::kService, key_.first, key_.second) +
-                            ": " + failed.reason);
-  if (const Feed* feed = feeding(); feed && feed->is_offered())
-    feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+  if (const Feed* feed = feeding()) {
+    mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
+                                "cannot mirror " +
+                                    shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
+                                    failed.reason);
+    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+  }
   close();
 }
 

@@ -63,6 +63,7 @@ class MirroredService {
  private:
   [[nodiscard]] Feed* feeding();
   [[nodiscard]] std::optional<Decision> permission(const Feed& feed) const;
+  void take_over();
   [[nodiscard]] bool may_exist(const Feed& feed);
   void claim(const Now& now);
   void create_mirror(const Feed& feed);

@@ -52,9 +52,11 @@ void ServedCall::keep_copy() {
 }
 
 void ServedCall::begin(const Now& now) {
+  const bool waits = request_.codec != Codec::kNone && serving_.jobs.is_large(request_.raw_bytes);
+  if (waits) keep_copy();  // for a worker
   const InMessage request = std::move(request_);
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
-  if (serving_.jobs.is_large(request.raw_bytes)) {
+  if (waits) {
     set_state(State::kDecoding);
     job_ = serving_.jobs.decompress(*this, request.codec, request.raw_bytes, request.body,
                                     attachment_.caller().link);

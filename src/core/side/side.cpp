@@ -61,7 +61,8 @@ void Side::settle(const Now& now) {
   follow_clock();
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
-  if (topics || services) publish_claim(now);
+  if (topics || services) claims_topic_.change();
+  if (claims_topic_.take_due(now)) publish_claim(now);
 }
 
 // A peer that publishes our ROS time means the time of our graph: of its /clock, where it has one.
@@ -194,10 +195,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  first = earliest(first, exports_.deadline());
-  first = earliest(first, imports_.deadline());
-  first = earliest(first, service_exports_.deadline());
-  first = earliest(first, service_imports_.deadline());
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline()})
+    first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
 

@@ -315,7 +315,7 @@ void ExportedTopic::watch_parked() {
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (taken.number == 0) taken.number = static_cast<std::uint64_t>(taken.stamp);
-    if (taken.number <= origin.last_number) return;
+    if (taken.number <= origin.last_number) return drop_demanded(DropReason::kDuplicate);
     origin.last_number = taken.number;
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }

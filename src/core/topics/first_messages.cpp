@@ -11,7 +11,8 @@ bool FirstMessages::keep(const Payload& raw, OfferedTopic* feeder) {
   if (!feeder || feeder->treatment().max_age != kForever) return false;
   if (raw.size() > kBytesMax || raw.size() > feeder->link().memory.room()) return false;
   bytes_ += raw.size();
-  messages_.push_back(raw);
+  // A slice must not keep its whole packet while it waits.
+  messages_.push_back(Payload::copy_of(raw.view()));
   while (messages_.size() > kMessagesMax || bytes_ > kBytesMax) {
     bytes_ -= messages_.front().size();
     messages_.pop_front();

@@ -19,13 +19,14 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
 }
 
 std::uint64_t ImportContext::mirror_room(const Mirror& mirror) const {
-  const Link* feeder = mirror.candidates().front().link;
-  std::uint64_t used = 0;
-  for (const auto& [key, other] : mirrors)
-    if (&other != &mirror && !other.candidates().empty() &&
-        other.candidates().front().link == feeder)
-      used += other.kept_bytes();
-  return options.mirror_bytes_max - std::min(used, options.mirror_bytes_max);
+  const std::uint64_t all = mirror.candidates().front().link->latched.used();
+  const std::uint64_t others = all - std::min(all, mirror.kept_bytes());
+  return options.mirror_bytes_max - std::min(others, options.mirror_bytes_max);
+}
+
+void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const {
+  if (!mirror.candidates().empty())
+    outputs.log_once(mirror.candidates().front().link->account->told, level, text);
 }
 
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {

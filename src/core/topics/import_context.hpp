@@ -33,6 +33,9 @@ struct ImportContext {
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
   // The bytes that the mirror may keep beside the others that its link feeds.
   [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror) const;
+  // A line about a mirror has words of its peer: it is told once for the identity, and not at all
+  // where nobody offers the mirror any longer.
+  void tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
   // Whether our rules let this peer offer a topic, by its name on the wire.

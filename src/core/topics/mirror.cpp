@@ -212,7 +212,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   const auto& [topic, type] = key_.first;
   std::string what = shown(InterfaceKind::kTopic, topic, type);
   if (code == "type_mismatch" && !origin_.node.empty()) what += " of " + origin_.node;
-  context_.outputs.log_once(LogLevel::kError, "cannot mirror " + what + ": " + reason);
+  context_.tell_once(*this, LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
   kept_.release();
@@ -260,7 +260,7 @@ void Mirror::warn_incompatible(const Now& now) {
   if (!topic) return;
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
-  for (const auto& line : found.lines) context_.outputs.log_once(LogLevel::kWarn, line);
+  for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
   if (found.unnamed && !unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
   if (!patient) unnamed_.cancel();
 }
@@ -338,7 +338,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
 void Mirror::charge() {
   kept_.release();
   first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
-  if (!candidates_.empty()) kept_ = candidates_.front().link->memory.hold(kept_bytes());
+  if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
 }
 
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A

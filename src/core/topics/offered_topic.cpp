@@ -12,9 +12,6 @@
 namespace connect_bridge {
 namespace {
 
-// What the topics of one peer together may hold for decompression.
-constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
-
 // A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
 // identifier in two bytes, then two bytes of options.
 bool is_serialized(ByteView raw) {
@@ -57,7 +54,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.insert(origin.origin);
-    context_.outputs.log_once(LogLevel::kWarn,
+    context_.outputs.log_once(link_.account->told, LogLevel::kWarn,
                               "no more mirrors for " + link_.label() +
                                   " (mirrors_max, topic_mirrors_max): not all publishers of " +
                                   key_.first + " exist here");
@@ -253,7 +250,8 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
   }
-  if (peer_.decoding().used() + message.body.size() + sizeof(Waiting) > kDecodingBytesMax) {
+  if (peer_.decoding().used() + message.body.size() + sizeof(Waiting) >
+      context_.options.decoding_bytes_max) {
     dropped_.add(DropReason::kQueueBytes);
     return Nothing{};
   }

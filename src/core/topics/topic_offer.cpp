@@ -312,7 +312,7 @@ bool TopicOffer::admit_old(OriginId origin, const Payload& sample) {
 }
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
-  if (!link_.open()) return;
+  if (!link_.open()) return drop(DropReason::kLinkLost);
   if (!demanded()) return drop(DropReason::kNoDemand);  // withdrawn while a worker compressed
   raw_bytes_ += sample.raw.size();
   OutMessage message = message_of(sample, codec, body);

@@ -34,8 +34,9 @@ class OwnEndpoints {
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 
  private:
-  // Samples of a mirror arrive after it is gone, so ids stay known for a while.
-  static constexpr std::size_t kIdsMax = 4096;
+  // Twice as many as there may be mirrors (core/topics/options.hpp): their samples arrive after
+  // they are gone, so ids stay known for a while.
+  static constexpr std::size_t kIdsMax = 32'768;
 
   const std::size_t prefix_size_;
   mutable std::mutex mutex_;

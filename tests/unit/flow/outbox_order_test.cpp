@@ -33,7 +33,7 @@ TEST(OutboxOrder, NothingIsNoPacket) {
   EXPECT_EQ(next(outbox), "-");
 }
 
-TEST(OutboxOrder, ControlThenSmallThenData) {
+TEST(OutboxOrder, SmallThenControlThenData) {
   Outbox outbox(thin());
   outbox.add_channel(kA, queue(Priority::kUrgent));
   outbox.push(kA, message(12), now_ms(0));
@@ -42,7 +42,21 @@ TEST(OutboxOrder, ControlThenSmallThenData) {
   outbox.push_small(AckFrame{9});  // replaces the older one
   ASSERT_TRUE(outbox.push_control("{1}"));
   ASSERT_TRUE(outbox.push_control("{2}"));
-  EXPECT_EQ(drain(outbox), "\"{1}\"\n\"{2}\"\nack 9 ask 1#1:12\n");
+  EXPECT_EQ(drain(outbox), "ack 9 ask\n\"{1}\"\n\"{2}\"\n1#1:12\n");
+}
+
+// Many texts wait after a reconnect: what measures the link does not wait for all of them, nor do
+// they for it.
+TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
+  Outbox outbox(thin());
+  for (const char* text : {"{1}", "{2}", "{3}"}) ASSERT_TRUE(outbox.push_control(text));
+  std::string lines;
+  for (std::uint64_t received = 1; received <= 3; ++received) {
+    outbox.push_small(AckFrame{received});
+    lines += next(outbox) + "\n";
+    lines += next(outbox) + "\n";
+  }
+  EXPECT_EQ(lines, "ack 1\n\"{1}\"\n\"{2}\"\nack 2\n\"{3}\"\nack 3\n");
 }
 
 TEST(OutboxOrder, TheNewestTimeFramesStay) {

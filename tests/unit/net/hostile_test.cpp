@@ -1,5 +1,6 @@
 // Peers that are not ours: browsers, scanners, and those who mean harm.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 
@@ -189,6 +190,39 @@ TEST(Hostile, TooManyConnectionsGet503) {
   ASSERT_TRUE(pair.loop.until([&] { return pair.server.closed_count == 1; }));
   pair.loop.run_for(50ms);
   EXPECT_TRUE(pair.connect(ConnectionId{4}));
+}
+
+// As many descriptors as this process may have, from now on.
+class DescriptorLimit {
+ public:
+  explicit DescriptorLimit(rlim_t most) {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    const rlimit fewer{most, before_.rlim_max};
+    ::setrlimit(RLIMIT_NOFILE, &fewer);
+  }
+  ~DescriptorLimit() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+  DescriptorLimit(const DescriptorLimit&) = delete;
+  DescriptorLimit& operator=(const DescriptorLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+// It is tried again ten times a second.
+TEST(Hostile, WithoutDescriptorsTheLogStaysShort) {
+  Pair pair{quick()};
+  RawPeer peer(pair.server.network.listen_port());
+  ASSERT_TRUE(peer.connected);
+  const int next = ::dup(STDERR_FILENO);  // the lowest that is free
+  ::close(next);
+  {
+    const DescriptorLimit none(static_cast<rlim_t>(next));
+    pair.loop.run_for(1s);
+  }
+  ASSERT_EQ(pair.server.logs.size(), 1U);
+  EXPECT_NE(pair.server.logs[0].find("cannot accept connections now"), std::string::npos);
+  peer.send(upgrade_request());
+  EXPECT_TRUE(peer.sees(pair.loop, "HTTP/1.1 101"));
 }
 
 // A raw peer whose WebSocket is open.

@@ -125,6 +125,22 @@ TEST(ServiceImports, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
   EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
 }
 
+TEST(ServiceImports, ARestartedClientTakesOverFromItsOldConnection) {
+  Script s(server({callable()}));
+  s.graph({});
+  s.pass(kDiscovered);
+  for (const std::uint32_t n : {1, 2}) {
+    s.login(n, {}, {"ops", {}, 0});
+    s.said(n);
+    s.did();
+    s.say(n, Offer{{service_channel(1, "/s")}, true});
+    EXPECT_EQ(s.said(n), "attach 1 1\n");
+    s.say(n, Attached{{1}, {1}, {0}});
+  }
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim [" + std::to_string(service_gid("/s").bytes[0]) +
+                         "]\nmirror_service 2 /s\n");
+}
+
 TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrors) {
   Script s(server({callable()}));
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});

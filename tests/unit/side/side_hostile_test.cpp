@@ -35,6 +35,17 @@ TEST(Side, WhatAPeerSaysAtTheEndIsTextInTheLog) {
   EXPECT_NE(s.logged.find("bye?[ERROR] forged?[2J"), std::string::npos) << s.logged;
 }
 
+// The first line of an answer that is no WebSocket's, for example.
+TEST(Side, WhatAServerAnswersIsTextInTheLog) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.did();
+  s.give(DialFailed{{1}, "HTTP 502: \x1b[2J\n[ERROR] forged\xc2\x9b"});
+  s.did();
+  EXPECT_NE(s.logged.find("HTTP 502: ?[2J?[ERROR] forged?"), std::string::npos) << s.logged;
+  EXPECT_EQ(s.logged.find("\xc2\x9b"), std::string::npos);
+}
+
 // Nobody has a right to that channel, and its message is never finished.
 TEST(Side, BodiesOfADeclinedChannelTakeNoMemory) {
   Script s(server());

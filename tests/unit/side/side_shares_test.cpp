@@ -66,6 +66,83 @@ TEST(Shares, MirrorsAppearAtABoundedRate) {
   EXPECT_EQ(count(s.did(), "mirror "), 50);
 }
 
+// Services count there, too.
+TEST(Shares, ServicesAppearAtABoundedRate) {
+  SideOptions options = server({callable()});
+  options.account.mirrors_at_once = 5;
+  options.account.mirror_period = std::chrono::milliseconds(20);
+  Script s(options);
+  s.graph({});
+  s.pass(3000);
+  s.did();
+  const auto offer = [&](std::uint32_t n, std::uint32_t services, const std::string& name) {
+    s.login(n, {}, called(name));
+    s.say(n, Accepts{});
+    Offer all{{}, true};
+    for (std::uint32_t i = 1; i <= services; ++i)
+      all.channels.push_back(service_channel(i, "/" + name + std::to_string(i)));
+    s.say(n, all);
+    for (std::uint32_t i = 1; i <= services; ++i) s.say(n, Attached{{i}, {i}, {0}});
+  };
+  offer(1, 20, "busy");
+  EXPECT_EQ(count(s.did(), "mirror_service "), 5);
+  offer(2, 1, "calm");
+  EXPECT_EQ(count(s.did(), "/calm1"), 1);
+  s.pass(100);
+  EXPECT_EQ(count(s.did(), "mirror_service "), 5);
+  s.pass(300);
+  EXPECT_EQ(count(s.did(), "mirror_service "), 10);
+}
+
+// What its peer accepts is compared with all that is here, and costs the more the more patterns it
+// has.
+TEST(Shares, WhoLogsInAgainIsLookedAtNoSooner) {
+  Script s(server());
+  s.graph({topic("/a").pub(1)});
+  Accepts many{{{{"/**"}, {}}}, {}};
+  for (int i = 1; i < 4000; ++i) many.deny.push_back("/x" + std::to_string(i));
+  s.login(1, {}, called("busy"));
+  s.said(1);
+  s.say(1, many);
+  EXPECT_NE(s.said(1).find("offer 1/a"), std::string::npos);
+  s.login(2, {}, called("busy"));
+  s.said(2);
+  s.say(2, many);
+  EXPECT_EQ(s.said(2), "");
+  s.login(3, {}, called("calm"));
+  s.said(3);
+  s.say(3, many);
+  EXPECT_NE(s.said(3).find("offer 1/a"), std::string::npos);
+  s.pass(35'000);  // of 40.25 s that 4025 patterns take, 5 are given
+  EXPECT_EQ(s.said(2), "");
+  s.pass(1'000);
+  EXPECT_NE(s.said(2).find("offer 1/a"), std::string::npos);
+}
+
+// Nor do the lines that its peer's words make fill what is told once of others.
+TEST(Shares, WhoHasOddNamesSilencesNobody) {
+  SideOptions options = server();
+  options.mirrors_max = 1;
+  options.account.mirrors_at_once = 5000;
+  Script s(options);
+  s.graph({});
+  s.pass(3000);
+  const auto offer = [&](std::uint32_t n, const std::string& name, std::uint32_t topics) {
+    s.login(n, {}, called(name));
+    s.say(n, Accepts{});
+    for (std::uint32_t i = 1; i <= topics; ++i) {
+      s.say(n, Offer{{channel(i, "/" + name + std::to_string(i), {origin(1, 7), origin(2, 8)})},
+                     true});
+    }
+    s.did();
+  };
+  offer(1, "odd", 1100);
+  EXPECT_EQ(count(s.logged, "no more mirrors"), 1024);
+  s.logged.clear();
+  offer(2, "calm", 1);
+  EXPECT_EQ(count(s.logged, "no more mirrors"), 1);
+}
+
 // Lines about links that come and go.
 TEST(Shares, WhoComesAndGoesFillsNoLog) {
   SideOptions options = server();

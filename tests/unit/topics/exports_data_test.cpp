@@ -254,6 +254,16 @@ TEST(SideExportsData, AClockThatIsSetBackTakesNoSamplesAway) {
   EXPECT_EQ(s.said(1), "1.1 a, 1.1 b, 1.1 c\n");
 }
 
+// Then the stamp must do.
+TEST(SideExportsData, WithoutNumbersWhatAClockThatIsSetBackTakesAwayIsCounted) {
+  auto s = demanding({});
+  begin(s, latched(10));
+  s.take(2, 1, "a", 7000, 0);
+  s.take(2, 1, "b", 2000, 0);
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+  EXPECT_EQ(s.dropped(DropReason::kDuplicate), 1U);
+}
+
 TEST(SideExportsData, WhatASubscriptionMadeAnewBringsAgainIsKnown) {
   auto s = demanding({});
   begin(s, latched(1));

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "unit/side/script.hpp"
 
@@ -75,6 +76,29 @@ TEST(MirrorOfAFirstMessage, TheNewestHundredWaitAndTheRestIsCounted) {
   s.did();
   s.pass(60);
   EXPECT_EQ(s.did().substr(0, 13), "publish 2 m4\n");
+}
+
+// It may have come in a packet of a megabyte, of which nobody would know.
+TEST(MirrorOfAFirstMessage, DoesNotKeepItsPacket) {
+  Listening s;
+  const Payload body = sample("first");
+  MessageFrame frame;
+  frame.channel = {1};
+  frame.subject = {1};
+  frame.sequence = 1;
+  frame.demand = 1;
+  frame.raw_bytes = frame.body_bytes = static_cast<std::uint32_t>(body.size());
+  frame.part = body.view();
+  auto packet = std::make_shared<Bytes>();
+  append_header(frame, *packet);
+  packet->insert(packet->end(), body.view().begin(), body.view().end());
+  const std::weak_ptr<Bytes> kept = packet;
+  const ByteView view{*packet};
+  s.give(PacketReceived{{1}, false, Payload::wrap(std::move(packet), view)});
+  s.did();
+  EXPECT_TRUE(kept.expired());
+  s.pass(60);
+  EXPECT_EQ(s.did(), "publish 2 first\n");
 }
 
 TEST(MirrorOfAFirstMessage, IsNotPublishedUnderOtherRules) {

@@ -166,6 +166,30 @@ TEST(SideMirrors, ARestartedClientTakesOverFromItsOldConnection) {
   EXPECT_EQ(s.did(), "");
 }
 
+// A claim names all that is mirrored.
+TEST(SideMirrors, ClaimsAreToldNowAndThen) {
+  Script s(server());
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {})}, true});
+  s.did();
+  const auto claims = [](const std::string& did) {
+    std::size_t found = 0;
+    for (auto at = did.find("claim ["); at != std::string::npos; at = did.find("claim [", at + 1))
+      ++found;
+    return found;
+  };
+  for (std::uint8_t i = 1; i <= 100; ++i) s.say(1, OriginsChanged{{1}, {origin(i, i)}, {}});
+  EXPECT_EQ(claims(s.did()), 20U);
+  s.pass(100);
+  const std::string last = s.did();
+  EXPECT_EQ(claims(last), 1U);
+  EXPECT_NE(last.find(" 99 100]"), std::string::npos) << last;
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "");
+}
+
 TEST(SideMirrors, WhoTakesOverADemandedChannelIsAskedForTheLastSamples) {
   Mirrors s;
   s.join(2);

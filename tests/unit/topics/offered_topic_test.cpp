@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "core/compress/compress.hpp"
 #include "unit/topics/importing.hpp"
 
@@ -67,6 +69,38 @@ TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
   s.give(s.message("hello", 2));
   EXPECT_EQ(s.did(), "cancel 1\npublish 1 hello\n");
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 2U);
+}
+
+// A small message may have come in a packet of a megabyte, of which nobody would know.
+TEST(OfferedTopic, WhatWaitsDoesNotKeepItsPacket) {
+  Script s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7)});
+  s.peer.send_demands();
+  s.give(s.large(1));
+  InMessage message = s.message("small", 1);
+  const auto packet =
+      std::make_shared<Bytes>(message.body.view().begin(), message.body.view().end());
+  message.body = Payload::wrap(packet, *packet);
+  s.give(std::move(message));
+  EXPECT_EQ(packet.use_count(), 1);
+  s.did();
+  s.finish(s.jobs, sample("large"));
+  EXPECT_EQ(s.did(), "publish 1 large\npublish 1 small\n");
+}
+
+// However small they are: each costs memory beside its body.
+TEST(OfferedTopic, TinyMessagesBehindAJobAreBounded) {
+  Script s;
+  s.options.decoding_bytes_max = 100'000;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7, latched())});
+  s.peer.send_demands();
+  s.give(s.large(1));
+  for (int i = 0; i < 10'000; ++i) s.give(s.message("", 1));
+  EXPECT_GT(s.dropped(DropReason::kQueueBytes), 8'000U);
+  EXPECT_LE(s.peer.decoding().used(), 100'000U);
+  EXPECT_GT(s.peer.decoding().used(), 90'000U);
 }
 
 TEST(OfferedTopic, ADemandThatEndsBeforeItIsToldIsNotTold) {

@@ -53,6 +53,21 @@ TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
 }
 
+// Their sum is beyond 32 bits.
+TEST(TopicOffer, DepthsOfTheGraphDoNotOverflow) {
+  OneLink peer;
+  Exporting s;
+  Topic deep = topic("/a");
+  for (std::uint8_t n = 1; n <= 4; ++n) deep.pub(n, latched(1U << 30));
+  s.see(deep);
+  ASSERT_TRUE(s.offer(peer));
+  Exporting::demand(peer);
+  for (int i = 0; i < 150; ++i) s.take(1, "x", i);
+  LinkStatus status;
+  s.subject.add_status(peer.link.id, status);
+  EXPECT_EQ(status.topics.at(0).queued, 150U);
+}
+
 TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
