@@ -162,7 +162,7 @@ def _check_demand(message):
     if "after" not in message:
         return
     after = items(message, "after", 65536)
-    require(len(after) == len(message["channels"]), "after has not a number for each channel")
+    require(len(after) == len(message["channels"]), "after does not have a number for each channel")
     for sequence in after:
         require(type(sequence) is int and 0 <= sequence < 1 << 32, "a sequence")
 

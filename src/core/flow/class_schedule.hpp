@@ -14,11 +14,11 @@ namespace connect_bridge {
 // High, normal and bulk share by weight 8 : 4 : 1 in bytes, by start-time fair queueing: each class
 // has a clock that runs 1, 2 or 8 per byte sent, and the one that is behind goes next. It shares as
 // deficit round robin does, but without the burst of a whole quantum, which for the high class
-// would have to be eight of the bulk class's largest fragments. A class that was idle starts at the
-// present: it has no claim for the time in which it had nothing to send.
+// would have to be eight of the bulk class's largest fragments. The clock of a class that was idle
+// is set to the present: it gets nothing extra for the time in which it had nothing to send.
 class ClassSchedule {
  public:
-  // The queue has something to send. Does nothing if it is in already.
+  // The queue has something to send. Does nothing if the queue is scheduled already.
   void add(ChannelQueue& queue);
   // The queue has nothing to send any more, or goes away, or changes its class.
   void remove(ChannelQueue& queue);
@@ -26,12 +26,13 @@ class ClassSchedule {
   [[nodiscard]] bool empty() const { return front() == nullptr; }
   // Whose turn it is; null when there is none.
   [[nodiscard]] ChannelQueue* front() const;
-  // The front queue has sent so many bytes; the next of its class is on turn.
+  // The front queue has sent so many bytes; now it is the turn of the next queue of its class.
   void sent(std::size_t bytes);
-  // The front queue has nothing to send any more. With 0 bytes: it had nothing after all.
+  // The front queue has nothing more to send. 0 bytes: it had nothing to send.
   void sent_all(std::size_t bytes);
 
-  // All queues of a class in order of their turns, but the light ones; and these, of any class.
+  // The queues of a class in order of their turns, without the light ones; and the light ones of
+  // all classes.
   [[nodiscard]] const std::deque<ChannelQueue*>& queues(Priority priority) const;
   [[nodiscard]] const std::deque<ChannelQueue*>& light() const;
 

@@ -65,7 +65,7 @@ class Link final : public ConnectionUser {
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
   std::uint32_t mirrors = 0;  // of origins that it offers, or is expected to offer again
-  // What our rules have let through, by topic and type: who offers a topic anew gets no more.
+  // What our rules have let through, by topic and type: offering a topic again does not give more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
   // By topic and type (local names): what arrived last, where the peer was asked to keep what does
   // not arrive. With an entry the topic goes on when the link is back.
@@ -77,7 +77,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool open() const { return connection && connection->open(); }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return node + " at " + address; }
-  // Without a connection nothing is sent: who has state tells it again on the next one.
+  // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {
     if (connection) connection->send(message);
   }
@@ -158,7 +158,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
   // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
-  // the first time of a channel it is, later ones are now and then, and nothing is told twice.
+  // the first time of a channel it is, later ones are now and then, and nothing is logged twice.
   std::optional<std::string> note_decline(std::string& declined, const std::string& what,
                                           const Decline& decline, const Now& now);
 
@@ -169,8 +169,8 @@ class Link final : public ConnectionUser {
   // What was counted on a connection that is lost belongs to the topic for as long as the link is.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
-  // The log's line about a channel of `what` that the peer takes back; empty: it gives no
-  // reason, or that was told.
+  // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason,
+  // or that was logged.
   [[nodiscard]] std::string line_of(const Withdraw& withdraw, const std::string& what) const;
 
   // ---- what arrives
@@ -214,7 +214,7 @@ class Link final : public ConnectionUser {
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
+  // To compare all interfaces with what a peer accepts, and to offer them again, costs the more the
   // more patterns there are. What comes faster than this is put off, and the last one holds.
   Throttle accepts_{100, std::chrono::seconds(5)};
   std::optional<Accepts> new_accepts_;

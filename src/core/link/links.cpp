@@ -16,7 +16,7 @@ constexpr Duration kShortLogin = std::chrono::seconds(1);
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // After a reconnect the peer has this long for its first round of offers.
 constexpr Duration kOffersTime = std::chrono::seconds(30);
-// A link that lives this long has come to something: the back-off begins anew after it.
+// A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
 
 }  // namespace

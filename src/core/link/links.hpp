@@ -69,15 +69,15 @@ class Links {
   [[nodiscard]] Link* link_of(ConnectionId connection);
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
                                      const Now& now);
-  // Room for one more among the links that `counts` counts: one that is lost gives way to one that
-  // is here. False: there is none.
+  // Makes room for one more among the links that `counts` counts: a lost link is removed for one
+  // that is present. False: there is no room.
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
   [[nodiscard]] Link& make_link(const std::string& identity);
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
-  // What a connection before its login has come to by the last input.
+  // Handles the state that the last input has brought a connection before its login to.
   void look_at(Pending::iterator waiting, const Now& now);
-  // The log says why; the peer is told the same, or only `told`.
+  // The log says why; the peer gets the same text, or `told`.
   void refuse(Pending::iterator waiting, const Error& why, const Now& now,
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);

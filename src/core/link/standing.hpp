@@ -9,7 +9,7 @@
 
 namespace connect_bridge {
 
-// Why a login is not to be had, by what the login method answered; empty: it is.
+// Why the login method's answer refuses the login; empty: it does not.
 [[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
 
 // A connection without a link is closed: for the logs. `limit`, a server's: strangers can make as
@@ -17,11 +17,11 @@ namespace connect_bridge {
 void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
                   const Now& now);
 
-// Whether the newer link can be of the same client, started anew.
+// Whether the newer link can be of the same client after a restart.
 [[nodiscard]] bool is_successor(const Link& newer, const Link& older);
 
 // ---- a server's
-// The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
+// The client logs in again: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now);
 // Its answer. Whether the identity has changed.

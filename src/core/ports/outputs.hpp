@@ -1,4 +1,4 @@
-// Where the parts of a side leave their actions, and where new ids come from.
+// Collects the actions of the parts of a side, and gives out new ids.
 #pragma once
 
 #include <deque>
@@ -15,16 +15,16 @@ class Outputs {
  public:
   void push(Action action) { actions_.push_back(std::move(action)); }
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
-  // For what comes back as often as its cause does, and for what several parts say alike.
+  // Logs a text once: for lines whose cause repeats, and for lines that several parts would log.
   void log_once(LogLevel level, const std::string& text) {
     if (told_.first(text)) log(level, text);
   }
 
-  // Whether somebody keeps the audit log: else its lines need not be made.
+  // Whether an audit log is kept; otherwise its lines need not be made.
   [[nodiscard]] bool audits() const { return audits_; }
   void set_audits(bool on) { audits_ = on; }
 
-  // To be called now and then.
+  // To be called from time to time.
   void on_time(const Now& now) { told_.on_time(now); }
 
   std::optional<Action> next() {

@@ -61,19 +61,18 @@ bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_) return false;
   const Gid gid = service_gid(key_.first);
   if (mirroring_.claims.taken(gid)) return false;
-  // Our own parameters are not in our picture of the graph.
+  // Our own parameter services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
   if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
   mirroring_.outputs.log_once(LogLevel::kWarn, key_.first + " has a server here and one behind " +
-                                                   link.label() +
-                                                   ": the one there is not mirrored");
+                                                   link.label() + ": that one is not mirrored");
   return false;
 }
 
-// Claimed from now on, so that of two bridges only one makes a mirror.
+// Claims the service, so that of two bridges only one makes a mirror.
 void MirroredService::claim(const Now& now) {
   if (mirror_at_) return;
   const bool of_action =
@@ -115,7 +114,7 @@ bool MirroredService::on_offer(Link& link, const ChannelOffer& offer, Decision d
   if (feeder_ == link.id && feed.epoch() != offer.epoch) destroy_mirror();
   if (feeds_.size() > 1)
     mirroring_.outputs.log_once(LogLevel::kWarn,
-                                "several links offer " + key_.first + ": one of them is called");
+                                "several links offer " + key_.first + ": calls go to one of them");
   feed.on_offer(offer, std::move(decision));
   failed_ = false;
   return true;

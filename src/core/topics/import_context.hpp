@@ -1,4 +1,4 @@
-// What the mirrors and the offered topics of a side share.
+// State that the mirrors and the offered topics of a side share.
 #pragma once
 
 #include <map>
@@ -31,9 +31,9 @@ struct ImportContext {
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
-  // The bytes that the mirror may keep beside the others that its link feeds.
+  // The bytes that the mirror may keep in addition to the others that its link feeds.
   [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror) const;
-  // The link does not offer the origin any more. The mirror may end with that.
+  // The link does not offer the origin any more. This may end the mirror.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
   // Whether our rules let this peer offer a topic, by its name on the wire.
   [[nodiscard]] std::optional<Decision> permission(const Link& link, const std::string& wire_name,

@@ -14,14 +14,14 @@ namespace {
 
 // A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
 constexpr Duration kLinger = std::chrono::milliseconds(200);
-// By then the graph has told of the subscriptions of an action's client.
+// Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
 // How often one asks whether it may be made now.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
-// By then subscribers have found a publisher that was made anew: what was kept for them must not
-// come before.
+// Within this time subscribers find a publisher that was made again: what was kept for them must
+// not be published earlier.
 constexpr Duration kMatching = std::chrono::milliseconds(400);
 
 }  // namespace
@@ -46,7 +46,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   }
   ends_.cancel();
   failed_ = false;
-  // Another link may have told the node's name already.
+  // Another link may have sent the node's name already.
   const std::string node = origin.node.empty() ? origin_.node : origin.node;
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
   origin_ = origin;
@@ -60,7 +60,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   return true;
 }
 
-// A mirror that shall belong to its origin's node is made when that has a name, or made anew.
+// A mirror that is to belong to its origin's node is made when that has a name, or made again.
 void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
@@ -135,7 +135,7 @@ void Mirror::update(const Now& now, const OfferedTopic* sends) {
   if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
 }
 
-// What is made under our own node and then anew under the proxy loses the samples in between.
+// A mirror made under our own node and later again under the proxy loses samples in between.
 bool Mirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
   if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
@@ -184,8 +184,8 @@ void Mirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
-// Who subscribes to another one, or was fed by another bridge meanwhile, is not to get what was
-// kept for this one.
+// Subscribers of another publisher, or of another bridge's mirror, must not get what was kept for
+// this one.
 void Mirror::destroy() {
   if (id_ && may_resume(origin_.qos, qos_))
     for (const Candidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
@@ -346,7 +346,7 @@ void Mirror::charge() {
 }
 
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
-// power of two, so that a peer whose samples grow and grow makes the publisher anew a few times
+// power of two, so that a peer whose samples grow and grow makes the publisher again a few times
 // only.
 std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
   const std::uint64_t memory = candidates_.front().link->memory.room();

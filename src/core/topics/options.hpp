@@ -10,15 +10,15 @@ namespace connect_bridge {
 struct TopicOptions {
   std::uint32_t default_depth = 100;           // queue and mirror depth where the graph gives none
   std::uint32_t latched_depth = 10;            // the same for transient local
-  std::uint64_t resume_bytes_max = 16 << 20;   // of what is kept for one lost link
+  std::uint64_t resume_bytes_max = 16 << 20;   // kept for one lost link
   std::uint64_t history_bytes_max = 64 << 20;  // transient-local samples kept for later links
   std::uint32_t mirrors_max = 2048;            // of one peer
   std::uint32_t topic_mirrors_max = 256;       // of one peer and one topic
   std::uint32_t all_mirrors_max = 16384;       // of all peers together
   std::uint32_t mirror_depth_max = 1000;       // what a peer may ask for; a rule may ask for more
   std::uint64_t mirror_bytes_max = 256 << 20;  // what the transient-local mirrors of a peer keep
-  // How long the middleware takes until the subscribers that are here have found a new publisher:
-  // what it publishes before is lost to them, so mirrors wait with it.
+  // How long the middleware needs until the subscribers here have found a new publisher: they miss
+  // what is published before that, so mirrors delay it.
   Duration matching = Duration::zero();
   Duration clock_publish_period = Duration::zero();  // > 0: publish the peer's ROS time on /clock
 };

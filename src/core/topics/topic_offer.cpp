@@ -225,7 +225,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   resume_ = demand.resume && may_resume();
   note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   if (!demanded()) link_.outbox().clear_channel(number_);
-  // What the offer told of may be gone by now; the numbers rise all the same.
+  // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
     link_.outbox().go_on(number_, {{}, *demand.after}, now, now.steady);
   topic_.on_demand(*this, link_.id, demand, now);
