@@ -40,10 +40,11 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  // For whom the proxy connects, if it tells. False: that one may not go on now.
+  // The client for which the proxy connects, if it says so. False: that client may not continue
+  // now.
   using Identify = std::function<bool(const std::optional<Source>&)>;
 
-  // `identify`: of a connection from a trusted proxy, else empty.
+  // `identify`: for a connection from a trusted proxy, else empty.
   Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify);
   ~Acceptance();
   // `done` is called once, when the WebSocket is open or the socket is closed.

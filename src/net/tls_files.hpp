@@ -1,4 +1,4 @@
-// A TLS context made of files, and made anew when these change.
+// A TLS context made from files, and made again when these change.
 #pragma once
 
 #include <cstdint>
@@ -28,14 +28,14 @@ class TlsFiles {
   // and what is wrong with it.
   TlsContext get(std::string& problem);
 
-  // Looks at the files, which costs a system call for each; call it once a second. What has changed
-  // is read at the second look that finds it so: certificate and key are written one after the
-  // other.
+  // Checks the files, which costs a system call for each; call it once a second. A change is read
+  // when two checks in a row find the same state, because certificate and key are written one after
+  // the other.
   std::optional<News> check();
 
  private:
   using Make = std::function<TlsContext(std::string& problem)>;
-  // What the system tells of the files: it changes when one is written or replaced.
+  // The metadata of the files: it changes when one is written or replaced.
   using Stamp = std::vector<std::int64_t>;
 
   [[nodiscard]] Stamp stamp() const;
@@ -43,8 +43,8 @@ class TlsFiles {
   std::vector<std::string> files_;
   Make make_;
   TlsContext context_;
-  Stamp read_;   // of what was tried last
-  Stamp found_;  // by the last look
+  Stamp read_;   // of the files that were tried last
+  Stamp found_;  // of the last check
 };
 
 }  // namespace connect_bridge

@@ -20,7 +20,7 @@
 namespace connect_bridge {
 namespace {
 
-// On one machine it takes some milliseconds; on a busy one, and with other RMWs, longer.
+// On one machine it takes some milliseconds; on a busy machine, and with other RMWs, longer.
 constexpr Duration kMatching = std::chrono::milliseconds(60);
 
 // Connections before login: those that the core keeps, and some whose end is under way.
@@ -99,7 +99,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
   parts.listen.trusted_proxies = config.listen.trusted_proxies;
   parts.listen.told_by = told_by(config.listen.proxy_header);
   parts.listen.proxies_only = config.listen.proxies_only;
-  // The core counts links after login; strangers must not take the place of those.
+  // The core counts links after login; connections without a login must not take their places.
   parts.listen.connections_max = config.limits.links_max + kStrangersMax;
   if (!config.tls.certificate.empty())
     parts.listen.tls = ServerTls{config.tls.certificate, config.tls.private_key, config.tls.ca};
@@ -107,7 +107,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
 
 void assemble_client(const Config& config, const Start& start, BridgeParts& parts,
                      Assembly& assembly) {
-  // What a certificate proves, TLS has proved before the login.
+  // TLS has verified the certificate before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
   const CredentialOptions options{secret, config.auth.token, config.auth.token_file};
   if (!options.token_file.empty()) parts.credential_file.emplace(options);

@@ -134,4 +134,4 @@ def test_a_proxy_that_refuses(forward):
     forward.client.stop()
     login = {"http_proxy_login": forward.proxy.login, "url": f"wss://localhost:{free_port()}"}
     forward.client.set_parameters({**parameters, **login})
-    forward.client.start().wait_for(by + r"it refuses the way with HTTP 403 Forbidden; trying")
+    forward.client.start().wait_for(by + r"it refuses CONNECT with HTTP 403 Forbidden; trying")

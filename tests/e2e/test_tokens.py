@@ -124,10 +124,10 @@ def test_a_wrong_file_changes_nothing(world):
     anna = world.client("anna", ANNA)
     anna.wait_linked()
     write(world.tokens, "- {identity: bert, token: a-plain-token-of-bert}\n")
-    world.server.wait_for("what was known before still holds: .*does not stand here in plain text")
+    world.server.wait_for("the former state stays in use: .*does not stand here in plain text")
     assert "a-plain-token-of-bert" not in world.server.text()
     world.tokens.unlink()
-    world.server.wait_for("what was known before still holds: .*No such file")
+    world.server.wait_for("the former state stays in use: .*No such file")
     assert anna.links()
     anna.stop()
     world.client("again", ANNA).wait_linked()
@@ -142,7 +142,7 @@ def test_a_login_expires_and_goes_on_with_a_new_token(world):
     anna.wait_for("login refused", 10)
     newer = "a-newer-token-of-anna"
     world.allow(entry("anna", newer))
-    world.server.wait_for("was read anew")
+    world.server.wait_for("was read again")
     world.token_file("anna", newer)
     until(lambda: anna.text().count("link open") == 2, "anna is back", 8)
 
@@ -189,7 +189,7 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
     text = world.tokens.read_text(encoding="ascii")
     assert token not in text and "identity: \"anna\"" in text and "expires: " in text
     assert world.tokens.stat().st_mode & 0o777 == 0o600
-    world.server.wait_for("was read anew: 2 tokens")
+    world.server.wait_for("was read again: 2 tokens")
     world.client("anna", token).wait_linked()
     world.server.wait_for("as anna")
     printed = make("cora")

@@ -196,7 +196,7 @@ TEST(JwtKey, IsRefusedWhenItIsWeakOrPrivateOrNone) {
   EXPECT_THAT(said(std::string(kEd).replace(1, 0, R"("alg":"HS256",)")), HasSubstr("another type"));
   EXPECT_THAT(said(std::string(kOct).replace(1, 0, R"("alg":"RS256",)")),
               HasSubstr("another type"));
-  EXPECT_THAT(said("7"), HasSubstr("is no object"));
+  EXPECT_THAT(said("7"), HasSubstr("is not an object"));
   for (const std::string none : {"", "{", "{}", R"({"keys":7})", R"({"keys":[]})", "word",
                                  "-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----\n"})
     EXPECT_EQ(problems_of(none).size(), 1U) << none;

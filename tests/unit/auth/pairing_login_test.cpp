@@ -121,7 +121,7 @@ TEST_F(Pairing, ItEndsAfterSomeWrongCodes) {
   for (unsigned i = 0; i < PairingLogin::kTriesMax; ++i) EXPECT_FALSE(pair(wrong, kToken).identity);
   EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("wrong codes")));
   EXPECT_FALSE(pair(kCode, kToken).identity);
-  EXPECT_THAT(show(std::string{}).reason, HasSubstr("no credential of a pairing"));
+  EXPECT_THAT(show(std::string{}).reason, HasSubstr("not a credential of a pairing"));
 }
 
 TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {

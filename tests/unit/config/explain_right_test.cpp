@@ -83,7 +83,7 @@ TEST(ExplainRight, TheNearest) {
               HasSubstr("the nearest is rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
   EXPECT_THAT(said(topic("/cmd_vel", Direction::kExport)),
               HasSubstr("rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\") matches the name, "
-                        "but opens nothing here"));
+                        "but does not apply here"));
   RightQuestion question = topic("/_hidden", Direction::kImport);
   question.what = OpenedBy::kServices;
   EXPECT_THAT(said(question), HasSubstr("no rule in use has import_services"));

@@ -61,7 +61,7 @@ TEST(DialProxy, TellsWhatIsWrong) {
   EXPECT_EQ(failure(wants), "it wants a login (http_proxy_login)");
   EXPECT_EQ(failure(wants, "me:wrong"), "it refuses this login (http_proxy_login)");
   EXPECT_EQ(failure("HTTP/1.1 403 by policy\r\nContent-Length: 9\r\n\r\nforbidden"),
-            "it refuses the way with HTTP 403 Forbidden");
+            "it refuses CONNECT with HTTP 403 Forbidden");
   EXPECT_THAT(failure("SSH-2.0-OpenSSH_9.2\r\n\r\n"), HasSubstr("no HTTP proxy"));
   EXPECT_EQ(failure(""), "it ended the connection instead of answering");
   EXPECT_EQ(failure(std::string{kDone} + "early"), "it sent more than its answer");
