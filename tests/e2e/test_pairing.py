@@ -1,4 +1,4 @@
-"""Two machines come to know each other by one line: server --pair, client 'wss+pair://...'."""
+"""Two machines are paired by one line: server --pair, client 'wss+pair://...'."""
 
 import re
 import stat

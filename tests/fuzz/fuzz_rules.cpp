@@ -1,5 +1,5 @@
 // The rules against the second opinion on them: both say the same of every question, and so does a
-// peer that was told what is accepted. Input: lines of words.
+// peer that got `accepts`. Input: lines of words.
 //
 //   rule                                  begins the next rule
 //   export_topics /a/** /b                and the other keys of a rule

@@ -1,4 +1,4 @@
-"""What the attacks share: how long they last, what they count, and an obedient WebSocket."""
+"""Shared by the attacks: how long they last, what they count, and a correct WebSocket."""
 
 import asyncio
 import collections
@@ -59,7 +59,7 @@ class Web:
         return head[0] & 15, await self.reader.readexactly(size)
 
     async def until_closed(self, seconds):
-        """Reads, whatever it is, until the server ends the connection or the time is over."""
+        """Reads everything until the server ends the connection or the time is over."""
 
         async def read():
             while (await self.recv(seconds))[0] != CLOSE:
@@ -77,7 +77,7 @@ class Web:
 
 
 class Attack:
-    """Whom, with what, how long, how often at most; and what has been done."""
+    """Target, token, duration and maximum count of an attack; and its results."""
 
     def __init__(self, port, token, seconds, count):
         self.port, self.token = port, token.encode()
@@ -85,7 +85,7 @@ class Attack:
         self._end, self._left = time.monotonic() + seconds, count
 
     def goes_on(self):
-        """Asked before each try: whether there is time for one more."""
+        """Called before each try: whether there is time for one more."""
         self._left -= 1
         return self._left >= 0 and self.seconds_left() > 0
 
@@ -119,7 +119,7 @@ class Attack:
 
     @contextlib.asynccontextmanager
     async def logged_in(self, token=None):
-        """A WebSocket behind the login, if the token is right."""
+        """A WebSocket after the login, if the token is valid."""
         async with self.upgraded() as web:
             web.send(encode_hello(side=secrets.token_bytes(16), node="/hostile"))
             web.send(encode_login("token", token or self.token))
@@ -128,7 +128,7 @@ class Attack:
             yield web
 
     async def many(self, workers, act, pause=0.0):
-        """So many at a time do it again and again."""
+        """So many threads at a time repeat it."""
 
         async def worker():
             while self.goes_on():

@@ -1,7 +1,7 @@
 """A peer of the ROS2 Connect protocol, written from docs/protocol.md alone.
 
-connect_records, connect_control and connect_packets have the bytes; this is a client that is logged
-in: sections 2, 4, 7, 8, 9 and 10.
+connect_records, connect_control and connect_packets encode and decode; this is a client that is
+logged in: sections 2, 4, 7, 8, 9 and 10.
 """
 
 import secrets
@@ -61,7 +61,7 @@ def open_socket(url, **options):
 
 
 class Peer(Renewals, Listening, Calls):
-    """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
+    """A client that is logged in. A thread reads, answers, acknowledges and sends time requests."""
 
     def __init__(
         self,
@@ -177,7 +177,7 @@ class Peer(Renewals, Listening, Calls):
         return channel
 
     def channel_of(self, name):
-        """The number of a topic that this side offers, once there is demand for it."""
+        """The channel of a topic that this side offers, once there is demand for it."""
 
         def demanded():
             return next(

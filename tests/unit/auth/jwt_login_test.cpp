@@ -157,7 +157,7 @@ TEST(JwtKey, IsReadFromAJwks) {
   std::vector<std::string> algorithms;
   for (const auto& key : keys) algorithms.push_back(key.algorithm() + " " + key.id());
   EXPECT_THAT(algorithms, ElementsAre("HS256 h", "RS256 r", "ES256 e", "EdDSA d"));
-  // Of another use, curve, algorithm or type: not for us.
+  // Keys of another use, curve, algorithm or type are skipped.
   EXPECT_EQ(
       keys_of(jwks({kEd, R"({"kty":"RSA","use":"enc","n":"AQAB","e":"AQAB"})",
                     R"({"kty":"EC","crv":"P-521","x":"AA","y":"AA"})",
@@ -276,7 +276,7 @@ TEST(Jwt, IsRefusedForItsAlgorithm) {
               HasSubstr("signature is wrong"));
 }
 
-// The classic: a public key, which everybody has, taken for the secret of HS256.
+// The classic attack: a public key, which everybody has, used as the secret of HS256.
 TEST(Jwt, APublicKeyIsNoSecret) {
   const auto keys = keys_of(jwks({kRsa, kEc, kEd}));
   const std::string forged = token(claims());

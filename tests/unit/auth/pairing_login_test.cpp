@@ -77,7 +77,7 @@ TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
   EXPECT_THAT(paired.identity->groups, ElementsAre("paired"));
   const Judgement later = log_in(kToken);
   ASSERT_TRUE(later.identity);
-  // The same credential, so that to withdraw the token ends this link too.
+  // The same credential, so that withdrawing the token ends this link too.
   EXPECT_EQ(later.identity->credential, paired.identity->credential);
   EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("paired with 'paired/laptop'")));
 }
@@ -138,7 +138,7 @@ TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
   EXPECT_TRUE(pair(code, kToken).identity);
 }
 
-// A robot without a battery for its clock gets the time while it pairs.
+// On a robot without a battery-backed clock the time may be set during the pairing.
 TEST_F(Pairing, ItGoesByNoClockThatIsSet) {
   constexpr Stamp kYear = Stamp{365} * 86'400'000'000'000;
   open();

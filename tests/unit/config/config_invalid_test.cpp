@@ -1,4 +1,4 @@
-// One case per mistake an operator can make, with what the program says to it.
+// One case per mistake that an operator can make, with the program's message.
 #include <gmock/gmock.h>
 
 #include "config/config.hpp"

@@ -1,4 +1,4 @@
-// What a configuration says of TLS.
+// TLS in a configuration.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

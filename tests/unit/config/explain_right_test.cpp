@@ -1,4 +1,4 @@
-// `ctl explain` in words, and that these are what the policy does.
+// `ctl explain`: its text, and that this agrees with the policy.
 #include "config/explain_right.hpp"
 
 #include <gmock/gmock.h>
@@ -137,7 +137,7 @@ TEST(ExplainRight, AClientWithoutRules) {
   EXPECT_THAT(text, Not(HasSubstr("rule.default")));
 }
 
-// The words are those of the policy for whatever is asked.
+// The text agrees with the policy for every question.
 TEST(ExplainRight, SaysWhatThePolicyDoes) {
   const Config config = server_config();
   for (const char* name : {"/cmd_vel", "/tf", "/camera/a", "/camera/secret/a", "/map/a", "/_x/a"})

@@ -42,7 +42,7 @@ TEST(DialProxy, TlsIsWithTheServer) {
   EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
 }
 
-// What a dial through a proxy that answers this fails with.
+// The error of a dial through a proxy that answers this.
 std::string failure(const std::string& answer, const std::string& login = "") {
   Pair pair;
   FakeProxy proxy{pair.loop, answer};

@@ -1,4 +1,4 @@
-// Peers that are not ours: browsers, scanners, and those who mean harm.
+// Foreign peers: browsers, scanners and attackers.
 #include <gtest/gtest.h>
 
 #include "unit/net/harness.hpp"

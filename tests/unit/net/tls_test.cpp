@@ -33,7 +33,7 @@ class Tls : public testing::Test {
     return options;
   }
 
-  // What a client hears that dials a server with this certificate.
+  // The error of a client that dials a server with this certificate.
   static std::string failure(const Authority::Files& files) {
     Pair pair{server_of(files)};
     EXPECT_EQ(pair.problem, "");

@@ -55,7 +55,7 @@ class Ears {
               changed_.notify_all();
             }};
   }
-  // What is said of a connection; empty after 20 s: nothing.
+  // The answer for a connection; empty after 20 s: none.
   std::optional<Authenticated> answer(std::uint64_t connection) {
     std::optional<Authenticated> found;
     wait([&] {
