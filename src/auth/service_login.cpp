@@ -51,7 +51,7 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "service")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'service'"};
   const std::string credential{attempt.credential.begin(), attempt.credential.end()};
-  if (!token_problem(credential).empty()) return refused("the credential is no token");
+  if (!token_problem(credential).empty()) return refused("the credential is not a token");
   HttpRequest request;
   request.address = service_;
   request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();

@@ -305,7 +305,7 @@ std::string pin_of_file(const std::string& file, std::string& problem) {
                                        : nullptr};
   ERR_clear_error();
   if (certificate) return pin_of_certificate(certificate.get());
-  problem = file + " is no certificate";
+  problem = file + " is not a certificate";
   return {};
 }
 

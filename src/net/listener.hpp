@@ -84,7 +84,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   bool identify(Visitor& visitor, const std::optional<Source>& source);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
   void log(LogLevel level, const std::string& text);
-  // A mistake of an operator, perhaps, but strangers can cause it too: a line now and then.
+  // Perhaps an operator's mistake, but strangers can cause it too: logged at a limited rate.
   void log_notice(const Visitor& visitor, const std::string& notice);
 
   asio::io_context& io_;

@@ -89,7 +89,7 @@ class Peer(Renewals, Listening, Calls):
         ):
             if patterns:
                 self.rules[0][key] = list(patterns)
-        self._first_round = first_round  # called with the peer, offers beside `exports`
+        self._first_round = first_round  # called with the peer, offers in addition to `exports`
         self.last_number = 0  # of the channels of this side
         self.exports = list(exports)  # (name, type, durability)
         self.dead_after = dead_after

@@ -52,7 +52,7 @@ void Corner::add_servant(int graph, const std::string& name) {
   servants_.push_back(services_.create_servant(spec(graph, name, kType)));
 }
 
-// Servers and callers are replaced now and then.
+// Servers and callers are replaced from time to time.
 void Corner::churn() {
   schedule_.after(rng_.between(100ms, 2s), [this] {
     if (stopped_) return;

@@ -96,7 +96,7 @@ class Result:
 
 
 def pinged(bed, seconds, streams=None, topics=1, use=1, during=None):
-    """12 B at 50 Hz for these seconds, beside streams: direction -> what a talk is to do.
+    """12 B at 50 Hz for these seconds, next to streams: direction -> what a talk is to do.
 
     during: is called meanwhile.
     """

@@ -20,7 +20,7 @@ struct Packet {
   [[nodiscard]] std::size_t size() const;
 };
 
-// Parts up to this size are copied beside their headers, so that many small messages leave as one
+// Parts up to this size are copied next to their headers, so that many small messages leave as one
 // piece; larger ones are sent from where they are, without a copy.
 inline constexpr std::size_t kCopiedPartBytesMax = 512;
 

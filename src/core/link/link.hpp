@@ -158,7 +158,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
   // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
-  // the first time of a channel it is, later ones are now and then, and nothing is logged twice.
+  // the first time of a channel it is, later ones at a limited rate, and nothing is logged twice.
   std::optional<std::string> note_decline(std::string& declined, const std::string& what,
                                           const Decline& decline, const Now& now);
 

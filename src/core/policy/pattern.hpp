@@ -33,7 +33,7 @@ class Pattern {
   std::string text_;
 };
 
-// The same on a pattern's text, for patterns that a peer sent: a text that is no pattern matches
+// The same on a pattern's text, for patterns that a peer sent: a text that is not a pattern matches
 // nothing. Costs at most the product of the two lengths, whatever the texts are; never allocates.
 [[nodiscard]] bool pattern_matches(std::string_view pattern, std::string_view name);
 [[nodiscard]] bool pattern_covers(std::string_view pattern, std::string_view name);

@@ -28,7 +28,7 @@ inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, t
 inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
-inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence beside it
+inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".

@@ -45,7 +45,7 @@ class ControlReader {
     const Json* list = find(object, key);
     if (list == nullptr) return nullptr;
     if (!list->is_array()) {
-      fail(key, "is no list");
+      fail(key, "is not a list");
       return nullptr;
     }
     if (list->size() > items_max) {

@@ -17,7 +17,7 @@ namespace {
 using rosidl_typesupport_fastrtps_cpp::typesupport_identifier;
 
 Refusal no_hash(const TypeName& name, const std::string& hash) {
-  return {"type_mismatch", "\"" + hash + "\" is no hash of the type " + name.full()};
+  return {"type_mismatch", "\"" + hash + "\" is not a hash of the type " + name.full()};
 }
 
 Refusal too_many_hashes(const TypeName& name) {

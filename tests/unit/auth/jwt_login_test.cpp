@@ -190,8 +190,8 @@ TEST(JwtKey, IsRefusedWhenItIsWeakOrPrivateOrNone) {
   const auto said = [](const std::string& key) { return problems_of(jwks({key})).at(0); };
   EXPECT_THAT(said(R"({"kty":"oct","k":"c2hvcnQ"})"), HasSubstr("less than 32 bytes"));
   EXPECT_THAT(said(R"({"kty":"RSA","n":"AQAB","e":"AQAB"})"), HasSubstr("2048"));
-  EXPECT_THAT(said(R"({"kty":"EC","crv":"P-256","x":"AA","y":"AA"})"), HasSubstr("is no key"));
-  EXPECT_THAT(said(R"({"kty":"OKP","crv":"Ed25519","x":"AA"})"), HasSubstr("is no key"));
+  EXPECT_THAT(said(R"({"kty":"EC","crv":"P-256","x":"AA","y":"AA"})"), HasSubstr("is not a key"));
+  EXPECT_THAT(said(R"({"kty":"OKP","crv":"Ed25519","x":"AA"})"), HasSubstr("is not a key"));
   EXPECT_THAT(said(std::string(kEd).replace(1, 0, R"("d":"AA",)")), HasSubstr("private"));
   EXPECT_THAT(said(std::string(kEd).replace(1, 0, R"("alg":"HS256",)")), HasSubstr("another type"));
   EXPECT_THAT(said(std::string(kOct).replace(1, 0, R"("alg":"RS256",)")),
@@ -243,17 +243,17 @@ TEST(Jwt, IsRefusedForWhatItClaims) {
   EXPECT_THAT(with(R"("aud")", R"("add")"), HasSubstr("another audience"));
   EXPECT_THAT(with("1800000060", "1800000000"), HasSubstr("has expired"));
   for (const char* time : {"0", "-1", "1e300", "\"1800000060\"", "null", "18000000600000"})
-    EXPECT_THAT(with("1800000060", time), HasSubstr("missing or no time")) << time;
-  EXPECT_THAT(with(R"("exp")", R"("ex")"), HasSubstr("missing or no time"));
-  EXPECT_THAT(with(R"("anna")", R"("")"), HasSubstr("no name"));
-  EXPECT_THAT(with(R"("anna")", R"("a\n")"), HasSubstr("no name"));
-  EXPECT_THAT(with(R"("anna")", "7"), HasSubstr("no name"));
+    EXPECT_THAT(with("1800000060", time), HasSubstr("missing or not a time")) << time;
+  EXPECT_THAT(with(R"("exp")", R"("ex")"), HasSubstr("missing or not a time"));
+  EXPECT_THAT(with(R"("anna")", R"("")"), HasSubstr("not a name"));
+  EXPECT_THAT(with(R"("anna")", R"("a\n")"), HasSubstr("not a name"));
+  EXPECT_THAT(with(R"("anna")", "7"), HasSubstr("not a name"));
   EXPECT_THAT(refusal_of(token(claims(R"("nbf":1800000031)"))), HasSubstr("not valid yet"));
-  EXPECT_THAT(refusal_of(token(claims(R"("nbf":"soon")"))), HasSubstr("no time"));
+  EXPECT_THAT(refusal_of(token(claims(R"("nbf":"soon")"))), HasSubstr("not a time"));
   EXPECT_THAT(refusal_of(token(claims(R"("groups":{"a":1})"))), HasSubstr("list of groups"));
-  EXPECT_THAT(refusal_of(token(claims(R"("groups":[""])"))), HasSubstr("no name"));
-  EXPECT_THAT(refusal_of(token("[]")), HasSubstr("no JSON object"));
-  EXPECT_THAT(refusal_of(token("{")), HasSubstr("no JSON object"));
+  EXPECT_THAT(refusal_of(token(claims(R"("groups":[""])"))), HasSubstr("not a name"));
+  EXPECT_THAT(refusal_of(token("[]")), HasSubstr("not a JSON object"));
+  EXPECT_THAT(refusal_of(token("{")), HasSubstr("not a JSON object"));
 }
 
 TEST(Jwt, IsRefusedForItsAlgorithm) {

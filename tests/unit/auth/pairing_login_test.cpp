@@ -158,7 +158,7 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
 TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {
   open();
   std::ofstream{file_} << "- {identity: somebody}\n";  // not valid, so nothing is added to it
-  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be kept"));
+  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be stored"));
   EXPECT_THAT(login_->refresh(kNow).problems, ElementsAre(HasSubstr("the pairing failed")));
   EXPECT_FALSE(log_in(kToken).identity);
 }

@@ -185,7 +185,8 @@ const Case kCases[] = {
     {"proxy_everybody", kServer, "listen: {trusted_proxies: [\"::/0\"]}", "expected an IP address"},
     {"proxy_without_login", kServer,
      "{auth: {method: none}, listen: {trusted_proxies: [127.0.0.1]}}",
-     "auth.method: \"none\" is wrong, expected a login (token), since others come by the proxies"},
+     "auth.method: \"none\" is wrong, expected a login (token), since others connect through the "
+     "proxies"},
     {"proxy_header_alone", kServer, "listen: {proxy_header: forwarded}",
      "listen.proxy_header: expected listen.trusted_proxies too"},
     {"retry", kClient, "{retry_min: 5.0, retry_max: 1.0}",

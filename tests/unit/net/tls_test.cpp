@@ -165,7 +165,7 @@ TEST_F(Tls, NamesTheFileThatIsWrong) {
   EXPECT_THAT(problem(files.certificate, "/nowhere/k.pem"),
               HasSubstr("private key '/nowhere/k.pem' cannot be read"));
   EXPECT_THAT(problem(garbage, files.key), HasSubstr(garbage));
-  EXPECT_THAT(problem(files.certificate, garbage), HasSubstr("no PEM key"));
+  EXPECT_THAT(problem(files.certificate, garbage), HasSubstr("not a PEM key"));
   EXPECT_THAT(problem(files.certificate, other.key), HasSubstr("does not belong to"));
   Pair pair;
   DialOptions dial = pair.dial_options("wss");

@@ -57,7 +57,7 @@ TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
         std::string{"wss+pair://user@robot/"} + line.substr(28)}) {
     std::string problem;
     static_cast<void>(parse_invitation(wrong, problem));
-    EXPECT_THAT(problem, HasSubstr("the invitation is not whole")) << wrong;
+    EXPECT_THAT(problem, HasSubstr("the invitation is not complete")) << wrong;
     EXPECT_THAT(problem, testing::Not(HasSubstr("0011"))) << wrong;
   }
 }

@@ -260,8 +260,8 @@ TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
   EXPECT_EQ(s.dropped(DropReason::kRate), 89U);
 }
 
-// A body that grows by thousands is decompressed now and then: two kilobytes on the wire must not
-// be gigabytes a second here.
+// A body that grows by thousands is decompressed at a limited rate: two kilobytes on the wire must
+// not be gigabytes a second here.
 TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
   Script s;
   s.listen();
