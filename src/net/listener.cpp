@@ -18,7 +18,7 @@ TimePoint steady_now() {
   return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
 }
 
-// Whom limits count: an IPv6 customer has at least a /64 of addresses.
+// The key that limits count by: an IPv6 customer has at least a /64 of addresses.
 std::string limit_key(const asio::ip::address& address) {
   if (address.is_v4()) return address.to_string();
   auto bytes = address.to_v6().to_bytes();
@@ -281,7 +281,7 @@ bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
         source->port == 0 ? host_text(source->address) : peer_text(source->address, source->port);
   }
   const std::string key = limit_key(visitor.address);
-  // Who is told of nobody counts as the proxy itself.
+  // Without a client's address the proxy itself counts.
   const int share = source ? share_of(visitor.address) : kProxyShare;
   const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;
   if (before_tls && !take_handshake(key, share)) return false;

@@ -20,7 +20,7 @@ struct AccountOptions {
   // period. The same limit applies to subscriptions, separately.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
-  // What all peers together may make this side hold, in bytes.
+  // Memory that all peers together may use at this side, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
@@ -28,8 +28,8 @@ struct AccountOptions {
 // more. Single-threaded.
 struct Account {
   // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
-  // is thousands of times. What is beyond 32 times counts, so that a few bytes a second cannot
-  // become gigabytes.
+  // is thousands of times. Larger ratios than 32 count, so that a few bytes a second cannot become
+  // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
 

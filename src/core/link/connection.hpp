@@ -1,5 +1,5 @@
-// One connection to a peer, from the first byte to the last: hello, login, open, closed. What the
-// messages mean is the business of the link that it carries.
+// One connection to a peer, from the first byte to the last: hello, login, open, closed. The link
+// that it carries handles the messages.
 #pragma once
 
 #include <deque>
@@ -30,7 +30,7 @@ struct ConnectionOptions {
   ReassemblyOptions reassembly;
 };
 
-// Who is at the other end. Valid once the link is open (the identity: at a server only).
+// The peer. Valid once the connection is open (the identity: at a server only).
 struct Peer {
   std::string address;
   Token128 side;

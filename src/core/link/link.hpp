@@ -147,8 +147,8 @@ class Link final : public ConnectionUser {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;
   }
-  // Whether this side has ever sent on the number. What concerns one that has ended crossed its
-  // withdraw, and is no mistake of the peer.
+  // Whether this side has ever sent on the number. A message about a channel that has ended crossed
+  // its withdraw, and is not the peer's error.
   [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel; }
 
   // The connection is lost, and its channels with it.
@@ -166,7 +166,7 @@ class Link final : public ConnectionUser {
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
   [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages
-  // What was counted on a connection that is lost belongs to the topic for as long as the link is.
+  // The counts of a lost connection are kept with the topic as long as the link exists.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
   // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason,
@@ -214,15 +214,15 @@ class Link final : public ConnectionUser {
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  // To compare all interfaces with what a peer accepts, and to offer them again, costs the more the
-  // more patterns there are. What comes faster than this is put off, and the last one holds.
+  // To compare all interfaces with what a peer accepts, and to offer them again, costs more with
+  // more patterns. An `accepts` beyond this rate is delayed, and the last one is used.
   Throttle accepts_{100, std::chrono::seconds(5)};
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
-  // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
-  // come and go.
+  // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
+  // go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
 };
 

@@ -231,7 +231,7 @@ void Links::on(PacketReceived& input, const Now& now) {
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
-  // What the peer's close frame says is any bytes.
+  // The reason in the peer's close frame may be any bytes.
   const std::string said = to_text(input.reason, kReasonBytesMax);
   const std::string reason =
       said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;

@@ -56,7 +56,7 @@ class Links {
   // Those of living links and of lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
   [[nodiscard]] const LinkTable& all() const { return links_; }
-  // What their peers make this side hold, in bytes.
+  // Memory that their peers use at this side, in bytes.
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   // Why the last connection ended, or could not be made.

@@ -26,8 +26,8 @@ void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, 
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now);
 // Its answer. Whether the identity has changed.
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
-// The login method tells of its own accord. Whether the identity has changed; without one the link
-// fails, or is forgotten if it is lost.
+// The login method reports a change by itself. Whether the identity has changed; without one the
+// link fails, or is forgotten if it is lost.
 bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now);
 // Ends what has expired, and notes when to look again.
 void check_expiry(Link& link, const Now& now);

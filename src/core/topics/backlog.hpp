@@ -1,4 +1,4 @@
-// What is kept for links that are lost and may return.
+// Messages kept for links that are lost and may return.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ constexpr Duration kParkMax = std::chrono::seconds(1);
 constexpr std::size_t kParkedSamplesMax = 256;       // per topic
 constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
 
-// What comes by a subscription of this QoS: all of it, and not what its publishers keep.
+// Whether a subscription with this QoS gets all messages, and none that publishers keep.
 bool may_resume(const Qos& qos) {
   return qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile;
 }
@@ -275,8 +275,8 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
 
 // A sample may come before the graph shows its publisher: the middleware matches endpoints
 // before it reports them. Without an origin it cannot be sent, so it waits while the graph is read
-// again. What then belongs to no real publisher (another bridge's mirror, or one that is gone) must
-// not cross.
+// again. A sample that then has no real publisher (another bridge's mirror, or one that is gone)
+// must not cross.
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
   if (parked_.size() >= kParkedSamplesMax || context_.parked.used() >= kParkedBytesMax)
     return drop_demanded(DropReason::kUnknownOrigin);

@@ -142,8 +142,8 @@ bool Mirror::has_waited_for_name(const Now& now) {
   return naming_.at() <= now.steady;
 }
 
-// What comes and goes in the graph costs every process there. Who waits asks again in the order in
-// which it came, as all wait equally long.
+// Endpoints that come and go cost every process in the graph. Waiting mirrors ask again in the
+// order in which they came, as all wait equally long.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   paced_.cancel();
@@ -311,8 +311,8 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 
 // After a reconnect, or when demand returns, the exporter sends the last samples of a
 // transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
-// the feeding one, it may be behind the first. The number is the origin's own, so it tells whatever
-// way a sample came.
+// the feeding one, it may be behind the first. The number is the origin's own, so it does not
+// depend on the sample's path.
 std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
                                           const Now& now) {
   if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
@@ -330,7 +330,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
     charge();
   }
   last_number_ = std::max(last_number_, number);
-  // What the middleware keeps for who comes late need not wait, and is not to be displaced here.
+  // Samples that the middleware keeps for late subscribers need not wait or be displaced.
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
   if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;

@@ -68,7 +68,7 @@ bool TopicOffer::opens(std::string_view node) const {
          accepted_by(*link_.accepts, what);
 }
 
-// A publisher may tell of any node, and not every middleware tells the publisher.
+// An event may name any node, and not every middleware identifies the publisher.
 bool TopicOffer::permits(const Payload& sample) const {
   if (!parameter_events_) return true;
   const auto node = node_of_parameter_event(sample.view());

@@ -126,8 +126,8 @@ void TopicStreams::on_time(const Now& now) {
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
 }
 
-// What a worker has for the link would come in its next demand before the last samples, and may be
-// among them.
+// The sample that a worker has for the link would be sent in its next demand before the last
+// samples, and may be one of them.
 std::vector<OutSample> TopicStreams::forget(LinkId link) {
   std::vector<OutSample> forgotten;  // all of one stream, see way_to()
   for (auto& [how, stream] : streams_)
