@@ -93,8 +93,7 @@ std::string UsageFile::open(const std::string& file) {
   const std::string aside = file + ".broken";
   std::rename(file.c_str(), aside.c_str());
   return "usage_file: " + file +
-         " is not valid; counting begins again at zero, and the file is renamed to " + aside +
-         " now";
+         " is not valid; counting begins again at zero, and the file is renamed to " + aside;
 }
 
 std::string UsageFile::every_second(const Traffic& total, const std::string& day) {
