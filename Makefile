@@ -16,9 +16,9 @@ PREFIX := $(or $(CONNECT_BRIDGE_PREFIX),kilted)
 # env.sh reads BUILD and CONNECT_BRIDGE_PREFIX, and is made for shells without -u.
 in_env = set +u; BUILD="$(BUILD)" CONNECT_BRIDGE_PREFIX="$(PREFIX)"; export BUILD CONNECT_BRIDGE_PREFIX; . ./env.sh; set -u;
 compile = tools/setup/build.sh "$(1)" $(2) $(CMAKE_ARGS)
-# What computes takes three places, what waits for others takes one (cmake/tests.cmake).
+# Tests that compute take three places, those that wait take one (cmake/tests.cmake).
 places = $$((3 * JOBS))
-# Tests with real nodes depend on the machine's mood: a second try is allowed, and is seen in the output.
+# Tests with real nodes depend on the load of the machine: a second try is allowed, and shown in the output.
 ctest = ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
 clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
 asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=address,undefined)
@@ -58,7 +58,7 @@ sim: build ## SEEDS=n scenarios of the simulator
 bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
 	@$(in_env) tools/bench/run $(if $(QUICK),--quick)
 
-bench-wan: build ## the same over a thin, lossy, breaking network (as root), about 30 minutes; QUICK=1: 3 minutes
+bench-wan: build ## the same over a slow, lossy, unstable network (as root), about 30 minutes; QUICK=1: 3 minutes
 	@$(in_env) tools/bench/wan $(if $(QUICK),--quick)
 
 fuzz: setup ## SECONDS=n of fuzzing, split over the targets; in the folder of make asan

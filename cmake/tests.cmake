@@ -8,8 +8,9 @@ set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
 set(slots 3)
 set(CONNECT_SIM_SEEDS 2000 CACHE STRING "Scenarios of the simulator in a test run")
 
-# connect_quickly_compiled(<program>): of a program that is compiled far longer than it runs; what it tests is optimized all
-# the same. Without optimization GCC needs a third less, clang with the address sanitizer half.
+# connect_quickly_compiled(<program>): for a program that takes far longer to compile than to run;
+# the tested code is optimized nevertheless. Without optimization GCC needs a third less, clang with
+# the address sanitizer half.
 function(connect_quickly_compiled name)
   target_compile_options(${name} PRIVATE "SHELL:-O0 -U_FORTIFY_SOURCE")
 endfunction()
@@ -67,7 +68,7 @@ if(unit_tests)
   add_dependencies(unit_tests auth_plugin odd_plugin late_plugin)
 endif()
 
-# rule_tuples: the rules against the simulator's second opinion on them.
+# rule_tuples: the rules against the simulator's second implementation of them.
 set(second_opinion "${tests}/model/rule_opinions.cpp" "${tests}/sim/rights.cpp")
 set(CONNECT_RULE_TUPLES 300000 CACHE STRING "Random tuples that the rules are tested with")
 if(TARGET connect_core AND EXISTS "${tests}/model/rule_tuples.cpp")

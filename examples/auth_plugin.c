@@ -1,10 +1,10 @@
-/* A login method for ROS2 Connect: who shows "NAME:PASSWORD" of the options is NAME, a member of the group "plugin" for an hour.
+/* A login method for ROS2 Connect: a client that shows "NAME:PASSWORD" of the options is NAME, in the group "plugin", for an hour.
  *
  *   cc -shared -fPIC -Iinclude -o auth_plugin.so examples/auth_plugin.c
  *   server: auth: {method: plugin, plugin: /path/auth_plugin.so, plugin_options: "anna:a-password-of-anna"}
  *   client: auth: {method: plugin, token: "anna:a-password-of-anna"}
  *
- * Do not use it as it is: a password in the options is readable where the parameters are.
+ * Not for real use: a password in the options can be read by everybody who can read the parameters.
  */
 #include <connect_bridge/auth_plugin.h>
 #include <stdio.h>

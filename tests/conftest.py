@@ -2,7 +2,8 @@
 
 import signal
 
-# Whoever starts the tests in the background makes them ignore SIGINT, and so all that they start.
+# A shell that starts the tests in the background makes them ignore SIGINT, and with them all
+# processes that they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

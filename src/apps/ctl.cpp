@@ -1,4 +1,4 @@
-// The operator's tool beside the two programs.
+// The operator's tool, in addition to the two programs.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>

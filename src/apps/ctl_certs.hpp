@@ -1,4 +1,4 @@
-// `ctl certs`: a private authority, and what it signs.
+// `ctl certs`: a private authority and the certificates that it signs.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,7 +10,7 @@ namespace connect_bridge {
 // Its arguments go to `order`, which must outlive the parsing.
 CLI::App* add_certs_command(CLI::App& app, CertificateOrder& order);
 
-// The exit code; says what was made and which lines use it.
+// Returns the exit code; prints what was made and which parameters use it.
 int run_certs(const CertificateOrder& order);
 
 }  // namespace connect_bridge

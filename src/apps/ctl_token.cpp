@@ -44,7 +44,7 @@ int make_token(const TokenRequest& request) {
     if (!wrong.empty()) return refuse("a name, group or comment " + wrong);
   }
   const std::string token = connect_bridge::random_token();
-  if (token.empty()) return refuse("no random numbers are to be had");
+  if (token.empty()) return refuse("no random numbers are available");
   const connect_bridge::TokenEntry entry = entry_of(request, token);
   const std::string text = to_text(entry);
   const auto problem = connect_bridge::token_entries_problem(text, "entry");

@@ -13,7 +13,7 @@ struct TokenRequest {
   std::string file;  // the server's; empty: the entry is printed only
 };
 
-// The token goes to standard output and nowhere else, so that it can be sent into a file; the entry
-// is appended to the file, or goes to standard error. Returns the exit code: 0, or 2 with what is
-// wrong on standard error and nothing changed.
+// The token is written to standard output only, so that it can be redirected into a file; the entry
+// is appended to the file, or written to standard error. Returns the exit code: 0, or 2 with what
+// is wrong on standard error and nothing changed.
 int make_token(const TokenRequest& request);

@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// Everybody may, as nobody in particular.
+// Everybody may log in, without an identity.
 class NoLogin : public Authenticator {
  public:
   Judgement judge(const Attempt&, Stamp) override { return {Identity{}, {}}; }
@@ -19,7 +19,7 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   TokenTable table;
   std::optional<FileWatch> watch;
   if (!options.token.empty()) table.add_single(options.token, "auth.token", setup.problems);
-  if (!options.token_file.empty()) {  // the configuration has one of both
+  if (!options.token_file.empty()) {  // the configuration has one of the two
     watch.emplace(options.token_file);
     table = read_token_file(options.token_file, now, setup.problems, setup.warnings);
   }
@@ -37,7 +37,7 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   }
 }
 
-// A file must be right at the start; an address may be out of reach for a while.
+// A file must be valid at the start; an address may be unreachable for a while.
 void set_up_jwt(const AuthOptions& options, AuthSetup& setup) {
   std::unique_ptr<KeySource> source;
   if (options.jwt.keys_address) {

@@ -1,4 +1,4 @@
-// Who is at the other end? The question that a login asks, and the methods that answer it.
+// The login methods: they find out who the peer is.
 #pragma once
 
 #include <chrono>
@@ -21,28 +21,28 @@ struct Attempt {
   std::string peer;  // "203.0.113.5:51234"
 };
 
-// The identity, or a reason that is for our log only: the peer learns nothing.
+// The identity, or a reason for our log only: the peer does not get it.
 struct Judgement {
   std::optional<Identity> identity;
   std::string reason;
 };
 
-// What has changed since the last look: for the links that are there, and for the log.
+// What has changed since the last refresh: for the open links, and for the log.
 struct Refreshed {
   std::vector<IdentitiesChanged::Change> changes;
-  std::vector<std::string> news;      // what was taken over
-  std::vector<std::string> problems;  // why nothing was: what was known before holds
+  std::vector<std::string> news;      // what was updated
+  std::vector<std::string> problems;  // why nothing was updated: the former state stays valid
 };
 
-// One login method. It may block: it is called on threads made for that, never on the loop's.
+// One login method. It may block: it is called on threads of its own, never on the loop's.
 class Authenticator {
  public:
   virtual ~Authenticator() = default;
   // By several threads at once if threads() says so. `now` is the system clock.
   [[nodiscard]] virtual Judgement judge(const Attempt& attempt, Stamp now) = 0;
-  // Once a second, by the thread that also judges if there is one only.
+  // Called once a second; if there is only one thread, by the one that also judges.
   [[nodiscard]] virtual Refreshed refresh(Stamp) { return {}; }
-  // How many may judge at once, so that one that is slow does not delay the others.
+  // How many threads may judge at the same time, so that a slow one does not delay the others.
   [[nodiscard]] virtual unsigned threads() const { return 1; }
 };
 
@@ -51,14 +51,14 @@ struct JwtOptions {
   std::optional<HttpAddress> keys_address;  // a JWKS
   std::string issuer;                       // "iss" must be this one
   std::string audience;                     // "aud" must be this one or name it
-  std::vector<std::string> algorithms;      // those that are taken; never "none"
+  std::vector<std::string> algorithms;      // the accepted ones; never "none"
   std::string groups_claim = "groups";      // a list of names, or one
 };
 
 // The server pairs with one client by a code.
 struct PairingOptions {
   std::string code;                             // secret; 128 random bits in 32 hexadecimal digits
-  std::chrono::steady_clock::time_point until;  // then the code is not valid any more
+  std::chrono::steady_clock::time_point until;  // the code is valid until then
 };
 
 struct AuthOptions {
@@ -73,7 +73,7 @@ struct AuthOptions {
   std::string plugin_options;
 };
 
-// The method with its problems instead, each naming the file, line and key. Never both.
+// The method, or its problems, each with the file, line and key. Never both.
 struct AuthSetup {
   std::unique_ptr<Authenticator> authenticator;
   std::vector<std::string> problems;

@@ -25,8 +25,8 @@ struct Credential {
   std::vector<std::string> warnings;
 };
 
-// The first of: parameter, file, environment variable CONNECT_BRIDGE_TOKEN. To scrub the
-// environment and the command line afterwards is the program's task.
+// The first of: parameter, file, environment variable CONNECT_BRIDGE_TOKEN. The program has to
+// clear the environment and the command line afterwards.
 [[nodiscard]] Credential client_credential(const CredentialOptions& options);
 
 // A client's token file while the client runs. One thread.
@@ -35,8 +35,8 @@ class CredentialFile {
   // To be made before the file is read for the first time.
   explicit CredentialFile(CredentialOptions options);
 
-  // The credential, if the file has changed and its writer is done; to be asked once a second. With
-  // problems the former credential holds.
+  // The credential, if the file has changed and its writer is done; to be called once a second. If
+  // it has problems, the former credential stays valid.
   [[nodiscard]] std::optional<Credential> changed();
 
  private:

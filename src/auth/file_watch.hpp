@@ -1,4 +1,4 @@
-// Whether a file is another one than before.
+// Detects that a file has changed.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace connect_bridge {
 
-// Looks at the file's stamps, not at its content, and follows links: mounted secrets are replaced
-// by a link's new target. Blocks as long as the file system does.
+// Looks at the file's time stamps, not at its content, and follows links: mounted secrets are
+// replaced by changing a link's target. Blocks as long as the file system does.
 class FileWatch {
  public:
-  // What the file is now counts as known: to be made before it is read.
+  // The file's present state counts as known: create this before the file is read.
   explicit FileWatch(std::string file);
 
-  // It has changed, or gone or come, since it was last known, and has not changed any more since
-  // the last look: who writes it is done. True once for each change.
+  // Whether the file has changed, appeared or disappeared, and has not changed again since the last
+  // call, so that its writer is done. True once for each change.
   [[nodiscard]] bool settled_change();
   [[nodiscard]] const std::string& file() const { return file_; }
 

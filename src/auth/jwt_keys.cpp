@@ -47,7 +47,7 @@ int value_of(char c) {
   return c == '_' ? 63 : -1;
 }
 
-// The algorithm that a key is for; empty: none of ours. Weak keys are for none.
+// The algorithm that a key is for; empty: none that is supported, or the key is too weak.
 std::string algorithm_of(const EVP_PKEY* key) {
   std::array<char, 64> group{};
   switch (EVP_PKEY_get_base_id(key)) {
@@ -118,7 +118,7 @@ Key public_key(const Json& json) {
   return owned(EVP_PKEY_new_raw_public_key(EVP_PKEY_ED25519, nullptr, x.data(), x.size()));
 }
 
-// Of another use or algorithm: not for us.
+// Whether the key is for another use or algorithm, so that it is skipped.
 bool is_foreign(const Json& json) {
   constexpr std::array kTypes{"RSA", "EC", "OKP", "oct"};
   constexpr std::array kAlgorithms{"RS256", "ES256", "EdDSA", "HS256"};
@@ -133,9 +133,9 @@ bool is_foreign(const Json& json) {
          (!curve.empty() && curve != "P-256" && curve != "Ed25519");
 }
 
-// Empty, with the key added, or what is wrong.
+// Adds the key and returns an empty text, or returns what is wrong.
 std::string add_json_key(const Json& json, std::vector<JwtKey>& keys) {
-  if (!json.is_object()) return "is no object";
+  if (!json.is_object()) return "is not an object";
   if (is_foreign(json)) return {};
   const std::string id = text_of(json, "kid");
   const std::string algorithm = text_of(json, "alg");
@@ -149,7 +149,7 @@ std::string add_json_key(const Json& json, std::vector<JwtKey>& keys) {
   if (json.contains("d")) return "is a private key; a server needs the public one only";
   const Key key = public_key(json);
   const std::string own = key ? algorithm_of(key.get()) : std::string{};
-  if (own.empty()) return "is no key, or an RSA key of less than 2048 bits";
+  if (own.empty()) return "is not a key, or is an RSA key of less than 2048 bits";
   if (!algorithm.empty() && algorithm != own) return "has an \"alg\" of another type";
   keys.emplace_back(own, id, key);
   return {};
@@ -192,7 +192,8 @@ std::string fingerprint_of(ByteView bytes) {
   return "jwt:" + to_hex(ByteView{sha256(bytes)}.first(16));
 }
 
-// r and s of a JWS (RFC 7518 section 3.4) as OpenSSL wants them; empty: it cannot be.
+// r and s of a JWS (RFC 7518 section 3.4) in the form that OpenSSL needs; empty: they are not
+// valid.
 Bytes to_der(ByteView signature) {
   if (signature.size() != 2 * kP256Bytes) return {};
   const Owned<ECDSA_SIG, ECDSA_SIG_free> pair(ECDSA_SIG_new());
@@ -231,7 +232,7 @@ std::optional<Bytes> from_base64url(std::string_view text) {
     count -= 8;
     bytes.push_back(static_cast<std::uint8_t>(bits >> count));
   }
-  // One text for each value: bits that belong to no byte are zero.
+  // Only one text for each value is accepted: unused bits must be zero.
   if ((bits & ((1U << count) - 1)) != 0) return std::nullopt;
   return bytes;
 }

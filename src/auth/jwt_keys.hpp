@@ -1,8 +1,8 @@
 // The keys that JSON Web Tokens are verified with, and the verification of one signature.
 //
-// A key is good for one algorithm, that of its type: what a token says of its algorithm chooses
-// among the keys and never how a key is used. By OpenSSL: the libraries for JWT that Debian 12 and
-// Ubuntu 22.04 have (libjwt 1.10, cjose 0.6) do not know EdDSA.
+// A key is used for one algorithm, that of its type: the algorithm that a token names only selects
+// among the keys, and never how a key is used. This uses OpenSSL, because the JWT libraries of
+// Debian 12 and Ubuntu 22.04 (libjwt 1.10, cjose 0.6) do not support EdDSA.
 #pragma once
 
 #include <openssl/types.h>
@@ -26,7 +26,7 @@ class JwtKey {
 
   [[nodiscard]] const std::string& algorithm() const { return algorithm_; }
   [[nodiscard]] const std::string& id() const { return id_; }
-  // Names the key itself; no secret.
+  // Identifies the key; not a secret.
   [[nodiscard]] const std::string& fingerprint() const { return fingerprint_; }
   [[nodiscard]] bool verifies(std::string_view signed_text, ByteView signature) const;
 
@@ -40,12 +40,12 @@ class JwtKey {
 
 inline constexpr std::size_t kJwtKeysMax = 64;
 
-// A JWKS (RFC 7517), or public keys in PEM. Keys of other uses are left out. Whatever is wrong goes
-// to `problems`: private keys, keys that are too weak, no key at all.
+// A JWKS (RFC 7517), or public keys in PEM. Keys for other uses are skipped. Everything that is
+// wrong goes to `problems`: private keys, keys that are too weak, no key at all.
 [[nodiscard]] std::vector<JwtKey> read_jwt_keys(std::string_view text, const std::string& source,
                                                 std::vector<std::string>& problems);
 
-// Base64url without padding (RFC 7515 section 2); nullopt: it is none.
+// Base64url without padding (RFC 7515 section 2); nullopt: it is not valid.
 [[nodiscard]] std::optional<Bytes> from_base64url(std::string_view text);
 
 }  // namespace connect_bridge

@@ -13,8 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr Stamp kSecond = 1'000'000'000;
-constexpr double kSecondsMax = 4e9;    // 2096: what is later is not a date
-constexpr Stamp kSkew = 30 * kSecond;  // "nbf" by a clock that is a little ahead
+constexpr double kSecondsMax = 4e9;    // 2096: a later value is not a date
+constexpr Stamp kSkew = 30 * kSecond;  // for "nbf" from a clock that is a little ahead
 constexpr std::size_t kGroupsMax = 256;
 
 Judgement refused(std::string why) {
@@ -45,7 +45,7 @@ const std::string* text_of(const Json& json, const char* key) {
   return member == json.end() ? nullptr : member->get_ptr<const std::string*>();
 }
 
-// "exp" and "nbf": seconds since 1970. nullopt: no such number.
+// "exp" and "nbf": seconds since 1970. nullopt: no valid number.
 std::optional<Stamp> time_of(const Json& json, const char* key) {
   const auto member = json.find(key);
   if (member == json.end() || !member->is_number()) return std::nullopt;
@@ -61,15 +61,16 @@ bool is_for(const Json& payload, const std::string& audience) {
   return member->is_array() && std::find(member->begin(), member->end(), audience) != member->end();
 }
 
-// Empty with the groups added, or what is wrong.
+// Adds the groups and returns an empty text, or returns what is wrong.
 std::string read_groups(const Json& payload, const std::string& claim, Identity& identity) {
   const auto member = payload.find(claim);
   if (member == payload.end()) return {};
   const Json list = member->is_string() ? Json::array({*member}) : *member;
-  if (!list.is_array() || list.size() > kGroupsMax) return "\"" + claim + "\" is no list of groups";
+  if (!list.is_array() || list.size() > kGroupsMax)
+    return "\"" + claim + "\" is not a list of groups";
   for (const Json& group : list) {
     const auto* name = group.get_ptr<const std::string*>();
-    if (!name || !name_problem(*name).empty()) return "a group in \"" + claim + "\" is no name";
+    if (!name || !name_problem(*name).empty()) return "a group in \"" + claim + "\" is not a name";
     identity.groups.push_back(*name);
   }
   return {};
@@ -77,18 +78,19 @@ std::string read_groups(const Json& payload, const std::string& claim, Identity&
 
 Judgement judge_claims(const Json& payload, const JwtOptions& options, const std::string& key,
                        Stamp now) {
-  if (!payload.is_object()) return refused("the payload is no JSON object");
+  if (!payload.is_object()) return refused("the payload is not a JSON object");
   const std::string* const issuer = text_of(payload, "iss");
   if (!issuer || *issuer != options.issuer) return refused("it is of another issuer");
   if (!is_for(payload, options.audience)) return refused("it is for another audience");
   const auto expires = time_of(payload, "exp");
-  if (!expires || *expires == 0) return refused("\"exp\" is missing or no time");
+  if (!expires || *expires == 0) return refused("\"exp\" is missing or not a time");
   if (*expires <= now) return refused("it has expired");
   const auto not_before = time_of(payload, "nbf");
-  if (payload.contains("nbf") && !not_before) return refused("\"nbf\" is no time");
+  if (payload.contains("nbf") && !not_before) return refused("\"nbf\" is not a time");
   if (not_before && *not_before > now + kSkew) return refused("it is not valid yet");
   const std::string* const subject = text_of(payload, "sub");
-  if (!subject || !name_problem(*subject).empty()) return refused("\"sub\" is missing or no name");
+  if (!subject || !name_problem(*subject).empty())
+    return refused("\"sub\" is missing or not a name");
   Identity identity{*subject, {}, *expires, key};
   const std::string wrong = read_groups(payload, options.groups_claim, identity);
   if (!wrong.empty()) return refused(wrong);
@@ -100,9 +102,9 @@ Judgement judge_claims(const Json& payload, const JwtOptions& options, const std
 Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
                     const JwtOptions& options, Stamp now, bool* unknown_key) {
   const auto parts = split(token);
-  if (!parts) return refused("it has not three parts");
+  if (!parts) return refused("it does not have three parts");
   const Json header = object_of(parts->header);
-  if (!header.is_object()) return refused("the header is no JSON object");
+  if (!header.is_object()) return refused("the header is not a JSON object");
   // Extensions that must be understood; we understand none.
   if (header.contains("crit")) return refused("it needs extensions (\"crit\")");
   const std::string* const algorithm = text_of(header, "alg");
@@ -110,7 +112,7 @@ Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
   if (!algorithm || std::find(taken.begin(), taken.end(), *algorithm) == taken.end())
     return refused("its algorithm is not in auth.jwt_algorithms");
   const auto signature = from_base64url(parts->signature);
-  if (!signature) return refused("the signature is no base64url");
+  if (!signature) return refused("the signature is not base64url");
   const std::string* const id = text_of(header, "kid");
   bool any = false;
   for (const JwtKey& key : keys) {

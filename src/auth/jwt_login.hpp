@@ -1,4 +1,4 @@
-// Login by a JSON Web Token (RFC 7519) that somebody else has signed.
+// Login by a JSON Web Token (RFC 7519) that an identity provider has signed.
 #pragma once
 
 #include <memory>
@@ -12,9 +12,9 @@
 
 namespace connect_bridge {
 
-// Who the token is of: "sub", the groups, "exp", which must be there. Nothing of it is parsed but
-// its header before the signature is right. `unknown_key` (may be null) is set if no key is of the
-// kind and name that the token asks for.
+// The identity of a token: "sub", the groups, and "exp", which is required. Only the header is
+// parsed before the signature is verified. `unknown_key` (may be null) is set if there is no key of
+// the type and name that the token asks for.
 [[nodiscard]] Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
                                   const JwtOptions& options, Stamp now,
                                   bool* unknown_key = nullptr);
@@ -24,7 +24,7 @@ class JwtLogin : public Authenticator {
   JwtLogin(JwtOptions options, std::unique_ptr<KeySource> source);
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
-  // Whose key is not there any more is sent away.
+  // Ends logins whose key was removed.
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
  private:

@@ -1,4 +1,5 @@
-// Where the keys of JSON Web Tokens come from: a file, or an address that is asked now and then.
+// Where the keys of JSON Web Tokens come from: a file, or an address that is requested from time to
+// time.
 #pragma once
 
 #include <condition_variable>
@@ -14,13 +15,13 @@
 
 namespace connect_bridge {
 
-// One thread, that of the login method, calls what is here.
+// Thread: all calls from one thread, that of the login method.
 class KeySource {
  public:
   virtual ~KeySource() = default;
   // "auth.jwt_keys '/etc/keys.json'", for sentences.
   [[nodiscard]] virtual std::string name() const = 0;
-  // The keys, if others are there than before; or what is wrong, once. Does not wait for a network.
+  // The keys, if they have changed; or what is wrong, once. Does not wait for the network.
   [[nodiscard]] virtual std::optional<std::vector<JwtKey>> changed(
       std::vector<std::string>& problems) = 0;
   // A token names a key that is not known: it may be a new one.
@@ -29,7 +30,7 @@ class KeySource {
 
 class KeyFile : public KeySource {
  public:
-  // What the file is now counts as new.
+  // The file's present content counts as new.
   explicit KeyFile(std::string file) : watch_(std::move(file)) {}
   [[nodiscard]] std::string name() const override;
   [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
@@ -40,11 +41,12 @@ class KeyFile : public KeySource {
   bool first_ = true;
 };
 
-// Asks as often as the answer's Cache-Control says, within kPeriodMin and kPeriodMax; after a
-// failure soon again, and less and less often. What was known holds as long as there is no answer.
+// Sends requests as often as the answer's Cache-Control says, within kPeriodMin and kPeriodMax;
+// after a failure it retries soon, then less and less often. Known keys stay valid as long as there
+// is no answer.
 class KeyAddress : public KeySource {
  public:
-  static constexpr std::chrono::seconds kPeriodMin{60};  // also of what wanted() asks for
+  static constexpr std::chrono::seconds kPeriodMin{60};  // also for requests of wanted()
   static constexpr std::chrono::seconds kPeriodUsual{600};
   static constexpr std::chrono::seconds kPeriodMax{86400};
   static constexpr std::chrono::seconds kRetryMin{5};
@@ -74,10 +76,10 @@ class KeyAddress : public KeySource {
   bool ending_ = false;
   bool wanted_ = false;
   bool answered_ = false;                    // or failed, once
-  std::optional<std::vector<JwtKey>> keys_;  // not yet told
+  std::optional<std::vector<JwtKey>> keys_;  // not yet reported
   std::vector<std::string> problems_;        // likewise
   std::string text_;                         // of the last answer
-  std::string told_;                         // the last problem
+  std::string told_;                         // the last problem reported
   std::chrono::seconds wait_{0};             // until the next request
   std::chrono::seconds retry_ = kRetryMin;
   std::thread thread_;

@@ -1,4 +1,4 @@
-// Names of identities and groups, whoever tells them.
+// Names of identities and groups from all login methods.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ inline constexpr std::size_t kIdentityNameBytesMax = 255;
 [[nodiscard]] inline std::string name_problem(const std::string& name) {
   if (name.empty()) return "is empty";
   if (name.size() > kIdentityNameBytesMax) return "has more than 255 bytes";
-  return is_text(name) ? "" : "has a control character or is no UTF-8";
+  return is_text(name) ? "" : "has a control character or is not UTF-8";
 }
 
 }  // namespace connect_bridge

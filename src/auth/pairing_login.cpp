@@ -29,7 +29,7 @@ struct Shown {
   std::string name;
 };
 
-// nullopt: not of the form of a pairing's credential.
+// nullopt: not a pairing credential.
 std::optional<Shown> parse(ByteView credential) {
   const std::string_view text{reinterpret_cast<const char*>(credential.data()), credential.size()};
   const auto first = text.find(' ');
@@ -72,9 +72,9 @@ Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
 
 Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   const auto shown = parse(attempt.credential);
-  if (!shown) return {std::nullopt, "no credential of a pairing"};
+  if (!shown) return {std::nullopt, "not a credential of a pairing"};
   if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};
-  // Digests, so that a partial match tells nothing.
+  // Compares digests, so that a partial match reveals nothing.
   if (CRYPTO_memcmp(code_.data(), shown->code.data(), code_.size()) != 0) {
     if (++tries_ >= kTriesMax)
       end("the pairing has ended after " + std::to_string(kTriesMax) +
@@ -87,11 +87,11 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   return {std::move(found.identity), std::move(found.reason)};
 }
 
-// The file is the truth: what it says then is who the client is.
+// The file decides: the client's identity is what the file says afterwards.
 Judgement PairingLogin::add(const Digest& token, const std::string& name, const Attempt& attempt,
                             Stamp now) {
   TokenEntry entry;
-  // The client chooses the name: it must be none that a rule was written for.
+  // The client chooses the name: it must not be one that a rule was written for.
   const std::string own = kGroup + ("/" + name);
   entry.identity = own;
   for (int number = 2; tokens_->knows(entry.identity); ++number)
@@ -102,7 +102,7 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   std::string problem = append_token_entry(token_file_, entry);
   if (!problem.empty()) {
     untold_.problems.push_back("the pairing failed: " + problem);
-    return {std::nullopt, "its token cannot be kept: " + problem};
+    return {std::nullopt, "its token cannot be stored: " + problem};
   }
   Refreshed read = tokens_->read_again(now);
   std::move(read.changes.begin(), read.changes.end(), std::back_inserter(untold_.changes));
@@ -112,12 +112,13 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
     paired_ = token;
     untold_.news.push_back("paired with '" + entry.identity + "' at " + attempt.peer +
                            ": its token is in " + token_file_ +
-                           ", and to remove the entry there sends it away");
+                           "; remove that entry to end its access");
   }
   return {std::move(found.identity), std::move(found.reason)};
 }
 
-// By a clock that nobody sets: a robot without a battery for its own gets the time while it pairs.
+// By the steady clock: on a robot without a battery-backed clock the system time may be set during
+// the pairing.
 bool PairingLogin::is_over() const {
   return std::chrono::steady_clock::now() >= until_;
 }
@@ -129,9 +130,8 @@ void PairingLogin::end(std::string news) {
 
 Refreshed PairingLogin::refresh(Stamp now) {
   if (open_ && is_over())
-    end(paired_
-            ? "the pairing has ended"
-            : "nobody has paired in time: the code is not valid any more, start with --pair again");
+    end(paired_ ? "the pairing has ended"
+                : "no client has paired in time and the code has expired: start with --pair again");
   Refreshed refreshed = std::exchange(untold_, {});
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));

@@ -1,4 +1,4 @@
-// Login by a one-time code: a client that shows it gets a token of its own into the token file.
+// Login by a one-time code: the token of a client that shows it is added to the token file.
 #pragma once
 
 #include <memory>
@@ -12,19 +12,20 @@
 namespace connect_bridge {
 
 // The login method of a client that pairs. Its credential is "CODE DIGEST NAME": the code, the
-// SHA-256 of the token that the client has made for itself in 64 hexadecimal digits, and how it
-// wants to be called, 1 to 64 of [A-Za-z0-9_.-]. The token itself does not cross before it is used.
+// SHA-256 of the token that the client has made for itself in 64 hexadecimal digits, and its name,
+// 1 to 64 of [A-Za-z0-9_.-]. The token itself is not sent before it is used.
 inline constexpr char kPairingLogin[] = "pair";
 
 [[nodiscard]] std::string pairing_credential(const std::string& code, const Digest& token,
                                              const std::string& name);
 
-// A name of a host as a client's name: what is not allowed becomes '-', and it is cut to 64 bytes.
+// Makes a client's name from a host name: characters that are not allowed become '-', and it is cut
+// to 64 bytes.
 [[nodiscard]] std::string pairing_name(const std::string& host);
 
-// Everything that is no pairing is the token login's. One client pairs by a code: a second one is
-// refused, but the same client may log in by it again until it ends, because the answer to its
-// first login may have been lost. Ten wrong codes end it. One thread.
+// Logins of other methods go to the token login. One client can pair with a code: a second one is
+// refused, but the same client may log in with it again until the pairing ends, because the answer
+// to its first login may have been lost. Ten wrong codes end the pairing. One thread.
 class PairingLogin : public Authenticator {
  public:
   static constexpr unsigned kTriesMax = 10;
@@ -48,7 +49,7 @@ class PairingLogin : public Authenticator {
   const std::chrono::steady_clock::time_point until_;
   bool open_ = true;
   unsigned tries_ = 0;
-  std::optional<Digest> paired_;  // the token of the client that the code went to
+  std::optional<Digest> paired_;  // digest of the token of the client that has used the code
   Refreshed untold_;
 };
 

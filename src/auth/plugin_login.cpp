@@ -18,13 +18,13 @@ namespace {
 constexpr char kEntry[] = "connect_bridge_auth_plugin";
 constexpr std::size_t kSaidBytesMax = 200;
 
-// A text that the library should have terminated.
+// A text field that the library may not have terminated.
 template <std::size_t kSize>
 std::string text_in(const char (&field)[kSize]) {
   return {field, ::strnlen(field, kSize)};
 }
 
-// What stands in dlerror(), which names the file.
+// The text of dlerror(), which contains the file's name.
 std::string loader_says() {
   const char* const error = ::dlerror();
   return error ? error : "it cannot be loaded";
@@ -49,7 +49,7 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
     problem = "'" + file + "' was built for version " + std::to_string(functions->abi) +
               " of the interface; this server has " + std::to_string(CONNECT_BRIDGE_AUTH_ABI);
   } else if (!functions->open || !functions->judge || !functions->close) {
-    problem = "'" + file + "' lacks a function";
+    problem = "'" + file + "' does not set all three functions of the interface";
   } else {
     return functions;
   }
@@ -91,7 +91,7 @@ Judgement PluginLogin::judge(const Attempt& attempt, Stamp now) {
     if (wrong.empty()) wrong = name_problem(identity.groups.back());
   }
   if (wrong.empty() && identity.expires != 0 && !is_plausible(identity.expires))
-    wrong = "ends at no time";
+    wrong = "has an expiry that is not a time";
   if (!wrong.empty()) return {std::nullopt, "plugin: what it says of the identity " + wrong};
   return {std::move(identity), {}};
 }

@@ -12,7 +12,8 @@ namespace connect_bridge {
 
 class PluginLogin : public Authenticator {
  public:
-  // Null with what is wrong in `problem`: the file, its rights, its interface, or what it says.
+  // Null with what is wrong in `problem`: the file, its permissions, its interface, or its own
+  // error text.
   [[nodiscard]] static std::unique_ptr<PluginLogin> load(const std::string& file,
                                                          const std::string& options,
                                                          std::string& problem);

@@ -78,7 +78,7 @@ std::optional<std::string> read_secret_file(const std::string& file, std::string
     problem = "'" + file + "' cannot be read: " + std::strerror(errno);
     return std::nullopt;
   }
-  std::setvbuf(opened, nullptr, _IONBF, 0);  // or a copy would stay in stdio's buffer
+  std::setvbuf(opened, nullptr, _IONBF, 0);  // otherwise a copy would stay in stdio's buffer
   std::string text(kFileBytesMax + 1, '\0');
   errno = 0;
   const std::size_t size = std::fread(text.data(), 1, text.size(), opened);

@@ -22,16 +22,16 @@ inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "
 [[nodiscard]] Digest sha256(ByteView bytes);
 [[nodiscard]] std::optional<Digest> parse_digest(std::string_view hex);
 
-// Why this text is no acceptable token; empty: it is one. Never contains the token.
+// Why this text is not an acceptable token; empty: it is one. Never contains the token.
 [[nodiscard]] std::string token_problem(std::string_view token);
 
-// Without blanks and line ends at both ends.
+// Removes blanks and line ends at both ends.
 [[nodiscard]] std::string_view trim(std::string_view text);
 
-// Overwrites in a way that the optimizer keeps.
+// Overwrites it in a way that the optimizer does not remove.
 void wipe(std::string& secret);
 
-// A small file's content. nullopt with `problem` set: why not, with the file's name.
+// A small file's content. nullopt: `problem` says why, with the file's name.
 [[nodiscard]] std::optional<std::string> read_secret_file(const std::string& file,
                                                           std::string& problem);
 // Whether others than the owner and group may read or change the file.
@@ -40,7 +40,7 @@ struct FileExposure {
   bool writable = false;
 };
 [[nodiscard]] FileExposure exposure_of(const std::string& file);
-// A sentence if they may read or change a secret, else empty.
+// A warning if they may read or change a secret, else empty.
 [[nodiscard]] std::string exposure_warning(const std::string& file);
 
 }  // namespace connect_bridge

@@ -15,32 +15,32 @@ constexpr int kOk = 200;
 constexpr int kUnauthorized = 401;
 constexpr int kForbidden = 403;
 constexpr Stamp kSecond = 1'000'000'000;
-constexpr double kSecondsMax = 4e9;  // 2096: what is later is not a date
+constexpr double kSecondsMax = 4e9;  // 2096: a later value is not a date
 constexpr std::size_t kGroupsMax = 256;
 
 Judgement refused(const std::string& why) {
   return {std::nullopt, "login service: " + why};
 }
 
-// Empty with the identity filled, or what is wrong with the answer.
+// Fills the identity and returns an empty text, or returns what is wrong with the answer.
 std::string read_identity(const Json& answer, Stamp now, Identity& identity) {
-  if (!answer.is_object()) return "its answer is no JSON object";
+  if (!answer.is_object()) return "its answer is not a JSON object";
   const auto name = answer.find("identity");
   if (name == answer.end() || !name->is_string()) return "its answer has no \"identity\"";
   identity.name = name->get<std::string>();
-  if (!name_problem(identity.name).empty()) return "its \"identity\" is no name";
+  if (!name_problem(identity.name).empty()) return "its \"identity\" is not a name";
   const auto groups = answer.find("groups");
   if (groups != answer.end() && (!groups->is_array() || groups->size() > kGroupsMax))
-    return "its \"groups\" are no list";
+    return "its \"groups\" are not a list";
   for (const Json& group : groups == answer.end() ? Json::array() : *groups) {
     if (!group.is_string() || !name_problem(group.get<std::string>()).empty())
-      return "its \"groups\" are no names";
+      return "its \"groups\" are not names";
     identity.groups.push_back(group.get<std::string>());
   }
   const auto expires = answer.find("expires");
   if (expires == answer.end()) return {};
   const double seconds = expires->is_number() ? expires->get<double>() : 0;
-  if (!(seconds > 0 && seconds <= kSecondsMax)) return "its \"expires\" is no time";
+  if (!(seconds > 0 && seconds <= kSecondsMax)) return "its \"expires\" is not a time";
   identity.expires = static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
   return identity.expires > now ? "" : "it says that the login has expired";
 }
@@ -51,7 +51,7 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "service")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'service'"};
   const std::string credential{attempt.credential.begin(), attempt.credential.end()};
-  if (!token_problem(credential).empty()) return refused("the credential is no token");
+  if (!token_problem(credential).empty()) return refused("the credential is not a token");
   HttpRequest request;
   request.address = service_;
   request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();

@@ -1,4 +1,4 @@
-// Login by a service of somebody else's, which is asked over HTTPS for each login.
+// Login by an external service, which gets an HTTPS request for each login.
 #pragma once
 
 #include "auth/authenticator.hpp"
@@ -7,7 +7,7 @@ namespace connect_bridge {
 
 // Request: POST of {"credential": TEXT, "peer": "203.0.113.5:51234"}. Answer: 200 with {"identity":
 // NAME, "groups": [NAME...], "expires": SECONDS}, the last two optional, seconds since 1970; 401 or
-// 403: refused. Everything else is no answer, and refused too.
+// 403: refused. Everything else counts as refused too.
 class ServiceLogin : public Authenticator {
  public:
   ServiceLogin(HttpAddress service, HttpFetch fetch)

@@ -16,7 +16,7 @@
 namespace connect_bridge {
 namespace {
 
-// As a YAML string, whatever is in it.
+// As a YAML string, with any content.
 std::string quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
@@ -54,7 +54,7 @@ class Folder {
   int handle_ = -1;
 };
 
-// A disk that fills takes a part first, and says why with the next call.
+// When the disk becomes full, one call writes a part, and the next one returns the error.
 bool write_all(int out, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(out, text.data(), text.size());

@@ -1,4 +1,4 @@
-// Files of tokens as they are written: by `ctl token` and by pairing.
+// Writing of token files, for `ctl token` and for pairing.
 #pragma once
 
 #include <string>
@@ -16,15 +16,16 @@ struct TokenEntry {
   Digest digest{};
 };
 
-// As it stands in the file, with a line end. Names are written whatever is in them.
+// The entry as text of the file, with a line end. Names may have any content.
 [[nodiscard]] std::string to_text(const TokenEntry& entry);
 
-// What is wrong with a text that is to be a file of entries; empty: nothing. `name` is for the
-// sentence.
+// What is wrong with a text that is to be a file of entries; empty: nothing. `name` is used in the
+// message.
 [[nodiscard]] std::string token_entries_problem(const std::string& text, const std::string& name);
 
-// A new file takes the place of the one that is there, with its rights, so that nobody ever reads
-// half; one that is missing is made for its owner alone. Returns what is wrong, empty if nothing.
+// Replaces the file by a new one with the same permissions, so that nobody ever reads a
+// half-written file; a missing file is created for its owner alone. Returns what is wrong, empty if
+// nothing.
 [[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
 
 // Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns

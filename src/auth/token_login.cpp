@@ -46,7 +46,7 @@ Refreshed TokenLogin::refresh(Stamp now) {
 Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
-  file_.emplace(std::string{file_->file()});  // what is read now is no change later
+  file_.emplace(std::string{file_->file()});  // what is read now does not count as a change later
   TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.news);
   if (!refreshed.problems.empty()) return refreshed;
   refreshed.changes = table_.changes_to(next);
@@ -54,9 +54,9 @@ Refreshed TokenLogin::read_again(Stamp now) {
   std::size_t withdrawn = 0;
   for (const auto& change : refreshed.changes) withdrawn += change.identity ? 0 : 1;
   refreshed.news.push_back(
-      "auth.token_file '" + file_->file() + "' was read anew: " + std::to_string(table_.size()) +
+      "auth.token_file '" + file_->file() + "' was read again: " + std::to_string(table_.size()) +
       " tokens, " + std::to_string(withdrawn) + " withdrawn, " +
-      std::to_string(refreshed.changes.size() - withdrawn) + " with another right or end");
+      std::to_string(refreshed.changes.size() - withdrawn) + " with changed rights or expiry");
   return refreshed;
 }
 

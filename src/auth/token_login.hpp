@@ -9,8 +9,9 @@
 
 namespace connect_bridge {
 
-// Nothing slows attempts down: behind a proxy everybody has one address, and who has the right
-// token gets in whatever others do there. 16 random characters cannot be guessed at any rate.
+// Attempts are not slowed down: behind a proxy all clients have one address, and a client with the
+// right token must get in whatever others do there. 16 random characters cannot be guessed at any
+// rate of attempts.
 class TokenLogin : public Authenticator {
  public:
   // Without `file` the table stays as it is; otherwise it was read from there, and is read again
@@ -21,9 +22,9 @@ class TokenLogin : public Authenticator {
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
-  // Of the file as it is now, changed or not.
+  // Reads the file as it is now, changed or not.
   [[nodiscard]] Refreshed read_again(Stamp now);
-  // Whose token has this digest.
+  // The identity whose token has this digest.
   [[nodiscard]] TokenTable::Found find(const Digest& token, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const { return table_.knows(identity); }
 
@@ -32,7 +33,7 @@ class TokenLogin : public Authenticator {
   std::optional<FileWatch> file_;
 };
 
-// All that is wrong with a file of tokens, its rights and its content, goes to `problems`.
+// All that is wrong with a token file, its permissions and its content, goes to `problems`.
 [[nodiscard]] TokenTable read_token_file(const std::string& file, Stamp now,
                                          std::vector<std::string>& problems,
                                          std::vector<std::string>& warnings);

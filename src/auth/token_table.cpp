@@ -185,8 +185,8 @@ void TokenTable::read(std::string_view text, const std::string& source, Stamp no
   try {
     reader.read(YAML::Load(std::string{text}));
   } catch (const YAML::Exception& error) {
-    // Its message quotes nothing of the file.
-    reader.problem(error.mark, "no valid YAML: " + error.msg);
+    // Its message does not quote the file.
+    reader.problem(error.mark, "invalid YAML: " + error.msg);
   }
 }
 
@@ -207,7 +207,7 @@ void TokenTable::add_single(std::string_view token, const std::string& source,
 bool TokenTable::add(Entry entry) {
   const auto same = [&](const Entry& other) { return other.digest == entry.digest; };
   if (std::any_of(entries_.begin(), entries_.end(), same)) return false;
-  // Enough of the digest to tell tokens apart; of a random token it tells nothing.
+  // Enough of the digest to distinguish tokens; it reveals nothing of a random token.
   entry.identity.credential = "token:" + to_hex(ByteView{entry.digest}.first(16));
   entries_.push_back(std::move(entry));
   return true;
@@ -223,7 +223,7 @@ std::vector<IdentitiesChanged::Change> TokenTable::changes_to(const TokenTable& 
   std::vector<IdentitiesChanged::Change> changes;
   for (const auto& [digest, now, plain] : entries_) {
     const auto then = later.find(now.credential);
-    // Who has another name now is somebody else: the link with the old name ends.
+    // A token that has another name now belongs to somebody else: the link with the old name ends.
     if (then == later.end() || then->second->name != now.name) {
       changes.push_back({now.credential, std::nullopt});
     } else if (then->second->groups != now.groups || then->second->expires != now.expires) {
@@ -243,8 +243,8 @@ TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
 }
 
 TokenTable::Found TokenTable::find(const Digest& digest, Stamp now) const {
-  // Digests, so that equal lengths are compared and a partial match tells nothing; all entries, so
-  // that the place of the match does not show.
+  // Compares digests, so that lengths are equal and a partial match reveals nothing; compares all
+  // entries, so that the time does not show which one matched.
   std::size_t found = entries_.size();
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     const bool equal = CRYPTO_memcmp(entries_[i].digest.data(), digest.data(), digest.size()) == 0;

@@ -4,9 +4,9 @@
 // `groups` (list or name), `expires` (2027-01-31, or 2027-01-31T12:00:00Z; UTC) and `comment`. A
 // file that is one word is one token.
 //
-// A plain hash is right for tokens that are random: of 256 bits none is found by trying, however
-// fast that is, so salt and a slow hash, which passwords need, would only make logins slow. A
-// reader of the file learns names, no token.
+// A plain hash is right for random tokens: 256 bits cannot be found by trying, however fast the
+// hash is, so salt and a slow hash, which passwords need, would only make logins slow. A reader of
+// the file learns names, but no token.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ namespace connect_bridge {
 
 class TokenTable {
  public:
-  // The identity of whoever has the only token.
+  // The identity of every client with the only token.
   static constexpr char kSingleIdentity[] = "token";
 
   struct Found {
@@ -37,14 +37,14 @@ class TokenTable {
   void add_single(std::string_view token, const std::string& source,
                   std::vector<std::string>& problems);
 
-  // Takes the same time whichever entry it is, and if it is none.
+  // Takes the same time for every entry, and if there is none.
   [[nodiscard]] Found find(ByteView credential, Stamp now) const;
   [[nodiscard]] Found find(const Digest& digest, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Whether a token itself was given, not its hash.
   [[nodiscard]] bool has_plain() const;
-  // What those learn who logged in by this table, when `next` takes its place.
+  // The changes for links that logged in by this table, when `next` replaces it.
   [[nodiscard]] std::vector<IdentitiesChanged::Change> changes_to(const TokenTable& next) const;
 
  private:

@@ -25,13 +25,13 @@ bool may_be_secret(std::string_view key, std::string_view nearest) {
 
 std::string shown(const KeySpec& spec, const ParameterValue& value) {
   const auto* text = std::get_if<std::string>(&value);
-  // A password may hold what ends an address.
+  // A password may contain characters that end an address.
   const bool has_login =
       text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos;
   return spec.secret || has_login ? kHidden : to_text(value_to_show(spec, value));
 }
 
-// ROS gives an empty list the type it likes.
+// ROS may give an empty list any type.
 bool is_empty_list(const ParameterValue& value) {
   return std::visit(
       [](const auto& held) {

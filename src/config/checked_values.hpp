@@ -1,4 +1,4 @@
-// The given parameters after each one was held against its row of the table.
+// The given parameters, each checked against its row of the table.
 #pragma once
 
 #include <set>

@@ -50,8 +50,8 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
   limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));
   limits.reassembly.message_bytes_max = to_u32(values.whole("max_message_size"));
-  // As many large messages may be unfinished at a time as with the core's own numbers, and not
-  // fewer where they are small: a peer sends a part of each topic's in turn.
+  // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
+  // if they are small: a peer sends parts of all topics in turn.
   const ReassemblyOptions normal;
   limits.reassembly.open_bytes_max =
       std::max(normal.open_bytes_max, limits.reassembly.message_bytes_max *
@@ -100,7 +100,9 @@ class ConfigMaker {
     // A link that is alone has a third (core/base/budget.hpp).
     const SideOptions& limits = config_.limits;
     if (limits.account.memory_bytes_max / 3 < limits.reassembly.message_bytes_max)
-      warn("memory_max: less than 3 times max_message_size, its largest messages find no room");
+      warn(
+          "memory_max: less than 3 times max_message_size, so there is no room for the largest "
+          "messages");
     config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
     config_.socket.packets_per_second = values_.whole("peer_packets_per_second");
     config_.socket.bytes_per_second = values_.whole("peer_bytes_per_second");
@@ -133,7 +135,7 @@ class ConfigMaker {
     if (key && !certificate) add("tls.certificate", "", "the certificate of tls.private_key");
     if (is_server() && values_.given("tls.ca") && !certificate && !key) {
       add("tls.ca", "",
-          "tls.certificate and tls.private_key beside it: without TLS no client "
+          "tls.certificate and tls.private_key too: without TLS no client "
           "shows a certificate");
     }
   }
@@ -150,7 +152,7 @@ class ConfigMaker {
     config_.listen.address_handshakes_per_second =
         static_cast<int>(values_.whole("limits.address_handshakes_per_second"));
     if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
-      add("listen.proxy_header", "", "listen.trusted_proxies beside it, else it has no effect");
+      add("listen.proxy_header", "", "listen.trusted_proxies too, else it has no effect");
     const std::string& address = config_.listen.address;
     const bool beyond = !syntax::listens_on_loopback(address);
     if (!beyond && config_.listen.trusted_proxies.empty()) return;
@@ -158,7 +160,8 @@ class ConfigMaker {
       add("auth.method", "\"none\"",
           beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
                                address)
-                 : "a login (token), since others come by the proxies of listen.trusted_proxies");
+                 : "a login (token), since others connect through the proxies of "
+                   "listen.trusted_proxies");
     }
     if (beyond && !values_.given("tls.certificate") && !values_.given("tls.private_key")) {
       judge_plain_listener(address);
@@ -182,7 +185,7 @@ class ConfigMaker {
     }
     if (!syntax::is_loopback(dial->host)) {
       judge_plaintext("url", syntax::url_to_show(dial->url),
-                      "wss://, since the way leaves this machine; or allow_plaintext: true");
+                      "wss://, since the server is on another machine; or allow_plaintext: true");
     }
   }
 
@@ -252,7 +255,7 @@ class ConfigMaker {
     config_.names = NameMap(config_.prefix, config_.remap);
   }
 
-  // A type that is misspelt in a rule would silently forward nothing.
+  // A misspelt type in a rule would silently forward nothing.
   void check_types(const Rule& rule) {
     if (!around_.installed) return;
     for (const std::string& type : rule.types) {
@@ -263,8 +266,8 @@ class ConfigMaker {
     }
   }
 
-  // What is imported is announced to each peer, and a peer refuses what is too much to compare.
-  // Counted as if all rules were for one peer: who is in which group is known only at the login.
+  // What may be imported is announced to each peer, and a peer refuses more than it can compare. It
+  // is counted as if all rules were for one peer: groups are known only at the login.
   void check_announced(std::vector<Rule> rules) {
     for (Rule& rule : rules) {
       rule.identities.clear();
@@ -310,7 +313,7 @@ class ConfigMaker {
   Config config_;
 };
 
-// Whether the parameter has this value already, be it by default.
+// Whether the parameter has this value already, given or by default.
 bool has(const Config& config, std::string_view key, const KeySpec& spec,
          const std::optional<ParameterValue>& value) {
   const auto found = config.given.find(key);
@@ -333,7 +336,7 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
     const bool fixed = spec != nullptr && !spec->changeable;
     if (fixed && !has(current, key, *spec, value)) {
       problems.push_back({key, value && !spec->secret ? to_text(*value) : "",
-                          "no change while running; set it in the parameter file and restart"});
+                          "no change at run time; set it in the parameter file and restart"});
     } else if (fixed) {
       continue;
     } else if (value) {
@@ -348,7 +351,7 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
   if (parsed.config && parsed.config->clock_publish_period != current.clock_publish_period) {
     problems.push_back({"rules", "", "the rule with clock: publish to stay; restart to change it"});
   }
-  // A fixed key is told before what follows from it.
+  // Problems of fixed keys are reported before those that follow from them.
   parsed.problems.insert(parsed.problems.begin(), problems.begin(), problems.end());
   if (!parsed.problems.empty()) parsed.config.reset();
   return parsed;

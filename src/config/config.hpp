@@ -39,14 +39,14 @@ struct DialConfig {  // client
   std::string host;  // name or IP address; IPv6 without brackets
   std::uint16_t port = 0;
   std::string target;                    // path and query; begins with '/'
-  std::optional<HttpProxyConfig> proxy;  // asked for the way by CONNECT
+  std::optional<HttpProxyConfig> proxy;  // the way there, by CONNECT
 };
 
-// Files are PEM. Server: with a certificate it speaks TLS only, with `ca` clients must show one,
-// too.
+// Files are PEM. Server: with a certificate it speaks TLS only, with `ca` clients must show a
+// certificate, too.
 struct TlsConfig {
   std::string certificate, private_key;  // both or none
-  std::string ca;           // whom to trust; empty: client the system's store, server nobody asked
+  std::string ca;           // authorities to trust; empty: the system's (client), none (server)
   std::string server_name;  // client: name to verify; empty: the URL's host
   std::vector<std::string> pins;  // client: SHA-256 of public keys in base64; empty: any key
 };
@@ -99,7 +99,7 @@ struct Config {
   SideOptions limits;  // dead_after, retry, depths, outbox, reassembly ...; see side_options()
   bool token_in_environment = false;  // as it was at start
   std::vector<std::string> warnings;  // sentences to log at start
-  ParameterMap given;                 // what it was made of; holds the token, never print it
+  ParameterMap given;                 // what it was made from; contains the token, never print it
 };
 
 struct Parsed {
@@ -112,13 +112,13 @@ struct Parsed {
 
 // A change at run time (the token in the environment counts as at start: a program may have
 // scrubbed it). All or nothing; only changeable keys. Apply the result
-// by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Softer than at
-// start in one point, so that rules can be changed one parameter at a time: a rule that is defined
-// and not listed in `rules` is a warning.
+// by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Less strict than
+// at start in one point, so that rules can be changed one parameter at a time: a rule that is
+// defined and not listed in `rules` is a warning.
 [[nodiscard]] Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                                   const Surroundings& surroundings);
 
-// The caller adds what lies outside: `node`, and `credential` when the token is in a file or in the
+// The caller adds the rest: `node`, and `credential` when the token is in a file or in the
 // environment (here it is filled from auth.token only).
 [[nodiscard]] SideOptions side_options(const Config& config);
 

@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-// Where the tables go in the template of the manual.
+// The line of the manual's template that the tables replace.
 constexpr std::string_view kMark = "@TABLES@\n";
 
 std::string used_by_text(UsedBy used_by) {
@@ -16,7 +16,7 @@ std::string used_by_text(UsedBy used_by) {
   return used_by == UsedBy::kServer ? "server" : "client";
 }
 
-// In a cell of a table a bar would end the cell, and <name> would be taken for HTML.
+// In a table a bar would end the cell, and <name> would be read as HTML.
 std::string code(std::string_view text) {
   std::string escaped;
   for (const char c : text) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
@@ -44,7 +44,7 @@ std::string row(const KeySpec& spec) {
                      used_by_text(spec.used_by), spec.changeable ? "yes" : "", help);
 }
 
-// The most important parameters of a program, with what the table says about them.
+// The most important parameters of a program, with their help texts.
 std::string important(std::initializer_list<const char*> keys) {
   std::string text;
   for (const char* key : keys) {

@@ -1,4 +1,4 @@
-// What the programs say about their parameters: the manual's tables and `--help`.
+// Texts about the parameters: the manual's tables and `--help`.
 #pragma once
 
 #include <optional>

@@ -55,9 +55,9 @@ std::string listen_text(const Config& config) {
   if (!config.tls.ca.empty()) tls += fmt::format(", clients show one signed by {}", config.tls.ca);
   std::string proxies;
   if (!listen.trusted_proxies.empty()) {
-    proxies = fmt::format("; {} tells by {} for whom it connects",
+    proxies = fmt::format("; {} gives the client's address by {}",
                           joined(listen.trusted_proxies, "or"), listen.proxy_header);
-    if (listen.proxies_only) proxies += ", and nobody else may connect";
+    if (listen.proxies_only) proxies += "; only these may connect";
   }
   return fmt::format("listens: on {}, {}, path {}, {}; {}{}", where, port, listen.path, tls, reach,
                      proxies);
@@ -229,7 +229,7 @@ std::string explain(const Config& config) {
               ? "rules: none given, so all that the server allows, but from here topics only\n"
               : "rules, the first that allows an interface decides:\n";
   for (const Rule& rule : config.policy.rules()) {
-    // Rules with a dot were not written by the operator: the line "clock:" tells of them.
+    // Rules with a dot were not written by the operator: the line "clock:" describes them.
     if (rule.name.find('.') == std::string::npos) text += rule_text(rule);
   }
   if (config.policy.rules().empty()) text += "  none: nothing is allowed\n";

@@ -50,8 +50,8 @@ std::string list_text(const std::vector<std::string>& list) {
   return to_text(ParameterValue{list});
 }
 
-// What the graph would show of the thing that is asked for; one with a type that no rule names
-// stands for a type that was not told.
+// The interface in question as the graph would show it; if no type was given, it has a type that no
+// rule names.
 struct Example {
   std::string name, type, action_type;
   InterfaceKind kind = InterfaceKind::kTopic;
@@ -88,8 +88,8 @@ Example example_of(const RightQuestion& question) {
   }
 }
 
-// Explains one direction. Each fact is asked of a policy with a single rule that has just the
-// patterns in question: so the words here cannot differ from what decide() does.
+// Explains one direction. Each fact is found by a policy with a single rule that has only the
+// patterns in question, so the text cannot differ from what decide() does.
 class Explainer {
  public:
   Explainer(const Config& config, const RightQuestion& question, Direction direction)
@@ -99,7 +99,8 @@ class Explainer {
         direction_(direction),
         key_(key_of(question.what, direction)),
         example_(example_of(question)) {
-    // Of a node's parameters single services can be denied: one that is not speaks for them.
+    // Single parameter services of a node can be denied: one that is not denied is used as the
+    // example.
     if (question.what != OpenedBy::kParameters) return;
     for (const auto& service : kParameterServices) {
       Example other = parameter_service(question.name, service);
@@ -178,7 +179,7 @@ class Explainer {
       text += (text.empty() ? "groups " : " or groups ") + list_text(rule.groups);
     return text;
   }
-  // The rules that a client without any has are no keys of a file.
+  // The default rules of a client are not keys of a file.
   [[nodiscard]] std::string where(const Rule& rule, const char* key, const Pattern& pattern) const {
     if (config_.default_rules)
       return fmt::format("the default rules of a client ({}: \"{}\")", key, pattern.text());
@@ -213,7 +214,7 @@ class Explainer {
       } else if (!type_fits(rule) && !question_.type.empty()) {
         line(fmt::format("{} matches, but is only for the types {}", at, list_text(rule.types)));
       } else if (decided_ && !open_types_) {
-        line(fmt::format("{} matches, too; it comes later, so its treatment does not count", at));
+        line(fmt::format("{} matches, too; it comes later, so its treatment is not used", at));
       } else if (!type_fits(rule)) {
         line(fmt::format("{} by {}, if its type is one of {}",
                          denied ? "would be allowed" : "allowed", at, list_text(rule.types)));
@@ -229,7 +230,7 @@ class Explainer {
     }
   }
 
-  // Where nothing matches: the same name elsewhere, or the pattern that is written most like it.
+  // If nothing matches: shows the same name elsewhere, or the most similar pattern.
   void tell_nearest() {
     bool told = false;
     for (const Rule& rule : rules_) {
@@ -240,7 +241,7 @@ class Explainer {
           const Key other = key_of(what, direction);
           const Pattern* pattern = match(rule, other.list);
           if (pattern == nullptr) continue;
-          line(fmt::format("{} matches the name, but opens nothing here",
+          line(fmt::format("{} matches the name, but does not apply here",
                            where(rule, other.text, *pattern)));
           told = true;
         }
@@ -257,7 +258,7 @@ class Explainer {
     std::size_t least = 0;
     for (const Rule& rule : rules_) {
       for (const Pattern& pattern : rule.*key_.list) {
-        if (match_one(pattern)) continue;  // told already
+        if (match_one(pattern)) continue;  // shown already
         const std::size_t here = edit_distance(pattern.text(), question_.name);
         if (best.second != nullptr && here >= least) continue;
         best = {&rule, &pattern};

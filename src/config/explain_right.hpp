@@ -14,12 +14,11 @@ struct RightQuestion {
   std::string name;                    // as rules have it: on the wire; of a node for kParameters
   std::string type;                    // empty: whatever it is
   std::optional<Direction> direction;  // none: both
-  Identity who;                        // as which the peer logs in
+  Identity who;                        // the identity that the peer logs in as
 };
 
 // Several lines for each direction: whether it is allowed, by which rule and key, which other rules
-// matched, what stands against it, and what the peer's side needs. What it says of "allowed" is
-// what Policy::decide() says.
+// matched, what denies it, and what the peer's side needs. The verdict is that of Policy::decide().
 [[nodiscard]] std::string explain_right(const Config& config, const RightQuestion& question);
 // What is wrong with the name or the type, as a sentence part; empty: nothing.
 [[nodiscard]] std::string problem_of(const RightQuestion& question);

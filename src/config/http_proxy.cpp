@@ -35,7 +35,7 @@ std::optional<std::string> percent_decoded(std::string_view text) {
   return decoded;
 }
 
-// A host name of no_proxy without what others write around it: "*.example", "[::1]".
+// A host name of no_proxy without what may be around it: "*.example", "[::1]".
 std::string_view bare(std::string_view entry) {
   if (entry.starts_with('*')) entry.remove_prefix(1);
   if (entry.starts_with('.')) entry.remove_prefix(1);
@@ -135,14 +135,14 @@ std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values, cons
   }
   if (values.given("http_proxy_login"))
     problems.push_back(
-        {"http_proxy_login", "", "http_proxy: http://host:port beside it, else it has no effect"});
+        {"http_proxy_login", "", "http_proxy: http://host:port too, else it has no effect"});
   if (given == "none" || !dial.tls) return std::nullopt;
   std::string wrong;
   auto proxy = environment_proxy(dial.host, dial.port, variable, wrong);
   if (!wrong.empty())
     problems.push_back({"http_proxy", "",
                         "http://host:port in the environment variable " + wrong +
-                            "; or http_proxy: none, where the way to the server needs no proxy"});
+                            "; or http_proxy: none, if the server is reached without a proxy"});
   return proxy;
 }
 

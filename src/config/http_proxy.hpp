@@ -23,9 +23,9 @@ namespace connect_bridge {
 [[nodiscard]] std::optional<std::string> check_http_proxy(std::string_view text);
 [[nodiscard]] std::optional<std::string> check_http_proxy_login(std::string_view text);
 
-// The proxy of the environment for what goes there by TLS, as other programs have it: https_proxy,
-// or HTTPS_PROXY, but not for loopback and what no_proxy, or NO_PROXY, has. `wrong`: the variable
-// that holds no such URL.
+// The environment's proxy for TLS connections, as in other programs: https_proxy or HTTPS_PROXY,
+// but not for loopback and hosts in no_proxy or NO_PROXY. `wrong`: the variable that does not
+// contain a proxy's URL.
 [[nodiscard]] std::optional<HttpProxyConfig> environment_proxy(const std::string& host,
                                                                std::uint16_t port,
                                                                const Variable& variable,

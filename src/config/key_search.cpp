@@ -79,7 +79,7 @@ bool is_ros_key(std::string_view key) {
 }
 
 std::string nearest_key(std::string_view key, Role role) {
-  // "rules.drive.types" and "drive.types" are what people write before they have read the manual.
+  // "rules.drive.types" and "drive.types" are common mistakes.
   std::string asked{key};
   if (asked.starts_with("rules.")) asked.replace(0, 6, kRule);
   if (rule_of(asked).empty() && find_key(fmt::format("rule.{}", asked)) != nullptr) {
@@ -88,7 +88,7 @@ std::string nearest_key(std::string_view key, Role role) {
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, asked.size() / 4) + 1;
   for (const std::string& candidate : candidates(role, rule_of(asked))) {
-    // A part of a key stands for the first key that has it: "listen", "port".
+    // A part of a key ("listen", "port") means the first key that contains it.
     const bool part = candidate.starts_with(asked + ".") || candidate.ends_with("." + asked);
     const std::size_t found = std::min(edit_distance(asked, candidate), part ? 1 : best_distance);
     if (found < best_distance) {
@@ -121,7 +121,7 @@ std::string expected_of(const KeySpec& spec) {
     case ParameterType::kDouble: return "a number" + range;
     case ParameterType::kString:
       if (!spec.words.empty()) return fmt::format("one of {}", fmt::join(spec.words, ", "));
-      // What an empty text is told is the best description of what the text should be.
+      // The complaint about an empty text describes best what the text should be.
       if (spec.syntax != nullptr) return spec.syntax("").value_or("a string");
       return "a string";
     case ParameterType::kStrings: return "a list of strings";

@@ -20,7 +20,7 @@ namespace connect_bridge {
 // "rule.drive.priority" -> "drive"; empty for other keys.
 [[nodiscard]] std::string_view rule_of(std::string_view key);
 
-// The known key that is written most like this one, or empty. A rule's name is kept.
+// The known key that is most similar to this one, or empty. A rule's name is kept.
 [[nodiscard]] std::string nearest_key(std::string_view key, Role role);
 
 // Number of characters to insert, delete or replace (Levenshtein).
@@ -28,8 +28,8 @@ namespace connect_bridge {
 
 [[nodiscard]] std::string_view type_text(ParameterType type);  // "list of strings"
 
-// The value without what may be secret in a URL: user, password, query. Secret keys are not its
-// concern.
+// The value without what may be secret in a URL: user, password, query. It does not handle secret
+// keys.
 [[nodiscard]] ParameterValue value_to_show(const KeySpec& spec, const ParameterValue& value);
 
 // "a whole number from 1 to 65535", "one of urgent, high, normal, bulk".

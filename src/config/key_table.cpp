@@ -60,14 +60,14 @@ void add_tls(Rows& rows) {
 
 void add_names(Rows& rows) {
   const std::string section = "Names at this side";
-  rows.push_back({.section = section,
-                  .key = "prefix",
-                  .fallback = "",
-                  .syntax = check_prefix,
-                  .help =
-                      "Put before every name of the peer, so that several robots live beside "
-                      "each other: /scan becomes /robot1/scan. Of this side only names below it "
-                      "can be exported, without it. Rules speak of names without it."});
+  rows.push_back(
+      {.section = section,
+       .key = "prefix",
+       .fallback = "",
+       .syntax = check_prefix,
+       .help = "Put before every name of the peer, so that several robots can be used side by "
+               "side: /scan becomes /robot1/scan. Of this side only names below it can be "
+               "exported; the peer sees them without it. Rules have names without it."});
   rows.push_back({.section = section,
                   .key = "remap",
                   .type = ParameterType::kStrings,
@@ -100,7 +100,7 @@ void add_operation(Rows& rows) {
                   .fallback = "carry",
                   .words = {"carry", "refuse"},
                   .help = "Interfaces whose type's package is not installed at this side. `carry`: "
-                          "their messages pass as they are, and nobody looks at their content. "
+                          "their messages are carried unchecked. "
                           "`refuse`: only what can be checked reaches a node."});
 }
 
@@ -149,7 +149,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .min = 1,
                   .max = 100000,
                   .unit = "messages",
-                  .help = "Queue depth where the graph tells none."});
+                  .help = "Queue depth where the graph does not show one."});
   rows.push_back({.section = section,
                   .key = "latched_depth",
                   .type = ParameterType::kInteger,
@@ -160,7 +160,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .help = "The same for transient-local topics."});
 }
 
-// What a peer may make this side's graph hold.
+// Limits of what a peer may create in this side's graph.
 void add_mirror_limits(Rows& rows, const SideOptions& core) {
   const auto add = [&](KeySpec spec) {
     spec.section = "Limits of a link";
@@ -171,12 +171,13 @@ void add_mirror_limits(Rows& rows, const SideOptions& core) {
   add({.key = "mirrors_max",
        .fallback = whole(core.mirrors_max),
        .max = 16384,
-       .help = "Publishers of one peer that exist here. Each takes some 25 kB at this side and in "
-               "the processes that subscribe to it; the rest is left out and logged."});
+       .help =
+           "Publishers of one peer that may exist here. Each takes some 25 kB at this side and in "
+           "the processes that subscribe to it; further ones are left out and logged."});
   add({.key = "topic_mirrors_max",
        .fallback = whole(core.topic_mirrors_max),
        .max = 1024,
-       .help = "The same of one topic."});
+       .help = "The same for one topic."});
   add({.key = "mirror_depth_max",
        .fallback = whole(core.mirror_depth_max),
        .max = 100000,
@@ -187,13 +188,13 @@ void add_mirror_limits(Rows& rows, const SideOptions& core) {
        .fallback = whole(core.mirror_bytes_max),
        .max = 64 * kGiB,
        .unit = "bytes",
-       .help = "What the middleware keeps here of one peer's transient-local topics for late "
-               "subscribers, by the largest sample of each. Where it does not suffice fewer "
-               "samples are kept than the depth says; one for which there is no room is dropped "
-               "and counted."});
+       .help = "Memory in which the middleware may keep samples of one peer's transient-local "
+               "topics here for late subscribers, computed from the largest sample of each. If it "
+               "is too small, fewer samples are kept than the depth says; a sample that does not "
+               "fit is dropped and counted."});
 }
 
-// How many of what a peer may have.
+// Limits of numbers per peer.
 void add_numbers(Rows& rows, const SideOptions& core) {
   const std::string section = "Limits of a link";
   rows.push_back({.section = section,
@@ -219,8 +220,7 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .min = 1,
                   .max = 10000,
                   .used_by = UsedBy::kServer,
-                  .help = "Clients at the same time, those that were lost and may return among "
-                          "them."});
+                  .help = "Clients at the same time, including lost ones that may return."});
   rows.push_back({.section = section,
                   .key = "connections_per_identity_max",
                   .type = ParameterType::kInteger,
@@ -228,8 +228,8 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .min = 0,
                   .max = 10000,
                   .used_by = UsedBy::kServer,
-                  .help = "The same that logged in as one identity: one token must not take all "
-                          "places. 0: half of connections_max, but 8 at least."});
+                  .help = "The same for one identity, so that one token cannot take all places. 0: "
+                          "half of connections_max, but at least 8."});
 }
 
 void add_times(Rows& rows, const SideOptions& core) {
@@ -241,7 +241,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .min = 0.2,
                   .max = 300,
                   .unit = "s",
-                  .help = "A peer that is silent for so long counts as gone."});
+                  .help = "A peer that was silent for this time counts as gone."});
   rows.push_back({.section = section,
                   .key = "resume.seconds",
                   .type = ParameterType::kDouble,
@@ -258,9 +258,8 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .min = 0,
                   .max = kGiB,
                   .unit = "bytes",
-                  .help =
-                      "How much of it for one peer. Beyond it the topic that has most loses its "
-                      "oldest."});
+                  .help = "How many bytes of them are kept for one peer. Beyond that the topic "
+                          "with the most bytes loses its oldest message."});
   rows.push_back({.section = section,
                   .key = "retry_min",
                   .type = ParameterType::kDouble,
@@ -287,7 +286,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .max = 300,
                   .used_by = UsedBy::kClient,
                   .unit = "s",
-                  .help = "Time for name, TCP, TLS and WebSocket together."});
+                  .help = "Time for name look-up, TCP, TLS and WebSocket together."});
   rows.push_back({.section = section,
                   .key = "login_timeout",
                   .type = ParameterType::kDouble,
@@ -309,20 +308,20 @@ void add_flow(Rows& rows, const SideOptions& core) {
                   .max = 1e12,
                   .unit = "bytes/s",
                   .help =
-                      "What this side sends on one link at the most, for connections that are paid "
-                      "by the megabyte: bytes of IP packets, as `usage_file` counts them. What is "
-                      "urgent counts and is never held back. 0: no limit; less than 1000 is taken "
-                      "for 1000 (see \"A connection that is paid by the megabyte\")."});
-  rows.push_back({.section = section,
-                  .key = "not_sent_bytes",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(16384),
-                  .min = 0,
-                  .max = 16777216,
-                  .unit = "bytes",
-                  .help =
-                      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, on a slow link fewer. "
-                      "Small keeps urgent messages fast; 0 leaves it to the host."});
+                      "The most that this side sends on one link, for connections that are paid "
+                      "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
+                      "messages count and are never held back. 0: no limit; values below 1000 mean "
+                      "1000 (see \"A connection that is paid by the megabyte\")."});
+  rows.push_back(
+      {.section = section,
+       .key = "not_sent_bytes",
+       .type = ParameterType::kInteger,
+       .fallback = whole(16384),
+       .min = 0,
+       .max = 16777216,
+       .unit = "bytes",
+       .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
+               "small value keeps urgent messages fast; 0 leaves it to the host."});
   rows.push_back({.section = section,
                   .key = "queue_delay_target",
                   .type = ParameterType::kDouble,
@@ -330,9 +329,10 @@ void add_flow(Rows& rows, const SideOptions& core) {
                   .min = 0,
                   .max = 1,
                   .unit = "s",
-                  .help = "How long what is not urgent may make others wait in the queues on the "
-                          "way: it is sent as fast as the link delivers, no faster (docs/flow.md). "
-                          "0 sends as fast as TCP takes it."});
+                  .help =
+                      "Delay that data which is not urgent may cause in the queues on the path: it "
+                      "is sent as fast as the link delivers, no faster (docs/flow.md). "
+                      "0 sends as fast as TCP takes it."});
   rows.push_back({.section = section,
                   .key = "congestion_control",
                   .fallback = "auto",

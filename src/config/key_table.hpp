@@ -1,5 +1,5 @@
-// The table of all parameters. Everything that is said about a parameter comes from here: the check
-// at start, the descriptors of `ros2 param describe` and docs/config.md.
+// The table of all parameters. All texts about a parameter come from here: the check at start, the
+// descriptors of `ros2 param describe` and docs/config.md.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace connect_bridge {
 
 enum class UsedBy : std::uint8_t { kServer, kClient, kBoth };
 
-// Looks at a string (or at each string of a list); nullopt: fine, else what was expected.
+// Checks a string (or each string of a list); nullopt: valid, else what was expected.
 using Syntax = std::optional<std::string> (*)(std::string_view text);
 
 struct KeySpec {

@@ -18,7 +18,7 @@ void add(Problems& problems, std::string_view key, std::string value, std::strin
   problems.push_back({std::string{key}, std::move(value), std::move(expected)});
 }
 
-// Who logs in by certificate shows one, over TLS, to a server that asks for it.
+// For a login by certificate the client needs one, and TLS to a server that asks for it.
 void check_certificate_login(const CheckedValues& values, const Config& config,
                              Problems& problems) {
   const char* const key = is_server(config) ? "tls.ca" : "tls.certificate";
@@ -40,7 +40,7 @@ void check_token(const CheckedValues& values, const Config& config, const Surrou
   if (method != "token" && !shows_token) {
     for (const char* key : {"auth.token", "auth.token_file"}) {
       if (values.given(key))
-        add(problems, key, "", "auth.method: token beside it, else it has no effect");
+        add(problems, key, "", "auth.method: token too, else it has no effect");
     }
   } else if (!token && !file && !around.token_in_environment) {
     add(problems, "auth.token_file", "",
@@ -50,7 +50,7 @@ void check_token(const CheckedValues& values, const Config& config, const Surrou
   }
 }
 
-// What belongs to one login method of a server: it is needed there and without effect elsewhere.
+// A key of one login method of a server: it is required there, and without effect elsewhere.
 void check_method(const CheckedValues& values, const Config& config, Problems& problems) {
   struct Part {
     const char* method;
@@ -65,12 +65,11 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
     if (in_use && needed && !values.given(key))
       add(problems, key, "", fmt::format("a value: auth.method: {} needs it", method));
     if (is_server(config) && !in_use && values.given(key))
-      add(problems, key, "",
-          fmt::format("auth.method: {} beside it, else it has no effect", method));
+      add(problems, key, "", fmt::format("auth.method: {} too, else it has no effect", method));
   }
 }
 
-// On the way to whom this login method asks.
+// The proxy on the way to the address that this login method asks.
 std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Surroundings& around,
                                                 Problems& problems) {
   const char* const key = auth.method == "service" ? "auth.service" : "auth.jwt_keys";
@@ -82,7 +81,7 @@ std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Su
   if (!wrong.empty())
     add(problems, key, "",
         fmt::format("http://host:port in the environment variable {}; or its host in no_proxy, "
-                    "where the way to it needs no proxy",
+                    "if it is reached without a proxy",
                     wrong));
   return proxy;
 }

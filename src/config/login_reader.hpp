@@ -8,10 +8,10 @@
 
 namespace connect_bridge {
 
-// Adds what is wrong with the proxy of the environment, where the login method needs one.
+// Adds what is wrong with the environment's proxy, if the login method needs one.
 [[nodiscard]] AuthConfig read_auth(const CheckedValues& values, const Surroundings& around,
                                    std::vector<Problem>& problems);
-// Adds what is wrong between the keys of the login; role and login of `config` are set.
+// Adds contradictions between the keys of the login; role and login of `config` are set.
 void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,
                  std::vector<Problem>& problems);
 

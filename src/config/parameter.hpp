@@ -1,4 +1,4 @@
-// Parameters in texts, and what is said about one that is wrong.
+// Parameters as text, and problems of parameters.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ namespace connect_bridge {
 // One mistake of the operator. The value of a secret never appears.
 struct Problem {
   std::string key;
-  std::string value;     // as given; empty: the key is missing or the mistake lies between keys
+  std::string value;     // as given; empty: the key is missing, or keys contradict each other
   std::string expected;  // what was expected, as a sentence part: "a number from 1 to 65535"
 };
 

@@ -38,13 +38,13 @@ void add_listen(Rows& rows, const std::string& section) {
        .type = ParameterType::kStrings,
        .fallback = Strings{},
        .syntax = check_address_range,
-       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are believed for whom "
-               "they connect: limits and logs are of that address. Beyond loopback and without "
+       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
+               "the client's address: limits and logs then go by that. Beyond loopback and without "
                "TLS nobody else may connect, unless allow_plaintext."});
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
        .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
-       .help = "How they tell it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
+       .help = "How they give it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
                "protocol (1 or 2), with which each of their connections must then begin."});
 }
 

@@ -1,4 +1,4 @@
-// The rows of the key table that are about who is reached where.
+// The rows of the key table about addresses, URLs and proxies.
 #pragma once
 
 #include <vector>

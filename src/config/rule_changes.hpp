@@ -21,7 +21,7 @@ struct RuleChanges {
 // "1 added (watch), 2 changed (a, b)", "none changed"; for log lines.
 [[nodiscard]] std::string to_text(const RuleChanges& changes);
 
-// What a parameter file that was read again means for a program that runs.
+// What a parameter file that was read again changes in a running program.
 struct FileChanges {
   std::vector<Parameter> changes;  // for apply_change(); without a value: not in the file now
   std::vector<std::string> fixed;  // keys that differ and need a restart

@@ -29,9 +29,9 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
                      [&](const Pattern& pattern) { return pattern.matches(name); });
 }
 
-// Of a client without rules. All that the server lets it have exists here. Of what is here the
-// server may receive topics; its rules say which. It may never call what is here: a client trusts
-// no server so far.
+// For a client without rules. Everything that the server allows exists here. The server may receive
+// the topics of this side that its rules import. It may never call services here: a client does not
+// trust a server that far.
 Rule default_rule() {
   Rule rule;
   rule.name = "default";
@@ -40,14 +40,16 @@ Rule default_rule() {
   rule.import_services = patterns({"/**"});
   rule.import_actions = patterns({"/**"});
   rule.import_parameters = patterns({"/**"});
-  // Every node has it; merged with the local one nobody could tell who speaks.
+  // Every node publishes it; merged with the local one, the sender of a message could not be
+  // identified.
   rule.deny = patterns({"/rosout"});
   rule.treatment.compression.automatic = true;  // as every rule has it
   return rule;
 }
 
 // With `clock: publish` the core makes /clock from the link's clock offset. The peer's own /clock
-// beside it would be a second, late time; and what we publish must not go back as ours.
+// in addition would be a second, late time; and the /clock that we publish must not be exported
+// back.
 Rule clock_rule(const std::string& name) {
   Rule rule;
   rule.name = name + ".clock";  // a dot: no rule of the operator has this name
@@ -86,7 +88,7 @@ class RuleReader {
     return fmt::format("rule.{}.{}", name_, suffix);
   }
 
-  // A list that is wrong counts, since its own problem is told already.
+  // A wrong list counts too, since its own problem is reported already.
   [[nodiscard]] bool allows_or_denies() const {
     return std::any_of(std::begin(kRights), std::end(kRights), [&](const char* suffix) {
       const std::string right = key(suffix);
@@ -141,14 +143,14 @@ void check_clock(const CheckedValues& values, const RuleReader& reader, const Ru
   const std::string rate = reader.key("clock_rate");
   if (values.text(clock) != "publish") {
     if (values.given(rate) && !(values.given(clock) && !values.valid(clock))) {
-      problems.push_back({rate, "", "clock: publish beside it, else the rate has no meaning"});
+      problems.push_back({rate, "", "clock: publish too, else the rate has no meaning"});
     }
     return;
   }
   if (values.valid(reader.key("import_topics")) && !matches(rule.import_topics, "/clock")) {
     problems.push_back({clock, "\"publish\"", "/clock among import_topics of this rule"});
   } else if (!values.given(reader.key("import_topics"))) {
-    problems.push_back({clock, "\"publish\"", "import_topics: [/clock] beside it"});
+    problems.push_back({clock, "\"publish\"", "import_topics: [/clock] too"});
   }
   if (set.clock_publish_period != Duration::zero()) {
     problems.push_back({clock, "\"publish\"", "only one rule with clock: publish"});

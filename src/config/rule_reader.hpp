@@ -19,7 +19,7 @@ struct RuleSet {
   Duration clock_publish_period = Duration::zero();
 };
 
-// Adds to problems and warnings; what it returns is meant only if there are no problems.
+// Adds to problems and warnings; the result is valid only if there are no problems.
 [[nodiscard]] RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);

@@ -20,7 +20,7 @@ Strings texts(const Words& words) {
   return list;
 }
 
-// What a rule lets through.
+// What a rule allows.
 void add_rule_rights(Rows& rows) {
   const auto patterns = [&](const char* key, const char* help) {
     rows.push_back({.section = "Keys of a rule: what it allows",
@@ -62,7 +62,7 @@ void add_rule_rights(Rows& rows) {
          "Only for members of these groups (or the identities).");
 }
 
-// How a rule treats what it lets through.
+// How a rule treats what it allows.
 void add_rule_treatment(Rows& rows) {
   const auto add = [&](KeySpec spec) {
     spec.section = "Keys of a rule: how it treats messages";
@@ -140,9 +140,11 @@ void add_rule_resume(Rows& rows) {
        .key = "rule.<name>.resume",
        .type = ParameterType::kBool,
        .changeable = true,
-       .help = "Whether what a lost connection loses of reliable volatile topics comes late (see "
-               "\"After a break\"). Unset: yes, but for what is urgent, by its type too, or has a "
-               "max_age."});
+       .help =
+           "Whether messages of reliable volatile topics that a lost connection loses are sent "
+           "again (see "
+           "\"After a break\"). Unset: yes, except for what is urgent (also by its type) or has a "
+           "max_age."});
 }
 
 // The same for calls of services.
@@ -169,8 +171,8 @@ void add_rule_calls(Rows& rows) {
        .max = 1000,
        .changeable = true,
        .unit = "requests",
-       .help = "Requests that a server's queue keeps. No more are handed over that it may not have "
-               "taken yet; 0: every request is handed over at once."});
+       .help = "Depth of the server's request queue: at most so many requests are handed over that "
+               "it may not have taken yet; 0: every request is handed over at once."});
   add({.key = "call_timeout",
        .type = ParameterType::kDouble,
        .min = 0.01,

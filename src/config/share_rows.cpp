@@ -23,11 +23,12 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                   .min = 1 << 20,
                   .max = 1024 * kGiB,
                   .unit = "bytes",
-                  .help = "What all peers together may make this side hold: unfinished messages, "
-                          "queues, calls, bases, histories. No identity has more of it than it "
-                          "leaves to the others, and no link of an identity more than it leaves to "
-                          "the others of it: one alone has a third. What finds no room is dropped "
-                          "(`memory` in the status) or refused."});
+                  .help =
+                      "Memory that all peers together may use at this side: unfinished messages, "
+                      "queues, calls, bases, histories. No identity may use more than it leaves to "
+                      "the others, and no link of an identity more than it leaves to its other "
+                      "links: a single link may use a third. What does not fit is dropped "
+                      "(`memory` in the status) or refused."});
   rows.push_back(
       {.section = section,
        .key = "mirrors_per_second",
@@ -35,19 +36,20 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
        .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
        .min = 1,
        .max = 100000,
-       .help = "Publishers that the peers of one identity may make appear here, after " +
-               std::to_string(core.account.mirrors_at_once) +
-               " at once, and as many subscriptions for what they listen to. Those beyond appear "
-               "later: each costs every process of the graph."});
-  rows.push_back({.section = section,
-                  .key = "peer_packets_per_second",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(50'000),
-                  .min = 0,
-                  .max = 1'000'000'000,
-                  .help =
-                      "WebSocket messages that are read from a peer; beyond, reading waits, and "
-                      "so does the peer. What 4 seconds allow passes at once. 0: no limit."});
+       .help =
+           "Publishers that the peers of one identity may create here, after " +
+           std::to_string(core.account.mirrors_at_once) +
+           " at once, and as many subscriptions for what they listen to. Further ones are created "
+           "later: each costs every process of the graph."});
+  rows.push_back(
+      {.section = section,
+       .key = "peer_packets_per_second",
+       .type = ParameterType::kInteger,
+       .fallback = whole(50'000),
+       .min = 0,
+       .max = 1'000'000'000,
+       .help = "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
+               "peer has to wait. A burst of 4 seconds' worth passes at once. 0: no limit."});
   rows.push_back({.section = section,
                   .key = "peer_bytes_per_second",
                   .type = ParameterType::kInteger,

@@ -1,4 +1,4 @@
-// The rows of the key table that are about the shares of peers in what this side has.
+// The rows of the key table about the shares of peers in this side's resources.
 #pragma once
 
 #include <vector>

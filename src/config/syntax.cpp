@@ -50,7 +50,7 @@ std::optional<Bytes> parse_ipv4(std::string_view text) {
   while (rest) {
     const std::string_view part = take(rest, '.');
     const auto octet = number(part, 10, 3, 255);
-    // A leading zero means octal to some resolvers; nobody should have to guess.
+    // A leading zero means octal to some resolvers, so it is not accepted.
     if (!octet || (part.size() > 1 && part[0] == '0')) return std::nullopt;
     bytes.push_back(static_cast<std::uint8_t>(*octet));
   }
@@ -101,7 +101,7 @@ bool is_host_name(std::string_view text) {
          });
 }
 
-// Nothing that would need escaping or could break a request line.
+// Only characters that need no escaping and cannot break a request line.
 bool is_target(std::string_view text) {
   return !text.empty() && text.front() == '/' && std::all_of(text.begin(), text.end(), [](char c) {
     return c > ' ' && c < 0x7f && c != '#' && c != '"' && c != '<' && c != '>' && c != '\\';
@@ -241,7 +241,7 @@ Complaint check_address_range(std::string_view text) {
   const unsigned bits_max = parse_ipv4(address) ? 32 : 128;
   const auto bits =
       slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 10, 3, bits_max);
-  // With 0 bits everybody would be a proxy.
+  // With 0 bits every address would be a proxy.
   return expect(is_ip_address(address) && bits && *bits > 0,
                 "an IP address or a range of them, e.g. 127.0.0.1 or 10.0.0.0/8");
 }
@@ -287,7 +287,7 @@ Complaint check_prefix(std::string_view text) {
 Complaint check_pattern(std::string_view text) {
   const auto pattern = Pattern::parse(text);
   if (pattern) return std::nullopt;
-  // The error names the text and then what was expected; the text is told by the Problem already.
+  // The error contains the text and then what was expected; the Problem contains the text already.
   constexpr std::string_view kExpected = "expected ";
   const std::string& message = pattern.error().message;
   const std::size_t at = message.rfind(kExpected);

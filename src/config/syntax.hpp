@@ -14,11 +14,12 @@
 namespace connect_bridge::syntax {
 
 [[nodiscard]] bool is_ip_address(std::string_view text);
-// "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public: the safe error.
+// "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public, which is the safe
+// choice.
 [[nodiscard]] bool is_loopback(std::string_view host);
 // The parts of listen.address, which commas divide.
 [[nodiscard]] std::vector<std::string> listen_addresses(std::string_view text);
-// Whether all of them are.
+// Whether all of them are loopback.
 [[nodiscard]] bool listens_on_loopback(std::string_view text);
 [[nodiscard]] std::optional<DialConfig> parse_url(std::string_view text);
 // "https://..."; on this machine "http://..." too.

@@ -43,14 +43,14 @@ bool origin_allowed(const std::vector<std::string>& origins, const std::string& 
   });
 }
 
-// Both versions, where HTTP was expected. The parser may have passed over empty lines.
+// Detects both versions, where HTTP was expected. The parser may have passed over empty lines.
 bool is_proxy_protocol(asio::const_buffer received) {
   const std::string_view text{static_cast<const char*>(received.data()), received.size()};
   constexpr std::string_view kVersion2{"\0\r\nQUIT\n", 8};
   return text.starts_with("PROXY ") || text.substr(0, 12).find(kVersion2) != std::string_view::npos;
 }
 
-// What is wrong with the request, seen as the opening of a connection of ours.
+// Why the request does not open a connection of this protocol.
 std::optional<Refusal> refusal_of(const HttpRequest& request, const AcceptOptions& options) {
   const std::string target = to_string(request.target());
   const std::string path = target.substr(0, target.find('?'));
@@ -195,7 +195,7 @@ void Acceptance::on_tls(const ErrorCode& error) {
   fail("TLS: " + failure_text(error, socket_->next_layer().tls(), {}));
 }
 
-// Below TLS: whoever sent plain HTTP can read nothing else.
+// Written below TLS: a client that sent plain HTTP cannot read anything else.
 void Acceptance::answer_plain_http() {
   static constexpr char kAnswer[] =
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n"

@@ -43,7 +43,7 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
   // For whom the proxy connects, if it tells. When that one may go on; none: not at all.
   using Identify = std::function<std::optional<TimePoint>(const std::optional<Source>&)>;
 
-  // `identify`: of a connection from a trusted proxy, else empty.
+  // `identify`: for a connection from a trusted proxy, else empty.
   Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify);
   ~Acceptance();
   // Begins when its turn has come. `done` is called once, when the WebSocket is open or the socket

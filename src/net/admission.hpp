@@ -11,9 +11,9 @@
 
 namespace connect_bridge {
 
-// A place is given back when its last owner lets go of it, also after the Admission is gone. Where
-// there is none left, the oldest connection without a login gives way: one that means to log in
-// does so within a round trip. Single-threaded.
+// A place is given back when its last owner releases it, also after the Admission is destroyed.
+// When no place is left, the oldest connection without a login is closed: a real client logs in
+// within a round trip. Single-threaded.
 class Admission {
  public:
   // The place of a connection without a login.
@@ -34,7 +34,7 @@ class Admission {
   explicit Admission(Options options)
       : state_(std::make_shared<State>()), options_(std::move(options)) {}
 
-  // A place for an open WebSocket; null when all are taken by those who have logged in.
+  // A place for an open WebSocket; null when connections with a login have all of them.
   std::shared_ptr<void> take_connection() {
     if (state_->connections >= options_.connections_max)
       give_way(Limit::kConnections, [](const Entry& entry) { return entry.place->open; });
@@ -44,7 +44,7 @@ class Admission {
   }
 
   // A place for a connection without a login. `share`: how many times the usual number its address
-  // may have; 0: any number, until it is told whom the connection is for.
+  // may have; 0: any number, until the proxy has said for which client it connects.
   std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
     make_room(address, share);
     if (state_->pending.size() >= options_.pending_max)
@@ -58,7 +58,7 @@ class Admission {
             }};
   }
 
-  // The proxy has told of which address it is: there it counts from now on.
+  // The proxy has given the client's address: the connection counts there from now on.
   void move_pending(const Pending& place, const std::string& address, int share) {
     for (auto& [number, entry] : state_->pending) {
       if (entry.place != &place) continue;

@@ -22,7 +22,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr int kAuthorityDays = 3650;
-// The clock of a robot that has just started may be behind.
+// The clock of a robot that has just started may be slow.
 constexpr long kEarlierSeconds = 86400;
 constexpr int kSerialBits = 159;            // RFC 5280 section 4.1.2.2: 20 bytes, positive
 constexpr std::size_t kCommonNameMax = 64;  // RFC 5280, upper bounds
@@ -39,7 +39,7 @@ struct Free {
 template <class T>
 using Owned = std::unique_ptr<T, Free>;
 
-// What OpenSSL refuses here is memory or randomness, which nobody can act on in another way.
+// OpenSSL fails here only for lack of memory or randomness, and nothing can be done about that.
 struct Failed {
   std::string what;
 };
@@ -98,7 +98,7 @@ void add_extensions(X509* certificate, X509* issuer, const Subject& subject) {
   add_extension(certificate, issuer, NID_subject_key_identifier, "hash");
   if (authority) return;
   add_extension(certificate, issuer, NID_authority_key_identifier, "keyid");
-  // A client's certificate must not make it a server.
+  // A client must not be able to act as a server with its certificate.
   add_extension(certificate, issuer, NID_ext_key_usage, subject.usage);
   if (!subject.alternatives.empty())
     add_extension(certificate, issuer, NID_subject_alt_name, subject.alternatives);
@@ -196,7 +196,7 @@ std::string alternatives_of(const std::vector<std::string>& hosts) {
   return text;
 }
 
-// What the folder has already; without a key if there is none.
+// The authority that the folder has already.
 std::optional<Signed> read_authority(const std::string& name, std::string& problem) {
   const Owned<BIO> certificate{BIO_new_file((name + ".crt").c_str(), "r")};
   const Owned<BIO> key{BIO_new_file((name + ".key").c_str(), "r")};
@@ -209,13 +209,15 @@ std::optional<Signed> read_authority(const std::string& name, std::string& probl
   if (read.certificate && read.key &&
       X509_check_private_key(read.certificate.get(), read.key.get()) == 1)
     return read;
-  problem = name + ".crt and " + name + ".key are no authority to sign with: the certificate and " +
+  problem = name + ".crt and " + name +
+            ".key cannot be used as an authority: the certificate and " +
             "its key, without a passphrase, are both needed";
   return std::nullopt;
 }
 
 Signed new_authority() {
-  // Two authorities must not have one name: who trusts both could not tell whose signature it is.
+  // Two authorities must not have the same name: a machine that trusts both could not tell their
+  // signatures apart.
   unsigned char random[4];
   must(RAND_bytes(random, sizeof random) == 1, "make random numbers");
   char text[2 * sizeof random + 1];
@@ -303,7 +305,7 @@ std::string pin_of_file(const std::string& file, std::string& problem) {
                                        : nullptr};
   ERR_clear_error();
   if (certificate) return pin_of_certificate(certificate.get());
-  problem = file + " is no certificate";
+  problem = file + " is not a certificate";
   return {};
 }
 

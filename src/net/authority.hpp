@@ -1,4 +1,4 @@
-// A private authority for people who have none: makes certificates for a server and its clients.
+// A private certificate authority: makes certificates for a server and its clients.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ struct CertificatesMade {
   std::string pin;                 // of the server's key (tls.pin); empty: none was made
 };
 
-// The authority is ca.crt with ca.key; one that is there already signs what is new. The server's
+// The authority is ca.crt with ca.key; an existing one signs the new certificates. The server's
 // are server.crt and server.key, a client's client-NAME.crt and client-NAME.key. Keys are for ECDSA
 // (P-256), their files readable by the owner alone. No file is overwritten.
 [[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);

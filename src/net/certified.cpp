@@ -20,7 +20,7 @@ struct Free {
   void operator()(GENERAL_NAMES* names) const { GENERAL_NAMES_free(names); }
 };
 
-// An authority signs what it is asked to: still no more than a name that can be shown.
+// An authority may sign any text: only a name that can be shown is accepted.
 std::optional<std::string> name_of(const ASN1_STRING* text) {
   unsigned char* utf8 = nullptr;
   const int size = ASN1_STRING_to_UTF8(&utf8, text);
@@ -31,7 +31,7 @@ std::optional<std::string> name_of(const ASN1_STRING* text) {
   return name;
 }
 
-// All entries of this kind, or nothing if one of them is no name.
+// All entries of this kind, or nullopt if one of them is not a valid name.
 std::optional<std::vector<std::string>> entries(X509_NAME* subject, int kind) {
   std::vector<std::string> found;
   for (int at = -1; (at = X509_NAME_get_index_by_NID(subject, kind, at)) >= 0;) {

@@ -1,4 +1,4 @@
-// Who the other end is by the certificate that it has shown.
+// The peer's identity from the certificate that it has shown.
 #pragma once
 
 #include <openssl/ssl.h>
@@ -10,18 +10,19 @@
 
 namespace connect_bridge {
 
-// What a client names as its method of login; the credential beside it is empty.
+// The login method that a client names; its credential is empty.
 inline constexpr char kCertificateLogin[] = "certificate";
 
-// The identity, or a reason for our log why there is none.
+// The identity, or the reason (for our log) why there is none.
 struct Certified {
   std::optional<Identity> identity;
   std::string reason;
 };
 
-// After a handshake that wanted a certificate and has verified it. The name is the subject's common
-// name, without one the first of the alternative names (mail address, name, URI); the groups are
-// the organizations of the subject; it expires with the certificate. `tls` may be null.
+// To be called after a handshake that has requested and verified a certificate. The name is the
+// subject's common name, without one the first of the alternative names (mail address, name, URI);
+// the groups are the organizations of the subject; it expires with the certificate. `tls` may be
+// null.
 [[nodiscard]] Certified certified_by(SSL* tls);
 
 }  // namespace connect_bridge

@@ -78,7 +78,7 @@ void Dialing::on_tls(const ErrorCode& error) {
   if (!done_) return;
   SSL* const tls = socket_->next_layer().tls();
   if (error) return fail("TLS: " + failure_text(error, tls, server_name()));
-  // Before the first byte of ours.
+  // Checked before we send the first byte.
   const std::string problem = pin_problem(tls, options_.tls.pins);
   if (!problem.empty()) return fail("TLS: " + problem);
   upgrade();
@@ -118,7 +118,7 @@ std::string Dialing::upgrade_problem(const ErrorCode& error) const {
     return "the other end ended the connection instead of answering the WebSocket handshake";
   }
   if (error.category() == make_error_code(http::error::bad_version).category()) {
-    return "what answers there is no HTTP server (" + error.message() +
+    return "what answers there is not an HTTP server (" + error.message() +
            "); is it a TLS port (wss://)?";
   }
   if (error.category() == make_error_code(websocket::error::closed).category()) {

@@ -20,14 +20,15 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   // The open WebSocket, or null and why not.
   using Done = std::function<void(std::shared_ptr<WebSocket>, std::string problem)>;
 
-  // `tls`: for a secure URL; if it is null then, nothing is dialed, and cancel() has to tell why.
+  // `tls`: for a secure URL; if it is null for one, nothing is dialed, and the caller gives the
+  // reason by cancel().
   Dialing(asio::io_context& io, DialOptions options, SocketOptions sockets, TlsContext tls);
   ~Dialing();
   // `done` is called once, never from inside start().
   void start(Done done);
-  // Gives up: `done` is called with this problem, soon.
+  // Cancels: `done` is called with this problem, soon.
   void cancel(std::string problem);
-  // Gives up without a word.
+  // Cancels; `done` is not called.
   void abandon();
 
  private:

@@ -55,7 +55,7 @@ std::string refusal(const Asking& asking) {
     return (asking.proxy.login.empty() ? "it wants a login (" : "it refuses this login (") +
            asking.proxy.login_key + ")";
   const auto reason = http::obsolete_reason(status);
-  return "it refuses the way with HTTP " + std::to_string(asking.answer.get().result_int()) + " " +
+  return "it refuses CONNECT with HTTP " + std::to_string(asking.answer.get().result_int()) + " " +
          std::string{reason.data(), reason.size()};
 }
 
@@ -63,7 +63,7 @@ std::string problem_of(const Asking& asking, const ErrorCode& error) {
   if (error == http::error::end_of_stream || error == http::error::partial_message)
     return "it ended the connection instead of answering";
   if (error.category() == make_error_code(http::error::bad_version).category())
-    return "what answers there is no HTTP proxy (" + error.message() + ")";
+    return "what answers there is not an HTTP proxy (" + error.message() + ")";
   if (error) return failure_text(error, nullptr, {});
   if (http::to_status_class(asking.answer.get().result()) != http::status_class::successful)
     return refusal(asking);

@@ -15,8 +15,8 @@ namespace connect_bridge {
 [[nodiscard]] std::string proxy_text(const HttpProxy& proxy);
 
 // On a connection to the proxy, before anything else; after it the bytes go to and come from the
-// server. `done` is called once with what is wrong, empty if nothing, and not from inside. Without
-// a time limit: to give up close the socket. An answer has 8 KiB of header at most.
+// server. `done` is called once, with what is wrong (empty if nothing), and not from inside this
+// call. There is no timeout: close the socket to cancel. An answer has 8 KiB of header at most.
 void open_way(std::shared_ptr<TcpSocket> socket, const HttpProxy& proxy, const std::string& host,
               std::uint16_t port, std::function<void(std::string problem)> done);
 

@@ -1,4 +1,4 @@
-// One HTTP request and its answer, for login methods that ask others.
+// One HTTP request and its answer, for login methods that use an external service.
 #pragma once
 
 #include <mutex>

@@ -17,7 +17,7 @@ TimePoint steady_now() {
   return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
 }
 
-// Whom limits count: an IPv6 customer has at least a /64 of addresses.
+// The key that limits count by: an IPv6 customer has at least a /64 of addresses.
 std::string limit_key(const asio::ip::address& address) {
   if (address.is_v4()) return address.to_string();
   auto bytes = address.to_v6().to_bytes();

@@ -120,7 +120,7 @@ void Network::State::watch_routes() {
   routes = std::make_shared<RouteWatch>(io, [this] { on_routes_changed(); });
   const std::string problem = routes->open();
   if (!problem.empty() && events.log)
-    events.log(Log{LogLevel::kDebug, "changes of the network go unnoticed: " + problem});
+    events.log(Log{LogLevel::kDebug, "changes of the network are not noticed: " + problem});
 }
 
 void Network::State::on_routes_changed() {

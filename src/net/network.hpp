@@ -31,7 +31,7 @@ struct NetworkEvents {
   std::function<void(Input&&)> input;
   // The next packet to send on a connection, or nullopt when there is none now.
   std::function<std::optional<Packet>(ConnectionId)> next_packet;
-  // May be empty. Strangers' attempts are told at kDebug.
+  // May be empty. Attempts of unknown clients are logged at kDebug.
   std::function<void(Log&&)> log;
 };
 
@@ -62,7 +62,7 @@ struct NetworkCounts : DoorCounts {
 class Network {
  public:
   Network(boost::asio::io_context& io, NetworkEvents events, SocketOptions sockets = {});
-  // Closes what is left at once and delivers nothing more.
+  // Closes all remaining connections at once and delivers nothing more.
   ~Network();
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
@@ -81,8 +81,8 @@ class Network {
   // all together or not at all, for connections that begin from now on.
   void check_files();
 
-  // There may be something to send, and what was received has been handled. Call after each input.
-  // Cheap where nothing is to be done.
+  // There may be something to send, and what was received has been handled. Call it after each
+  // input; it is cheap when there is nothing to do.
   void ready();
 
   // The peer has logged in (server) or welcomed us (client): it may send packets up to this size.
@@ -92,14 +92,14 @@ class Network {
   // follows; ConnectionClosed (or, for a dial under way, DialFailed) does, within a second.
   void close(ConnectionId connection, CloseCode code, const std::string& reason);
 
-  // Stops to listen and closes everything with kGoingAway. Within a second the io_context has
+  // Stops listening and closes everything with kGoingAway. Within a second the io_context has
   // nothing of ours left to do.
   void stop();
   // Whether ConnectionClosed was delivered for every connection.
   [[nodiscard]] bool all_closed() const;
 
   [[nodiscard]] std::optional<SocketFacts> facts(ConnectionId connection) const;
-  // Who the other end of an open connection is by its certificate.
+  // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
   // Of all WebSockets since the start; a handshake that failed is not among them.

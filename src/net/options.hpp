@@ -1,4 +1,4 @@
-// What the network layer can be told. `config` fills these; every limit has a default.
+// Options of the network layer. `config` fills these; every limit has a default.
 #pragma once
 
 #include <chrono>
@@ -28,8 +28,7 @@ struct ClientTls {
   std::string certificate_file;  // PEM, shown to a server that wants one; empty: none
   std::string private_key_file;  // PEM
   // SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With pins
-  // and without `ca_file` the key alone decides: neither name nor dates nor authority are looked
-  // at.
+  // and without `ca_file` the key alone decides: name, dates and authority are not checked.
   std::vector<std::string> pins;
 
   bool operator==(const ClientTls&) const = default;
@@ -38,15 +37,15 @@ struct ClientTls {
 // Treatment of every TCP connection.
 struct SocketOptions {
   // TCP_NOTSENT_LOWAT: the next packet is pulled only while fewer bytes than this wait unsent in
-  // the kernel, so that what is urgent overtakes at the last moment (design section 6).
-  // 0: left to the kernel, then every packet goes out at once.
+  // the kernel, so that urgent data overtakes at the last moment (docs/flow.md). 0: left to the
+  // kernel, then every packet goes out at once.
   std::uint32_t unsent_bytes_max = 16384;
   // Bytes a client masks and sends in one go.
   std::uint32_t write_buffer_bytes = 128 << 10;
   // "bbr", "cubic", ...; "auto": bbr where the host allows it; empty or "host": the host's default
   std::string congestion_control;
-  // What is read from a connection per second; beyond, reading waits, and so does who sends. 0: no
-  // limit. What makes up a burst of receive_burst passes at once.
+  // What is read from a connection per second; beyond it reading pauses, and the sender has to
+  // wait. 0: no limit. A burst of receive_burst passes at once.
   double receive_packets_per_second = 50'000;
   double receive_bytes_per_second = 0;
   double receive_text_bytes_per_second = 4 << 20;  // control messages, which cost the most
@@ -55,8 +54,8 @@ struct SocketOptions {
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
 };
 
-// How a proxy tells for whom it connects. One way only: what a proxy does not write itself it may
-// hand on as a client has written it.
+// How a proxy gives the client's address. Only one way is used: a header that the proxy does not
+// write itself may come from the client unchanged.
 enum class ToldBy : std::uint8_t { kXForwardedFor, kForwarded, kProxyProtocol };
 
 struct ListenOptions {
@@ -72,9 +71,9 @@ struct ListenOptions {
   // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
   // Programs send no origin and are not concerned.
   std::vector<std::string> origins;
-  // Addresses and ranges ("10.0.0.0/8") of proxies that are believed whom they connect for: the
-  // limits for an address then count that one. With ToldBy::kProxyProtocol all their connections
-  // must begin with such a header; nobody else's may.
+  // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
+  // the limits for an address then use that. With ToldBy::kProxyProtocol all their connections must
+  // begin with such a header; connections of others must not.
   std::vector<std::string> trusted_proxies;
   ToldBy told_by = ToldBy::kXForwardedFor;
   bool proxies_only = false;         // others are dropped
@@ -91,12 +90,12 @@ struct ListenOptions {
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 
-// A proxy that is asked for the way to the server (CONNECT), over plain HTTP.
+// An HTTP proxy on the way to the server (CONNECT), over plain HTTP.
 struct HttpProxy {
   std::string host;  // name or address literal, IPv6 without its brackets
   std::uint16_t port = 80;
   std::string login;                           // "user:password"; empty: none
-  std::string login_key = "http_proxy_login";  // what a person gives the login in
+  std::string login_key = "http_proxy_login";  // where a person sets the login
 };
 
 struct DialOptions {

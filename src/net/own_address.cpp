@@ -11,7 +11,7 @@
 namespace connect_bridge {
 namespace {
 
-// Of TEST-NET-1 (RFC 5737): connect() of UDP asks the routes and sends nothing.
+// From TEST-NET-1 (RFC 5737): connect() on UDP only looks up the route and sends nothing.
 constexpr char kFarAway[] = "192.0.2.1";
 constexpr std::uint16_t kAnyPort = 9;
 

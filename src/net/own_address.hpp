@@ -1,4 +1,4 @@
-// Under which address others may reach this machine.
+// The address under which others may reach this machine.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 namespace connect_bridge {
 
 // That of the interface with the default route; without one, of the first interface that is no
-// loopback; else 127.0.0.1. Sends nothing. Behind a NAT or a proxy it is not what others dial.
+// loopback; else 127.0.0.1. Sends nothing. Behind a NAT or a proxy others dial another address.
 [[nodiscard]] std::string own_address();
 
 }  // namespace connect_bridge

@@ -90,7 +90,7 @@ ProxyHeader version2(ByteView bytes) {
   if ((command != 0x20 && command != 0x21) || body > kBody2Max) return wrong();
   if (bytes.size() < kHead2 + body) return more(kHead2 + body - bytes.size());
   if (bytes.size() > kHead2 + body) return wrong();
-  // LOCAL: the proxy asks for itself whether we are there.
+  // LOCAL: the proxy connects for itself, to check that we are alive.
   if (command == 0x20 || (family != kTcp4 && family != kTcp6)) return complete({});
   const ByteView rest = bytes.subspan(kHead2);
   const std::size_t size = family == kTcp4 ? 4 : 16;
@@ -125,8 +125,8 @@ bool ends_in_quotes(std::string_view text) {
   return quoted;
 }
 
-// The parts between separators that are outside quotes. Where a client has left a quote open, what
-// the proxy has added behind it is a part all the same.
+// The parts between separators that are outside quotes. If a client has left a quote open, what the
+// proxy has added after it is still a part of its own.
 std::vector<std::string_view> split(std::string_view text, char separator) {
   const bool with_quotes = !ends_in_quotes(text);
   std::vector<std::string_view> parts;
@@ -160,7 +160,7 @@ std::optional<Source> source_of(std::string_view text) {
   if (!address) return std::nullopt;
   if (port.empty()) return Source{*address, 0};
   const auto parsed = port.front() == ':' ? number<std::uint16_t>(port.substr(1)) : std::nullopt;
-  // An obfuscated port (RFC 7239 section 6.3) tells nothing, and changes nothing.
+  // An obfuscated port (RFC 7239 section 6.3) counts as not known.
   return Source{*address, parsed.value_or(0)};
 }
 

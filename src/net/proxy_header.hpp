@@ -1,5 +1,5 @@
-// How a proxy tells for whom it connects: the PROXY protocol before the first byte, X-Forwarded-For
-// or Forwarded in the request. Pure; the caller has to know that the proxy may be believed.
+// How a proxy gives the client's address: the PROXY protocol before the first byte, X-Forwarded-For
+// or Forwarded in the request. Pure; the caller checks that the proxy is trusted.
 #pragma once
 
 #include <boost/asio/ip/address.hpp>
@@ -13,7 +13,7 @@
 
 namespace connect_bridge {
 
-// Addresses of which the first bits are the same: "10.0.0.0/8", "fd00::/8", "192.0.2.1".
+// A range of addresses with the same first bits: "10.0.0.0/8", "fd00::/8", "192.0.2.1".
 class AddressRange {
  public:
   static std::optional<AddressRange> parse(std::string_view text);
@@ -27,30 +27,30 @@ using AddressRanges = std::vector<AddressRange>;
 
 [[nodiscard]] bool contain(const AddressRanges& ranges, const boost::asio::ip::address& address);
 
-// IPv4 addresses that are written as IPv6 ones are shown, and counted, as what they are.
+// IPv4 addresses in IPv6 notation are shown and counted as IPv4.
 [[nodiscard]] boost::asio::ip::address plain_address(const boost::asio::ip::address& address);
 
 struct Source {
   boost::asio::ip::address address;
-  std::uint16_t port = 0;  // 0: not told
+  std::uint16_t port = 0;  // 0: not known
 };
 
-// What is known after the first bytes of a connection with the PROXY protocol, version 1 or 2
+// The result of reading the first bytes of a connection with the PROXY protocol, version 1 or 2
 // (https://www.haproxy.org/download/2.8/doc/proxy-protocol.txt).
 struct ProxyHeader {
   enum class State : std::uint8_t { kMore, kComplete, kWrong };
   State state = State::kMore;
-  std::size_t missing = 0;       // kMore: so many bytes belong to the header at least
-  std::optional<Source> source;  // kComplete; without one the proxy speaks for itself
+  std::size_t missing = 0;       // kMore: at least so many more bytes belong to the header
+  std::optional<Source> source;  // kComplete; none: the proxy connects for itself
 };
-// Given no byte it tells how many to begin with. A header has at most 2064 bytes.
+// Without any bytes it returns how many to read first. A header has at most 2064 bytes.
 [[nodiscard]] ProxyHeader read_proxy_header(ByteView bytes);
 
 enum class ForwardedBy : std::uint8_t { kXForwardedFor, kForwarded };  // RFC 7239
 
-// The client's address in the lines of that header, in their order. Each proxy adds its neighbour
-// at the right: the answer is the first from there that is no trusted proxy. Where an entry is no
-// address the one at its right is the last that is known; nullopt: there is none.
+// The client's address from the lines of that header, in their order. Each proxy adds its neighbour
+// at the right: the result is the first entry from the right that is not a trusted proxy. If that
+// entry is not an address, the entry at its right is the last known one; nullopt: there is none.
 [[nodiscard]] std::optional<Source> forwarded_source(ForwardedBy kind,
                                                      const std::vector<std::string_view>& lines,
                                                      const AddressRanges& trusted);

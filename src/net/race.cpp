@@ -63,7 +63,7 @@ void Race::begin_next() {
 void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {
   if (!done_) return;
   running_.erase(attempt);
-  // It may have connected in the moment in which its time was over.
+  // It may have connected at the moment when its time was over.
   if (!error && !attempt->socket.is_open()) error = asio::error::operation_aborted;
   if (!error) {
     attempt->limit.cancel();

@@ -16,10 +16,10 @@
 namespace connect_bridge {
 
 // Connects to the first address that answers. Attempts begin in the order of the addresses, one
-// every kAttemptDelay, or at once when one ends without success. An attempt has kFirstAttempt at
-// first, then its address waits for another, longer one: the kernel repeats a SYN that was lost in
-// a cut only after 1, 3 and 7 seconds, and the link must be back soon after the network. An address
-// that refuses is not tried again. Thread: that of the io_context.
+// every kAttemptDelay, or at once when one ends without success. A first attempt may take
+// kFirstAttempt; then its address waits for another, longer one: the kernel repeats a lost SYN only
+// after 1, 3 and 7 seconds, and the link must be back soon after the network is. An address that
+// refuses is not tried again. Thread: that of the io_context.
 class Race : public std::enable_shared_from_this<Race> {
  public:
   using Endpoint = asio::ip::tcp::endpoint;
@@ -30,13 +30,13 @@ class Race : public std::enable_shared_from_this<Race> {
   static constexpr std::chrono::milliseconds kAttemptDelay{250};  // RFC 8305 section 5
   static constexpr std::chrono::seconds kFirstAttempt{1};
 
-  // The families take turns, beginning with that of the first address (RFC 8305 section 4); beyond
-  // kAddressesMax addresses are left out.
+  // The address families alternate, beginning with that of the first address (RFC 8305 section 4);
+  // addresses beyond kAddressesMax are left out.
   [[nodiscard]] static std::vector<Endpoint> in_turns(const std::vector<Endpoint>& addresses);
 
   explicit Race(asio::io_context& io) : io_(io), pace_(io) {}
-  // Once only; one address or more. `done` is called once, never from inside; the race does not end
-  // by itself while an address is silent.
+  // Once only, with at least one address. `done` is called once, never from inside this call; the
+  // race does not end by itself while an address does not answer.
   void start(const std::vector<Endpoint>& addresses, Done done);
   // `done` is not called any more.
   void stop();

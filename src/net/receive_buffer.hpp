@@ -1,4 +1,5 @@
-// Where a packet is received: a dynamic buffer (Asio's DynamicBuffer_v1) that becomes the Payload.
+// The buffer into which a packet is received: a dynamic buffer (Asio's DynamicBuffer_v1) that
+// becomes the Payload.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +34,9 @@ class ReceiveBuffer {
     if (size_ > 0) std::memmove(bytes_.get(), bytes_.get() + gone, size_);
   }
 
-  // What was received, as a Payload; empties the buffer. Hands its memory over where at least half
-  // of it is in use, so that nobody who keeps a small message keeps much more.
+  // What was received, as a Payload; empties the buffer. Hands over its memory if at least half of
+  // it is in use (otherwise copies), so that keeping a small message does not keep much more
+  // memory.
   Payload take() {
     const ByteView view{bytes_.get(), size_};
     size_ = 0;

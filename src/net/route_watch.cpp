@@ -64,7 +64,7 @@ void RouteWatch::listen() {
                       });
 }
 
-// What the messages say does not matter; a full buffer (ENOBUFS) says that there were many.
+// The content of the messages does not matter; a full buffer (ENOBUFS) means that there were many.
 void RouteWatch::on_readable() {
   while (::recv(netlink_.native_handle(), buffer_.data(), buffer_.size(), 0) > 0) {
   }
@@ -88,7 +88,7 @@ void RouteWatch::tell_soon() {
 
 bool is_own_address(const std::string& address) {
   ifaddrs* all = nullptr;
-  if (getifaddrs(&all) != 0) return true;  // not known: nothing is given up for that
+  if (getifaddrs(&all) != 0) return true;  // not known: no connection is closed for that
   const std::unique_ptr<ifaddrs, decltype(&freeifaddrs)> owner(all, freeifaddrs);
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr != nullptr && text_of(one->ifa_addr) == address) return true;

@@ -1,4 +1,4 @@
-// Tells when the machine's addresses or routes change: Wi-Fi goes, LTE comes, a cable is pulled.
+// Reports changes of the machine's addresses or routes: Wi-Fi goes, LTE comes, a cable is pulled.
 #pragma once
 
 #include <array>
@@ -10,14 +10,14 @@
 
 namespace connect_bridge {
 
-// Hears the kernel by rtnetlink(7). Where that is forbidden it hears nothing, and says why.
-// Thread: that of the io_context.
+// Gets the kernel's messages by rtnetlink(7). If that is forbidden, it gets none, and open() says
+// why. Thread: that of the io_context.
 class RouteWatch : public std::enable_shared_from_this<RouteWatch> {
  public:
   // `changed` is called some 100 ms after a change, and at most once a second.
   RouteWatch(boost::asio::io_context& io, std::function<void()> changed);
 
-  // Once. Why nothing will be heard; empty if all is well.
+  // Once. Returns why no changes will be noticed; empty: no problem.
   [[nodiscard]] std::string open();
 
  private:

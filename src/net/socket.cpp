@@ -56,7 +56,7 @@ Socket::Socket(SocketSetup setup)
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
   socket_->read_message_max(kGatePacketBytesMax);
-  // After the peer's close frame Beast answers it below us: that, too, must end in time.
+  // Beast answers the peer's close frame by itself: that, too, must end in time.
   socket_->control_callback([this](websocket::frame_type kind, beast::string_view) {
     if (kind == websocket::frame_type::close) set_deadline();
   });
@@ -155,17 +155,17 @@ void Socket::send() {
                        });
 }
 
-// The next packet is chosen as late as possible: only when the kernel has little left to send. It
-// is asked only when what we handed over since it was last asked could fill that little; waiting
-// for writability would cost two system calls per packet.
+// The next packet is chosen as late as possible: only when the kernel has little left to send. The
+// kernel is asked only when the bytes written since the last question could fill that; waiting for
+// writability would cost two system calls per packet.
 bool Socket::has_room() {
   if (unsent_max_ == 0 || unsent_bound_ < unsent_max_) return true;
   unsent_bound_ = unsent_bytes(socket_->next_layer().socket().native_handle());
   return unsent_bound_ < unsent_max_;
 }
 
-// What the kernel holds back (after a loss, say) delays an urgent message: on a slow link less may
-// wait there. A little more or less is not worth a system call.
+// Data that the kernel holds back (for example after a loss) delays an urgent message: on a slow
+// link less may wait there. A small change is not worth a system call.
 void Socket::limit_unsent(std::uint32_t bytes) {
   if (unsent_max_ == 0 || bytes == 0) return;
   const std::uint32_t wanted = std::min(bytes, setup_.options.unsent_bytes_max);
@@ -179,7 +179,7 @@ void Socket::wait_for_room() {
   socket_->next_layer().socket().async_wait(TcpSocket::wait_write,
                                             [self = shared_from_this()](ErrorCode error) {
                                               self->waiting_for_room_ = false;
-                                              // Errors show in the read that is under way.
+                                              // Errors are reported by the read that is under way.
                                               if (!error) self->send();
                                             });
 }
@@ -207,7 +207,7 @@ void Socket::on_written(const ErrorCode& error) {
   packet_.reset();
   if (state_ != State::kOpen) return;
   if (error == asio::error::operation_aborted && reading_) {
-    // Beast tells the cause to one operation only: the read, which is about to report it.
+    // Beast reports the cause to one operation only: the read, which is about to return it.
     return set_deadline();
   }
   if (error) return fail(error);
@@ -225,7 +225,7 @@ void Socket::close(std::uint16_t code, const std::string& reason) {
   const std::string text = cut(reason, kCloseReasonBytesMax);
   const websocket::close_reason why{static_cast<websocket::close_code>(code),
                                     beast::string_view{text.data(), text.size()}};
-  // Beast sends it after the packet that is being written.
+  // Beast sends the close frame after the packet that is being written.
   socket_->async_close(why, [self = shared_from_this()](ErrorCode error) {
     const auto& peer = self->socket_->reason();
     const bool answered = !error && peer.code != websocket::close_code::none;
@@ -316,7 +316,7 @@ void Socket::give_way() {
   cut_off();
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
-  end(std::nullopt, "gave way to a newer connection without a login", false);
+  end(std::nullopt, "closed for a newer connection without a login", false);
 }
 
 void Socket::check_address() {
@@ -336,7 +336,7 @@ Certified Socket::certified() const {
 Traffic Socket::traffic() {
   if (state_ == State::kEnding) return traffic_;
   const Traffic now = traffic_of(socket_->next_layer().socket().native_handle());
-  // Of a socket that was aborted the kernel tells nothing more.
+  // For an aborted socket the kernel has no counts any more.
   if (now.sent >= traffic_.sent && now.received >= traffic_.received) traffic_ = now;
   return traffic_;
 }

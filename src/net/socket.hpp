@@ -44,9 +44,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void close(std::uint16_t code, const std::string& reason);
   // Closes at once and delivers nothing more.
   void abandon();
-  // Closes at once and gives its places back, for another connection.
+  // Closes at once and gives its places back, to make room for another connection.
   void give_way();
-  // Ends it if the machine has lost the address that it is bound to: nothing will arrive any more.
+  // Closes it if the machine has lost the address that it is bound to: nothing can arrive any more.
   void check_address();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
@@ -75,7 +75,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void end(std::optional<std::uint16_t> code, std::string reason, bool orderly);
   void set_deadline();
   void on_deadline();
-  // Aborts the transport; what it has cost is read while the kernel still knows.
+  // Aborts the transport; reads its traffic counts first, while the kernel still has them.
   void cut_off();
   void forget();
 
@@ -86,7 +86,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   ReceiveBuffer received_;
   bool reading_ = false;
-  bool held_ = false;  // until read_at_: it sends too much
+  bool held_ = false;  // reading pauses until read_at_: the peer sends too much
   bool gate_open_ = false;
   bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
   std::size_t gate_bytes_ = 0;     // read before the gate opened

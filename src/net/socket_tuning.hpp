@@ -1,4 +1,4 @@
-// What Linux is asked and told about one TCP connection.
+// Linux socket options and counters of one TCP connection.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ std::string tune_socket(int socket, const SocketOptions& options);
 // TCP_NOTSENT_LOWAT: the socket is writable while fewer bytes than half of this wait unsent.
 void set_unsent_bytes_max(int socket, std::uint32_t bytes);
 
-// Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 where the kernel does not tell.
+// Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 if the kernel does not support it.
 std::uint32_t unsent_bytes(int socket);
 
 std::string congestion_control_of(int socket);

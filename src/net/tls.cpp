@@ -42,7 +42,7 @@ std::string load_pair(SSL_CTX* context, const std::string& certificate, const st
   if (auto problem = unreadable("the private key", key); !problem.empty()) return problem;
   ERR_clear_error();
   if (SSL_CTX_use_certificate_chain_file(context, certificate.c_str()) != 1) {
-    return "the certificate '" + certificate + "' is no PEM certificate: " + openssl_reason();
+    return "the certificate '" + certificate + "' is not a PEM certificate: " + openssl_reason();
   }
   // Without this, a key with a passphrase would ask for it on the terminal.
   SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
@@ -53,7 +53,7 @@ std::string load_pair(SSL_CTX* context, const std::string& certificate, const st
       return "the private key '" + key + "' does not belong to the certificate '" + certificate +
              "'";
     }
-    return "the private key '" + key + "' is no PEM key without a passphrase: " + reason;
+    return "the private key '" + key + "' is not a PEM key without a passphrase: " + reason;
   }
   if (SSL_CTX_check_private_key(context) != 1) {
     return "the private key '" + key + "' does not belong to the certificate '" + certificate + "'";
@@ -71,8 +71,8 @@ std::string load_authorities(SSL_CTX* context, const std::string& file) {
 }
 
 // Mozilla's "intermediate" (https://wiki.mozilla.org/Security/Server_Side_TLS) without the suites
-// of finite-field Diffie-Hellman, which nobody needs who knows TLS 1.2: TLS 1.2 with forward
-// secrecy and AEAD, and TLS 1.3.
+// of finite-field Diffie-Hellman, which no client with TLS 1.2 needs: TLS 1.2 with forward secrecy
+// and AEAD, and TLS 1.3.
 constexpr char kSuitesOf12[] =
     "ECDHE-ECDSA-AES128-GCM-SHA256:ECDHE-RSA-AES128-GCM-SHA256:"
     "ECDHE-ECDSA-AES256-GCM-SHA384:ECDHE-RSA-AES256-GCM-SHA384:"
@@ -85,7 +85,7 @@ TlsContext make_context(std::string& problem) {
   try {
     auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls);
     SSL_CTX* const native = context->native_handle();
-    // The client's order of suites holds: a machine without AES in hardware asks for ChaCha20
+    // The client's order of suites is used: a machine without AES in hardware asks for ChaCha20
     // first.
     SSL_CTX_set_options(native, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
     ERR_clear_error();
@@ -155,8 +155,8 @@ TlsContext make_server_tls(const ServerTls& options, std::string& problem) {
     SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
     SSL_CTX_set_client_CA_list(native, SSL_load_client_CA_file(options.client_ca_file.c_str()));
   }
-  // Resumption would need a session id context where clients show certificates, and gains little
-  // for connections that last.
+  // Resumption would need a session id context when clients show certificates, and gains little for
+  // long connections.
   SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(native, SSL_OP_NO_TICKET);
   SSL_CTX_set_num_tickets(native, 0);
@@ -171,7 +171,7 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
     problem = load_pair(native, options.certificate_file, options.private_key_file);
     if (!problem.empty()) return nullptr;
   }
-  // A pin is enough by itself: what the certificate says beside the key is then nobody's word.
+  // A pin is enough alone: the rest of the certificate is then not vouched for by anybody.
   const bool by_pin_alone = !options.pins.empty() && options.ca_file.empty();
   SSL_CTX_set_verify(native, options.verify && !by_pin_alone ? SSL_VERIFY_PEER : SSL_VERIFY_NONE,
                      nullptr);

@@ -1,4 +1,4 @@
-// TLS contexts from files, and what went wrong in words a person can act on.
+// TLS contexts from files, and errors as texts that a person can act on.
 #pragma once
 
 #include <memory>
@@ -16,12 +16,13 @@ using TlsContext = std::shared_ptr<asio::ssl::context>;
 TlsContext make_server_tls(const ServerTls& options, std::string& problem);
 TlsContext make_client_tls(const ClientTls& options, std::string& problem);
 
-// Client, before the handshake: whom to expect (name or address literal), if verification is on.
+// Client, before the handshake: the expected server (name or address literal), if verification is
+// on.
 void expect_server(SSL* tls, const std::string& name, bool verify);
 
 // SHA-256 of the certificate's public key (SPKI), in base64; empty: none.
 std::string pin_of_certificate(const X509* certificate);
-// The same of what the other end has shown.
+// The same for the certificate that the peer has shown.
 std::string pin_of(SSL* tls);
 // Client, after the handshake: empty if the server's key has one of the pins, or there are none.
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
@@ -30,7 +31,7 @@ std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
 // none.
 std::string certificate_text(asio::ssl::context& context);
 
-// Why a connection failed. `tls` may be null; `name` is what expect_server() was told.
+// Why a connection failed. `tls` may be null; `name`: as for expect_server().
 std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name);
 
 // "TLSv1.3 TLS_AES_256_GCM_SHA384"

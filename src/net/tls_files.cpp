@@ -14,7 +14,7 @@ std::vector<std::string> without_empty(std::vector<std::string> files) {
   return files;
 }
 
-// Where OpenSSL has the authorities that the system trusts.
+// Where OpenSSL finds the authorities that the system trusts.
 std::string system_store() {
   const char* const given = std::getenv(X509_get_default_cert_file_env());
   return given != nullptr ? given : X509_get_default_cert_file();
@@ -52,7 +52,7 @@ TlsFiles::Stamp TlsFiles::stamp() const {
 
 TlsContext TlsFiles::get(std::string& problem) {
   if (context_) return context_;
-  read_ = found_ = stamp();  // before reading: a change meanwhile is found later
+  read_ = found_ = stamp();  // before reading: a change meanwhile is noticed later
   return context_ = make_(problem);
 }
 
@@ -74,10 +74,12 @@ std::optional<TlsFiles::News> TlsFiles::check() {
   std::string problem;
   TlsContext made = make_(problem);
   if (!made)
-    return News{false, "TLS: files have changed and are not used, those before stay: " + problem};
+    return News{false, "TLS: files have changed but cannot be used, the former ones stay in use: " +
+                           problem};
   context_ = std::move(made);
   const std::string own = certificate_text(*context_);
-  return News{true, "TLS: files have changed and were read" + (own.empty() ? "" : "; " + own)};
+  return News{true,
+              "TLS: files have changed and were read again" + (own.empty() ? "" : "; " + own)};
 }
 
 }  // namespace connect_bridge

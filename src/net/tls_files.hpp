@@ -1,4 +1,4 @@
-// A TLS context made of files, and made anew when these change.
+// A TLS context made from files, and made again when these change.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ class TlsFiles {
 
  private:
   using Make = std::function<TlsContext(std::string& problem)>;
-  // What the system tells of the files: it changes when one is written or replaced.
+  // The metadata of the files: it changes when one is written or replaced.
   using Stamp = std::vector<std::int64_t>;
 
   [[nodiscard]] Stamp stamp() const;
@@ -47,8 +47,8 @@ class TlsFiles {
   std::vector<std::string> files_;
   Make make_;
   TlsContext context_;
-  Stamp read_;   // of what was tried last
-  Stamp found_;  // by the last look
+  Stamp read_;   // of the files that were tried last
+  Stamp found_;  // of the last check
 };
 
 }  // namespace connect_bridge

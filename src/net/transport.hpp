@@ -44,13 +44,13 @@ class Transport {
   void start_tls(std::shared_ptr<asio::ssl::context> context);
   void async_tls_handshake(bool as_server, std::function<void(ErrorCode)> done);
 
-  // Ends orderly: says so to the peer, discards what still comes, closes the socket. May take for
-  // ever with a peer that does not answer: bound it with abort().
+  // Closes orderly: informs the peer, discards what still arrives, closes the socket. May never end
+  // with a peer that does not answer: limit it with abort().
   void finish(std::function<void()> done);
   // Ends now, unsent data is lost. Operations under way complete with an error.
   void abort();
 
-  // From now on a read takes more from the kernel than was asked for, if it is there, and keeps it
+  // From now on a read takes more from the kernel than was asked for, if available, and keeps it
   // for the next ones. Beast reads a frame's head and the rest apart, and with less than the kernel
   // has a read cannot tell that it has emptied it: three system calls for each message without
   // this, one with it. TLS has a buffer of its own.
@@ -91,7 +91,7 @@ class Transport {
   static constexpr std::size_t kAheadBytes = 32768;
   using Ahead = std::array<unsigned char, kAheadBytes>;
 
-  // Keeps what was read beyond the asked bytes, and tells the handler of the asked ones.
+  // Keeps what was read beyond the requested bytes, and reports the requested ones to the handler.
   template <class Handler>
   struct AheadRead {
     using executor_type = asio::associated_executor_t<Handler, TcpSocket::executor_type>;  // NOLINT

@@ -1,4 +1,4 @@
-// TCP to a server, straight or through an HTTP proxy.
+// TCP connection to a server, directly or through an HTTP proxy.
 #pragma once
 
 #include <boost/asio/ip/tcp.hpp>
@@ -14,9 +14,9 @@
 
 namespace connect_bridge {
 
-// Looks up the name, connects to the first of its addresses that answers, asks the proxy. With a
-// proxy the name and addresses are the proxy's; it looks up the server's. Who starts it bounds the
-// time. Thread: that of the io_context.
+// Looks up the name, connects to the first address that answers, then sends CONNECT to a proxy.
+// With a proxy the name and addresses are the proxy's, and the proxy looks up the server's. The
+// caller limits the time. Thread: that of the io_context.
 class Way : public std::enable_shared_from_this<Way> {
  public:
   // The connected socket, or none and why.
@@ -41,7 +41,7 @@ class Way : public std::enable_shared_from_this<Way> {
   const std::optional<HttpProxy> proxy_;
   asio::ip::tcp::resolver resolver_;
   const std::shared_ptr<Race> race_;
-  std::shared_ptr<TcpSocket> asking_;  // what the proxy is asked on
+  std::shared_ptr<TcpSocket> asking_;  // the connection to the proxy, during CONNECT
   const char* stage_ = "the name look-up";
   Done done_;
 };

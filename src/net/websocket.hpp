@@ -14,8 +14,8 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 
-// Beast finds these two by argument. It would wait here for the peer's end, without a limit of
-// time; the connection does that itself, with one (Transport::finish).
+// Beast finds these two by argument-dependent lookup. Its own would wait here for the peer's end
+// without a timeout; the connection does that itself, with one (Transport::finish).
 inline void teardown(beast::role_type, Transport&, ErrorCode& error) {
   error = {};
 }
@@ -28,8 +28,8 @@ inline void beast_close_socket(Transport& transport) {
   transport.abort();
 }
 
-// Without permessage-deflate: compression beside secrets leaks them (CRIME), and ours is per
-// channel.
+// Without permessage-deflate: compressing secrets together with other data leaks them (CRIME), and
+// our compression is per channel.
 struct WebSocket : websocket::stream<Transport, false> {
   using websocket::stream<Transport, false>::stream;
 };

@@ -30,7 +30,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
          batch.bytes < options_.bytes_per_wake_max) {
     auto input = shared_.ready.step(batch);
     if (!input) continue;
-    // It could not be opened anew; the core takes it for destroyed.
+    // It could not be opened again; the core treats it as destroyed.
     const auto* failed = std::get_if<SubscriptionFailed>(&*input);
     if (failed != nullptr) subscriptions_.destroy(failed->subscription);
     sink(std::move(*input));

@@ -1,5 +1,5 @@
-// Where the core meets the ROS graph: its actions become entities, and what happens in the graph
-// becomes inputs.
+// Connects the core to the ROS graph: its actions become entities, and events of the graph become
+// inputs.
 #pragma once
 
 #include <cstddef>
@@ -36,11 +36,11 @@ class Gateway {
   // must not throw. Starts the thread that reads the graph; the first GraphChanged comes by itself.
   Gateway(Node& node, const GatewayOptions& options, std::function<void()> wake);
 
-  // Hands what has happened to `sink`, in turns over the entities that have something. The sink
-  // may call apply(). Returns whether more is ready.
+  // Gives events as inputs to `sink`, in turns over the entities that are ready. The sink may call
+  // apply(). Returns whether more is ready.
   bool drain(const std::function<void(Input&&)>& sink);
 
-  // Carries out an action of the core. What fails comes as an input (SubscriptionFailed,
+  // Carries out an action of the core. A failure comes as an input (SubscriptionFailed,
   // InvocationFailed ..). Unknown ids are ignored.
   void apply(const CreateSubscription& action) { subscriptions_.create(action); }
   void apply(const DestroySubscription& action) { subscriptions_.destroy(action.id); }

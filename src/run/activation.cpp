@@ -19,7 +19,7 @@ std::optional<int> number(const std::string& text) {
 }  // namespace
 
 PassedSockets passed_sockets(int pid, const std::string& sockets_for, const std::string& count) {
-  // Those of another process are no business of ours: it was our parent, or an ancestor.
+  // Sockets of another process (a parent or ancestor) are not ours.
   if (number(sockets_for) != pid)
     return {{}, "listen.address: systemd has passed no socket to this process (LISTEN_PID)"};
   const int sockets = number(count).value_or(0);

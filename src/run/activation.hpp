@@ -8,7 +8,7 @@ namespace connect_bridge {
 
 struct PassedSockets {
   std::vector<int> sockets;
-  std::string problem;  // empty: there is one at least
+  std::string problem;  // empty: there is at least one
 };
 
 // `pid`: of this process; `sockets_for` and `count`: LISTEN_PID and LISTEN_FDS, which may be empty.

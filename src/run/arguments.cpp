@@ -9,7 +9,7 @@ constexpr char kPair[] = "--pair";
 
 std::string unknown(const std::string& word, Role role) {
   const char* const program = role == Role::kServer ? "server" : "client";
-  // What stands behind := may be a token.
+  // The text after := may be a token.
   return "unknown argument \"" + word.substr(0, word.find(":=")) +
          "\": parameters are given behind --ros-args, see " + program + " --help";
 }

@@ -1,4 +1,4 @@
-// The words of the programs' own that stand before or behind those for ROS.
+// The programs' own arguments, before or after those for ROS.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@ namespace connect_bridge {
 
 struct Arguments {
   bool pairs = false;      // server: --pair
-  std::string host;        // server: what clients shall dial, "robot.example:443"; or empty
+  std::string host;        // server: what clients are to dial, "robot.example:443"; or empty
   std::string invitation;  // client: wss+pair://...; empty: none
   std::vector<std::string> problems;
 };
 
-// Of what is left when ROS has taken its arguments.
+// Reads the arguments that are left when ROS has taken its own.
 [[nodiscard]] Arguments read_arguments(const std::vector<std::string>& words, Role role);
 
 }  // namespace connect_bridge

@@ -20,7 +20,7 @@
 namespace connect_bridge {
 namespace {
 
-// On one machine it takes some milliseconds; on a busy one, and with other RMWs, longer.
+// On one machine it takes some milliseconds; on a busy machine, and with other RMWs, longer.
 constexpr Duration kMatching = std::chrono::milliseconds(60);
 
 // Connections without a login, beside those that the core keeps: refusals and ends under way.
@@ -121,7 +121,7 @@ void assemble_server(const Config& config, const Start& start, BridgeParts& part
 
 void assemble_client(const Config& config, const Start& start, BridgeParts& parts,
                      Assembly& assembly) {
-  // What a certificate proves, TLS has proved before the login.
+  // TLS has verified the certificate before the login.
   const std::string secret = config.auth.method == kCertificateLogin ? "none" : config.auth.method;
   const CredentialOptions options{secret, config.auth.token, config.auth.token_file};
   if (!options.token_file.empty()) parts.credential_file.emplace(options);

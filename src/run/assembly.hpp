@@ -16,14 +16,14 @@ struct Assembly {
 };
 
 // `node`: the fully qualified name of ours.
-// What `start` has of a pairing is part of the login.
+// The pairing in `start` is part of the login.
 Assembly assemble(const Config& config, const std::string& node, const Start& start = {});
 
 // The sockets that systemd passes to this process, if the server listens on these. What is wrong,
 // or nothing.
 [[nodiscard]] std::string take_sockets(BridgeParts& parts);
 
-// What the configuration wants to know of this machine.
+// The information about this machine that the configuration is checked against.
 Surroundings surroundings();
 
 // Overwrites secrets in the arguments and the environment, where other users of the machine could

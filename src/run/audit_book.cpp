@@ -6,15 +6,15 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kStrangersNodeMax = 64;     // bytes
-constexpr std::size_t kStrangersReasonMax = 128;  // most are ours
+constexpr std::size_t kStrangersReasonMax = 128;  // most of these texts are ours
 
-// Of this side itself: they are few.
+// Whether the event is of this side itself; there are few of these.
 bool is_own(AuditEvent event) {
   return event == AuditEvent::kStarted || event == AuditEvent::kStopped ||
          event == AuditEvent::kRulesChanged || event == AuditEvent::kRulesRefused;
 }
 
-// Without the port: it tells nothing, and a stranger has as many as it likes. "[::1]" has none.
+// Without the port: it has no meaning, and a client may use any number of ports. "[::1]" has none.
 std::string host_of(const std::string& address) {
   const auto colon = address.rfind(':');
   return address.ends_with(']') ? address : address.substr(0, colon);
@@ -26,7 +26,7 @@ std::string key_of(const AuditBook::Entry& entry) {
   return to_line(same, {});
 }
 
-// A stranger's own words are short.
+// Texts of peers without a login are shortened.
 AuditBook::Entry shortened(AuditBook::Entry entry) {
   if (entry.audit.link) return entry;
   if (entry.audit.node.size() > kStrangersNodeMax) entry.audit.node.resize(kStrangersNodeMax);

@@ -1,4 +1,4 @@
-// What of the audit log is worth a line of its own.
+// Decides which events of the audit log get a line of their own.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace connect_bridge {
 
-// Peers cause most lines, as often as they like. What happens again in the same way within ten
-// seconds is counted, and told in one line at the end of these. Lines that differ have a pace: for
-// each identity, and for all strangers together. What comes faster is lost and counted. So nobody
-// fills the disk, or drives what others did out of the files, in a short time. Pure; not
+// Peers cause most lines, as often as they like. Equal events within ten seconds are counted, and
+// written as one line at the end of that time. Different lines are limited in rate: for each
+// identity, and for all peers without a login together. Lines beyond that are lost and counted. So
+// nobody can quickly fill the disk, or displace the lines of others from the files. Pure; not
 // thread-safe.
 class AuditBook {
  public:
@@ -31,9 +31,9 @@ class AuditBook {
     TimePoint at;  // the same moment by the steady clock
   };
 
-  // The text to write for what happened now; may be empty.
+  // The text to write for this event; may be empty.
   [[nodiscard]] std::string add(const Entry& whole);
-  // What was counted and is due. `all`: whatever is left, at the end.
+  // The lines of counted events that are due. `all`: everything that is left, at the end.
   [[nodiscard]] std::string take_due(TimePoint now, bool all = false);
   // Lines that came too fast, in all.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }

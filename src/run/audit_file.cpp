@@ -22,14 +22,14 @@ std::string cannot(const char* what, const std::string& file) {
 
 std::string AuditFile::open() {
   if (file_ >= 0) return {};
-  // A link that others put there is not followed, and a pipe is not waited for.
+  // Does not follow a link that others put there, and does not wait for a pipe.
   const int flags = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   file_ = ::open(options_.file.c_str(), flags, kOwnerOnly);
   if (file_ < 0) return cannot("open", options_.file);
   struct stat found {};
   if (::fstat(file_, &found) != 0 || !S_ISREG(found.st_mode)) {
     close();
-    return "cannot write " + options_.file + ": it is no regular file";
+    return "cannot write " + options_.file + ": it is not a regular file";
   }
   if (::fchmod(file_, kOwnerOnly) != 0) {
     std::string problem = cannot("keep others out of", options_.file);
@@ -51,7 +51,7 @@ std::string AuditFile::write(const std::string& lines) {
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
       std::string problem = cannot("write", options_.file);
-      // Half a line would spoil the next one.
+      // A half-written line would damage the next one.
       if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) close();
       return problem;
     }

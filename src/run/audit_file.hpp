@@ -12,9 +12,9 @@ struct AuditFileOptions {
   std::uint32_t files_kept = 0;  // older ones
 };
 
-// Appends lines; when the file is full it becomes the first of the older ones, and the oldest goes.
-// Readable for its owner only (mode 0600). A file that was renamed or deleted by others is made
-// anew. Blocks as long as the disk does. Not thread-safe.
+// Appends lines; when the file is full it becomes the first of the older ones, and the oldest is
+// deleted. Readable for its owner only (mode 0600). A file that was renamed or deleted by others is
+// created again. Blocks as long as the disk does. Not thread-safe.
 class AuditFile {
  public:
   explicit AuditFile(AuditFileOptions options) : options_(std::move(options)) {}
@@ -22,10 +22,11 @@ class AuditFile {
   AuditFile(const AuditFile&) = delete;
   AuditFile& operator=(const AuditFile&) = delete;
 
-  // Opens it, if it is not. Returns what is wrong: it is no regular file, it belongs to somebody
-  // else, the folder does not exist ...; empty: nothing.
+  // Opens it if needed. Returns what is wrong: not a regular file, it belongs to somebody else, the
+  // folder does not exist ...; empty: nothing.
   [[nodiscard]] std::string open();
-  // Lines that are not written whole are not in the file at all. Returns what is wrong, as open().
+  // Lines that cannot be written completely are not in the file at all. Returns what is wrong, as
+  // open().
   [[nodiscard]] std::string write(const std::string& lines);
 
  private:

@@ -7,7 +7,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr auto kLookPeriod = std::chrono::seconds(1);
-// What is written at once, so that one file is not far beyond its size.
+// Largest write, so that a file does not exceed its size by much.
 constexpr std::size_t kPieceBytes = 64 << 10;
 
 TimePoint steady_now() {

@@ -1,4 +1,4 @@
-// Writes the audit log beside the loop (docs/security.md, "The audit log").
+// Writes the audit log on a thread of its own (docs/security.md, "The audit log").
 #pragma once
 
 #include <condition_variable>
@@ -14,7 +14,7 @@
 
 namespace connect_bridge {
 
-// A disk that is slow, full or gone delays nothing: what cannot be kept is lost and counted.
+// A disk that is slow, full or gone delays nothing: lines that cannot be kept are lost and counted.
 class AuditLog {
  public:
   static constexpr std::size_t kWaitingMax = 8192;
@@ -22,7 +22,7 @@ class AuditLog {
   struct Counts {
     std::uint64_t lines = 0;  // written
     std::uint64_t lost = 0;   // for any reason
-    std::string problem;      // why nothing can be written now; empty: it can
+    std::string problem;      // why nothing can be written now; empty: no problem
   };
 
   // `tell` is called from the log's thread, when writing begins to fail or works again.
@@ -47,7 +47,7 @@ class AuditLog {
   std::condition_variable changed_;
   std::vector<AuditBook::Entry> waiting_;
   Counts counts_;
-  std::uint64_t not_kept_ = 0;  // for want of room here, or on the disk
+  std::uint64_t not_kept_ = 0;  // because the queue or the disk was full
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

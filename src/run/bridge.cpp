@@ -51,8 +51,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
       hangup_(io_, [this] { parameters_.reload(); }),
-      // Two, so that what takes seconds (a high level of zstd) does not hold up what takes
-      // milliseconds.
+      // Two, so that a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
       workers_(2,
                [this](JobDone done) {
                  boost::asio::post(io_, [this, done = std::move(done)]() mutable {
@@ -89,9 +88,9 @@ std::string Bridge::open_audit_log() {
     return "audit.file: " + problem;
   audit_log_.emplace(options, [this](bool works, const std::string& problem) {
     boost::asio::post(io_, [this, works, problem] {
-      node_.log(
-          works ? LogLevel::kInfo : LogLevel::kError,
-          works ? "the audit log is written again" : "the audit log is not written: " + problem);
+      node_.log(works ? LogLevel::kInfo : LogLevel::kError,
+                works ? "the audit log can be written again"
+                      : "the audit log cannot be written, its lines are lost: " + problem);
     });
   });
   return {};
@@ -154,7 +153,7 @@ void Bridge::open_gate(const OpenGate& gate) {
   if (problem.empty()) {
     node_.log(LogLevel::kInfo, "paired: from now on this client starts without the invitation");
   } else {
-    node_.log(LogLevel::kError, "paired, but that cannot be kept for the next start: " + problem);
+    node_.log(LogLevel::kError, "paired, but this cannot be stored for the next start: " + problem);
   }
   loop_.feed(CredentialChanged{std::move(joining.token), "token"});
 }
@@ -166,7 +165,7 @@ void Bridge::authenticate(Authenticate&& request) {
     loop_.feed(Authenticated{connection, std::nullopt, "too many logins wait for an answer"});
 }
 
-// What a certificate proves, TLS has proved before the login.
+// TLS has verified the certificate before the login.
 void Bridge::judge_certificate(const Authenticate& request) {
   Certified certified = network_.certified(request.connection);
   if (request.method != kCertificateLogin)
@@ -192,7 +191,7 @@ void Bridge::every_second(double lag_ms) {
   const auto times = lag_ms < kLagWorthALineMs ? std::nullopt : lags_.count(loop_.now());
   if (times)
     node_.log(LogLevel::kWarn, "the loop was held up for " + std::to_string(std::lround(lag_ms)) +
-                                   " ms: all links waited");
+                                   " ms; all links waited");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();

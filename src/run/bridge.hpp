@@ -28,7 +28,7 @@
 
 namespace connect_bridge {
 
-// What a bridge is built of; checked before anything is opened.
+// The parts of a bridge; checked before anything is opened.
 struct BridgeParts {
   Config config;
   SideOptions side;

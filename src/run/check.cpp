@@ -32,7 +32,7 @@ Given parameters_for(const ros::ParameterFile& file, const std::string& node) {
   return given;
 }
 
-// A file for any node ("/**") is a client's if it says whom to dial.
+// A file for any node ("/**") is a client's if it has a url.
 std::optional<Role> role_of(const ros::ParameterFile& file, const std::string& asked) {
   if (asked == "server") return Role::kServer;
   if (asked == "client") return Role::kClient;
@@ -50,7 +50,7 @@ int report(const std::string& file, const std::vector<std::string>& problems) {
   return kExitConfiguration;
 }
 
-// What a file says for a node of ours.
+// The part of a file for one of our nodes.
 struct OfNode {
   Role role = Role::kServer;
   std::string node;
@@ -68,7 +68,7 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   const auto role = role_of(read, asked_role);
   if (!role) {
     result.problems = {
-        "no parameters for connect_server or connect_client; with another node name say "
+        "no parameters for connect_server or connect_client; for a node with another name give "
         "--role server or --role client"};
     return result;
   }
@@ -80,7 +80,7 @@ OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   return result;
 }
 
-// The token and the files that are missing on this machine change nothing of what the rest means.
+// A token or files that are missing on this machine do not change what the rest means.
 Parsed parse_as_elsewhere(const OfNode& of_node) {
   Surroundings elsewhere;
   elsewhere.token_in_environment = true;

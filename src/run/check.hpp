@@ -7,12 +7,12 @@
 
 namespace connect_bridge {
 
-// Prints all problems, and what each rule allows to whom if that can be told. `role`: "server",
+// Prints all problems and, if possible, what each rule allows to whom. `role`: "server",
 // "client", or empty: found from the file. Exit code: 0 in order, 2 not.
 int check_file(const std::string& file, const std::string& role);
 
 // `ctl explain`: prints why the file's rules allow an interface or not. Exit code 2: the question
-// or the file is wrong, which is told on the standard error.
+// or the file is wrong, which is printed to standard error.
 int explain_file(const std::string& file, const std::string& asked_role,
                  const RightQuestion& question);
 

@@ -12,8 +12,8 @@ class Hangup {
  public:
   Hangup(boost::asio::io_context& io, std::function<void()> reload);
 
-  // From now on. When the terminal that the program was started in has gone, the signal means what
-  // it always meant: it is passed on as SIGTERM.
+  // Handles the signal from now on. If the program's terminal was closed, the signal has its
+  // original meaning: it is passed on as SIGTERM.
   void wait_for_signal();
 
  private:

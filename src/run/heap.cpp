@@ -5,9 +5,9 @@
 namespace connect_bridge {
 namespace {
 
-// Buffers of large messages come and go many times a second. By default each is mapped and
-// unmapped, and the kernel zeroes each of its pages anew; so they stay in the heap, which shrinks
-// when much is free at its end, and when nothing has moved for some seconds.
+// Buffers of large messages are allocated and freed many times a second. By default each is mapped
+// and unmapped, and the kernel zeroes each page again; so they stay in the heap, which shrinks when
+// much is free at its end, and when no message has been moved for some seconds.
 constexpr int kMappedFrom = 8 << 20;
 constexpr int kFreeAtEndMax = 16 << 20;
 constexpr int kArenasMax = 2;

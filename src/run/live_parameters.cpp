@@ -90,14 +90,15 @@ void LiveParameters::check_files() {
 
 void LiveParameters::reload() {
   if (files_.empty())
-    return node_.log(LogLevel::kWarn, "there is no parameter file to be read again");
+    return node_.log(LogLevel::kWarn,
+                     "no parameter file was given: there is nothing to read again");
   auto again = node_.read_overrides_again();
   if (!again.problem.empty()) return refuse(again.problem);
   again.parameters = filled(again.parameters, added_);
   FileChanges found = file_changes(config_, again.parameters);
   if (found.problems.empty()) {
     Surroundings around = surroundings();
-    around.readable = {};  // files of keys that need a restart
+    around.readable = {};  // not checked: files of keys that need a restart
     found.problems = apply_change(config_, found.changes, around).problems;
   }
   if (!found.problems.empty()) return refuse("in the parameter file " + joined(found.problems));
@@ -107,7 +108,7 @@ void LiveParameters::reload() {
   if (found.changes.empty())
     return node_.log(LogLevel::kInfo, "the parameter file was read again; rules: none changed");
   if (const auto result = server_.set(std::move(found.changes)); !result.successful)
-    node_.log(LogLevel::kError, "the parameter file is not in force: " + result.reason);
+    node_.log(LogLevel::kError, "the parameter file was not applied: " + result.reason);
 }
 
 }  // namespace connect_bridge

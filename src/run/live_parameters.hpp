@@ -20,7 +20,7 @@ class LiveParameters {
   struct Changes {
     std::function<void(const Policy&)> policy;
     std::function<void(bool on)> use_sim_time;
-    // For the audit log: rules were changed, or were to be.
+    // For the audit log: rules were changed, or a change was refused.
     std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
@@ -30,8 +30,8 @@ class LiveParameters {
   // Reads the parameter files again if one of them has changed and is not being written. Blocks as
   // long as the disk does.
   void check_files();
-  // Reads them in any case. Rules change as a whole or not at all; the log says which did, what is
-  // wrong, and what else has changed and needs a restart.
+  // Reads them in any case. Rules change as a whole or not at all; the log says which rules
+  // changed, what is wrong, and what else has changed and needs a restart.
   void reload();
 
  private:
@@ -46,7 +46,7 @@ class LiveParameters {
   const Changes changes_;
   ros::ParameterServer server_;
   std::vector<FileWatch> files_;
-  ParameterMap added_;  // what the program has added at its start to what files and -p say
+  ParameterMap added_;  // what the program has added at its start to files and -p
 };
 
 }  // namespace connect_bridge

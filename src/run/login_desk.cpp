@@ -34,7 +34,8 @@ std::string joined(const std::vector<std::string>& problems) {
 LoginDesk::LoginDesk(Options options, Ports ports)
     : options_(std::move(options)), ports_(std::move(ports)) {
   if (!options_.authenticator && !options_.credential_file) return;
-  // The first one also looks around, so that with one thread nothing else touches the method.
+  // The first one also does the periodic refresh, so that with one thread no other thread uses the
+  // method.
   threads_.emplace_back([this] { look_around(); });
   const unsigned threads = options_.authenticator ? options_.authenticator->threads() : 1;
   for (unsigned i = 1; i < threads; ++i) threads_.emplace_back([this] { judge_all(); });
@@ -96,7 +97,8 @@ void LoginDesk::look_around() {
 void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
   Authenticated answer{request.connection, std::nullopt, "the login method was too slow"};
-  // Whoever asked has been sent away: those behind it shall not wait for its answer.
+  // After the time limit the connection is closed already: later logins must not wait for its
+  // answer.
   if (Clock::now() - next.since < options_.time_limit) {
     Attempt attempt{std::move(request.method), std::move(request.credential),
                     std::move(request.peer)};
@@ -111,19 +113,19 @@ void LoginDesk::judge(Waiting next) {
 void LoginDesk::tell(Refreshed&& refreshed) {
   for (auto& line : refreshed.news) ports_.log({LogLevel::kInfo, std::move(line)});
   if (!refreshed.problems.empty())
-    ports_.log(
-        {LogLevel::kError, "what was known before still holds: " + joined(refreshed.problems)});
+    ports_.log({LogLevel::kError, "the update is refused, the former state stays in use: " +
+                                      joined(refreshed.problems)});
   if (!refreshed.changes.empty()) ports_.input(IdentitiesChanged{std::move(refreshed.changes)});
 }
 
 void LoginDesk::tell(Credential&& credential) {
   if (!credential.problems.empty()) {
-    ports_.log(
-        {LogLevel::kError, "the former credential still holds: " + joined(credential.problems)});
+    ports_.log({LogLevel::kError, "the new credential is refused, the former one stays in use: " +
+                                      joined(credential.problems)});
     return;
   }
   for (auto& line : credential.warnings) ports_.log({LogLevel::kWarn, std::move(line)});
-  ports_.log({LogLevel::kInfo, "the credential was read anew from " + credential.source});
+  ports_.log({LogLevel::kInfo, "the credential was read again from " + credential.source});
   ports_.input(CredentialChanged{std::move(credential.bytes)});
 }
 

@@ -1,4 +1,4 @@
-// Where logins are looked at: threads for what may block, so that the loop does not.
+// Judges logins on threads of its own, because that may block and the loop must not.
 #pragma once
 
 #include <chrono>
@@ -16,19 +16,19 @@
 
 namespace connect_bridge {
 
-// Server: judges logins, in the order of their coming, and follows what the login method says of
-// those who are in. Client: follows the file of its credential. Answers come in an order that
-// holds: a login that was judged before its token was withdrawn is told before that. The results
-// are given to the ports, which are called from the desk's threads.
+// Server: judges logins in the order in which they come, and follows changes of the login method
+// for open links. Client: follows the file of its credential. Results come in a valid order: a
+// login that was judged before its token was withdrawn is reported before the withdrawal. The
+// results are given to the ports, which are called from the desk's threads.
 class LoginDesk {
  public:
   // More than the connections without a login that the core keeps, and renewals of as many links.
   static constexpr std::size_t kWaitingMax = 1024;
 
   struct Options {
-    Authenticator* authenticator = nullptr;  // null: there are no logins here; outlives the desk
+    Authenticator* authenticator = nullptr;  // null: no logins are judged here; outlives the desk
     std::optional<CredentialFile> credential_file;
-    Duration time_limit{};  // a login that has waited so long is given up without a look
+    Duration time_limit{};  // a login that has waited so long is refused without being judged
   };
   struct Ports {
     std::function<void(Input&&)> input;
@@ -36,12 +36,12 @@ class LoginDesk {
   };
 
   LoginDesk(Options options, Ports ports);
-  // Waits for what is being looked at, forgets what waits.
+  // Waits for logins that are being judged, forgets those that wait.
   ~LoginDesk();
   LoginDesk(const LoginDesk&) = delete;
   LoginDesk& operator=(const LoginDesk&) = delete;
 
-  // The answer is an Authenticated. False: too many wait. Any thread.
+  // The result comes as an Authenticated. False: too many wait. Any thread.
   [[nodiscard]] bool ask(Authenticate request);
 
  private:

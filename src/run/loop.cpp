@@ -5,8 +5,8 @@
 namespace connect_bridge {
 namespace {
 
-// A deadline that is noticed so much later tells that the loop stood still; so much is enough to
-// read what the sockets have; and not more often than so, for a loop that is always late.
+// If a deadline is noticed so much too late, the loop has stood still; the time to read what the
+// sockets have; and how often that is done at most, for a loop that is always late.
 constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kReadTime = std::chrono::milliseconds(20);
 constexpr Duration kReadPause = std::chrono::seconds(1);
@@ -43,8 +43,8 @@ void Loop::handle(Input&& input) {
   while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
 }
 
-// A timer that is set too early stays: deadlines move with every packet, and setting it costs more
-// than the few times that it fires for nothing.
+// A timer that is set too early is left as it is: deadlines move with every packet, and setting the
+// timer costs more than the few times that it fires without effect.
 void Loop::set_timer() {
   if (timer_at_ && *timer_at_ == reads_until_) return;
   const auto deadline = side_.next_deadline();
@@ -59,7 +59,7 @@ void Loop::wait_until(TimePoint when) {
     if (error) return;
     timer_at_.reset();
     const auto due = side_.next_deadline();
-    // After a stall the sockets are read first, or peers would be taken for silent that were not.
+    // After a stall the sockets are read first, otherwise peers would be wrongly taken for silent.
     const TimePoint at = now().steady;
     if (due && at - *due > kLate && at - reads_until_ > kReadPause) {
       reads_until_ = at + kReadTime;

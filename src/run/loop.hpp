@@ -31,16 +31,16 @@ class Loop {
   // The time of an input that arrives now.
   [[nodiscard]] Now now() const;
 
-  // One step with one input. An input that comes from inside an action (a login answered at once)
-  // waits until this step has handled what came before it.
+  // One step with one input. An input from inside an action (a login answered at once) waits until
+  // this step has handled the earlier inputs.
   void feed(Input&& input);
 
-  // The next packet of a connection that can take one; nullopt: none now. What is held back for the
-  // sake of the link's rate is pulled again when its time has come.
+  // The next packet of a connection that can take one; nullopt: none now. What is held back because
+  // of the link's rate is pulled again when its time has come.
   std::optional<Packet> next_packet(ConnectionId connection);
 
-  // One step with all the inputs that `source` gives to the function that it gets: so what was
-  // ready together is packed together. Returns what `source` returns.
+  // One step with all the inputs that `source` gives to the function that it gets, so that messages
+  // that were ready together are packed together. Returns what `source` returns.
   template <class Source>
   auto step(Source&& source) {
     const auto begin = std::chrono::steady_clock::now();

@@ -18,7 +18,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::minutes kMinutes{10};
-constexpr int kCertificateDays = 3650;  // the client goes by the key's pin
+constexpr int kCertificateDays = 3650;  // long, as the client checks the key's pin
 constexpr std::int64_t kPort = 9090;
 
 ByteView bytes_of(const std::string& text) {
@@ -43,7 +43,7 @@ std::string news_of(const PairingFolder& folder) {
 
 // ---- server
 
-// What a server goes by when nothing else is said: everybody who is paired may look at topics.
+// The default parameters of a paired server: every paired client may receive topics.
 ParameterMap server_parameters(const PairingFolder& folder) {
   return {{"listen.address", std::string{"*"}},
           {"listen.port", kPort},
@@ -55,7 +55,8 @@ ParameterMap server_parameters(const PairingFolder& folder) {
           {"rule.look.groups", std::vector<std::string>{"paired"}}};
 }
 
-// What the next start without words shall find: where the clients dial stays as it was given.
+// The parameters for the next start without arguments: the address that clients dial stays as
+// given.
 ParameterMap lasting(const ParameterMap& given, const ParameterMap& stored) {
   ParameterMap listening;
   for (const auto& entry : given)
@@ -63,7 +64,7 @@ ParameterMap lasting(const ParameterMap& given, const ParameterMap& stored) {
   return filled(listening, stored);
 }
 
-// Of an earlier pairing; the first one writes no rules where others are given.
+// The parameters of an earlier pairing, or new ones; without rules if rules are given.
 ParameterMap stored_or_new(const PairingFolder& folder, const ParameterMap& given,
                            std::string& problem) {
   ParameterMap stored = folder.parameters(problem);
@@ -122,7 +123,7 @@ void pair_server(const std::string& host, const PairingFolder& folder, Start& st
     invitation.pin = pin_of_file(text_of(start.parameters, "tls.certificate"), problem);
     invitation.url = dialed(start.parameters, host);
     invitation.code = random_token().substr(0, kCodeSize);
-    if (invitation.code.empty()) problem = "no random numbers are to be had";
+    if (invitation.code.empty()) problem = "no random numbers are available";
   }
   if (!problem.empty()) return start.problems.push_back("--pair: " + problem);
   std::string wrong;
@@ -137,19 +138,19 @@ void pair_server(const std::string& host, const PairingFolder& folder, Start& st
 
 // ---- client
 
-// One for each invitation, so that the same line, given again, goes on where it was.
+// One for each invitation, so that the same line, given again, continues its pairing.
 std::string token_name(const Invitation& invitation) {
   constexpr std::size_t kDigits = 16;
   return "token-" + to_hex(sha256(bytes_of(invitation.code))).substr(0, kDigits);
 }
 
-// The token in the file, which is made if it is not there; empty: `problem` says why.
+// The token in the file, which is created if needed; empty: `problem` says why.
 std::string kept_token(const PairingFolder& folder, const std::string& name, std::string& problem) {
   const std::string file = folder.file(name);
   if (!folder.has(name)) {
     const std::string token = random_token();
     problem =
-        token.empty() ? "no random numbers are to be had" : write_secret_file(file, token + "\n");
+        token.empty() ? "no random numbers are available" : write_secret_file(file, token + "\n");
     if (problem.empty()) return token;
     return {};
   }
@@ -176,7 +177,8 @@ std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
 void join(const Invitation& invitation, const PairingFolder& folder, Start& start) {
   if (!goes_by_pairing(start.parameters)) {
     start.problems.emplace_back(
-        "an invitation tells address, certificate and login: leave out url, tls.*, auth.* and the "
+        "an invitation contains address, certificate and login: leave out url, tls.*, auth.* and "
+        "the "
         "token in the environment");
     return;
   }
@@ -198,7 +200,7 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
   start.news.push_back("pairing with " + invitation.url +
                        "; if it refuses the login, the code is used up or too old: start the "
                        "server with --pair again");
-  if (!former.empty()) start.news.emplace_back("this takes the place of the pairing before");
+  if (!former.empty()) start.news.emplace_back("this replaces the former pairing");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Pairing: a server and a client come to know each other without a file that anybody edits
+// Pairing: a server and a client get each other's credentials without a file to edit
 // (docs/security.md, "Pairing").
 #pragma once
 
@@ -15,11 +15,11 @@
 
 namespace connect_bridge {
 
-// A client that logs in by a code and goes on with the token that it has made.
+// A client that logs in with a code and then uses the token that it has made.
 struct Joining {
-  std::string credential;  // of the login method "pair"
+  std::string credential;  // for the login method "pair"
   Bytes token;
-  std::function<std::string()> keep;  // once it is logged in; returns what is wrong, or nothing
+  std::function<std::string()> keep;  // called after the login; returns what is wrong, or nothing
 };
 
 // What a program starts with. Without a pairing: what was given.
@@ -28,14 +28,15 @@ struct Start {
   std::vector<std::string> news;  // for the log
   ParameterMap parameters;
   std::optional<PairingOptions> pairing;  // server
-  // Server: for the next start, once this one has succeeded; returns what is wrong, or nothing.
+  // Server: stores the parameters for the next start, after this one has succeeded; returns what is
+  // wrong, or nothing.
   std::function<std::string()> keep;
-  std::optional<Invitation> invitation;  // server: to be printed; its URL may lack the port
+  std::optional<Invitation> invitation;  // server: to be printed; its URL may have no port
   std::optional<Joining> joining;        // client
 };
 
-// Makes files where the arguments ask for a pairing, reads those of an earlier one where the
-// parameters do not tell more. `node`: full name.
+// Makes files if the arguments request a pairing; reads those of an earlier one if the parameters
+// have neither address nor login. `node`: full name.
 [[nodiscard]] Start start_with(const ParameterMap& given, const Arguments& arguments,
                                const std::string& node);
 

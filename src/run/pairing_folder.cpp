@@ -63,7 +63,7 @@ ParameterMap PairingFolder::parameters(std::string& problem) const {
 
 std::string PairingFolder::write_parameters(const ParameterMap& parameters) const {
   std::string text = "# Made by pairing; yours to change.\n/**:\n  ros__parameters:";
-  // JSON is YAML, whatever is in a text.
+  // JSON is valid YAML, whatever a text contains.
   for (const auto& [key, value] : parameters)
     text += "\n    " + key + ": " +
             std::visit([](const auto& held) { return nlohmann::json(held).dump(); }, value);

@@ -1,4 +1,4 @@
-// What a pairing leaves on the disk, and how a program starts from it without a parameter file.
+// The files of a pairing, from which a program can start without a parameter file.
 #pragma once
 
 #include <string>
@@ -19,7 +19,8 @@ class PairingFolder {
   [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
   [[nodiscard]] bool has(const std::string& name) const;
 
-  // With the folders above it, for its owner alone. What is wrong; empty: nothing.
+  // Creates it, with the folders above it, for its owner alone. Returns what is wrong; empty:
+  // nothing.
   [[nodiscard]] std::string make() const;
   // params.yaml; empty if there is none. `problem` is set if it cannot be read.
   [[nodiscard]] ParameterMap parameters(std::string& problem) const;
@@ -29,11 +30,12 @@ class PairingFolder {
   std::string path_;
 };
 
-// Who is told an address, a login or a certificate by its parameters goes by them alone.
+// Whether the pairing's parameters are used: not if the given ones have an address, a login or a
+// certificate.
 [[nodiscard]] bool goes_by_pairing(const ParameterMap& given);
 
-// What was given, and from `stored` what was not. Rules are one thing: with one of them given none
-// is taken.
+// The given parameters, and those of `stored` that were not given. Rules count as one: if any is
+// given, none is taken from `stored`.
 [[nodiscard]] ParameterMap filled(const ParameterMap& given, const ParameterMap& stored);
 
 }  // namespace connect_bridge

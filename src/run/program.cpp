@@ -31,7 +31,7 @@ int refuse(const std::vector<std::string>& problems, const char* hint = "") {
   return kExitConfiguration;
 }
 
-// A node that was given another name finds nothing in a file that is written for the usual one.
+// A node with another name finds no parameters in a file that is written for the default name.
 std::optional<std::string> other_section(const ros::Node& node, Role role) {
   for (const auto& other : node.others_with_parameters())
     if (other.ends_with(default_name(role)))
@@ -50,12 +50,12 @@ std::optional<Config> read_config(const ros::Node& node, Role role, const Parame
   const bool is_empty = says_nothing(given);
   Parsed parsed = parse_config(given, role, surroundings());
   if (other && (is_empty || !parsed.problems.empty())) problems.push_back(*other);
-  if (other && is_empty) return std::nullopt;  // what else is missing stands in that section
+  if (other && is_empty) return std::nullopt;  // what is missing is in that section
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }
 
-// Among the arguments that are not for ROS.
+// Looks only at arguments that are not for ROS.
 bool asks_for_help(int argc, char** argv) {
   bool for_ros = false;
   for (int i = 1; i < argc; ++i) {

@@ -1,4 +1,4 @@
-// Something to do once a second, and how late the loop gets to it.
+// Calls a function once a second, and measures how late the loop does it.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -11,7 +11,7 @@ namespace connect_bridge {
 // Thread: that of the io_context.
 class Seconds {
  public:
-  // Since the timer waits in the same queue as everything else, its delay is the loop's.
+  // The timer waits in the same queue as everything else, so its delay is the loop's.
   Seconds(boost::asio::io_context& io, std::function<void(double lag_ms)> tick)
       : timer_(io), tick_(std::move(tick)) {}
 

@@ -10,7 +10,7 @@ namespace connect_bridge {
 std::string write_atomically(const std::string& file, const std::string& text) {
   const std::string part = file + ".part";
   {
-    // Made anew ("x"), so that a link that somebody else put there is not followed.
+    // Created as a new file ("x"), so that a link that somebody else put there is not followed.
     std::remove(part.c_str());
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(part.c_str(), "wx"),
                                                               &std::fclose);

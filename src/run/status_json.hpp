@@ -15,7 +15,7 @@ namespace connect_bridge {
 struct RunStatus {
   std::string node;
   std::string role;         // "server" or "client"
-  double loop_lag_ms = 0;   // longest hold-up of the loop in the last second
+  double loop_lag_ms = 0;   // longest delay of the loop in the last second
   std::uint64_t taken = 0;  // samples taken from ROS
   std::uint64_t published = 0;
   std::uint32_t types_not_installed = 0;  // in use, those of requests and responses counted

@@ -32,8 +32,8 @@ void LastSteps::begin() {
   alarm(kLastStepsTime);
 }
 
-// Behind this only the libraries' own destructors follow. For a moment nobody handles the signals,
-// so the only thread that is left has none delivered.
+// After this only the libraries' own destructors follow. For a moment no handler exists, so the
+// only remaining thread blocks the signals.
 LastSteps::~LastSteps() {
   sigset_t stops;
   sigemptyset(&stops);

@@ -1,5 +1,5 @@
-// How a side ends: SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further ones
-// mean the same: one Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`.
+// How a side ends: SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further signals
+// change nothing: one Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -17,7 +17,7 @@ class Stop {
 
   void wait_for_signal();
   [[nodiscard]] bool has_begun() const { return begun_; }
-  // Nothing is left to do in good order: the loop ends before the deadline.
+  // Everything is closed: the loop ends before the deadline.
   void finish() { deadline_.cancel(); }
 
  private:
@@ -28,8 +28,8 @@ class Stop {
   bool begun_ = false;
 };
 
-// From the end of the loop to that of the process, while the middleware ends: signals still mean
-// the stop that is under way, and SIGALRM ends what hangs.
+// Active from the end of the loop to the end of the process, while the middleware shuts down:
+// signals have no further effect, and SIGALRM ends a process that hangs.
 class LastSteps {
  public:
   LastSteps() = default;
@@ -37,7 +37,7 @@ class LastSteps {
   LastSteps& operator=(const LastSteps&) = delete;
   ~LastSteps();
 
-  // Before whatever has handled signals until now goes.
+  // To be called before the previous signal handling ends.
   void begin();
 
  private:

@@ -82,9 +82,9 @@ std::string UsageFile::open(const std::string& file) {
   std::ifstream in(file);
   if (!in && errno == ENOENT) return {};  // the first start
   if (!in) {
-    file_.clear();  // what cannot be read is not replaced
+    file_.clear();  // a file that cannot be read is not replaced
     return "usage_file: " + file + " cannot be read: " + std::strerror(errno) +
-           "; what is counted is not kept";
+           "; the counts of this run are not stored";
   }
   std::string text(kFileBytesMax, '\0');
   in.read(text.data(), kFileBytesMax);
@@ -92,8 +92,8 @@ std::string UsageFile::open(const std::string& file) {
   if (usage_.read_text(text)) return {};
   const std::string aside = file + ".broken";
   std::rename(file.c_str(), aside.c_str());
-  return "usage_file: " + file + " is not understood; counting begins again at zero, and it is " +
-         aside + " now";
+  return "usage_file: " + file +
+         " is not valid; counting begins again at zero, and the file is renamed to " + aside;
 }
 
 std::string UsageFile::every_second(const Traffic& total, const std::string& day) {

@@ -1,4 +1,4 @@
-// How many bytes this program has cost on the network, by day and month: for SIM cards that are
+// How many bytes this program has used on the network, by day and month: for SIM cards that are
 // paid by the megabyte.
 #pragma once
 
@@ -13,14 +13,14 @@ namespace connect_bridge {
 // Days are those of the machine's time zone. Not thread-safe.
 class Usage {
  public:
-  static constexpr std::size_t kDaysMax = 62;  // that are kept: this month and the one before
+  static constexpr std::size_t kDaysMax = 62;  // kept: this month and the previous one
 
-  // What was counted before, from a file of write_text(); replaces what is here. False: it is none,
-  // and nothing has changed.
+  // Replaces the counts by those of a file from write_text(). False: the text is not valid, and
+  // nothing has changed.
   [[nodiscard]] bool read_text(const std::string& text);
   [[nodiscard]] std::string write_text() const;
 
-  // `total`: what the program has cost since it was started. `day`: "2026-11-22".
+  // `total`: the program's traffic since its start. `day`: "2026-11-22".
   void count(const Traffic& total, const std::string& day);
   [[nodiscard]] Traffic of_day(const std::string& day) const;
   // `month`: "2026-11".
@@ -31,14 +31,14 @@ class Usage {
   Traffic counted_;
 };
 
-// The day of now, "2026-11-22".
+// The present day, "2026-11-22".
 [[nodiscard]] std::string today();
 
-// Keeps a Usage in a file, which is written once a minute and at the end.
+// Stores a Usage in a file, which is written once a minute and at the end.
 class UsageFile {
  public:
-  // Reads the file, if there is one. What is wrong with it, or nothing; a file that is not
-  // understood is put aside, as NAME.broken.
+  // Reads the file, if there is one. Returns what is wrong with it, or nothing; a file that is not
+  // valid is renamed to NAME.broken.
   [[nodiscard]] std::string open(const std::string& file);
   // Once a second. Returns a problem when it begins.
   [[nodiscard]] std::string every_second(const Traffic& total, const std::string& day);

@@ -59,7 +59,7 @@ void Workers::cancel(JobId job) {
   std::erase_if(waiting_, [](const auto& entry) { return entry.second.empty(); });
 }
 
-// Of the link after the last one that had a turn.
+// A job of the link after the last one that had a turn.
 Workers::Job Workers::take_next() {
   auto next = waiting_.upper_bound(last_turn_);
   if (next == waiting_.end()) next = waiting_.begin();

@@ -1,4 +1,5 @@
-// A small pool for work that would hold up the loop: compressing and decompressing large messages.
+// A small thread pool for work that would delay the loop: compressing and decompressing large
+// messages.
 #pragma once
 
 #include <atomic>
@@ -16,17 +17,17 @@
 namespace connect_bridge {
 
 // Jobs are pure; their results come back through `done`, called from a worker's thread. Links take
-// turns. The core bounds how many jobs it gives (one per channel at a time) and cancels those of
-// channels that end, so the queue needs no bound of its own. Their results do: a few bytes can
+// turns. The core limits the number of jobs (one per channel at a time) and cancels those of
+// channels that end, so the queue needs no limit of its own. The results need one: a few bytes can
 // decompress to many, faster than the loop handles them.
 class Workers {
  public:
   using Job = std::variant<CompressJob, DecompressJob>;
-  // No job begins while so many bytes of results are not handled.
+  // No job begins while so many bytes of results wait to be handled.
   static constexpr std::size_t kUnhandledBytesMax = 64 << 20;
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
-  // Waits for the running jobs, which give up where they would take long; forgets the waiting ones.
+  // Waits for the running jobs, which stop early if they would take long; forgets the waiting ones.
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
@@ -44,7 +45,7 @@ class Workers {
   std::function<void(JobDone)> done_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<LinkId, std::deque<Job>> waiting_;  // by whose turn it is; no queue is empty
+  std::map<LinkId, std::deque<Job>> waiting_;  // by link, for turns; no queue is empty
   LinkId last_turn_;
   std::size_t unhandled_bytes_ = 0;
   std::atomic<bool> ending_ = false;

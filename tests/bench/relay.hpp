@@ -1,6 +1,6 @@
 // The least that any bridge must do: a thread that takes and sends, a thread that receives and
-// publishes, raw TCP with a 4-byte length in between, no queue, no rule, no loop. What it costs
-// beyond the bare parts is the machine's.
+// publishes, raw TCP with a 4-byte length in between, no queue, no rule, no loop. The rest of the
+// cost is that of the machine.
 #pragma once
 
 #include <arpa/inet.h>

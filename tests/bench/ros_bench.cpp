@@ -49,7 +49,7 @@ class Ping {
   explicit Ping(Node& node)
       : out_(node, "/bench/ping"), in_(node, "/bench/pong"), waiter_(node, {&in_}) {}
 
-  // Small messages until one comes back; false: nobody echoes.
+  // Small messages until one comes back; false: there is no echo.
   bool warm_up() {
     Message message(kBodyBytesMin);
     for (const auto end = now_ns() + 40 * kSecond; now_ns() < end;) {
@@ -285,8 +285,8 @@ void run_talk(Node& node, Commands& commands) {
   }
 }
 
-// What a bridge's side does for a ping beside a stream, without a bridge: both publishers belong to
-// one participant and share its shared memory.
+// What a bridge's side does for a ping next to a stream, without a bridge: both publishers belong
+// to one participant and share its shared memory.
 void run_both(Node& node, Commands& commands) {
   std::atomic<bool> over = false;
   std::thread echo([&] {
@@ -338,7 +338,7 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) options.add(argv[i]);
   const auto& mode = options.verb;
   bench::Commands commands;
-  // Deep enough that what waits after a stall is late and not lost.
+  // Deep enough that messages after a stall are late and not lost.
   bench::Node node(mode.empty() ? "bench" : "bench_" + mode, options.count("depth", 100));
   if (mode == "echo") {
     bench::run_echo(node, commands);

@@ -112,7 +112,7 @@ class Calls {
   Calls(const Calls&) = delete;
   Calls& operator=(const Calls&) = delete;
 
-  // Until a call is answered; false: nobody does.
+  // Until a call is answered; false: no answer.
   bool warm_up() {
     set_size(12);
     for (const auto end = now_ns() + 40'000'000'000; now_ns() < end;) {

@@ -2,8 +2,8 @@
 //
 // A tool that measures reads one command per line from stdin, "<verb> key=value ...", and answers
 // with one JSON object per line on stdout. It prints {"ready":true} when it can take commands, and
-// ends when stdin closes: so that the runner can keep all tools alive, interleave their
-// measurements, and leave no process behind however it ends.
+// ends when stdin closes: so the runner can keep all tools alive, interleave their measurements,
+// and leave no process behind however it ends.
 #pragma once
 
 #include <poll.h>

@@ -160,7 +160,8 @@ class Wan {
 int main() try {
   prctl(PR_SET_TIMERSLACK, 1000);
   bench::Wan wan;
-  // What it carries must not wait for what it measures. Without the right to this it is less exact.
+  // Packets must not wait for the measured programs. Without the privilege for this it is less
+  // exact.
   sched_param first{};
   first.sched_priority = 5;
   (void)sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &first);

@@ -1,4 +1,4 @@
-// One direction of a wide-area network: a queue that drops what finds it full, a rate, a delay.
+// One direction of a wide-area network: a queue that drops frames when it is full, a rate, a delay.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace bench {
 
 // The rate of a cellular link under way: 1 to 40 Mbit/s, another one every 100 ms, with stalls.
-// Drawn from a seed, so that every run meets the same drive.
+// Drawn from a seed, so that every run has the same drive.
 class Drive {
  public:
   static constexpr std::int64_t kStep = 100'000'000;  // ns
@@ -116,7 +116,7 @@ class Direction {
     return frame;
   }
 
-  // What there was since the last time.
+  // The counts since the last call.
   Count count(std::int64_t now) {
     for (auto t = counted_from_; t < now; t += Drive::kStep) {
       const auto part = std::min(Drive::kStep, now - t);
@@ -158,7 +158,7 @@ class Direction {
     }
   }
 
-  // What has left the queue by now flies.
+  // Moves the frames that have left the queue by now onto the path.
   void step(std::int64_t now) {
     while (!waiting_.empty() && sent_at_ <= now) {
       auto due = sent_at_ + shape_.delay_ns;

@@ -58,7 +58,7 @@ inline void address(int socket, const char* device, const char* text) {
   must(ioctl(socket, SIOCSIFNETMASK, &request) == 0, "netmask");
 }
 
-// ROS finds the nodes of its machine by multicast over the loopback device.
+// ROS discovers the nodes of its machine by multicast over the loopback device.
 inline void multicast_by_loopback(int socket) {
   rtentry route{};
   char device[] = "lo";

@@ -125,7 +125,7 @@ std::string ping(Connection& connection, const Options& options) {
     }
   };
   for (std::size_t i = 0; i < options.count("samples", 200); ++i) {
-    // Large ones fill the buffers of both directions: somebody has to read meanwhile.
+    // Large ones fill the buffers of both directions: they must be read meanwhile.
     std::optional<std::jthread> sender;
     if (burst > 1) {
       sender.emplace(send_all);

@@ -1,4 +1,4 @@
-"""An action's server and client as a test needs them, and a goal as its client sees it."""
+"""An action server and client for tests, and a goal as its client sees it."""
 
 import time
 

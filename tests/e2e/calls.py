@@ -1,4 +1,5 @@
-"""Service servers and clients as a test needs them: who executed what, and who was answered."""
+"""Service servers and clients for tests: which requests were executed, and which callers got
+answers."""
 
 import threading
 import time
@@ -8,11 +9,11 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 
 from graph import WAIT, Graph, qos, until
 
-# The default keeps 10 requests, and as many answers: a burst beyond that is lost in the ends
-# themselves. The bridge gives a server no more than that at once, but callers beside it do.
+# The default keeps 10 requests, and as many answers: a larger burst is lost in the endpoints
+# themselves. The bridge hands over no more than that at once, but other callers do.
 DEEP = qos(1000)
 
-# What each side lets through; services and actions go from robot to operator.
+# What each side allows; services and actions go from robot to operator.
 OPEN_CALLS = {
     "rules": ["all"],
     "rule": {
@@ -27,7 +28,7 @@ OPEN_CALLS = {
 
 
 def servers_graph(pair, threads, name="servers"):
-    """More of the robot's graph, for servers that take their time; by a node name of its own."""
+    """Another node in the robot's graph, for slow servers, with a node name of its own."""
     return Graph(pair.domains[0], threads, name)
 
 
@@ -43,7 +44,8 @@ def name_of(message):
 
 
 class EchoServer:
-    """Answers with what it was sent; notes what it executed. `delay` in seconds, or a function."""
+    """Answers with what it was sent; records what it executed. `delay` in seconds, or a
+    function."""
 
     def __init__(self, graph, service, node=None, delay=0.0, depth=DEEP):
         self.executed = []
@@ -73,7 +75,7 @@ class EchoServer:
 
 
 class Caller:
-    """A client that knows what it asked and what it was answered."""
+    """A client that records its requests and their answers."""
 
     def __init__(self, graph, service, kind=Echo, node=None):
         self.service = service
@@ -118,7 +120,7 @@ class Caller:
         )
 
     def check(self):
-        """What was answered was answered once and to the right question."""
+        """Each answer came once and for the right request."""
         for name, answers in self.answers.items():
             assert answers == [name], f"{name} was answered by {answers}"
 

@@ -31,7 +31,7 @@ OPEN = {
         }
     },
 }
-_live = []  # everything that has a log to show when a test fails
+_live = []  # everything with a log to print when a test fails
 
 
 def pytest_configure(config):
@@ -83,7 +83,8 @@ class Pair:
         return self.bridge.client
 
     def opened(self, kind, topic, message, qos=10, backward=False):
-        """A publisher on one side and a collector on the other, after the first has crossed."""
+        """A publisher on one side and a collector on the other, after the first message has
+        crossed."""
         near, far = (self.operator, self.robot) if backward else (self.robot, self.operator)
         publisher, collector = near.publisher(kind, topic, qos), far.collector(kind, topic, qos)
         connect(publisher, collector, message)
@@ -127,7 +128,7 @@ def pair(request, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def robot(pair):
-    """More of the robot's graph, for servers that may take their time."""
+    """Another node in the robot's graph, for slow servers."""
     graph = servers_graph(pair, 16)
     yield graph
     graph.close()
@@ -135,7 +136,7 @@ def robot(pair):
 
 @pytest.fixture
 def make_side(tmp_path):
-    """Makes a server or client alone: make_side(role, domain, parameters, name=...)."""
+    """Makes a single server or client: make_side(role, domain, parameters, name=...)."""
     with contextlib.ExitStack() as stack:
 
         def make(role, domain, parameters, **options):

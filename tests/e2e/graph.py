@@ -16,7 +16,7 @@ from rclpy.executors import (
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-WAIT = 20.0  # seconds that anything may take on a busy machine; a pass takes milliseconds
+WAIT = 20.0  # time limit in seconds on a busy machine; a passing test takes milliseconds
 _ended = {}  # graph -> why its callbacks run no longer
 
 
@@ -27,7 +27,7 @@ def until(condition, what, timeout=WAIT, step=0.01):
         value = condition()
         if value:
             return value
-        if _ended:  # a wait for a callback would look like a message that was lost
+        if _ended:  # otherwise a wait for a callback would look like a lost message
             raise AssertionError("\n".join(_ended.values()))
         if time.monotonic() > end:
             raise AssertionError(f"not within {timeout:g} s: {what() if callable(what) else what}")
@@ -73,7 +73,8 @@ class Collector:
 
 
 class _Pausing:
-    """An executor that can be kept from looking for what is ready. Callbacks are not affected."""
+    """An executor that can be stopped from waiting for ready callbacks. Running callbacks are not
+    affected."""
 
     def __init__(self, *arguments, **options):
         self._looks = False
@@ -97,7 +98,7 @@ class _Pausing:
         with self._changed:
             self._pauses += 1
         try:
-            self.create_task(lambda: None)  # found at once, so the look ends
+            self.create_task(lambda: None)  # found at once, so the wait ends
             with self._changed:
                 self._changed.wait_for(lambda: not self._looks)
             yield
@@ -116,9 +117,9 @@ class _ManyThreads(_Pausing, MultiThreadedExecutor):
 
 
 class Graph:
-    """Nodes of one domain id. Callbacks run on a thread of its own; all else is the test's.
+    """Nodes of one domain id. Callbacks run on a thread of its own; everything else on the test's.
 
-    With `threads` they run on so many, for servers whose callbacks take their time."""
+    With `threads` they run on so many, for servers with slow callbacks."""
 
     def __init__(self, domain, threads=1, name="tester"):
         self.domain = domain
@@ -149,10 +150,10 @@ class Graph:
                 )
 
     def still(self):
-        """A context in which nobody looks for callbacks that are ready. rclpy's actions need it to
-        come, go and ask: an executor that looks at one half made or half gone fails
-        (ros2/rclpy#1589), and an answer that is taken before the asking is over is lost
-        (ros2/rclpy#1123)."""
+        """A context in which the executor does not wait for ready callbacks. rclpy's actions need
+        it when they are created, destroyed or called: an executor that sees a half-created or
+        half-destroyed one fails (ros2/rclpy#1589), and an answer that is taken before the call has
+        returned is lost (ros2/rclpy#1123)."""
         return self._executor.paused()
 
     def node(self, name, **options):

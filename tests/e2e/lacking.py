@@ -4,7 +4,8 @@ import os
 import pathlib
 
 TEST_PACKAGE = "connect_bridge_test_interfaces"
-# What the nodes of the tests talk with. CONNECT_LACKING=all runs tests with a bridge without them.
+# The packages that the nodes of the tests use. CONNECT_LACKING=all runs tests with a bridge without
+# them.
 PACKAGES = (
     TEST_PACKAGE,
     "std_msgs",

@@ -16,7 +16,7 @@ from harness.domains import free_port
 from harness.programs import ROOT, Program
 
 PAGE = ROOT / "docs" / "proxies.md"
-# Where tools/setup/proxies.sh puts those that are not installed.
+# The folder where tools/setup/proxies.sh puts proxies that are not installed.
 FETCHED = pathlib.Path(os.environ.get("CONNECT_PROXIES") or ROOT / ".ros2" / "proxies")
 _BLOCK = re.compile(r"^<!-- test: (.*?) -->\n```\w+\n(.*?)^```$", re.M | re.S)
 
@@ -33,12 +33,12 @@ def find(program):
 
 
 class Proxy:
-    """One proxy, that listens on `port` and hands on to `server_port`; `seconds` take the place of
-    the page's 60 for time-outs of a connection. Subclasses tell how it is run."""
+    """One proxy that listens on `port` and forwards to `server_port`; `seconds` replaces the page's
+    60 for timeouts of a connection. Subclasses define how it is run."""
 
     program = ""
     block = ""
-    keeps = True  # connections, when it reloads
+    keeps = True  # whether it keeps connections when it reloads
     reload_signal = None
 
     @classmethod
@@ -149,7 +149,7 @@ class Apache(Proxy):
 
 
 class ForwardProxy(Apache):
-    """What clients are made to dial through: it wants a login, and connects to one port only."""
+    """An HTTP proxy for clients: it requires a login, and connects to one port only."""
 
     block = "forward"
     modules = ("authn_core", "authn_file", "auth_basic", "authz_user", "proxy", "proxy_connect")
@@ -158,7 +158,7 @@ class ForwardProxy(Apache):
     def shown(self):
         name, password = self.login.split(":")
         digest = base64.b64encode(hashlib.sha1(password.encode()).digest()).decode()
-        # Who starts it as root makes it read the file as somebody else.
+        # If it is started as root, it reads the file as another user.
         with tempfile.NamedTemporaryFile("w", encoding="ascii", delete=False) as users:
             users.write(f"{name}:{{SHA}}{digest}\n")
         self.users = pathlib.Path(users.name)

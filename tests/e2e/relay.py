@@ -11,8 +11,8 @@ _PART = 1 << 16
 
 
 class Relay:
-    """Listens on `port`; every connection gets one of its own to the target. `delay`: seconds that
-    what passes takes in each direction."""
+    """Listens on `port`; every connection gets one of its own to the target. `delay`: delay in
+    seconds in each direction."""
 
     def __init__(self, target_port, delay=0.0):
         self._target = ("127.0.0.1", target_port)
@@ -50,7 +50,7 @@ class Relay:
 
     def _carry(self, near, far):
         other = {near: far, far: near}
-        under_way = collections.deque()  # when it is due, to whom, what
+        under_way = collections.deque()  # (due time, destination, bytes)
         with contextlib.suppress(OSError, ValueError):
             while not self._closed:
                 now = time.monotonic()
@@ -92,7 +92,7 @@ class Relay:
             self._drop(pair)
 
     def stall(self):
-        """Nothing passes, and nobody is told, as on a link that has lost its radio."""
+        """Nothing passes, and neither end notices, as on a link that has lost its radio."""
         self._stalled.set()
 
     def heal(self, keep=False):

@@ -1,5 +1,5 @@
 """The nodes of one side for test_rmw.py, in a process that has a middleware of its own:
-rmw_nodes.py robot | operator. What the operator's hear they tell as lines of JSON."""
+rmw_nodes.py robot | operator. The operator's nodes print what they receive as lines of JSON."""
 
 import json
 import sys
@@ -22,7 +22,7 @@ LISTENER = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def tell(what, value):
-    # With its line end in one piece: several threads tell.
+    # Printed with its line end in one call, because several threads print.
     print(json.dumps({what: value}) + "\n", end="", flush=True)
 
 
@@ -106,7 +106,7 @@ def operator(node):
 
 def main():
     rclpy.init()
-    # Its own events would be among those that it tells.
+    # Its own events would be among those that it prints.
     node = Node(sys.argv[1], start_parameter_services=False)
     nodes, kept = {"robot": robot, "operator": operator}[sys.argv[1]](node)
     executor = MultiThreadedExecutor(4)

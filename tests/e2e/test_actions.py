@@ -115,7 +115,7 @@ def test_cancel_many(pair, served, action, which):
 
 
 def test_several_clients_and_goals_at_once(pair, served, action):
-    """Each gets its own results; feedback goes to whom it belongs."""
+    """Each client gets its own results and feedback."""
     _, first = served
     others = [Client(pair.operator, action, pair.operator.node(f"client_{n}")) for n in range(2)]
     for client in others:
@@ -174,7 +174,7 @@ def test_long_goals_do_not_hold_up_a_short_one(served):
 
 
 def works(goal, timeout=1.0):
-    """Whether the goal is accepted and succeeds soon. One that a dead mirror took does not."""
+    """Whether the goal is accepted and succeeds soon. A goal that a dead mirror took does not."""
     try:
         until(goal.sent, "the goal is answered", timeout)
         return goal.result(timeout).status == GoalStatus.STATUS_SUCCEEDED
@@ -207,7 +207,8 @@ def test_a_side_is_killed_during_goals(make_pair, which):
 
 
 def test_wildcards_open_no_part_of_an_action(make_pair):
-    """Rules for topics and services are no side door; the rule for the action opens all five."""
+    """Rules for topics and services do not allow any part; the rule for the action allows all
+    five."""
     closed = make_pair(
         server={
             "rules": ["all"],

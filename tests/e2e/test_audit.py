@@ -103,7 +103,7 @@ def test_who_did_what(tmp_path, domains, make_side, make_graph):
     assert call["rule"] == "use" and call["type"].endswith("/srv/Echo")
     goal = wait_for(audit, event="goal", name="/a/fib", **of_anna)
     assert goal["kind"] == "action" and goal["type"].endswith("/action/Fibonacci")
-    # Two more calls are told in one line.
+    # Two more calls are written as one line.
     wait_for(audit, event="call", name="/s/echo", times=3, **of_anna)
     until(lambda: world.server.status().get("audit", {}).get("lines", 0) > 5, "the status", 5)
     assert world.server.status()["audit"]["lost"] == 0
@@ -133,7 +133,7 @@ def test_a_stranger_forges_no_line_and_fills_no_disk(tmp_path, domains, make_sid
                 b"Sec-WebSocket-Protocol: ros2-connect.v1\r\n\r\n"
             )
             s.recv(100)
-            # A binary message, masked with zeros, that is no record.
+            # A binary message, masked with zeros, that is not a record.
             text = b'\n{"event":"login","identity":"root"}\n'
             s.sendall(bytes([0x82, 0x80 | len(text), 0, 0, 0, 0]) + text)
     world.client().wait_linked()

@@ -147,12 +147,12 @@ def test_a_bad_first_message_is_closed_with_a_code(served, first):
     except ConnectionClosed:
         pass
     code, reason = close_of(connection)
-    # What is larger than any login never reaches our code: 1009 has said it all.
+    # A message that is larger than any login never reaches our code: Beast closes with 1009.
     assert code == 1009 or (code >= 4000 and reason), (code, reason)
 
 
 def test_a_slow_http_request(served):
-    """One byte now and then keeps a connection no longer than five seconds."""
+    """Single bytes do not keep a connection open for longer than five seconds."""
     with raw(served) as connection:
         begin = time.monotonic()
         with pytest.raises((ConnectionError, AssertionError)):
@@ -175,7 +175,7 @@ def test_a_silent_websocket_is_closed_after_the_login_time(served):
 
 
 def test_a_hundred_slow_ones_at_once(served):
-    """They cost little, and the next good client is let in all the same."""
+    """They cost little, and the next valid client still gets in."""
     before = served.server.resident_bytes()
     crowd = []
     for _ in range(100):

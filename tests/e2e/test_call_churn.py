@@ -151,11 +151,12 @@ class Readiness:
 
 @pytest.mark.slow
 def test_servers_killed_and_started_anew(make, tmp_path):
-    """The graph has the killed one until its lease is over, under the name of the one in its place.
-    What was called before is lost. Then all is answered, also when the graph forgets the first."""
+    """The graph contains the killed server until its lease is over, under the name of its
+    successor. Earlier calls are lost. Then all are answered, also when the graph forgets the first
+    server."""
     pair, _, _ = make()
     env = ros_environment(pair.domains[0], PYTHONPATH=os.pathsep.join(sys.path))
-    # Which of the two comes first in the graph is left to chance.
+    # Which of the two comes first in the graph is random.
     names = [f"victim_{number}" for number in range(4)]
     programs = [
         Program(
@@ -255,7 +256,7 @@ def test_a_side_ends_during_100_calls(make, which, how):
     side.kill() if how == "kill" else side.stop(signal.SIGTERM)
     side.start()
     pair.client.wait_linked()
-    # What a killed process had made leaves the graph only when its lease is over.
+    # Endpoints of a killed process leave the graph only when its lease is over.
     answered_after(caller, "after", 40)
     time.sleep(1)
     caller.check()

@@ -61,9 +61,9 @@ def test_callers_that_are_killed_leave_nothing(make_pair, tmp_path):
             until(lambda: pending(pair, "client") > 0, "calls under way")
             killed.kill()
             done.kill()
-            if number >= 2:  # what is allocated once is there
+            if number >= 2:  # one-time allocations are done
                 sizes.append([side.resident_bytes() for side in (pair.server, pair.client)])
-        # The middleware takes a killed process for alive until its lease is over.
+        # The middleware considers a killed process alive until its lease is over.
         until(lambda: not pending(pair, "client") + pending(pair, "server"), "no call", 40)
         for side, first, last in zip(("server", "client"), sizes[0], sizes[-1]):
             assert last - first < GROWTH_BYTES, f"the {side} grew from {first} to {last} bytes"

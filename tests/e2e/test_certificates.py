@@ -60,7 +60,7 @@ def test_a_certificate_is_a_login(folder, domains, make_side, make_graph):
     bob = client("bob", tls=own("client-bob"))
     server.wait_for("as bob")
     robot.publisher(String, "/t/login")
-    # Bob is in no group: nothing is there for him.
+    # Bob is in no group: he sees nothing.
     bob.wait_linked()
     assert not operator.publishers("/t/login")
     bob.stop()

@@ -1,4 +1,4 @@
-"""Graphs that change all the time: what comes is served, what goes leaves nothing behind."""
+"""Graphs that change all the time: new nodes are served, nodes that go leave nothing behind."""
 
 import time
 
@@ -15,7 +15,7 @@ MIB = 1 << 20
 
 @pytest.mark.slow
 def test_a_publisher_of_the_same_name_restarted_50_times(pair, topic):
-    """Each incarnation is heard, none twice, and one is there at the end."""
+    """Messages of each incarnation arrive, none twice, and one publisher is there at the end."""
     collector = pair.operator.collector(Blob, topic)
     for incarnation in range(50):
         node = pair.robot.node("restless")
@@ -36,7 +36,7 @@ def test_a_publisher_of_the_same_name_restarted_50_times(pair, topic):
 
 
 def test_a_latched_publisher_restarted(pair, topic):
-    """A new incarnation says something new: it is not taken for the old one."""
+    """A new incarnation publishes something new: it is not mistaken for the old one."""
     latched = qos(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     collector = pair.operator.collector(String, topic, qos(50, durability=latched.durability))
     for incarnation in range(10):
@@ -103,7 +103,7 @@ def exported(pair, topic):
 
 
 def test_demand_decides_whether_anything_is_subscribed(pair, topic):
-    """Without a subscriber at the operator the exporter holds none at the robot."""
+    """Without a subscriber at the operator the exporter has no subscription at the robot."""
     publisher = pair.robot.publisher(String, topic)
     pair.operator.wait_publishers(topic, 1)
     time.sleep(0.5)
@@ -140,7 +140,7 @@ def crossed(pair, topic):
 
 
 def test_a_topic_without_publisher_is_not_offered(pair, topic):
-    """Who listens is seen at the robot; nothing is published at the operator."""
+    """A listener is shown at the robot; nothing is published at the operator."""
     pair.operator.collector(String, topic)
     until(lambda: pair.robot.subscriptions(topic), "the listener")
     time.sleep(1)

@@ -77,7 +77,7 @@ def scan(count):
 
 
 def picture(count):
-    """What a JPEG is to a compressor."""
+    """Bytes that do not compress, like a JPEG."""
     message = CompressedImage(format="jpeg")
     stamp(message.header, count, 0.02)
     message.data = array.array("B", NOISE.randbytes(30_000))
@@ -103,7 +103,7 @@ def send_all(pair, name):
     topics = [f"/t/{how}/{name}" for how in ("auto", "plain")]
     ends = [pair.opened(kind, topic, make(0), qos=MESSAGES) for topic in topics]
     until(lambda: all(pair.server.topic(topic) for topic in topics), "status")
-    time.sleep(1.5)  # the round trip is seen, and told by the status
+    time.sleep(1.5)  # the round trip is measured and in the status
     before = [wire_bytes(pair.server, topic) for topic in topics]
     count = [pair.server.topic(topic)["messages"] for topic in topics]
     for _, collector in ends:

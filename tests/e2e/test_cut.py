@@ -1,4 +1,4 @@
-"""A bad line between client and server: cut, silent, and back. All of it without a restart."""
+"""A bad line between client and server: cut, silent, and back; always without a restart."""
 
 import threading
 import time
@@ -56,7 +56,7 @@ def back_after(publisher, collector, timeout=10):
 @pytest.mark.slow
 @pytest.mark.parametrize("how", ["cut", "stall"])
 def test_dead_after_3_s_and_back_within_2_s(relayed, how):
-    """With the defaults: what users get."""
+    """With the defaults, as users have them."""
     pair, relay = relayed()
     down, received = pair.opened(String, "/t/down", String(data="x"))
     up, arrived = pair.opened(String, "/o/up", String(data="x"), backward=True)
@@ -123,7 +123,7 @@ def test_a_cut_of_many_seconds(relayed):
 
 
 def test_the_server_forgets_a_client_that_vanished(relayed):
-    """kill -9 behind a silent line: the server learns it from silence alone."""
+    """kill -9 behind a silent line: the server notices it from the silence only."""
     pair, relay = relayed()
     pair.operator.publisher(String, "/o/up")
     pair.robot.wait_publishers("/o/up", 1)
@@ -137,7 +137,7 @@ def test_the_server_forgets_a_client_that_vanished(relayed):
 
 
 def test_topics_that_change_during_a_cut(relayed):
-    """What comes and goes meanwhile is as it should be afterwards."""
+    """Topics that came or went meanwhile are correct afterwards."""
     pair, relay = relayed()
     goes = pair.robot.publisher(String, "/t/goes")
     pair.operator.wait_publishers("/t/goes", 1)
@@ -272,7 +272,7 @@ def test_the_first_image_after_a_cut_is_fresh(relayed):
 
 
 def test_a_restart_is_no_break(relayed):
-    """Of another process nothing goes on, and the log says so."""
+    """Nothing is resumed with another process, and the log says so."""
     pair, relay = relayed(server={**OPEN, **SOON_DEAD}, client=SOON_DEAD)
     publisher, collector = pair.opened(Blob, "/o/steady", Blob(), qos(10), backward=True)
     relay.cut()

@@ -62,7 +62,7 @@ def test_what_did_not_cross_is_named(tmp_path):
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_is_left_after_a_signal(how):
-    """On a terminal, as a user has it: the table is redrawn in place until Ctrl-C."""
+    """On a terminal, as for a user: the table is redrawn in place until Ctrl-C."""
     master, slave = pty.openpty()
     value = f"signal{int(how)}"
     demo = start(value, stdout=slave, stderr=slave)

@@ -71,7 +71,7 @@ def test_a_frame_that_changes_and_one_that_comes_later(make_pair):
 
 
 def test_operator_to_robot(make_pair):
-    """The same backwards: what is late at the robot gets the operator's last message."""
+    """The other direction: a late subscriber at the robot gets the operator's last message."""
     pair = make_pair()
     publisher = pair.operator.publisher(String, "/o/mode", LATCHED)
     publisher.publish(String(data="auto"))
@@ -94,7 +94,7 @@ def relayed(make_pair):
 
 
 def test_after_a_short_cut_nothing_comes_twice(relayed):
-    """The link comes back within its time: those who had the frames do not get them again."""
+    """The link comes back in time: subscribers that had the frames do not get them again."""
     pair, relay = relayed
     publish_frames(pair)
     early = late_subscriber(pair.operator)

@@ -1,4 +1,4 @@
-"""Where a server listens, and through what a client gets there."""
+"""Where a server listens, and how a client reaches it."""
 
 import contextlib
 import socket
@@ -26,7 +26,7 @@ OWN_HOSTS = ["unshare", "--mount", "sh", "-c", 'mount --bind "$0" /etc/hosts && 
 
 
 def black_hole(address):
-    """A listener whose queue is full: what else would connect gets no answer."""
+    """A listener whose queue is full: further connections get no answer."""
     listener, filling = socket.socket(), socket.socket()
     listener.bind(address)
     listener.listen(0)
@@ -134,4 +134,4 @@ def test_a_proxy_that_refuses(forward):
     forward.client.stop()
     login = {"http_proxy_login": forward.proxy.login, "url": f"wss://localhost:{free_port()}"}
     forward.client.set_parameters({**parameters, **login})
-    forward.client.start().wait_for(by + r"it refuses the way with HTTP 403 Forbidden; trying")
+    forward.client.start().wait_for(by + r"it refuses CONNECT with HTTP 403 Forbidden; trying")

@@ -46,7 +46,8 @@ def test_what_no_rule_lets_in_is_not_told(pair):
 
 
 def test_a_listener_alone_makes_no_traffic(pair):
-    """It is the operator's; the robot subscribes for it, before and after anybody publishes."""
+    """The listener is the operator's; the robot subscribes for it, before and after anybody
+    publishes."""
     collector = pair.operator.collector(String, "/t/quiet", node=pair.operator.tester)
     robot = pair.robot
 
@@ -70,7 +71,7 @@ BOTH_WAYS = {
 
 
 def test_two_bridges_do_not_listen_to_each_other(make_pair):
-    """Nor does one of them to what it has subscribed to itself."""
+    """Nor does a bridge listen to its own subscriptions."""
     first = make_pair(server=BOTH_WAYS)
     make_pair(server=BOTH_WAYS, domains=first.domains)
     base = first.robot.node("base")
@@ -99,7 +100,8 @@ def test_two_bridges_do_not_listen_to_each_other(make_pair):
 
 
 def fresh_publishers(pair, name, collector, count, settings):
-    """Of each the first message, published as soon as it has found anybody, and when it came."""
+    """The first message of each publisher, published as soon as it has found a subscriber, and when
+    it arrived."""
     took = []
     for number in range(count):
         collector.clear()

@@ -1,4 +1,4 @@
-"""Who may in, and how a side starts and ends."""
+"""Which clients get in, and how a side starts and ends."""
 
 import hashlib
 import pathlib
@@ -218,7 +218,7 @@ def test_a_client_without_what_it_needs(domains, make_side, parameters, key):
 
 @pytest.mark.parametrize("more", [(), ("-p", "listen.port:=0")])
 def test_a_file_that_is_for_another_name(domains, make_side, more):
-    """It is said first, and alone if nothing else was given."""
+    """This problem is printed first, and alone if nothing else was given."""
     side = make_side(
         "server",
         domains(1)[0],

@@ -1,4 +1,4 @@
-"""The machine of the client gets another address, as when Wi-Fi gives way to LTE."""
+"""The client's machine gets another address, as when it changes from Wi-Fi to LTE."""
 
 import subprocess
 import sys
@@ -46,7 +46,7 @@ def bridge(wan, tmp_path):
 
 
 def test_a_client_that_gets_another_address_dials_at_once(wan, bridge):
-    """Long before silence would tell: the link comes back with the same session."""
+    """Long before silence would show it: the link comes back with the same session."""
     bridge.start()
     change = [sys.executable, "-c", SET_ADDRESS, OTHER_ADDRESS]
     subprocess.run([*wan.within(OPERATOR), *change], check=True)

@@ -59,7 +59,7 @@ def test_get_set_list_and_describe(pair):
 
 
 def test_only_nodes_that_a_rule_names(pair):
-    """Neither a pattern for services nor a denied node opens them."""
+    """Neither a pattern for services nor a denied node allows them."""
     for name, namespace in (("secret", "/open"), ("shut", "/closed")):
         robot_node(pair, name, namespace)
     robot_node(pair, "marker")
@@ -119,7 +119,7 @@ def test_graph_of_nodes(make_pair):
     wait_ready(client_of(pair, "/open/arm"))
     (speed,) = done(client_of(pair, "/open/arm").get_parameters(["speed"])).values
     assert speed.double_value == 1.5
-    # The proxy is no node of the operator's: nothing of it goes back.
+    # The proxy is not a node of the operator's: nothing of it is exported back.
     time.sleep(0.5)
     assert len(pair.robot.publishers("/open/state")) == 1
     pair.robot.remove(node)

@@ -1,4 +1,4 @@
-"""Two machines come to know each other by one line: server --pair, client 'wss+pair://...'."""
+"""Two machines are paired by one line: server --pair, client 'wss+pair://...'."""
 
 import re
 import stat
@@ -114,7 +114,7 @@ def test_an_entry_that_is_removed_ends_the_link(world):
 
 def test_what_is_wrong_is_said(world):
     client = world.run("client", "operator", "wss+pair://localhost:1/#cut")
-    client.wait_for("the invitation is not whole")
+    client.wait_for("the invitation is not complete")
     assert client.process.wait(5) == 2
     server = world.run(
         "server", "robot", "--pair", "--ros-args", "-p", "auth.token_file:=tokens.yaml"

@@ -72,7 +72,7 @@ def losses(pair):
 
 @EVERY
 def test_a_topic_crosses_and_the_link_is_never_idle(behind, topic, kind):
-    """It carries nothing but signs of life for longer than the proxy's time-outs."""
+    """It carries nothing but signs of life for longer than the proxy's timeouts."""
     pair = behind(kind, seconds=2)
     publisher, collector = pair.opened(Blob, topic, Blob(), qos(2))
     time.sleep(5)

@@ -26,7 +26,7 @@ from harness.programs import ROOT, Program, ros_environment
 
 STAND_IN = pathlib.Path(__file__).resolve().parent / "stand_in"
 LISTED = re.compile(r"<!-- test: (.*?) -->")
-# A side that is there for others, and one that has reached its peer.
+# Log lines of a side that is ready for others, and of one that has reached its peer.
 READY = {"server": r"listening on ", "client": r"link open with "}
 
 

@@ -61,7 +61,7 @@ def test_by_a_change_of_the_file(world):
     publisher.publish(String(data="still"))
     collector.wait_for(lambda m: m.data == "still")
     check_links_stay(world)
-    # What the file says is what the node's parameters say.
+    # The node's parameters show the values of the file.
     node = world.server.node
     caller = Caller(world.robot, f"/{node}/get_parameters", GetParameters).wait_ready()
     values = caller.call(GetParameters.Request(names=["rules", "rule.more.export_topics"])).values
@@ -111,7 +111,7 @@ def test_by_sighup_and_by_parameters(world):
     refused = set_list("rules", ["see", "nobody"])
     assert not refused.successful and "nobody" in refused.reason
     world.server.wait_for("the rules stay as they were: .*nobody")
-    # The file is what holds.
+    # The file's values are in use.
     world.server.process.send_signal(signal.SIGHUP)
     expect(world, ["a", "b"])
     check_links_stay(world)

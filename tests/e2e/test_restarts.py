@@ -63,7 +63,8 @@ def test_restarted_20_times_without_duplicates(make_pair, which):
 
 @pytest.mark.slow
 def test_a_killed_side_leaves_no_second_mirror(make_pair):
-    """What a killed client had made vanishes from the graph, and is not taken for a publisher."""
+    """The mirrors of a killed client vanish from the graph, and are not taken for real
+    publishers."""
     pair = make_pair(client=FAST)
     pair.robot.publisher(Blob, "/t/ticks")
     pair.operator.wait_publishers("/t/ticks", 1)

@@ -13,7 +13,7 @@ MIB = 1 << 20
 
 
 def settled(pair, marker):
-    """Everything that would have come is there, once a marker topic that is allowed is."""
+    """Once an allowed marker topic has arrived, everything else that would arrive is there too."""
     pair.robot.publisher(String, marker)
     pair.operator.wait_publishers(marker, 1)
     time.sleep(0.5)
@@ -123,7 +123,7 @@ LIMIT = {"max_message_size": MIB}
 
 
 def check_too_large(pair, backward):
-    """Refused and counted, one by one; the link lives and carries what is small."""
+    """Each is refused and counted; the link lives and carries small messages."""
     name = "/o/sized" if backward else "/t/sized"
     publisher, collector = pair.opened(String, name, String(data="x"), backward=backward)
     for size in (2 * MIB, 10 * MIB):

@@ -31,7 +31,7 @@ RULES = {
 
 
 def told(program):
-    """What a process of rmw_nodes.py has told, by what it is."""
+    """What a process of rmw_nodes.py has printed, by kind."""
     heard = collections.defaultdict(list)
     for line in program.text().splitlines():
         if line.startswith("{"):
@@ -41,7 +41,7 @@ def told(program):
 
 
 class World:
-    """Both graphs, a bridge, and a second one beside it if asked."""
+    """Both graphs, a bridge, and a second bridge on request."""
 
     def __init__(self, folder, domains, rmws, second=False):
         self.programs = []
@@ -107,8 +107,8 @@ def test_all_kinds_cross(make_world, rmws):
     assert found["feedback"] == [[1, 2, 3]], "the first feedback included"
 
 
-# Two bridges settle by the clock who of them feeds a mirror: on a busy machine
-# both may for a moment, or none.
+# Two bridges decide by timing which of them feeds a mirror: on a busy machine both may for a
+# moment, or none.
 @pytest.mark.slow
 @pytest.mark.alone
 @pytest.mark.parametrize("rmws", PAIRS, ids=lambda pair: "_".join(map(short, pair)))

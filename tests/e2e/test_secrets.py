@@ -43,7 +43,7 @@ class Case:
         self.cleanup = lambda: None
 
     def given(self, name, text):
-        """A file that is one of the places where secrets are at home."""
+        """A file that is allowed to contain secrets."""
         (self.folder / "given").mkdir(exist_ok=True)
         return write(self.folder / "given" / name, text)
 
@@ -93,7 +93,7 @@ class Case:
         self.secrets += [secret, secret.split(":")[1]]
 
     def refused(self):
-        """A wrong token, told in the parameters."""
+        """A wrong token, given in the parameters."""
         self.server["auth"] = {"token": TOKEN}
         self.client["auth"] = {"token": "a-token-of-another-server"}
         self.secrets += [TOKEN, "a-token-of-another-server"]
@@ -133,7 +133,7 @@ def of_parameters(graph, role):
 
 
 def of_page(case):
-    """What a web server there says."""
+    """The text of a web page of the server."""
     plain = "tls" not in case.server
     context = ssl.create_default_context(cafile=str(case.authority / "ca.pem"))
     page = (

@@ -103,7 +103,7 @@ def test_four_megabytes_each_way(pair, robot, service):
 
 
 def test_a_service_of_the_operator(make_pair):
-    """The other way round, and of another package: the client has to say so."""
+    """The other direction, with another package: the client needs a rule for it."""
     pair = make_pair(
         server=OPEN_CALLS,
         client={"rules": ["back"], "rule": {"back": {"export_services": ["/back/**"]}}},
@@ -120,7 +120,7 @@ def test_a_service_of_the_operator(make_pair):
 
 
 def test_many_calls_of_several_clients_at_once(pair, robot, service):
-    """More than the limit of 64 under way: the rest waits, nothing is lost or mixed up."""
+    """More than the limit of 64 under way: the others wait, nothing is lost or mixed up."""
     server = EchoServer(robot, service, delay=0.01)
     nodes = [pair.operator.node(f"many_{n}") for n in range(4)]
     callers = [Caller(pair.operator, service, node=node).wait_ready() for node in nodes]
@@ -137,7 +137,7 @@ def test_many_calls_of_several_clients_at_once(pair, robot, service):
 
 
 def test_a_busy_server_of_the_default_depth_loses_nothing(pair, service):
-    """It keeps 10 requests and looks after none of them for a while."""
+    """It keeps 10 requests and takes none of them for a while."""
     robot = servers_graph(pair, 1, "busy")
     try:
         server = EchoServer(
@@ -158,7 +158,7 @@ def test_a_busy_server_of_the_default_depth_loses_nothing(pair, service):
 
 
 def test_callers_that_left_do_not_hold_up_others(pair, service):
-    """What they asked for lies in the server's queue until it is taken, and no longer."""
+    """Their requests stay in the server's queue until they are taken, and no longer."""
     robot = servers_graph(pair, 1, "busy")
     try:
         server = EchoServer(robot, service, delay=0.1, depth=qos_profile_services_default)
@@ -240,7 +240,7 @@ def test_two_servers_of_one_name(pair, robot, service):
 
 
 def test_a_local_server_wins(pair, robot, service):
-    """Where a real server is, none is mirrored; when it goes, the other side's takes its place."""
+    """If there is a real server, none is mirrored; when it goes, the other side's is mirrored."""
     local = EchoServer(pair.operator, service)
     remote = EchoServer(robot, service)
     caller = Caller(pair.operator, service).wait_ready()
@@ -257,7 +257,7 @@ def test_a_local_server_wins(pair, robot, service):
 
 
 def test_a_call_time_limit(make_pair):
-    """The caller is not answered, but what waits behind it is."""
+    """The caller gets no answer, but the calls behind it do."""
     rules = {
         "rules": ["all"],
         "rule": {"all": {"export_services": ["/s/**"], "call_timeout": 0.5, "calls_max": 1}},
@@ -269,7 +269,7 @@ def test_a_call_time_limit(make_pair):
         caller = Caller(pair.operator, "/s/slow").wait_ready()
         caller.ask("slow")
         begin = time.monotonic()
-        time.sleep(0.25)  # its own time begins here
+        time.sleep(0.25)  # its own timeout begins here
         caller.ask("fast")
         caller.wait_answers(1, 2.5)
         assert time.monotonic() - begin > 0.45, "two calls were under way, and one is the limit"
@@ -289,7 +289,7 @@ def test_nothing_without_a_rule(pair, robot):
     time.sleep(0.5)
     assert not Caller(pair.operator, "/private/reset", Trigger).ready()
     assert not Caller(pair.robot, "/s/backward", Trigger).ready()
-    # The server would take it, but a client without rules exports topics alone.
+    # The server would accept it, but a client without rules exports topics only.
     assert not Caller(pair.robot, "/back/unruly", Trigger).ready()
 
 

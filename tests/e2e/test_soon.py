@@ -1,8 +1,8 @@
 """How soon a new publisher, subscriber, server or caller has its first message or response.
 
-Their nodes are of processes that the graphs know already: to discover a new process takes the
-middleware up to 3 s, without a bridge as well. It should be 0.3 s and the link's round trip; the
-limit is three times that, for a busy machine."""
+Their nodes are of processes that the graphs know already: discovering a new process takes the
+middleware up to 3 s, also without a bridge. It should be 0.3 s and the link's round trip; the limit
+is three times that, for a busy machine."""
 
 import itertools
 import statistics
@@ -55,7 +55,7 @@ class Speaker:
 def others(pair):
     """More of both graphs: (robot, operator)."""
     graphs = [Graph(domain, name="others") for domain in pair.domains]
-    time.sleep(4)  # everybody knows everybody
+    time.sleep(4)  # all processes have discovered each other
     yield graphs
     for graph in graphs:
         graph.close()

@@ -34,7 +34,7 @@ def in_seconds(seconds):
 
 
 def write(file, text):
-    """As a careful writer does: in one step."""
+    """Replaces the file in one step, as a careful writer does."""
     part = file.with_suffix(".new")
     part.write_text(text, encoding="ascii")
     part.chmod(0o600)
@@ -100,7 +100,7 @@ def test_a_withdrawn_token_ends_its_link_and_no_other(world):
     world.server.wait_for(r"closing the link .*the login of anna was withdrawn \(revoked\)", 5)
     world.server.wait_for("1 tokens, 1 withdrawn")
     anna.wait_for("the login of anna was withdrawn; another credential is needed", 5)
-    anna.wait_for("login refused", 10)  # it tries again, not in a hurry
+    anna.wait_for("login refused", 10)  # it retries slowly
     assert bert.links(), "bert is not concerned"
     assert "lost the link" not in bert.text()
     world.allow(entry("anna", ANNA), entry("bert", BERT))
@@ -124,10 +124,10 @@ def test_a_wrong_file_changes_nothing(world):
     anna = world.client("anna", ANNA)
     anna.wait_linked()
     write(world.tokens, "- {identity: bert, token: a-plain-token-of-bert}\n")
-    world.server.wait_for("what was known before still holds: .*does not stand here in plain text")
+    world.server.wait_for("the former state stays in use: .*does not stand here in plain text")
     assert "a-plain-token-of-bert" not in world.server.text()
     world.tokens.unlink()
-    world.server.wait_for("what was known before still holds: .*No such file")
+    world.server.wait_for("the former state stays in use: .*No such file")
     assert anna.links()
     anna.stop()
     world.client("again", ANNA).wait_linked()
@@ -142,7 +142,7 @@ def test_a_login_expires_and_goes_on_with_a_new_token(world):
     anna.wait_for("login refused", 10)
     newer = "a-newer-token-of-anna"
     world.allow(entry("anna", newer))
-    world.server.wait_for("was read anew")
+    world.server.wait_for("was read again")
     world.token_file("anna", newer)
     until(lambda: anna.text().count("link open") == 2, "anna is back", 8)
 
@@ -179,7 +179,7 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
         )
 
     world.serve(entry("bert", BERT))
-    # It appends to a file of entries as it stands in the documentation, not to JSON.
+    # It appends to a file of entries in the documented form, not to JSON.
     write(world.tokens, f"- identity: bert\n  token_sha256: {entry('bert', BERT)['token_sha256']}")
     file = ("--file", str(world.tokens))
     made = make("anna", "--group", "ops", "--days", "30", "--comment", 'her "laptop": old', *file)
@@ -189,7 +189,7 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
     text = world.tokens.read_text(encoding="ascii")
     assert token not in text and "identity: \"anna\"" in text and "expires: " in text
     assert world.tokens.stat().st_mode & 0o777 == 0o600
-    world.server.wait_for("was read anew: 2 tokens")
+    world.server.wait_for("was read again: 2 tokens")
     world.client("anna", token).wait_linked()
     world.server.wait_for("as anna")
     printed = make("cora")
@@ -205,7 +205,7 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
 
 
 def test_no_secret_is_anywhere(world):
-    """Tokens, taken and refused ones, are in no log, status, parameter or argument."""
+    """Tokens, accepted and refused ones, are in no log, status, parameter or argument."""
     world.serve(entry("anna", ANNA))
     anna = world.client("anna", ANNA)
     anna.wait_linked()

@@ -76,7 +76,7 @@ def test_operator_to_robot(pair):
 
 
 def described(info):
-    """What the graph tells of an endpoint, without who it is."""
+    """The graph's information about an endpoint, without its identity."""
     profile = info.qos_profile
     return (
         info.topic_type,
@@ -123,7 +123,8 @@ def test_all_combinations_of_qos(pair):
 
 
 def test_qos_is_adapted_when_publishers_change(pair, topic):
-    """A reliable subscriber is served by the reliable publisher, whatever else publishes."""
+    """A reliable subscriber gets the reliable publisher's messages, whatever other publishers
+    exist."""
     best_effort = pair.robot.publisher(
         String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT)
     )

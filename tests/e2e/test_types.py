@@ -1,4 +1,5 @@
-"""A type that one side lacks, or has otherwise: the rest goes on, and both logs say it."""
+"""A type that one side lacks or has with another definition: the rest goes on, and both logs say
+so."""
 
 import pytest
 from connect_bridge_test_interfaces.msg import Blob
@@ -50,7 +51,7 @@ def lacking(domains, make_graph, make_side, tmp_path):
             self.client.start().wait_linked()
 
         def carries(self):
-            """Whatever else happened."""
+            """The link still carries messages, whatever else happened."""
             collector = self.operator.collector(String, "/t/text")
             connect(self.robot.publisher(String, "/t/text"), collector, String(data="x"))
 
@@ -63,7 +64,8 @@ def lines_with(side, *words):
 
 @pytest.mark.parametrize("role", ["server", "client"])
 def test_what_one_side_lacks_is_carried(lacking, role):
-    """Its log says once for a type that nobody looks at the content; the other side has it."""
+    """Its log says once per type that messages are carried unchecked; the other side has the
+    type."""
     pair = lacking(role)
     here = pair.server if role == "server" else pair.client
     blobs, blob = pair.robot.publisher(Blob, "/t/blob"), Blob(data=bytes(range(200)) * 100)
@@ -89,7 +91,7 @@ def test_what_one_side_lacks_is_carried(lacking, role):
     until(lambda: goal.feedback, "feedback")
     assert list(goal.result().result.sequence) == [0, 1, 1, 2, 3, 5]
 
-    told = "is not installed here: it is carried as it is"
+    told = "is not installed here: its messages are carried unchecked"
     for type_name in ("msg/Blob", "srv/Echo", "action/Fibonacci"):
         assert len(lines_with(here, f"the type {PACKAGE}/{type_name} {told}")) == 1, here.text()
     assert len(lines_with(here, told)) == 3
@@ -136,7 +138,7 @@ def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
 
 
 def test_one_name_with_two_types(make_pair, make_graph):
-    """Where one process cannot have both, the log tells both types, and whose they are."""
+    """Where one process cannot have both, the log names both types and their nodes."""
     pair = make_pair(client={"rules": ["a"], "rule": {"a": {"import_topics": ["/t/**"]}}})
     texts, letters = pair.opened(String, "/t/two", String(data="x"))
     other = make_graph(pair.domains[0])

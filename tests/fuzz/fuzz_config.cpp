@@ -1,6 +1,6 @@
 // Parameters of any keys and values: a Config or the list of what is wrong, never both, and never a
 // secret in a text. Input: a flag byte, then lines of YAML as in a parameter file with dotted keys
-// ("rule.a.import_topics: [/a, /b]"); lines behind one that is "---" are a change at run time.
+// ("rule.a.import_topics: [/a, /b]"); lines after a line "---" are a change at run time.
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -35,7 +35,8 @@ bool is_number(std::string_view text, Number& number) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-// What rcl makes of a scalar or a list of strings; lists of other types begin with a '!'.
+// The value that rcl makes from a scalar or a list of strings; lists of other types begin with a
+// '!'.
 ParameterValue value_of(std::string_view text) {
   if (text == "true" || text == "false") return text == "true";
   if (text == "![]") return std::vector<bool>{};
@@ -51,7 +52,7 @@ ParameterValue value_of(std::string_view text) {
   return list;
 }
 
-// A token is looked for in texts if it is written like this and nothing else is.
+// Texts are searched for a token if it is written like this and nothing else is.
 constexpr std::string_view kHush = "hush!";
 
 void check_texts(const Parsed& parsed, const ParameterMap& given) {
@@ -80,7 +81,7 @@ void check_texts(const Parsed& parsed, const ParameterMap& given) {
   }
 }
 
-// A rule that is wrong must not become one that allows what no rule can.
+// A wrong rule must not become one that allows what no rule can allow.
 void check_rights(const Config& config) {
   const Identity who{"ops", {"crew"}, 0};
   for (const auto direction : {Direction::kImport, Direction::kExport}) {

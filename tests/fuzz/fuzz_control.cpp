@@ -1,4 +1,4 @@
-// A control message of any bytes: what is read can be written, and is read again as the same.
+// A control message of any bytes: what was read can be written, and gives the same when read again.
 #include <cstddef>
 #include <cstdint>
 

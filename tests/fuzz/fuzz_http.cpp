@@ -1,6 +1,6 @@
-// What strangers say to a listener: the request and its headers, and the frames behind an upgrade.
-// Nothing is handed on that is not a packet within the limits for who has not logged in. Input: a
-// flag byte, then what is sent; with the flag 1 when a right request has been answered.
+// Input of strangers to a listener: the request and its headers, and the frames after an upgrade.
+// Only packets within the limits before login are delivered. Input: a flag byte, then what is sent;
+// with the flag 1 when a right request has been answered.
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>

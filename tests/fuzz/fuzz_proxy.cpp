@@ -1,4 +1,4 @@
-// What a proxy says before the first byte, and in the headers of a request.
+// A proxy's headers: before the first byte, and in the request.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -26,7 +26,7 @@ void check_header(ByteView bytes) {
   }
 }
 
-// Whatever a client has written, it is the proxy's own entry behind it that counts.
+// Whatever a client has written, only the proxy's own entry after it counts.
 void check_forwarded(ForwardedBy kind, const std::string& written, const std::string& added) {
   static const AddressRanges trusted{AddressRange::parse("10.0.0.0/8").value()};
   const std::string both = written + ", " + added;

@@ -1,5 +1,5 @@
 // The rules against the second opinion on them: both say the same of every question, and so does a
-// peer that was told what is accepted. Input: lines of words.
+// peer that got `accepts`. Input: lines of words.
 //
 //   rule                                  begins the next rule
 //   export_topics /a/** /b                and the other keys of a rule
@@ -129,8 +129,8 @@ class Case {
     questions_.emplace_back(direction, std::move(asked));
   }
 
-  // The second opinion does not look whether names and types are such; nor whether there is a type
-  // of an action where the part does not tell it.
+  // The second opinion does not check whether names and types are valid, nor whether there is a
+  // type of an action where the part does not contain it.
   static bool is_sound(const model::Asked& asked) {
     const bool typed = asked.kind == InterfaceKind::kTopic ? is_topic_type(asked.type)
                                                            : is_service_type(asked.type);

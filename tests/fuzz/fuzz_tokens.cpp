@@ -12,7 +12,7 @@ using namespace connect_bridge;
 
 namespace {
 
-// A token is looked for in texts if it is written like this and nothing else is.
+// Texts are searched for a token if it is written like this and nothing else is.
 constexpr std::string_view kHush = "hush!";
 
 TokenTable read(std::string_view text) {

@@ -41,14 +41,14 @@ struct Asked {
 struct RuleOpinions {
   std::uint32_t by = 0;
   std::uint32_t by_second = 0;
-  bool told = true;  // a peer that knows only `accepts` comes to the same
+  bool told = true;  // a peer that knows only `accepts` gets the same result
   [[nodiscard]] bool agree() const { return by == by_second && told; }
 };
 
 // `accepts` is policy.accepts(who).
 RuleOpinions opinions_of(const Policy& policy, const Accepts& accepts, Direction direction,
                          const Asked& asked, const Identity& who);
-// With all that was asked.
+// With the whole question.
 std::string to_text(const RuleOpinions& opinions, const Policy& policy, Direction direction,
                     const Asked& asked, const Identity& who);
 

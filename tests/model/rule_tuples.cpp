@@ -3,8 +3,8 @@
 //   rule_tuples [--tuples N] [--seed S]
 //
 // A tuple is a set of rules, a peer with its groups, a direction, and an interface with a kind, a
-// name and a type. Whether it is allowed, and by which rule, must be the same for both; and what is
-// told to a peer (`accepts`) must open exactly what the importing side allows.
+// name and a type. Whether it is allowed, and by which rule, must be the same for both; and
+// `accepts` must allow exactly what the importing side allows.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -153,6 +153,6 @@ int main(int argc, char** argv) {
               static_cast<unsigned long long>(counts.tuples),
               static_cast<unsigned long long>(counts.allowed),
               static_cast<unsigned long long>(counts.differ));
-  // A test of nothing but refusals would be none.
+  // A test with refusals only would be useless.
   return counts.differ == 0 && counts.allowed * 20 > counts.tuples ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-"""Finds the code that a mutant changes by what it says: white space and comments do not count."""
+"""Finds the code that a mutant changes by its tokens: white space and comments do not count."""
 import importlib.machinery
 import importlib.util
 import pathlib

@@ -1,4 +1,4 @@
-"""What who has a token can do to a server. Each keeps on until its time is over, and counts."""
+"""Attacks by peers with a token. Each goes on until its time is over, and counts."""
 
 import asyncio
 import contextlib
@@ -30,7 +30,7 @@ def begin(web, *imports):
 
 
 async def told(web, kind, holds=lambda _: True):
-    """The next control message of this kind for which that holds."""
+    """The next control message of this kind that fulfils the condition."""
     while True:
         opcode, data = await web.recv()
         text = json.loads(data) if opcode == TEXT else {}
@@ -49,7 +49,8 @@ def topic(number, name, kind=STRING):
 
 
 async def malformed(attack):
-    """1 Mbit/s of what no peer may say. Each earns an end, so each is another peer's."""
+    """1 Mbit/s of forbidden messages. Each one ends the connection, so each is sent by another
+    peer."""
     said = [(TEXT, vector["text"].encode()) for vector in vectors("malformed_control")]
     packets = [v["hex"] for v in vectors("malformed") if v["kind"] == "packet"]
     said += [(BINARY, bytes.fromhex(packet)) for packet in packets]
@@ -69,7 +70,7 @@ async def malformed(attack):
 
 
 async def bomb(attack):
-    """2 kB that become 64 MiB, as fast as they go out, for a node that listens."""
+    """2 kB that become 64 MiB, as fast as they can be sent, for a node that listens."""
     raw = b"\0\1\0\0" + bytes((64 << 20) - 4)
     body = zstd_compress(raw)
 
@@ -120,7 +121,7 @@ async def unfinished(attack):
 
 
 async def never_reads(attack):
-    """Peers that each demand 25 MB/s and read none of it, but tell that they live."""
+    """Peers that each demand 25 MB/s and read none of it, but send signs of life."""
 
     async def demand():
         async with attack.logged_in() as web:
@@ -138,7 +139,7 @@ async def never_reads(attack):
 
 
 async def origins(attack):
-    """Publishers of a topic that come and go as fast as it can be told."""
+    """Publishers of a topic that come and go as fast as messages can be sent."""
 
     async def churn():
         async with attack.logged_in() as web:
@@ -159,7 +160,7 @@ async def origins(attack):
 
 
 async def channels(attack):
-    """5,000 topics of one peer, then as many as it may, taken back at once; again and again."""
+    """5,000 topics of one peer, then as many as it may have, withdrawn at once; again and again."""
     turns = itertools.count()
 
     async def offer():

@@ -1,5 +1,5 @@
-"""A server, a link that commands it 50 times a second, and somebody who attacks: what the link
-sees of it, and what the server holds and writes meanwhile."""
+"""A server, a link that sends it 50 commands a second, and an attacker: the effect on the link, and
+the server's memory and log meanwhile."""
 
 import contextlib
 import json
@@ -40,7 +40,8 @@ WITH_NODES = ("bomb", "unfinished", "never_reads")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"
 PERIOD = 0.02
 LOG_BYTES_PER_HOUR = 1 << 20
-# docs/security.md, section 5: memory_max, what workers hold, strangers; and the program itself.
+# docs/security.md, section 5: memory_max, the workers, connections without a login, and the program
+# itself.
 MEMORY_MAX = 192 << 20
 RESIDENT_BYTES_MAX = MEMORY_MAX + (192 << 20) + (30 << 20) + (64 << 20)
 RULES = {
@@ -75,13 +76,13 @@ class Seen:
         return self.numbers == sorted(set(self.numbers))
 
     def delay_ms(self, share):
-        """The delay that this share of the commands stays under."""
+        """The delay that this share of the commands does not exceed."""
         if not self._delays:
             return float("nan")
         return 1000 * self._delays[min(len(self._delays) - 1, int(share * len(self._delays)))]
 
     def lag_ms(self):
-        """The longest hold-up of the server's loop."""
+        """The longest delay of the server's loop."""
         return max(self._lags, default=float("nan"))
 
     def log_bytes_per_hour(self):
@@ -89,7 +90,7 @@ class Seen:
 
 
 class Watch:
-    """What is noted of the server while commands are sent."""
+    """Records values of the server while commands are sent."""
 
     def __init__(self, server):
         self._server = server
@@ -97,7 +98,8 @@ class Watch:
         self._began, self._cpu = time.monotonic(), server.cpu_seconds()
 
     def look(self):
-        """Each tenth of a second. The status is not parsed: with 5,000 channels it is long."""
+        """Called every tenth of a second. The status is not parsed: with 5,000 channels it is
+        long."""
         self.resident = max(self.resident, self._server.resident_bytes())
         with contextlib.suppress(OSError), open(self._server.status_file, "rb") as status:
             lag = re.search(rb'"loop_lag_ms": ([0-9.e+-]+)', status.read(300))
@@ -161,7 +163,7 @@ class Scene:
         return self._watch(lambda: time.monotonic() < begin + seconds)
 
     def attacked(self, seconds, count=1 << 40):
-        """Commands while the attack goes on: for so long, or until it was tried so often."""
+        """Commands while the attack goes on: for so long, or until so many tries."""
         attacker = self._start_attack(seconds, count)
         return self._watch(lambda: attacker.poll() is None, lambda: self._result(attacker))
 

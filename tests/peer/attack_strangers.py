@@ -1,4 +1,4 @@
-"""What who has no token can do to a server. Each keeps on until its time is over, and counts."""
+"""Attacks by clients without a token. Each goes on until its time is over, and counts."""
 
 import asyncio
 import itertools
@@ -10,7 +10,8 @@ from connect_records import encode_hello
 
 
 async def silent(attack):
-    """1,000 connections that say nothing: TCP alone, or a WebSocket. Who is dropped comes again."""
+    """1,000 connections that send nothing: TCP alone, or a WebSocket. Dropped ones connect
+    again."""
     turns = itertools.count()
 
     async def stay():
@@ -22,7 +23,7 @@ async def silent(attack):
 
 
 async def slow_login(attack):
-    """A byte now and then: of the request, or of the login."""
+    """Single bytes of the request or of the login, slowly."""
     turns = itertools.count()
 
     async def drip():
@@ -65,7 +66,7 @@ async def wrong_logins(attack):
 
 
 async def tls_handshakes(attack):
-    """Handshakes of TLS with nothing behind them."""
+    """TLS handshakes with nothing after them."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
 

@@ -1,4 +1,4 @@
-"""What the attacks share: how long they last, what they count, and an obedient WebSocket."""
+"""Shared by the attacks: how long they last, what they count, and a correct WebSocket."""
 
 import asyncio
 import collections
@@ -60,7 +60,7 @@ class Web:
         return head[0] & 15, await self.reader.readexactly(size)
 
     async def until_closed(self, seconds):
-        """Reads, whatever it is, until the server ends the connection or the time is over."""
+        """Reads everything until the server ends the connection or the time is over."""
 
         async def read():
             while (await self.recv(seconds))[0] != CLOSE:
@@ -78,7 +78,7 @@ class Web:
 
 
 class Attack:
-    """Whom, with what, how long, how often at most; and what has been done."""
+    """Target, token, duration and maximum count of an attack; and its results."""
 
     def __init__(self, port, token, seconds, count, way=DIRECT):
         self.port, self.token, self.way = port, token.encode(), way
@@ -86,7 +86,7 @@ class Attack:
         self._end, self._left = time.monotonic() + seconds, count
 
     def goes_on(self):
-        """Asked before each try: whether there is time for one more."""
+        """Called before each try: whether there is time for one more."""
         self._left -= 1
         return self._left >= 0 and self.seconds_left() > 0
 
@@ -136,7 +136,7 @@ class Attack:
             yield web
 
     async def many(self, workers, act, pause=0.0):
-        """So many at a time do it again and again."""
+        """So many threads at a time repeat it."""
 
         async def worker():
             while self.goes_on():

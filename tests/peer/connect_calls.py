@@ -1,4 +1,4 @@
-"""Section 9 of docs/protocol.md: services of the other side that are called, and own ones."""
+"""Section 9 of docs/protocol.md: calls of services of the other side, and own services."""
 
 import time
 
@@ -36,7 +36,7 @@ class Served:
 
 
 class Calls:
-    """What a peer says of services. `offers`, `offered`, send_control ... are the Peer's."""
+    """A peer's messages about services. `offers`, `offered`, send_control ... are the Peer's."""
 
     def __init__(self):
         self.attachments = {}  # channel of the peer: Attachment
@@ -47,7 +47,7 @@ class Calls:
     # -- services of the peer
 
     def attach(self, channel):
-        """Asks for it, and waits until it can be called."""
+        """Attaches to it, and waits until it can be called."""
         attachment = Attachment(channel, self.next_number())
         self.attachments[channel] = attachment
         self.send_control(type="attach", channel=channel, requests=attachment.requests)
@@ -108,8 +108,8 @@ class Calls:
     # -- services of this side
 
     def serve(self, name, kind, handler, ready=True, epoch=7, **more):
-        """Offers a service and returns its channel. `handler` makes a response of a request; None:
-        none, now."""
+        """Offers a service and returns its channel. `handler` makes a response from a request;
+        None: no response now."""
         with self._changed:
             channel = self.next_number()
             self.offered[channel] = name
@@ -181,7 +181,7 @@ class Calls:
                 served.forgotten.append(call)
 
     def _requests_withdrawn(self, number):
-        """Whether this is a channel of requests; then it is gone."""
+        """Whether this is a channel of requests; if so, it is removed."""
         if number not in self._expected:
             return False
         served = self.served.get(self._expected.pop(number))

@@ -23,7 +23,7 @@ LISTENERS_MAX = 1024  # of a link
 def _integer(word):
     return (
         int(word) if word.isdigit() and len(word) < 20 else float(word)
-    )  # a float is no integer to anybody
+    )  # a float is not an integer
 
 
 def _no_number(word):
@@ -39,7 +39,7 @@ def _limits(text):
 
 
 def _count(value):
-    """How many values there are, after a look at every string."""
+    """Counts the values, and checks every string."""
     if isinstance(value, dict):
         return 1 + sum(map(_count, value.values()))
     if isinstance(value, list):
@@ -162,7 +162,7 @@ def _check_demand(message):
     if "after" not in message:
         return
     after = items(message, "after", 65536)
-    require(len(after) == len(message["channels"]), "after has not a number for each channel")
+    require(len(after) == len(message["channels"]), "after does not have a number for each channel")
     for sequence in after:
         require(type(sequence) is int and 0 <= sequence < 1 << 32, "a sequence")
 
@@ -262,7 +262,7 @@ def matches(pattern, name, deny=False):
 
 
 PARAMETER_EVENTS = "/parameter_events"
-PARTS = {  # of an action: kind, and the type or what stands behind the action's
+PARTS = {  # of an action: kind, and the type or the suffix after the action's
     "send_goal": ("service", "_SendGoal"),
     "cancel_goal": ("service", "action_msgs/srv/CancelGoal"),
     "get_result": ("service", "_GetResult"),
@@ -280,7 +280,8 @@ PARAMETER_SERVICES = {
 
 
 def opening_of(name, kind, sort="topic", action_type="", node=None):
-    """Which list of a rule opens it, under which name and type, and what deny matches; or None."""
+    """Which list of a rule allows it, under which name and type, and which name deny must match; or
+    None."""
     tokens = name.split("/")[1:]
     if "_action" in tokens:
         action, part = name.rsplit("/_action/", 1) if "/_action/" in name else ("", "")

@@ -1,18 +1,18 @@
-"""Section 5 of docs/protocol.md, `listeners`: who listens at the other side."""
+"""Section 5 of docs/protocol.md, `listeners`: the listeners at the other side."""
 
 from connect_control import LISTENERS_MAX
 from connect_records import ILLEGAL, TOO_LARGE, require
 
 
 class Listening:
-    """What a peer is told of listeners, and tells."""
+    """The listeners that a peer receives and sends."""
 
     def __init__(self):
         super().__init__()
         self.listeners = {}  # of the peer's graph, by number
 
     def listen(self, number, name, kind, node="/python", removed=(), **qos):
-        """Tells that a node of this side listens to a topic of the peer."""
+        """Sends that a node of this side listens to a topic of the peer."""
         told = {"listener": number, "name": name, "type": kind, "node": node, "qos": qos}
         self.send_control(type="listeners", added=[told], removed=list(removed))
 

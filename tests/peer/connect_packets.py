@@ -241,7 +241,7 @@ def decompress(codec, body, size):
 
 
 class Reassembly:
-    """Frames become samples, as section 6 wants it."""
+    """Turns frames into samples, as section 6 requires."""
 
     def __init__(self):
         self._open = {}  # channel: (first frame, bytearray)
@@ -250,7 +250,7 @@ class Reassembly:
         self.lost = 0
 
     def go_on(self, last):
-        """Channels on which nothing has come begin behind these sequences."""
+        """Channels without any message yet begin after these sequences."""
         self._last.update(last)
 
     def add(self, frame):

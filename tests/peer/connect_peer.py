@@ -1,7 +1,7 @@
 """A peer of the ROS2 Connect protocol, written from docs/protocol.md alone.
 
-connect_records, connect_control and connect_packets have the bytes; this is a client that is logged
-in: sections 2, 4, 7, 8, 9 and 10.
+connect_records, connect_control and connect_packets encode and decode; this is a client that is
+logged in: sections 2, 4, 7, 8, 9 and 10.
 """
 
 import secrets
@@ -46,7 +46,7 @@ class Sample:
 
 
 class Peer(Renewals, Listening, Calls):
-    """A client that is logged in. A thread reads, answers, acknowledges and asks for the time."""
+    """A client that is logged in. A thread reads, answers, acknowledges and sends time requests."""
 
     def __init__(
         self,
@@ -74,7 +74,7 @@ class Peer(Renewals, Listening, Calls):
         ):
             if patterns:
                 self.rules[0][key] = list(patterns)
-        self._first_round = first_round  # called with the peer, offers beside `exports`
+        self._first_round = first_round  # called with the peer, offers in addition to `exports`
         self.last_number = 0  # of the channels of this side
         self.exports = list(exports)  # (name, type, durability)
         self.dead_after = dead_after
@@ -165,7 +165,7 @@ class Peer(Renewals, Listening, Calls):
         return channel
 
     def channel_of(self, name):
-        """The number of a topic that this side offers, once there is demand for it."""
+        """The channel of a topic that this side offers, once there is demand for it."""
 
         def demanded():
             return next(

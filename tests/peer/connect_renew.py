@@ -1,4 +1,4 @@
-"""A client that logs in anew on its open connection: sections 3 and 5 of docs/protocol.md."""
+"""A client that logs in again on its open connection: sections 3 and 5 of docs/protocol.md."""
 
 
 class Renewals:

@@ -1,4 +1,4 @@
-"""What the tests of services share: real services, and requests and responses as bytes."""
+"""Shared by the tests of services: real services, and requests and responses as bytes."""
 
 import struct
 
@@ -34,20 +34,20 @@ def answer_of(cdr):
 
 
 def in_graph(world, act, *arguments):
-    """Done on the thread of the graph's callbacks, which otherwise might just use what is
+    """Runs on the thread of the graph's callbacks, which otherwise might be using what is
     destroyed."""
     task = world.graph.tester.executor.create_task(act, *arguments)
     until(task.done, f"{act.__name__}")
 
 
 class Service:
-    """A real service. `hold`: it answers when it is told to."""
+    """A real service. `hold`: it answers only on request."""
 
     def __init__(self, world, name, kind=SetBool, hold=False):
         self._world, self._node = world, world.graph.tester
         self.requests, self.held = [], []
         callback = self._held if hold else self._answered
-        # In the node's own group a call that is held would keep all others waiting.
+        # In the node's own callback group a held call would block all others.
         group = ReentrantCallbackGroup()
         self._service = self._node.create_service(kind, name, callback, callback_group=group)
 

@@ -1,4 +1,4 @@
-"""What the tests of the peer share: the server with its graph, a stream, and bytes to say."""
+"""Shared by the tests of the peer: the server with its graph, a stream, and messages to send."""
 
 import contextlib
 import hashlib
@@ -151,7 +151,7 @@ class World:
 
 
 class Ticker:
-    """A publisher that ticks every 20 ms, and the peer that must be served all the time."""
+    """A publisher that publishes every 20 ms, and a peer that must receive it all the time."""
 
     def __init__(self, world):
         self._publisher = world.graph.publisher(String, "/t/tick")
@@ -179,7 +179,7 @@ class Ticker:
 
 
 def closed_with(socket, timeout=8.0):
-    """The code with which the server closes; nothing else may come before."""
+    """The code with which the server closes; nothing else may arrive before."""
     with pytest.raises(ConnectionClosed) as closed:
         got = socket.recv(timeout=timeout)
         pytest.fail(f"the server sent {got!r}")
@@ -189,7 +189,7 @@ def closed_with(socket, timeout=8.0):
 
 
 def say(world, *messages):
-    """The code that these messages earn before login."""
+    """The close code for these messages before login."""
     socket = open_socket(world.url)
     with contextlib.suppress(ConnectionClosed):
         for message in messages:
@@ -232,7 +232,7 @@ OFFER = [("/o/states", STRING, "volatile")]
 
 
 def publish_until(publisher, make, arrived):
-    """Publishes again until something has come through."""
+    """Publishes repeatedly until a message has arrived."""
 
     def go():
         publisher.publish(make())

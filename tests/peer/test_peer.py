@@ -85,7 +85,7 @@ def test_compressed(world, peer, codec):
     publish_until(publisher, lambda: String(data=text), lambda: mine.samples.get(channel))
     assert mine.samples[channel][0].codec == codec
     assert string_of(mine.samples[channel][0].data) == text
-    # What does not become smaller is not compressed.
+    # A message that does not shrink is not compressed.
     mine.samples[channel].clear()
     publish_until(
         publisher,
@@ -111,7 +111,7 @@ def test_deltas(world, peer):
     assert first.codec == "zstd_base"
     assert {sample.codec for sample in others} == {"zstd_delta"}
     assert all(string_of(sample.data).startswith(noise) for sample in mine.samples[channel])
-    # A new demand knows nothing of the last one.
+    # A new demand does not use bases of the last one.
     mine.demand(channel, on=False)
     mine.samples[channel].clear()
     mine.demand(channel)
@@ -133,7 +133,7 @@ def test_history_for_a_second_peer(world, peer):
     second.demand(channel)
     second.wait_samples(channel, 3)
     assert [string_of(sample.data) for sample in second.samples[channel]] == ["0", "1", "2"]
-    # Demand that returns brings history again, and the numbers tell it apart.
+    # A new demand gets the history again, and the numbers identify it.
     frames = len(second.frames)
     second.demand(channel, on=False)
     second.demand(channel)

@@ -8,7 +8,7 @@ from attack_scene import ATTACKS, LOG_BYTES_PER_HOUR, RESIDENT_BYTES_MAX, Scene
 from attack_ways import DIRECT, TOLD, TOLD_ONE, UNTOLD
 
 SECONDS = 4.0
-# What many logins at once may write before their lines are limited.
+# The log lines that many logins at once may write before they are limited.
 LOG_BYTES_AT_ONCE = 16 << 10
 PARTS = 5
 # Where the address of a connection matters.

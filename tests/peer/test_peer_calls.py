@@ -1,4 +1,4 @@
-"""The peer calls real services: requests, answers, and what becomes of them."""
+"""The peer calls real services: requests, answers, and their outcome."""
 
 import time
 
@@ -46,7 +46,7 @@ def test_a_request_in_parts_between_those_of_another(world, peer, service):
     texts = [letter * 300_000 for letter in "ab"]
     first, second = (names_request(text) for text in texts)
     parts = list(mine.frames_for(names.requests, first, origin=1, part=7001))
-    # An aborted request is none, and its number counts.
+    # An aborted request is not executed, but its number counts.
     begun = list(mine.frames_for(names.requests, second, origin=2, part=1000))[:5]
     abort = part_of(names.requests, b"", True)
     names.last = 2  # before the first answer can come: beyond it there are no calls
@@ -79,7 +79,7 @@ def test_a_large_answer_comes_in_parts(world, peer):
 
 @pytest.mark.parametrize("codec", ["none", pytest.param("zstd", marks=without_zstd)])
 def test_compressed_calls(world, peer, codec):
-    """Requests as the peer likes, answers as the server's rule says."""
+    """Requests in any compression, answers as the server's rule says."""
     node = world.graph.tester
     got = []
 
@@ -249,7 +249,7 @@ def test_requests_that_cross_the_withdraw_are_accepted(world, service):
     mine.send_control(type="withdraw", channels=[crossing.requests, mine.last_number])
     mine.ask_time()
     mine.until(lambda: mine.times, "a time reply")
-    # From now on it is no channel.
+    # From now on it is not a channel.
     mine.request(crossing, TRUE)
     assert mine.wait_closed() == 4010
 

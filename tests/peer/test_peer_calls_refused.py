@@ -1,4 +1,4 @@
-"""What is wrong at its time between two peers of services, and what is accepted."""
+"""Messages about services that are wrong in their state, and what is accepted."""
 
 import pytest
 from std_msgs.msg import String
@@ -106,7 +106,7 @@ def test_attached_that_does_not_fit(world, client, code, second):
 
 
 class Liar(Peer):
-    """Says that it has seen calls that cannot be."""
+    """Claims to have seen calls that cannot exist."""
 
     def _send_attached(self, channel):
         self.served[channel].seen = 0xF0000000

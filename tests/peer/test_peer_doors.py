@@ -1,4 +1,4 @@
-"""Which services, parts of actions and parameters a peer gets to see, and may offer."""
+"""Which services, parts of actions and parameters a peer can see and may offer."""
 
 import struct
 import time
@@ -48,7 +48,7 @@ def test_an_action_is_its_five_parts(world, peer):
         cancel = attached(mine, "/a/fib/_action/cancel_goal")
         answer = mine.call(cancel, b"\0\1\0\0" + bytes(range(16)) + bytes(8))
         assert answer[4] == 2  # ERROR_UNKNOWN_GOAL_ID
-        # Neither patterns of topics and services nor those of a part open it.
+        # Neither patterns of topics and services nor those of a part allow it.
         other = peer(
             services=["/**", "/**/_action/*", "/a/fib/_action/send_goal"],
             imports=["/**", "/a/fib/_action/status"],

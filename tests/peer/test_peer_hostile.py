@@ -1,4 +1,4 @@
-"""What a peer, or a stranger, may try: others do not notice."""
+"""Attempts by a peer or a stranger that must not affect others."""
 
 import contextlib
 import os
@@ -139,7 +139,7 @@ def test_a_topic_is_offered_once(world, peer):
 
 @pytest.mark.alone
 def test_a_server_that_stood_still_misses_nobody(tmp_path):
-    """A sign of life, however large, is read before a peer is taken for silent."""
+    """A sign of life, however large, is read before a peer counts as silent."""
     own = World(tmp_path)
     try:
         mine = Peer(own.url, TOKEN, dead_after=30.0)

@@ -35,7 +35,8 @@ def test_time(world, peer):
 
 @pytest.mark.alone
 def test_server_acknowledges(world, peer):
-    """What asks at once, and 1,048,576 bytes; within 100 ms what is less; never mere acks."""
+    """Acknowledged at once: packets that ask, and 1,048,576 bytes; within 100 ms: less; never: acks
+    alone."""
     collector = world.graph.collector(UInt8MultiArray, "/o/acks")
     mine = peer(exports=[("/o/acks", BYTES, "volatile")])
     channel = mine.channel_of("/o/acks")
@@ -99,7 +100,7 @@ def test_the_server_asks_for_the_time_and_misses_who_is_silent(world):
     begin = time.monotonic()
     while not mine.closed and time.monotonic() < begin + 4.5:
         with contextlib.suppress(ConnectionClosed):
-            mine.socket.ping()  # no sign of life
+            mine.socket.ping()  # not a sign of life
         time.sleep(0.1)
     assert mine.wait_closed() == 4008
     assert 2.5 < time.monotonic() - begin < 4.5
@@ -207,7 +208,7 @@ def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
     )
     channel = new.channel_of("/o/resumed")
     assert new.demands[-1]["after"] == [1]
-    # It is ahead of that by less than 2^31, and would be too far ahead of none.
+    # It is ahead of that by less than 2^31, but would be too far ahead of 0.
     demand = new.demanded[channel]
     frame = message(channel, 1 << 31, cdr_string("two"))
     new.send_raw(packet(dict(frame, demand=demand)))

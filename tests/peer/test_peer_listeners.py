@@ -1,4 +1,4 @@
-"""Who listens at the other side: what the server tells, and what it makes of what it is told."""
+"""Listeners at the other side: what the server sends, and what it does with what it receives."""
 
 import time
 

@@ -29,7 +29,7 @@ from peer_world import (
 
 
 def refused(world, what, offers=()):
-    """The code that this earns after login."""
+    """The close code for this after login."""
     mine = Peer(world.url, TOKEN, exports=offers)
     mine.until(lambda: len(mine.offered) == len(offers), "offers")
     with contextlib.suppress(ConnectionClosed):
@@ -87,7 +87,7 @@ def test_the_good_peer_was_served_all_the_time(served):
     ],
 )
 def test_refused_by_state(world, served, code, frames):
-    # The channel has demand, so that it is no question whether its data would be dropped unseen.
+    # The channel has demand, so its data cannot be dropped unread.
     collector = world.graph.collector(String, "/o/states")
     try:
         mine = Peer(world.url, TOKEN, exports=OFFER)
@@ -149,7 +149,7 @@ def test_control_refused_by_state(world, code, text):
 
 
 def accepts(count):
-    """With so many entries in all lists together; none of the lists is long in itself."""
+    """With so many entries in all lists together; no single list is long."""
     names = [f"/name{number}" for number in range(count)]
     third = count // 3
     rules = [{"topics": names[:third], "types": names[third : 2 * third]}]

@@ -24,7 +24,7 @@ def test_a_service_of_the_peer(world, peer, client):
     channel = mine.serve("/p/flip", SET_BOOL, flip, ready=False)
     caller = client("/p/flip")
     mine.until(lambda: mine.served[channel].requests, "attach")
-    # Told that it can be called, and not before, the server makes its mirror.
+    # The server makes its mirror when it knows that it can be called, and not before.
     t1 = mine.ask_time()
     mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "a time reply")
     assert not caller.service_is_ready()
@@ -80,8 +80,8 @@ def test_a_call_that_is_refused_has_no_answer(world, peer, client):
 
 
 def test_a_withdraw_is_answered(world, peer, client):
-    """By a withdraw of `requests`, however many requests crossed it. Often, since a mirror that
-    goes while requests come is hard for the middleware."""
+    """Answered by a withdraw of `requests`, however many requests crossed it. Repeated, since
+    destroying a mirror while requests arrive is a difficult case for the middleware."""
     mine = peer()
     mine.until(lambda: mine.complete, "opening")
     caller = client("/p/ended")
@@ -95,7 +95,7 @@ def test_a_withdraw_is_answered(world, peer, client):
         mine.until(lambda: requests in mine.withdrawn, "withdraw of the requests")
         assert not mine.expects(requests)
         ready(caller, False)
-    # Offered anew with another epoch, it is attached anew.
+    # Offered again with another epoch, it is attached again.
     mine.serve("/p/ended", SET_BOOL, flip, epoch=11)
     ready(caller)
     assert result_of(caller.call_async(SetBool.Request(data=False))).success
@@ -146,7 +146,7 @@ def test_what_is_missing_in_attached_is_given_up(world, peer, client):
     old.drop()
     new, again = continued(peer, old, "/p/lost")
     new.served[again].seen = first
-    # A call that the server does not know is one whose answer nobody wants.
+    # A call that the server does not know is one whose answer is not wanted any more.
     new.served[again].open = [first + 500] if first > 500 else []
     new.become_ready(again)
     answer = caller_again(new, again, caller)

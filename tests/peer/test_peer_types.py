@@ -1,4 +1,4 @@
-"""Types that no machine has installed: a peer may name as many as it has channels."""
+"""Types that are installed nowhere: a peer may name as many as it has channels."""
 
 import pytest
 from graph import until
@@ -11,7 +11,8 @@ HASH = "RIHS01_" + "5a" * 32
 
 
 def test_a_thousand_types_come_and_go(tmp_path):
-    """They are named in the graph as at home; when the peer leaves, their memory is free again."""
+    """They have the same names in the graph as at the peer; when the peer leaves, their memory is
+    free again."""
     own = World(tmp_path)
     made = lambda: own.server.status().get("types_not_installed")  # noqa: E731
     try:

@@ -1,4 +1,4 @@
-// A login plugin that does what none should; the first letter of the credential says what.
+// A login plugin with faults; the first letter of the credential selects the fault.
 #include <connect_bridge/auth_plugin.h>
 
 #include <cstdio>

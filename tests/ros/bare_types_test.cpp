@@ -32,7 +32,7 @@ Bytes message_of(std::size_t size) {
   return bytes;
 }
 
-// Middlewares fill up to four bytes, and tell in the header by how many.
+// Middlewares pad to four bytes, and the header says by how many.
 bool same(const Bytes& bytes, const Payload& payload) {
   const ByteView got = payload.view();
   return got.size() >= bytes.size() && got.size() < bytes.size() + 4 &&
@@ -40,7 +40,7 @@ bool same(const Bytes& bytes, const Payload& payload) {
          std::equal(bytes.begin() + 4, bytes.end(), got.begin() + 4);
 }
 
-// As a middleware does it that has received these bytes.
+// As a middleware does that has received these bytes.
 bool read(MessageForm& form, Bytes& bytes) {
   namespace fast = eprosima::fastcdr;
   fast::FastBuffer buffer(reinterpret_cast<char*>(bytes.data()), bytes.size());
@@ -92,7 +92,7 @@ TEST(BareForm, TakesAllBytesWhateverTheirNumber) {
       Serialized taken;
       EXPECT_EQ(std::nullopt, form->write_to(taken.message));
       EXPECT_TRUE(bytes == taken.bytes()) << size;
-      // It may wait in a queue, which counts what is in it.
+      // It may wait in a queue that counts its size.
       EXPECT_LE(taken.message.buffer_capacity, 2 * (4 + size) + 64) << size;
       form->reset();
     }
@@ -167,7 +167,7 @@ TEST_F(BareTypesTest, NamesThatAreNoneAreRefused) {
     ASSERT_TRUE(std::holds_alternative<Refusal>(made)) << name;
     EXPECT_EQ("type_unknown", std::get<Refusal>(made).code);
   }
-  // What is installed is not made.
+  // Installed types are not made at run time.
   EXPECT_NE(nullptr, std::get<MessageType>(types.message("std_msgs/msg/String", "")).introspection);
   EXPECT_EQ(0u, types.made());
 }

@@ -106,7 +106,8 @@ Bytes texts(std::uint32_t count, std::uint32_t last_size = 1) {
   return cdr.u32(last_size).zeros(last_size).bytes();
 }
 
-// Millions of empty strings compress to nothing, take little memory, and half a second to read.
+// Millions of empty strings compress to almost nothing and take little memory, but half a second to
+// read.
 TEST(CdrCheck, StringsAndSequencesAreBounded) {
   const std::string strings = "rcl_interfaces/srv/GetParameters_Request";
   constexpr std::size_t kRoomy = std::size_t{256} << 20;
@@ -120,7 +121,7 @@ TEST(CdrCheck, StringsAndSequencesAreBounded) {
   EXPECT_NE(std::string::npos, refusal.find("more strings and sequences")) << refusal;
   EXPECT_NE(std::string::npos, refusal.find("GetParameters_Request.names")) << refusal;
 
-  // Empty sequences are no memory at all, but work: a list of them (ranges) in a laser's message.
+  // Empty sequences take no memory, but time: a list of them (ranges) in a laser's message.
   const auto ranges = [](std::uint32_t count) {
     return Cdr{}.u64(0).u32(0).zeros(7 * 4).u32(count).zeros(4 * count).u32(0).bytes();
   };
@@ -141,9 +142,8 @@ TEST(CdrCheck, MessagesWithinAreBounded) {
   EXPECT_NE(std::string::npos, problem->find("more messages within it")) << *problem;
 }
 
-// Our own are not held to it: what they cost has been paid when their bytes are looked at.
-// What a peer's sample takes to be checked before it is published: an image next to nothing, and
-// the worst that passes what the loop can bear.
+// How long checking a peer's sample takes before it is published: almost nothing for an image, and
+// for the worst allowed one a time that the loop can afford. Our own samples are not checked.
 TEST(CdrCheck, ATopicsSampleCostsLittle) {
   const auto milliseconds = [](const std::string& type, const Bytes& bytes) {
     const auto begin = std::chrono::steady_clock::now();
@@ -199,7 +199,7 @@ TEST(CdrCheck, ClearsPadding) {
   EXPECT_NE("", problem);
 }
 
-// What passes is read by the middleware without harm, whatever it makes of it.
+// The middleware can read everything that passes without harm.
 TEST(CdrCheck, RandomBytesDoNoHarm) {
   TypeSupports types;
   std::mt19937 random(4711);

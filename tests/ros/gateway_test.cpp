@@ -69,7 +69,7 @@ TEST_F(GatewayTest, PublishesOnMirrors) {
   EXPECT_EQ(sent, *received);
 }
 
-// A subscriber makes memory for as many elements as a sequence claims to have.
+// A subscriber allocates memory for as many elements as a sequence claims to have.
 TEST_F(GatewayTest, PublishesNothingThatIsNoMessageOfTheType) {
   TestNode listener("listener");
   TestSide side("connect_client");
@@ -176,7 +176,7 @@ TEST_F(GatewayTest, RefusesTypesWithAnotherHash) {
   EXPECT_EQ(0u, side.gateway.counters().subscriptions);
 }
 
-// What a process of Fast DDS cannot have; other middlewares may.
+// A process of Fast DDS cannot have both types; with other middlewares it may.
 TEST_F(GatewayTest, TellsBothTypesOfATopic) {
   TestNode other("counter");
   TestSide side("connect_client");

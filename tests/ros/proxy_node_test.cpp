@@ -57,7 +57,7 @@ TEST_F(ProxyNodeTest, LivesAsLongAsSomethingOfIt) {
   side.gateway.apply(DestroyServiceMirror{ServiceMirrorId{1}});
   EXPECT_EQ(0u, side.gateway.counters().proxy_nodes);
   EXPECT_TRUE(side.until([&] { return !sees_node(*user, "/fleet/talker"); }));
-  // The log of a proxy would be a second voice of ours.
+  // A proxy's log would publish our log a second time.
   EXPECT_FALSE(side.find_topic("/fleet/talker/rosout"));
 }
 
@@ -70,7 +70,7 @@ TEST_F(ProxyNodeTest, IsNoNodeOfOthersToUs) {
   EXPECT_FALSE(side.find_topic(topic("a")));
 }
 
-// The peer chooses the names, so a proxy must not pass for somebody here.
+// The peer chooses the names, so a proxy must not impersonate a node here.
 TEST_F(ProxyNodeTest, NeverHasTheNameOfANodeThatIsHere) {
   TestNode planner("planner", {"--ros-args", "-r", "__ns:=/fleet"});
   TestSide side("connect_client"), observer("observer");
@@ -90,7 +90,7 @@ TEST_F(ProxyNodeTest, NeverHasTheNameOfANodeThatIsHere) {
 }
 
 // A bridge that was killed leaves its proxies in the graph for a while, and another one may have
-// made the same: neither keeps us from making ours.
+// made the same: neither prevents us from making ours.
 TEST_F(ProxyNodeTest, ProxiesOfOtherBridgesAreNobody) {
   TestSide left("connect_client"), other("connect_other"), side("connect_client");
   other.gateway.apply(CreateMirror{MirrorId{1}, std::string{kClaimsTopic}, "rcl_interfaces/msg/Log",

@@ -1,4 +1,4 @@
-// What the tests of the gateway share: a domain per test, a side that waits for inputs, and plain
+// Shared by the tests of the gateway: a domain per test, a side that waits for inputs, and plain
 // rcl endpoints as the rest of the graph.
 #pragma once
 

@@ -54,7 +54,7 @@ TEST_F(ServiceClientTest, CarriesACall) {
   EXPECT_EQ(0u, side.gateway.counters().pending_calls);
 }
 
-// A request is sent the moment the core is told that it can be: none may be lost.
+// A request is sent as soon as the core knows that the service is ready: none may be lost.
 TEST_F(ServiceClientTest, TellsTheTruthAboutServers) {
   TestNode robot("robot");
   TestSide side("connect_server");
@@ -138,7 +138,7 @@ TEST_F(ServiceClientTest, SixtyFourInFlight) {
 }
 
 // Why a service with callers at once needs a bound of its own: a server of the default depth that
-// is busy keeps 10 requests, and the middleware says nothing of the others.
+// is busy keeps 10 requests, and the middleware silently drops the others.
 TEST_F(ServiceClientTest, ABusyServerKeepsTenRequests) {
   TestNode robot("robot");
   TestSide side("connect_server");

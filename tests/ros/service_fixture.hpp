@@ -57,7 +57,7 @@ class RawServer {
   void respond(const Request& request, const Bytes& response) {
     EXPECT_TRUE(try_respond(request, response));
   }
-  // As respond(), with a message that `fill` has changed, be it none that bytes could give.
+  // As respond(), with a message that `fill` has changed, which may not be possible with bytes.
   void respond_with(const Request& request, const Fill& fill);
 
  private:

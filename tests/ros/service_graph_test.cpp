@@ -47,7 +47,7 @@ TEST_F(ServiceGraphTest, TellsWhoServesWhat) {
   EXPECT_TRUE(side.until([&] { return find(side, topic("service")).empty(); }));
 }
 
-// A server that is replaced under the same name and node: only its id tells.
+// A server that is replaced under the same name and node: only its id shows it.
 TEST_F(ServiceGraphTest, SeesAServerReplaced) {
   TestNode robot("robot");
   TestSide side("connect_server");
@@ -82,7 +82,7 @@ TEST_F(ServiceGraphTest, ProxiesOfOtherBridgesAreNotRobots) {
   }));
 }
 
-// What a killed process of our name has left, proxies included, is nobody's.
+// The remains of a killed process with our name, including proxies, are ignored.
 TEST_F(ServiceGraphTest, WhatANamesakeHasIsNotThere) {
   TestNode robot("robot");
   TestSide side("connect_server"), left("connect_server");
@@ -117,7 +117,7 @@ TEST_F(ServiceGraphTest, LeavesOutClientsAndOurs) {
 }
 
 // A node that comes up when we have a proxy of its name keeps its services; otherwise a peer could
-// make them vanish by a name.
+// make them disappear by choosing a name.
 TEST_F(ServiceGraphTest, AProxyHidesNobodysServices) {
   TestSide side("connect_server");
   side.gateway.apply(
@@ -195,7 +195,7 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
   EXPECT_EQ(0, strange);
 }
 
-// What is left of a killed process, and the one that took its place.
+// The remains of a killed process, and its successor.
 TEST_F(ServiceGraphTest, TwoNodesOfOneName) {
   TestSide side("connect_server");
   side.gateway.apply(CreateServiceClient{ServiceClientId{1}, topic("both"), kSetBool});

@@ -76,7 +76,7 @@ TEST_F(ServiceMirrorTest, VanishesWhenItIsDestroyed) {
 TEST_F(ServiceMirrorTest, LosesNoRequestOfABurst) {
   TestNode caller("caller");
   TestSide side("connect_client");
-  // The caller's own end keeps as many, or it would lose some itself.
+  // The caller's own queue is as deep, otherwise it would lose some itself.
   rmw_qos_profile_t qos = rmw_qos_profile_services_default;
   qos.depth = 1000;
   RawClient client(caller, topic("service"), kSetBool, qos);
@@ -164,7 +164,7 @@ TEST_F(ServiceMirrorTest, RefusesTypes) {
   EXPECT_EQ(0u, side.gateway.counters().service_mirrors);
 }
 
-// An answer that is none of the type is dropped, and the next one is fine.
+// An answer that does not have the type is dropped, and the next one is sent.
 TEST_F(ServiceMirrorTest, DropsAnswersThatAreNone) {
   TestNode caller("caller");
   TestSide side("connect_client");

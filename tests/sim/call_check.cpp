@@ -110,7 +110,7 @@ void CallCheck::on_taken(const Host& host, ServiceMirrorId mirror, RequestId req
   const bool strange = is_hostile(caller.spec.topic);
   const CallKey which = strange ? CallKey{} : call_of(payload, describe(host));
   if (strange) {
-    // Whose it is cannot be told, and two bridges may have found each other's mirrors.
+    // Its owner cannot be identified, and two bridges may have found each other's mirrors.
   } else if (caller.spec.host < 0) {
     ++calls_[which].takings;
   } else if (!overlaps_) {
@@ -270,9 +270,9 @@ void CallCheck::on_end(const Host& host) {
 // ---- when all is quiet
 // -------------------------------------------------------------------------------
 
-// Where a server ends while another one of its service lives, the middleware does not tell which of
-// them has a call; nor does every one tell that a server was replaced at once, or that its queue
-// was full. Then the call waits on, as it would for a local client.
+// If a server ends while another one of its service lives, the middleware does not show which of
+// them has a call; nor do all middlewares show that a server was replaced at once, or that its
+// queue was full. Then the call goes on waiting, as it would for a local client.
 bool CallCheck::is_lost(const Services& services, const Invocation& invocation) const {
   const auto is_unnoticed = [&](int id) {
     if (invocation.lost.contains(id)) return true;
@@ -286,7 +286,7 @@ bool CallCheck::is_lost(const Services& services, const Invocation& invocation) 
                  (other.alive || other.destroyed >= gone.destroyed);
         });
   };
-  if (invocation.servants.empty()) return true;  // it was sent to nobody
+  if (invocation.servants.empty()) return true;  // it reached no server
   return std::all_of(
              invocation.servants.begin(), invocation.servants.end(),
              [&](int id) { return !services.servant(id).alive || invocation.lost.contains(id); }) &&

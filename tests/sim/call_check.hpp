@@ -1,6 +1,6 @@
-// Checks what becomes of service calls, from the caller to the server and back: each is answered at
-// most once, to its caller, with the bytes that a server gave for it; no server executes it twice;
-// and none is kept that has no owner any more.
+// Checks service calls, from the caller to the server and back: each is answered at most once, to
+// its caller, with the bytes that a server gave for it; no server executes it twice; and none is
+// kept that has no owner any more.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace connect_bridge::sim {
 
-// What the labels of requests and responses count from, so that no sample is taken for one.
+// The first label of requests and responses, so that no sample is mistaken for one.
 inline constexpr std::uint32_t kCallerLabels = 1U << 28;
 inline constexpr std::uint32_t kServantLabels = 1U << 29;
 
@@ -35,8 +35,8 @@ class CallCheck {
   void on_answered(const Servant& servant, const Label& response, const Payload& payload);
   void on_response(const Caller& caller, const Servant& servant, RequestKey key,
                    const Payload& payload);
-  // A request falls out of a server's full queue. `shared`: others call or serve there, too,
-  // which a bridge cannot know of.
+  // A request is dropped from a server's full queue. `shared`: others call or serve there, too,
+  // which a bridge cannot know.
   void on_lost(const Caller& caller, const Servant& servant, RequestKey key, bool shared);
   // One bridge alone has filled a server's queue.
   void on_full_queue(const Caller& caller) {
@@ -50,7 +50,7 @@ class CallCheck {
   void on_request_dropped(const Host& host, const DropRequest& action);
   void on_callers_gone(const Host& host, const CallersGone& input);
   void on_mirror_gone(const Host& host, ServiceMirrorId mirror);
-  // Called every now and then: no call is open for longer than its rule says.
+  // Called from time to time: no call is open for longer than its rule says.
   void inspect(const Host& host) const;
 
   // ---- what happens at the exporting side
@@ -115,7 +115,7 @@ class CallCheck {
   // Whether its servers have lost it, or have ended in a way that nobody could notice.
   [[nodiscard]] bool is_lost(const Services& services, const Invocation& invocation) const;
   void check_caps(const Host& host, const EndpointSpec& spec, const Client& client) const;
-  // How a host treats a service, by the most generous of the rules for its peers.
+  // How a host treats a service, by the rule with the highest limits for its peers.
   [[nodiscard]] Treatment limits_of(const Host& host, Direction direction, const std::string& name,
                                     const std::string& type) const;
 

@@ -127,7 +127,7 @@ void Checker::on_dial(const Host& host) {
 
 void Checker::on_close(const Host& host, const CloseConnection& action) {
   ++closes_[action.code];
-  // Honest sides never give each other a reason for these.
+  // Honest sides never close each other's connections with these codes.
   const bool fault = action.code == CloseCode::kMalformed || action.code == CloseCode::kIllegal ||
                      action.code == CloseCode::kUnknownChannel ||
                      action.code == CloseCode::kTooLarge || action.code == CloseCode::kInternal ||
@@ -172,7 +172,7 @@ void Checker::check_memory(const Host& host, const Status& status) const {
     }
     bound += queued_max + calls + options.reassembly.open_bytes_max + options.resume_bytes_max;
   }
-  // What is held without asking: one message and some texts of each link.
+  // What is always allowed: one message and some texts of each link.
   const std::uint64_t shared =
       options.account.memory_bytes_max + status.links.size() * (one + 65536);
   if (status.shared_bytes > shared) {

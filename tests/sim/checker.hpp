@@ -1,4 +1,4 @@
-// All checkers of a world behind one face: the hosts and the middleware report to it what happens.
+// The interface of all checkers of a world: the hosts and the middleware report events to it.
 #pragma once
 
 #include <cstdint>
@@ -59,7 +59,7 @@ class Checker {
     deliveries_.on_delivery(reader, writer, sample);
   }
 
-  // Looks at a host from outside; called every now and then.
+  // Checks a host from outside; called from time to time.
   void inspect(const Host& host);
 
   // Samples of a topic that a host took in its present life.

@@ -11,7 +11,7 @@ struct Offered {
   const char* name;
   const char* type;
 };
-// What strangers offer, and nodes here would call.
+// Services that strangers offer, and that nodes here would call.
 constexpr Offered kCalled[] = {
     {"/hostile/a", kType},
     {"/hostile/b/c", kType},
@@ -52,7 +52,7 @@ void Corner::add_servant(int graph, const std::string& name) {
   servants_.push_back(services_.create_servant(spec(graph, name, kType)));
 }
 
-// Servers and callers are replaced now and then.
+// Servers and callers are replaced from time to time.
 void Corner::churn() {
   schedule_.after(rng_.between(100ms, 2s), [this] {
     if (stopped_) return;
@@ -90,7 +90,7 @@ void Corner::tick(int caller) {
 void Corner::on_request(const Servant& servant, RequestKey key, const Payload& payload) {
   const auto label = is_intact(payload.view()) ? read_label(payload.view()) : std::nullopt;
   coverage_.count(Judged::kStrangeRequests);
-  // A stranger may give a caller's bytes back as often as it likes, but not its own.
+  // A stranger may return a caller's bytes as often as it likes, but not its own.
   const bool own = label && label->writer > kStrangerLabels;
   if (own && !executed_.insert({servant.id, label->writer, label->counter}).second) {
     violated("a stranger's call " + std::to_string(label->counter & 0xFFFFFFFFU) +

@@ -18,7 +18,7 @@
 
 namespace connect_bridge::sim {
 
-// What the labels of strangers' requests count from. The counter is the epoch and the number of the
+// The first label of strangers' requests. The counter is the epoch and the number of the
 // call.
 inline constexpr std::uint32_t kStrangerLabels = 1U << 30;
 

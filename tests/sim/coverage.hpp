@@ -1,4 +1,4 @@
-// How often the checkers had something to judge: a checker that never looks finds nothing.
+// How often the checkers had something to check: a checker without input finds nothing.
 #pragma once
 
 #include <array>

@@ -19,13 +19,13 @@ class Crowd {
         Rng rng, bool verbose);
 
   void start();
-  // Nobody comes, goes or publishes any more, except as told below.
+  // No node comes, goes or publishes any more, except by the functions below.
   void calm();
 
   // Every publisher publishes one message, one after the other. Returns how long that takes.
   Duration publish_round();
-  // New reliable publishers, one of each volatile topic, publish one message each when they have
-  // had the time to find their subscribers.
+  // New reliable publishers, one of each volatile topic, publish one message each after they had
+  // time to find their subscribers.
   void add_speakers();
   // One more subscriber with this QoS on a topic (as named in that graph).
   int add_reader(int graph, const std::string& topic, const TopicPlan& plan, const Qos& qos);

@@ -1,4 +1,4 @@
-// Checks what comes out of mirrors: only what was published, by whom it may, in order, once.
+// Checks what mirrors publish: only messages that were published, with a right, in order, once.
 #pragma once
 
 #include <cstdint>

@@ -11,7 +11,7 @@
 namespace connect_bridge::sim {
 namespace {
 
-constexpr std::uint64_t kPacket = 1'000;  // beside the indexes of Action
+constexpr std::uint64_t kPacket = 1'000;  // in addition to the indexes of Action
 
 // Stands for a value of any type where an aggregate is initialized.
 struct Any {

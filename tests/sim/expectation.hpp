@@ -40,12 +40,12 @@ class Expectation {
   Expectation(const Middleware& middleware, Checker& checker, const Crowd& crowd,
               const std::vector<std::unique_ptr<Host>>& hosts, bool rules_change);
 
-  // Takes the picture: what should be there now. To be called when nothing changes any more.
+  // Takes a snapshot of what should exist now. To be called when nothing changes any more.
   void settle();
 
   void check_links() const;
   void check_mirrors() const;
-  // Who listens at the far side is subscribed here, and nobody else.
+  // There is a subscription here for each listener at the far side, and for nobody else.
   void check_listeners() const;
 
   // Where nothing but the network changed: what did not arrive was counted as dropped, and none of
@@ -58,7 +58,7 @@ class Expectation {
   // Mirrors are of the QoS their origins have; known once each has published.
   void check_qos() const;
 
-  // What new publishers say first arrives where somebody listened before they came.
+  // First messages of new publishers arrive where a listener existed before they came.
   void check_first_words() const;
 
   // Transient-local subscribers that come late.

@@ -81,7 +81,7 @@ class Host : public Party {
   void crash(bool peers_notice);
   void request_stop();
   void set_policy(Policy policy);
-  // What a middleware reports now and then: lost samples, endpoints that do not fit.
+  // What a middleware reports sometimes: lost samples, endpoints that do not fit.
   void report_trouble();
   void network_changed();
   // Login, workers and graph are quick from now on, and logins do not expire.

@@ -181,7 +181,7 @@ void Hostile::take_step() {
   }
 }
 
-// The peer ends what it was attached to as soon as it sees that this is gone.
+// The peer ends its attachment as soon as it sees that the service is gone.
 void Hostile::expect_withdraws() {
   schedule_.after(2s, [this, id = connection_, owed = services_.owed()] {
     if (stopped_ || id != connection_ || offended_ || !network_.is_alive(*this, id)) return;
@@ -236,7 +236,7 @@ std::string Hostile::listener(std::uint32_t number, const std::string& name) {
   return encode(Control{Listeners{{told}, {{number + 1}}}});
 }
 
-// Something that no honest peer does, on a channel number of its own. The connection must end.
+// An offence, on a channel number of its own. The connection must end.
 void Hostile::commit_offence() {
   ++offences_;
   const std::uint32_t channel = 1'000'000 + static_cast<std::uint32_t>(offences_);
@@ -332,7 +332,7 @@ void Hostile::send_mutated() {
   if (connection_) network_.poke(*this, connection_);
 }
 
-// Well-formed messages in a senseless order.
+// Well-formed messages in a meaningless order.
 void Hostile::send_plausible() {
   const auto number = static_cast<std::uint32_t>(rng_.below(20));
   const std::vector<std::string> names = {"/hostile/a",  "/hostile/b/c",

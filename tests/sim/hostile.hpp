@@ -18,8 +18,8 @@
 namespace connect_bridge::sim {
 
 // Dials a server again and again, or is dialled by a client, and misbehaves. Some ways to do so
-// must end the connection, and it checks that they do. Now and then it keeps to the letter of the
-// protocol, however senseless: then it checks that the peer does not end the connection.
+// must end the connection, and it checks that they do. Sometimes it follows the protocol exactly,
+// however meaningless its messages are: then it checks that the peer does not end the connection.
 class Hostile : public Party {
  public:
   // `secret` empty: it is dialled and plays the server.
@@ -79,7 +79,7 @@ class Hostile : public Party {
   std::deque<FlatPacket> queue_;
   std::vector<FlatPacket> seen_;  // packets of the server, to be mutated
   HostileServices services_;
-  bool strict_ = false;     // keeps to the letter of the protocol, but for an offence at last
+  bool strict_ = false;     // follows the protocol exactly, except for an offence at the end
   bool offended_ = false;   // and the offence has been
   std::string last_steps_;  // of a strict connection
   Token128 side_, session_;

@@ -1,5 +1,5 @@
-// What a stranger says of services that must end the connection: docs/protocol.md section 9, row by
-// row of "what arrives and does not fit".
+// Messages of a stranger about services that must end the connection: docs/protocol.md section 9,
+// row by row of "what arrives and does not fit".
 #include <algorithm>
 
 #include "sim/hostile_services.hpp"
@@ -46,7 +46,7 @@ HostileServices::Offence HostileServices::offend() {
   } else if (which < 23) {
     offence = say_malformed();
   }
-  // What needs nothing of the peer's is always possible.
+  // An offence that needs nothing of the peer is always possible.
   return offence.stands ? offence : name_what_never_was(rng_.below(7));
 }
 
@@ -128,7 +128,7 @@ void HostileServices::send_request(std::uint32_t channel, std::uint32_t sequence
 }
 
 HostileServices::Offence HostileServices::request_wrongly(std::uint64_t which) {
-  if (which < 2) {  // nobody ever says `attached` for this one
+  if (which < 2) {  // no `attached` is ever sent for this one
     const auto it = pick(theirs_, [](const Theirs& t) {
       return t.name == kDeafService && !t.withdrawn && t.requests == 0;
     });

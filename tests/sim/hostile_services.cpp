@@ -309,7 +309,7 @@ std::string HostileServices::forget() {
   return "forget";
 }
 
-// What a service's channel takes no notice of.
+// Messages that a service's channel ignores.
 std::string HostileServices::ask_in_vain() {
   const auto it = pick(theirs_, [](const Theirs&) { return true; });
   if (it == theirs_.end()) return "";

@@ -1,4 +1,4 @@
-// What a stranger knows of services, its peer's and its own, and what it says of them.
+// The state of a stranger's services and its peer's, and its messages about them.
 #pragma once
 
 #include <cstdint>
@@ -17,14 +17,14 @@
 
 namespace connect_bridge::sim {
 
-// Importer and exporter at once (docs/protocol.md section 9). A step is strange, but nothing that
-// must end the connection; an offence must.
+// Importer and exporter at once (docs/protocol.md section 9). A step is strange, but must not end
+// the connection; an offence must.
 class HostileServices {
  public:
   using Send = std::function<void(bool text, Bytes bytes)>;
   struct Offence {
     std::string name;
-    // Asked later: false if something that was on its way has made it none.
+    // Asked later: false if a message that was on its way has made it legal.
     std::function<bool()> stands;
   };
 
@@ -42,7 +42,7 @@ class HostileServices {
   // What the peer has still to withdraw, because we have withdrawn what it was attached to.
   [[nodiscard]] const std::set<std::uint32_t>& owed() const { return owed_; }
   Offence offend();
-  // Accepts all that there is, so that the peer may offer what it should not.
+  // Accepts everything, so that the peer could offer what it should not.
   void accept_all();
 
  private:
@@ -66,10 +66,10 @@ class HostileServices {
     std::uint32_t last = 0;  // call
     Stream stream;
   };
-  // What we offer.
+  // A service that we offer.
   struct Mine {
     std::uint32_t requests = 0;  // the peer attached with; 0: it is not attached
-    bool told = false;           // and was told so
+    bool told = false;           // and knows it
     std::vector<std::uint32_t> calls;
     std::set<std::uint32_t> named;  // calls that we have said to know
     Stream stream;

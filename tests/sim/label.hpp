@@ -1,5 +1,5 @@
-// What a simulated message carries: who published it, the how manieth it is, and a checksum, so
-// that a message that comes out of a mirror can be recognized as one that went in.
+// The content of a simulated message: its publisher, its number and a checksum, so that a message
+// that a mirror publishes can be matched with the one that was sent.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // The truth about a world that all checkers share: who published what and when, which rules were in
-// force, who may be connected to whom. Rules speak of names on the wire, at both ends.
+// force, who may be connected to whom. Rules use names on the wire, at both ends.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace connect_bridge::sim {
 
 inline constexpr char kClaimsTopicName[] = "/_connect_bridge/claims";
 inline constexpr char kHostilePrefix[] = "/hostile/";
-// A service whose server the graph tells of, and which nobody can reach.
+// A service whose server is in the graph, and which nobody can reach.
 inline constexpr char kDeafService[] = "/hostile/deaf";
 
 inline bool is_claims(const std::string& topic) {
@@ -27,7 +27,7 @@ inline bool is_hostile(const std::string& topic) {
   return topic.rfind(kHostilePrefix, 0) == 0;
 }
 
-// What publishes here is made by the sides themselves (rule key `clock`).
+// Its publishers are made by the sides themselves (rule key `clock`).
 inline bool is_clock(const std::string& topic) {
   return topic.size() >= 6 && topic.compare(topic.size() - 6, 6, "/clock") == 0;
 }

@@ -89,7 +89,7 @@ class Watch {
   std::thread watcher_;  // last: it uses the others
 };
 
-// A failed CONNECT_CHECK or a bad access must tell its seed, too.
+// A failed CONNECT_CHECK or a bad access must print its seed, too.
 void on_fatal(int signal) {
   char line[160];
   const int size = std::snprintf(

@@ -27,8 +27,8 @@ struct MachineClock {
 
 struct GraphPlan {
   MachineClock clock;
-  bool tells_depth = true;     // whether the graph tells the depth of a publisher's history
-  bool tells_servers = true;   // whether it tells the gids of service servers
+  bool tells_depth = true;     // whether the graph shows the depth of a publisher's history
+  bool tells_servers = true;   // whether it shows the gids of service servers
   Duration discovery_max{};    // until two endpoints have found each other
   Duration name_delay{};       // until the graph knows the name of an endpoint's node
   unsigned loss_permille = 0;  // of best-effort samples

@@ -1,5 +1,5 @@
 // The fake network: connections with delay, jitter that keeps order, bandwidth and a small send
-// buffer, and everything that goes wrong with them.
+// buffer, and all their failures.
 #pragma once
 
 #include <array>
@@ -69,13 +69,13 @@ class Network {
   void dial(int path, ConnectionId id);
   void close(Party& party, ConnectionId id, std::uint16_t code);
   void poke(Party& party, ConnectionId id);  // there may be something to pull
-  // The process is gone. Its peers are told by the operating system, or not at all.
+  // The process is gone. The operating system informs its peers, or not at all.
   void died(Party& party, bool peers_notice);
 
   // ---- what the weather does
   void stall(int path, Duration how_long);
   void end_stall(int path);
-  // Every connection of the path is gone; which ends are told at once?
+  // Every connection of the path is gone. The parameters say which ends notice it at once.
   void cut(int path, bool client_notices, bool server_notices);
   void change(int path, const PathPlan& plan);
   void disturb(int path, Duration how_long);  // notes that the path was not itself

@@ -1,5 +1,5 @@
-// A second opinion on who may exchange what, written from the description of the rules alone:
-// simple and slow, and sharing no code with the policy it judges.
+// A second implementation of the rules, written from their description alone: simple and slow, and
+// without code of the policy that it checks.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,7 @@ std::optional<Treatment> treatment_of(const Policy& policy, Direction direction,
                                       const std::string& name, const std::string& type,
                                       const Identity& who);
 
-// The same for a service, be it an ordinary one, a part of an action or one of a node's parameters.
+// The same for a service: an ordinary one, a part of an action or one of a node's parameters.
 std::optional<Treatment> service_treatment_of(const Policy& policy, Direction direction,
                                               const std::string& name, const std::string& type,
                                               const Identity& who);

@@ -1,5 +1,5 @@
-// What happens in a world, drawn from its seed: who is where, what they publish, which rules hold,
-// how bad the weather is.
+// The plan of a world, drawn from its seed: which nodes are where, what they publish, which rules
+// apply, how bad the weather is.
 #pragma once
 
 #include <cstdint>
@@ -85,7 +85,7 @@ std::vector<Rule> random_rules(Rng& rng);
 // Services, with their part of the rules and of the limits. What make_scenario() has drawn for
 // topics stays as it is.
 void add_services(Scenario& scenario);
-// What the sides keep for a lost link, and which worlds are steady. The rest stays as it is.
+// What the sides keep for a lost link, and which worlds are steady. The rest does not change.
 void add_resumption(Scenario& scenario);
 // Some sides may send so many bytes per second only.
 void add_caps(Scenario& scenario);

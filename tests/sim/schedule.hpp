@@ -13,7 +13,7 @@
 
 namespace connect_bridge::sim {
 
-// What a checker found: one sentence. Ends the seed.
+// An error that a checker found, as one sentence. Ends the seed.
 struct Violation : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -50,7 +50,7 @@ void ServerWork::lose_oldest(const Servant& servant, Desk& desk) {
   desk.queue.pop_front();
 }
 
-// It is left alone for less than the exporter's patience, and not again before it was empty.
+// It is not read for less than the exporter's patience, and not again before it was empty.
 void ServerWork::look(int servant) {
   Desk& desk = desks_.at(servant);
   if (!services_.servant(servant).alive) return;

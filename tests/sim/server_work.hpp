@@ -1,5 +1,5 @@
 // How the ordinary servers work: requests lie in a queue of ROS 2's default depth until they are
-// taken, one by one or by several threads, and sometimes nobody looks after it for seconds.
+// taken, one by one or by several threads, and sometimes it is not read for seconds.
 #pragma once
 
 #include <chrono>
@@ -50,7 +50,7 @@ class ServerWork {
   void lose_oldest(const Servant& servant, Desk& desk);
   // Whether others call there, too.
   [[nodiscard]] bool is_shared(const Desk& desk, int caller) const;
-  // Whether others serve there, too: then it is the first answer of any that an exporter goes by.
+  // Whether others serve there, too: then an exporter uses the first answer of any of them.
   [[nodiscard]] bool has_double(const Servant& servant) const;
   void give(std::uint64_t work);
 

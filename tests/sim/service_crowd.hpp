@@ -29,8 +29,8 @@ class ServiceCrowd {
         verbose_(verbose) {}
 
   void start();
-  // Nobody comes, goes or calls any more, except as told below; servers answer at once, also what
-  // they had put off for ever.
+  // No node comes, goes or calls any more, except by the functions below; servers answer at once,
+  // also requests that they had put off for ever.
   void calm();
 
   // Every caller that finds its service calls once. Returns how long that takes.
@@ -76,7 +76,7 @@ class ServiceCrowd {
   ServerWork work_;
   bool verbose_;
   bool calm_ = false;
-  // What a server has beside send_goal.
+  // What a server has besides send_goal.
   struct Parts {
     std::vector<int> servants, writers;
   };

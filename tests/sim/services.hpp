@@ -25,7 +25,7 @@ struct Servant {
   TimePoint created{}, destroyed{};
 };
 
-// A service client: an ordinary caller, or a bridge that calls for somebody.
+// A service client: an ordinary caller, or a bridge that calls for a peer.
 struct Caller {
   EndpointSpec spec;
   int id = 0;

@@ -1,4 +1,4 @@
-// What goes wrong between and with the processes while it is not quiet.
+// Disturbances of the network and the processes during the chaos.
 #pragma once
 
 #include <memory>

@@ -81,7 +81,8 @@ void WireCheck::on_sent(const Host& host, ConnectionId id, const FlatPacket& pac
   check_cap(host, connection, packet.bytes.size(), connection.weighted_bytes > weighted);
 }
 
-// Whatever has left within a second, what may be held back leaves only while there is room for it.
+// Data that may be held back leaves only while the cap has room for it, counting all that has left
+// within a second.
 void WireCheck::check_cap(const Host& host, Connection& connection, std::size_t bytes, bool held) {
   const std::uint64_t cap = host.plan().options.outbox.bytes_per_second_max;
   if (cap == 0) return;
@@ -337,9 +338,9 @@ void WireCheck::on_taken(const Host& host, const Reader&, const Writer& writer,
   taken_order_.push_back({ledger_.now(), key});
 }
 
-// A topic that has something queued must get its turn: when the classes that share by weight have
-// sent as much as it takes for every channel to have had several turns at the worst weight, and
-// some time has passed, none may have had none.
+// A topic with queued messages must get its turn: when the classes that share by weight have sent
+// enough for every channel to have had several turns at the worst weight, and some time has passed,
+// each must have sent something.
 void WireCheck::on_status(const Host& host, const Status& status) {
   const auto& outbox = host.plan().options.outbox;
   const std::uint64_t turn = outbox.fragment_bytes + outbox.packet_bytes + kMessageHeaderBytes;

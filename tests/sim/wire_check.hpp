@@ -1,5 +1,5 @@
 // Checks what a side hands to the network, frame by frame: nothing that was not offered, not
-// demanded, not permitted or too old; urgent before everything else; every class in its turn.
+// demanded, not permitted or too old; urgent before everything else; each class in its turn.
 #pragma once
 
 #include <cstdint>

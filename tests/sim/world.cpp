@@ -10,7 +10,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kInspectEvery = 200ms;
-// Noticing a dead link, a login that hangs until its time-out, the longest back-off, discovery.
+// Time for noticing a dead link, a login that hangs until its timeout, the longest back-off, and
+// discovery.
 constexpr Duration kSettle = 9s;
 constexpr int kDrainSeconds = 60;
 constexpr int kRounds = 3;
@@ -69,7 +70,7 @@ void World::build_hosts(bool verbose) {
   if (scenario_.shape == Shape::kHostile) build_strangers();
 }
 
-// Two that dial the server, and one that a client of its own takes for its server.
+// Two that dial the server, and one that plays the server for a client of its own.
 void World::build_strangers() {
   PathPlan fast;
   fast.delay = 1ms;
@@ -200,7 +201,7 @@ void World::check_services() {
   run_for(service_crowd_.call_round());
   run_for(1s);
   service_expectation_->check_calls();
-  // The mirrors tell the truth soon after their servers come and go.
+  // The mirrors are correct soon after their servers come and go.
   service_crowd_.shuffle();
   run_for(kTruth);
   service_expectation_->check_mirrors();
@@ -238,7 +239,7 @@ void World::check_first_words() {
   expectation_->check_first_words();
 }
 
-// What was said before may still fill queues and workers, and be on its way behind them.
+// Earlier messages may still be in queues and workers, and on their way after them.
 void World::drain() {
   if (!expectation_->is_under_way()) return;
   for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);

@@ -10,8 +10,8 @@ from stage import Missing, Path, plain_path
 WINDOWS = (1, 8, 64)
 SIZE = 12
 WAYS = ("local", "bridged")
-# A bridged call is a local call in each of two graphs, on the same cores: what two graphs that call
-# at once leave to each other, no bridge can pass.
+# A bridged call is a local call in each of two graphs, on the same cores: no bridge can be faster
+# than two graphs that call at the same time.
 PAIR = ("local", "second")
 
 
@@ -34,7 +34,7 @@ def _path(shop, kind):
 
 
 def calls(shop, rounds, samples, seconds):
-    """way -> its round trips (calls, topic), and calls per second with so many under way."""
+    """path -> its round trips (calls, topic), and calls per second with so many under way."""
     paths = {kind: _path(shop, kind) for kind in (*WAYS, "second")}
     web = plain_path(shop, "ws")
     asked = {

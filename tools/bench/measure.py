@@ -1,4 +1,5 @@
-"""The measurements. Each visits all paths in turn, round after round: noise hits all alike."""
+"""The measurements. Each visits all paths in turn, round after round, so that noise affects all
+equally."""
 
 import statistics
 import time
@@ -123,7 +124,8 @@ def throughput(paths, rounds, seconds):
 
 
 def _stream(path, seconds, programs):
-    """CPU of programs during 10 kB at 100 Hz, as a share of one core; and what arrived of it."""
+    """CPU of programs during 10 kB at 100 Hz, as a share of one core; and how much of it
+    arrived."""
     path.tool("listen").ask("count")
     before = {name: program.cpu_seconds() for name, program in programs.items()}
     begin = time.monotonic()
@@ -206,7 +208,7 @@ def _mirrored(bridge, count):
 
 
 def mixed(paths, rounds, seconds):
-    """12 B at 50 Hz alone, and beside 500 kB at 100 Hz, which go the way of the answers."""
+    """12 B at 50 Hz alone, and together with 500 kB at 100 Hz in the direction of the answers."""
     missing = {}
     times = {name: {"alone": [], "beside": []} for name in paths}
     lost = {name: {"alone": 0, "beside": 0} for name in paths}

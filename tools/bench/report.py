@@ -22,7 +22,7 @@ def _figure(name, value, unit, reach, ratio=None, aim=None, note=""):
 
 
 def _unless_alone(value, ratio, reach):
-    """A target of a ratio says nothing of a value whose other half was not measured."""
+    """A target for a ratio does not apply to a value whose other half was not measured."""
     return None if value and ratio is None else reach
 
 

@@ -9,7 +9,7 @@ from harness.worker import Missing, Worker
 
 LARGE_DATA = ROOT / "config" / "fastdds_large_data.xml"
 
-# Commands are urgent and streams are bulk, as a user would have it; all else is at its default.
+# Commands are urgent and streams are bulk, as a user would set it; everything else has its default.
 # The queues hold what a window of 500 kB messages needs, because a reliable sender counts on it.
 RULES = {
     "rules": ["small", "stream", "rest"],
@@ -38,7 +38,7 @@ def profile_environment(large):
 
 
 class Workshop:
-    """Starts everything, and ends everything when the benchmark ends however it does."""
+    """Starts everything, and ends everything however the benchmark ends."""
 
     def __init__(self):
         self._temporary = tempfile.TemporaryDirectory(prefix="connect-bench-")
@@ -112,7 +112,7 @@ class Path:
             self._missing[tool] = str(error)
 
     def same(self, tool, other):
-        """The other tool does this one's work, too."""
+        """The other tool also does the work of this one."""
         for those in (self._tools, self._missing):
             if other in those:
                 those[tool] = those[other]
@@ -123,7 +123,7 @@ class Path:
         return self._tools[name][0]
 
     def said(self, name):
-        """What the tool said when it was ready."""
+        """The tool's output when it was ready."""
         self.tool(name)
         return self._tools[name][1]
 
@@ -146,7 +146,7 @@ def plain_path(shop, kind):
 
 
 def relay_path(shop):
-    """Two graphs with the barest of bridges between them: what the machine leaves to any."""
+    """Two graphs with the simplest bridge between them: the limit of the machine for any bridge."""
     path = Path("bare relay")
     robot, operator = take_domains(2)
 

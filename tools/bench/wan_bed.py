@@ -9,7 +9,7 @@ from harness.worker import Missing, Worker
 
 PINGED, STREAMS = 10, 5  # topics of each kind; a case may use fewer
 
-# As a user would have it who says what is urgent and what may wait.
+# The rules of a user who sets what is urgent and what may wait.
 PRIORITIES = {
     "rules": ["command", "stream", "rest"],
     "rule": {
@@ -33,7 +33,7 @@ DEFAULTS = {
 
 
 def seen_from_the_client(rules):
-    """The same rules with import and export the other way round."""
+    """The same rules with import and export exchanged."""
     other = {"import_topics": "export_topics", "export_topics": "import_topics"}
     turned = {
         name: {other.get(key, key): value for key, value in rule.items()}
@@ -118,7 +118,7 @@ class Bed:
             worker.ready()
 
     def plain(self):
-        """Raw TCP in both directions: what the network gives to anybody."""
+        """Raw TCP in both directions: what the network itself allows."""
         tools = {}
         for name, here, there in (("up", ROBOT, OPERATOR), ("down", OPERATOR, ROBOT)):
             common = ("kind=tcp", f"address={ADDRESS[there]}", f"congestion={self.congestion}")

@@ -16,7 +16,7 @@ HEAD_START = 1.0  # s: how long streams run before the pings begin
 
 
 class Row:
-    """What one case showed, and what it was to reach."""
+    """The result of one case, and its target."""
 
     def __init__(self, case, result=None):
         self.case = case
@@ -62,7 +62,7 @@ class Result:
         return percentile([ms for topic in self.topics for ms in topic], percent)
 
     def worst(self, percent):
-        """Of the topics, the one that is worst off."""
+        """The topic with the worst result."""
         return max((percentile(topic, percent) or 0) for topic in self.topics)
 
     def goodput(self, direction, size=LARGE):
@@ -96,7 +96,7 @@ class Result:
 
 
 def pinged(bed, seconds, streams=None, topics=1, use=1, during=None):
-    """12 B at 50 Hz for these seconds, beside streams: direction -> what a talk is to do.
+    """12 B at 50 Hz for these seconds, next to streams: direction -> what a talk is to do.
 
     during: is called meanwhile.
     """
@@ -122,12 +122,12 @@ def pinged(bed, seconds, streams=None, topics=1, use=1, during=None):
         heard[name] = bed.listens[name].ask("count")["topics"][:use]
     result = Result(pings, heard, crossed, cpu, bed.resident())
     if streams:
-        time.sleep(1.5)  # what still waits must not be in the way of the next case
+        time.sleep(1.5)  # waiting messages must not disturb the next case
     return result
 
 
 def beside(row, idle, p50, p99):
-    """What urgent messages are to reach beside others."""
+    """Targets for urgent messages next to other traffic."""
     result = row.result
     row.judge("p50 / idle", result.worst(50) / idle.ms(50), "<=", p50)
     row.judge("p99 / idle", result.worst(99) / idle.ms(99), "<=", p99)
@@ -195,7 +195,7 @@ def foreign(bed, effort, raw):
 
 
 def alone(bed, effort, raw):
-    """Large messages without pings: how long one takes, and how many get through."""
+    """Large messages without pings: how long one takes, and how many arrive."""
     seconds = effort["seconds"]
     bed.wan.set(**NET)
     rows = []
@@ -313,7 +313,7 @@ def cut(bed, effort):
         others = urgent, commanded = talked(bed, f"name=/wan/pong_cut_{reliable}")
         for end in (*ends, *others):
             end.ready()
-        time.sleep(2)  # found by everybody
+        time.sleep(2)  # discovered by all
         talk.say(words("talk", {**stream, "seconds": seconds + 6}))
         urgent.say(words("talk", {"size": 12, "hz": 50, "seconds": seconds + 6}))
         time.sleep(1)
@@ -369,7 +369,7 @@ def paper(bed, effort):
                 else max(effort["round_trips"] // 8, 3)
             )
             ours, floor = [], []
-            for _ in range(2):  # in turn: what disturbs one disturbs the other
+            for _ in range(2):  # in turn: a disturbance affects both
                 told = {"size": size, "samples": samples, "use": topics}
                 answer = bed.ping.ask(words("ping", told), 300)
                 ours += [ms for topic in answer["ms"] for ms in topic]

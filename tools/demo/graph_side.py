@@ -68,7 +68,7 @@ def sent_at(message):
 
 
 class Watcher(Node):
-    """One subscriber per topic, as any other node of this graph would have it."""
+    """One subscriber per topic, as in any other node of this graph."""
 
     def __init__(self, context, tally):
         super().__init__("watcher", context=context)

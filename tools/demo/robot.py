@@ -75,7 +75,7 @@ class Odometry(Node):
 
 
 class Mount(Node):
-    """Says once where a sensor is mounted; whoever comes later still gets it."""
+    """Publishes once where a sensor is mounted; late subscribers still get it."""
 
     def __init__(self, context, frame):
         super().__init__(f"{frame}_mount", context=context)

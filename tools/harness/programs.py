@@ -11,7 +11,7 @@ import tempfile
 import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-# What a side logs when others can reach it, and when it has reached its peer and is logged in.
+# The log lines of a side that others can reach, and of one that is logged in at its peer.
 _LISTENS = re.compile(r"listening on ")
 _LINKED = re.compile(r"link open with ")
 
@@ -30,7 +30,7 @@ def ros_environment(domain, **more):
 
 
 def rmw_environment(name):
-    """What makes a process use this middleware, whatever this one uses; None: it is not here."""
+    """The environment that makes a process use this middleware; None: it is not installed."""
     folders = [f for f in os.environ.get("LD_LIBRARY_PATH", "").split(":") if f]
     if os.environ.get("CONNECT_BRIDGE_OWN_PREFIX"):
         at = os.environ.get("CONNECT_BRIDGE_RMW_PREFIX")
@@ -86,7 +86,7 @@ class Program:
         return self.process is not None and self.process.poll() is None
 
     def text(self, whole=False):
-        """What it wrote since it was last started, or since ever."""
+        """Its output since it was last started, or since the first start."""
         with open(self.log, "rb") as log:
             log.seek(0 if whole else self._from)
             return log.read().decode("utf-8", "replace")

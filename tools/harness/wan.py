@@ -26,7 +26,7 @@ class Wan:
             raise
 
     def within(self, place):
-        """What a command begins with that runs at this place."""
+        """The beginning of a command that runs at this place."""
         return ["nsenter", "--target", str(self._pids[place]), "--net", "--mount", "--"]
 
     def set(self, **shape):

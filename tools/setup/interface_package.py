@@ -58,7 +58,7 @@ def main():
         pattern = re.compile(rf'(?:^|/)share/{name}/((msg|srv|action)/\w+\.(msg|srv|action))$')
         found = ((pattern.search(entry), entry) for entry in sorted(archive.namelist()))
         definitions = {m.group(1): archive.read(entry).decode() for m, entry in found if m}
-    # A service is split into request and response files beside itself; those follow from it.
+    # A service is split into request and response files in its folder; those follow from it.
     split = re.compile(r'_(Request|Response)\.msg$')
     definitions = {path: text for path, text in definitions.items() if not split.search(path)}
     dependencies = dependencies_of(name, definitions)

@@ -25,7 +25,7 @@ pip_install() {
     -r "$here/requirements/$1.txt" || { tail -n 30 "$log" >&2; die "pip failed"; }
 }
 
-# Only another set of wheels makes the prefix anew; whatever else changes is applied to the one in use.
+# Only another set of wheels makes a new prefix; other changes are applied to the one in use.
 wanted=$(content_hash "$here/requirements/$distro.txt" "$here/requirements/messages.txt")-$($python -V)
 if ! stamp_is_fresh "$prefix/stamp-wheels" "$wanted"; then
   say "ROS 2 ${distro^} from wheels into .ros2/$distro"

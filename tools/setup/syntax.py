@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Shows a compiler what is configured in a build folder but not built, for its warnings only.
+"""Runs a compiler, for its warnings only, on sources that are configured in a build folder but not
+built.
 
 Usage: syntax.py <build folder>
 
-It takes a sixth of the time, and so no file of the project goes unseen by that compiler.
+It takes a sixth of the time, and so that compiler sees every file of the project.
 """
 
 import concurrent.futures

@@ -1,4 +1,4 @@
-// A bounded sum that many things have a share of.
+// A bounded amount of which many holders take a share.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +7,9 @@
 
 namespace connect_bridge {
 
-// How much of something is in use. Shares are given back by the destructor of their Hold, so that
-// no path can forget to. Budgets make a tree: what is held of one is held of those above it, too.
-// A budget outlives its holds and those below it. Single-threaded.
+// How much of something is in use. A share is given back by the destructor of its Hold, so no code
+// path can forget it. Budgets form a tree: what is held of one is also held of those above it. A
+// budget outlives its holds and those below it. Single-threaded.
 class Budget {
  public:
   static constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
@@ -30,15 +30,15 @@ class Budget {
     }
     ~Hold() { release(); }
 
-    // Nothing is held any more: then the budget may go first.
+    // Gives all back; after that the budget may be destroyed before this hold.
     void release() { resize(0); }
-    // A share may shrink or grow; whether it fits was asked before.
+    // The share may shrink or grow; the caller has checked before that it fits.
     void resize(std::uint64_t amount) {
       if (budget_ && amount != amount_) budget_->add(amount - amount_);
       amount_ = budget_ ? amount : 0;
     }
     [[nodiscard]] std::uint64_t amount() const { return amount_; }
-    // Nothing is left of what it is a share of.
+    // Whether the budget has no room left.
     [[nodiscard]] bool is_full() const { return budget_ && budget_->room() == 0; }
 
    private:
@@ -57,12 +57,12 @@ class Budget {
   Budget(const Budget&) = delete;
   Budget& operator=(const Budget&) = delete;
 
-  // Takes a share, whether it fits or not: the caller has asked used().
+  // Takes a share, whether it fits or not: the caller has checked used().
   [[nodiscard]] Hold hold(std::uint64_t amount) { return Hold(this, amount); }
   [[nodiscard]] std::uint64_t used() const { return used_; }
-  // How much more may be taken. Nobody may have more than what is left to the others after that:
-  // one alone gets a half, of n that are greedy each gets 1/(n+1), and there is always room for one
-  // who has little (dynamic thresholds, Choudhury and Hahne 1998).
+  // How much more may be taken. No holder may have more than what is then left for the others: a
+  // single one gets half, each of n greedy ones gets 1/(n+1), and there is always room for a holder
+  // that has little (dynamic thresholds, Choudhury and Hahne 1998).
   [[nodiscard]] std::uint64_t room() const {
     const std::uint64_t most = above_ ? above_->room() : most_;
     if (most == kNoLimit) return most;
@@ -70,7 +70,7 @@ class Budget {
   }
 
  private:
-  void add(std::uint64_t difference) {  // modulo 2^64: it may be less
+  void add(std::uint64_t difference) {  // modulo 2^64: may be negative
     for (Budget* each = this; each; each = each->above_) each->used_ += difference;
   }
 

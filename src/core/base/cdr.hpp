@@ -11,8 +11,8 @@
 
 namespace connect_bridge {
 
-// Alignment counts from behind the encapsulation of 4 bytes; since that is 4, too, the size of the
-// whole serves for fields of up to 4 bytes.
+// Alignment counts from the end of the 4-byte encapsulation header; as that has 4 bytes, the total
+// size can be used for fields of up to 4 bytes.
 class CdrWriter {
  public:
   CdrWriter& u8(std::uint8_t value) {
@@ -24,7 +24,7 @@ class CdrWriter {
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
     return *this;
   }
-  // Its length with the terminating zero, then both.
+  // Writes the length, which includes the terminating zero, then the text and the zero.
   CdrWriter& string(std::string_view text) {
     u32(static_cast<std::uint32_t>(text.size() + 1));
     bytes_.insert(bytes_.end(), text.begin(), text.end());
@@ -54,7 +54,7 @@ class CdrReader {
     for (int i = 0; i < 4; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
     return value;
   }
-  // Lies in the bytes that are read.
+  // The result points into the bytes that are read.
   std::optional<std::string_view> string() {
     const auto size = u32();
     if (!size || *size == 0 || !has(*size)) {

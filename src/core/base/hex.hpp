@@ -21,8 +21,8 @@ inline std::string to_hex(std::span<const std::uint8_t> bytes) {
   return text;
 }
 
-// Fills `out` from exactly as many digits, in lower case; false, with `out` in part written, when
-// the text is not that.
+// Fills `out` from lower-case digits. False if the text has another length or other characters;
+// `out` may then be partly written.
 inline bool from_hex(std::string_view text, std::span<std::uint8_t> out) {
   const auto digit = [](char c) {
     if (c >= '0' && c <= '9') return c - '0';

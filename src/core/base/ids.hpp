@@ -8,8 +8,8 @@
 
 namespace connect_bridge {
 
-// What stands on the wire has 32 bits; what only this process counts has 64, which no peer can make
-// it use up.
+// Ids on the wire have 32 bits; ids that only this process counts have 64, which no peer can
+// exhaust.
 template <class Tag, class Value = std::uint64_t>
 struct Id {
   Value value = 0;  // 0 means "none"

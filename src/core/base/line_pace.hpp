@@ -1,4 +1,5 @@
-// Lines that a peer can cause as often as it likes, and of which each of the first ones matters.
+// Limits log lines that a peer can cause as often as it likes, where each of the first ones
+// matters.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +11,11 @@
 
 namespace connect_bridge {
 
-// Some at once, then one now and then. Where only a sample matters LogLimit does.
+// Some at once, then one per period. Where one line as an example is enough, use LogLimit.
 class LinePace {
  public:
-  // One more happened. What the line ends with, if it is to be written: how many were not.
+  // Counts one more. Returns the text that the line ends with (how many lines were left out), or
+  // nullopt if the line is not to be written.
   std::optional<std::string> take(const Now& now) {
     if (!pace_.take(now.steady)) {
       ++left_out_;

@@ -1,4 +1,5 @@
-// Lines that a peer or a caller can cause as often as it likes: logged now and then, with a count.
+// Limits log lines that a peer or a caller can cause as often as it likes: one per period, with a
+// count.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,8 @@ class LogLimit {
  public:
   static constexpr Duration kPeriod = std::chrono::seconds(10);
 
-  // One more happened. How many did since the last line, if it is time for the next one.
+  // Counts one more. Returns how many there were since the last line, if it is time for the next
+  // one.
   std::optional<std::uint64_t> count(const Now& now) {
     ++count_;
     if (next_ && now.steady < *next_) return std::nullopt;

@@ -1,4 +1,4 @@
-// What a peer may cause so often: some at once, then one per period.
+// Limits how often a peer may cause something: some at once, then one per period.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +7,13 @@
 
 namespace connect_bridge {
 
-// A leaky bucket in time: each event is paid for with one period, and at most `at_once` periods may
-// be owed. Not for rates of data, which flow/rate_limit.hpp measures.
+// A leaky bucket in time: each event costs one period, and at most `at_once` periods may be owed.
+// For data rates use flow/rate_limit.hpp.
 class Pace {
  public:
   Pace(int at_once, Duration period) : at_once_(at_once), period_(period) {}
 
-  // One more happens. False: it comes too early, and does not count.
+  // Counts one more. False: it comes too early and is not counted.
   [[nodiscard]] bool take(TimePoint now) {
     if (free_at() > now) return false;
     paid_until_ = std::max(paid_until_, now) + period_;

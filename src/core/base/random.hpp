@@ -1,4 +1,4 @@
-// A small seeded generator (splitmix64). Not for secrets by itself: its seed decides all.
+// A small seeded generator (splitmix64). Not for secrets: its seed determines every number.
 #pragma once
 
 #include <cstdint>

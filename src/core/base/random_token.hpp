@@ -1,4 +1,4 @@
-// Ids and secrets that nobody chooses.
+// Random ids and secrets.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace connect_bridge {
 
-// Sixteen bytes; of `secret_random`, if there is one, for what nobody may guess.
+// Sixteen bytes, from `secret_random` if it is given (for what nobody may guess), else from
+// `random`.
 inline Token128 make_token(Random& random,
                            const std::function<std::uint64_t()>& secret_random = {}) {
   Token128 token;

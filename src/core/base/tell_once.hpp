@@ -1,4 +1,4 @@
-// Lines that are worth being logged once, however often their cause comes back.
+// Limits log lines to one for each cause, however often the cause occurs.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace connect_bridge {
 
-// Bounded: what a peer can cause must not fill the memory, nor the log. When it is full, nothing
-// new is told for a while; then it begins anew, or a peer with odd names would silence all that
-// comes later.
+// Bounded, as a peer must not be able to fill the memory or the log. When it is full, nothing new
+// is logged for a while; then it starts with an empty table, because otherwise a peer with many
+// names could silence all later lines.
 class TellOnce {
  public:
   static constexpr std::size_t kToldMax = 1024;
   static constexpr Duration kFullTime = std::chrono::minutes(15);
 
-  // Whether this is to be told now: the first time.
+  // Whether this is the first time, so that it is to be logged now.
   [[nodiscard]] bool first(const std::string& what) {
     return told_.size() < kToldMax && told_.insert(what).second;
   }
-  // To be called now and then.
+  // To be called from time to time.
   void on_time(const Now& now) {
     if (told_.size() < kToldMax) return;
     if (!full_until_) full_until_ = now.steady + kFullTime;

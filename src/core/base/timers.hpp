@@ -10,9 +10,9 @@
 
 namespace connect_bridge {
 
-// A table of deadlines. Whoever sets one gets a Timer, which takes the deadline out of the table
-// when it is destroyed or set anew: nothing that is gone is ever called. Deadlines that are equal
-// come in the order in which they were set. The table outlives its timers. Single-threaded.
+// A table of deadlines. The caller that sets one gets a Timer, which takes the deadline out of the
+// table when it is destroyed or set again: a destroyed owner is never called. Equal deadlines come
+// in the order in which they were set. The table outlives its timers. Single-threaded.
 template <class Value>
 class Timers {
   using Key = std::pair<TimePoint, std::uint64_t>;  // the second makes it unique
@@ -57,7 +57,7 @@ class Timers {
     entries_.emplace(key, std::move(value));
     return Timer(this, key);
   }
-  // The earliest deadline that has been reached; it is out of the table.
+  // Takes the earliest deadline that has been reached out of the table.
   std::optional<Value> take_due(TimePoint now) {
     if (entries_.empty() || entries_.begin()->first.first > now) return std::nullopt;
     Value value = std::move(entries_.begin()->second);

@@ -10,8 +10,9 @@
 
 namespace connect_bridge {
 
-// nullopt when compressing does not shrink the input (or it is empty): then send it as it is; also
-// when `give_up` became true on the way (a high level takes many seconds for a large message).
+// nullopt when compressing does not shrink the input (or it is empty): send it uncompressed. Also
+// nullopt when `give_up` became true meanwhile (a high level takes many seconds for a large
+// message).
 std::optional<Bytes> compress(ByteView raw, Compression how,
                               const std::atomic<bool>* give_up = nullptr);
 
@@ -20,10 +21,10 @@ std::optional<Bytes> compress(ByteView raw, Compression how,
 Result<Bytes> decompress(ByteView body, Codec codec, std::size_t raw_bytes);
 
 // A body of kZstdBase (`base` is empty) or of kZstdDelta: one frame with a checksum, so that
-// another base is found out. nullopt when it is not smaller than `raw`.
+// decoding against a wrong base is detected. nullopt when it is not smaller than `raw`.
 std::optional<Bytes> compress_delta(ByteView raw, ByteView base, int level);
 
-// The way back; as decompress().
+// The reverse of compress_delta(); errors as for decompress().
 Result<Bytes> decompress_delta(ByteView body, ByteView base, std::size_t raw_bytes);
 
 }  // namespace connect_bridge

@@ -58,7 +58,7 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
     counts_.dropped.add(*reason);
     return;
   }
-  // The protocol wants both sizes equal then.
+  // The protocol requires equal sizes for an uncompressed message.
   if (message.codec == Codec::kNone) message.raw_bytes = body_bytes_of(message);
   const auto body_bytes = message.body.size();
   if (options_.newest_only) {
@@ -206,7 +206,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
   return result;
 }
 
-// Another connection has other bases.
+// On another connection the peer has other bases, so the message must be prepared again.
 OutMessage ChannelQueue::unprepared(Open open) {
   if (open.raw.empty()) return std::move(open.message);
   open.message.body = std::move(open.raw);

@@ -20,8 +20,8 @@
 
 namespace connect_bridge {
 
-// How the outbox treats a channel. Depth and bytes limit what waits; a partly sent message is
-// beyond them.
+// How the outbox treats a channel. Depth and bytes limit what waits; a partly sent message does not
+// count.
 struct QueueOptions {
   Priority priority = Priority::kNormal;
   // A message of at most kLightBytes may leave right behind the urgent ones, within a budget of the
@@ -29,19 +29,21 @@ struct QueueOptions {
   bool may_be_light = false;
   // Keep-last. 0: keep all, and refuse the newest where there is no room.
   std::uint32_t depth = 100;
-  // Of bodies; one message always fits an empty queue. The first is kept to only when the oldest
-  // waits for longer than kStalled: a link that is fast enough carries any burst up to the second.
+  // Bytes of bodies; one message always fits an empty queue. queue_bytes_max applies only while the
+  // oldest message has waited for longer than kStalled; otherwise a burst may go up to
+  // burst_bytes_max, which a fast link carries soon.
   std::uint64_t queue_bytes_max = 1 << 20;
-  // Below queue_bytes_max: never more than that. The outbox cuts it to a share of its own bound.
+  // A smaller value than queue_bytes_max means queue_bytes_max. The outbox reduces it to a share of
+  // its own bound.
   std::uint64_t burst_bytes_max = 0;
   Duration lifespan = kForever;  // against the message's stamp, checked again when sending
   Duration max_age = kForever;   // likewise
   bool newest_only = false;      // depth 1; what a newer one displaces is kNewerAvailable
-  // Nothing is dropped for want of room, neither here nor for the outbox' budget: the owner bounds
-  // what it pushes. Depth and bytes mean nothing then.
+  // Nothing is dropped when the queue is full, neither here nor by the outbox's budget: the owner
+  // limits what it pushes. Depth and bytes have no effect then.
   bool keep = false;
-  // Small messages that are pushed uncompressed are compressed as they leave. Automatic: not those
-  // that are urgent.
+  // Small messages that are pushed uncompressed are compressed as they leave. With kAuto urgent
+  // ones are not compressed.
   Compression compression;
 };
 
@@ -65,8 +67,8 @@ class ChannelQueue {
   // `bases`: of the link (DeltaEncoder).
   ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases);
 
-  // New options for what is pushed from now on; what waits stays. How it is compressed stays as it
-  // was.
+  // New options for messages pushed from now on; waiting messages stay. The compression does not
+  // change.
   void configure(const QueueOptions& options) { options_ = options; }
 
   // Queues the message or drops it, and drops what it displaces. `arrival` rises over all channels.
@@ -79,7 +81,7 @@ class ChannelQueue {
   void prepare(double rate);
   // Frame bytes that the next part takes. Only after prepare().
   [[nodiscard]] std::size_t next_part_bytes(std::uint32_t fragment_bytes) const;
-  // A message whose last part was handed out, and that somebody waits for the arrival of.
+  // A message whose last part was handed out, and whose arrival at the peer is tracked.
   struct Whole {
     Subject subject;
     std::uint32_t sequence = 0;
@@ -93,17 +95,17 @@ class ChannelQueue {
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
   void drop_oldest_waiting(DropReason reason);
   void drop_waiting(DropReason reason);
-  // Gives the partly sent message up; false if there is none. The peer must be told (abort), unless
-  // it forgets the channel anyway.
+  // Drops the partly sent message; false if there is none. The caller sends `abort`, unless the
+  // peer forgets the channel anyway.
   bool drop_open(DropReason reason);
 
-  // A new connection counts its messages from 1 again, or from behind another number.
+  // On a new connection sequences begin at 1 again, or after `last_sequence`.
   void restart(std::uint32_t last_sequence = 0) {
     sequence_ = last_sequence;
     forget_bases();
   }
   [[nodiscard]] std::uint32_t last_sequence() const { return sequence_; }
-  // The peer has no base (of any origin, of this one) any longer.
+  // The peer no longer has a base of any origin (or of this one).
   void forget_bases() {
     front_.reset();
     if (deltas_) deltas_->clear();
@@ -116,12 +118,12 @@ class ChannelQueue {
   // ---- over connections
   // The peer has all of a message that resumes.
   void arrived(std::uint32_t sequence) { sent_.arrived(sequence); }
-  // Nobody waits for what was sent.
+  // Forgets the sent messages: nobody waits for their arrival any longer.
   void forget_sent() { sent_.clear(); }
   // Of what was sent and is kept until the peer has it (SentMessages).
   [[nodiscard]] std::uint64_t resend_bytes() const { return sent_.bytes(); }
-  // The messages that resume and that the peer may not have, in order. They count as never
-  // accepted: the connection to come counts them.
+  // The messages that resume and that may not have arrived, in order. Here they count as never
+  // accepted: the next connection's queue counts them.
   std::deque<OutMessage> take_unarrived();
   // Queues such messages of the connection before, ahead of all, and with them what comes before
   // `until` while some still wait (Replay).
@@ -149,7 +151,7 @@ class ChannelQueue {
   [[nodiscard]] bool keeps() const { return options_.keep; }
   [[nodiscard]] bool empty() const { return !open_ && waiting_.empty(); }
   [[nodiscard]] bool is_open() const { return open_.has_value(); }
-  // Where nothing is dropped by number, each message counts as some bytes beside its body.
+  // Where depth drops nothing, each message counts as kKeptMessageBytes in addition to its body.
   [[nodiscard]] std::uint64_t bytes() const {
     return counts_.queued_bytes + (options_.keep ? counts_.queued * kKeptMessageBytes : 0);
   }

@@ -12,7 +12,7 @@ namespace {
 // no clock.
 constexpr std::array<std::uint64_t, kPriorities + 1> kTicksPerByte = {0, 0, 1, 2, 8};
 constexpr std::size_t kLight = 1;
-constexpr std::size_t kStrict = 2;  // so many classes come before those that share
+constexpr std::size_t kStrict = 2;  // number of classes before those that share
 
 std::size_t index_of(Priority priority) {
   return priority == Priority::kUrgent ? 0 : static_cast<std::size_t>(priority) + 1;

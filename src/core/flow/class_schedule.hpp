@@ -16,8 +16,8 @@ namespace connect_bridge {
 // High, normal and bulk share by weight 8 : 4 : 1 in bytes, by start-time fair queueing: each class
 // has a clock that runs 1, 2 or 8 per byte sent, and the one that is behind goes next. It shares as
 // deficit round robin does, but without the burst of a whole quantum, which for the high class
-// would have to be eight of the bulk class's largest fragments. A class that was idle starts at the
-// present: it has no claim for the time in which it had nothing to send.
+// would have to be eight of the bulk class's largest fragments. The clock of a class that was idle
+// is set to the present: it gets nothing extra for the time in which it had nothing to send.
 class ClassSchedule {
  public:
   // The queue has something to send, now or when it has rested. Does nothing if it is in already.
@@ -31,7 +31,7 @@ class ClassSchedule {
   // The front queue has sent so many bytes; the next of its class is on turn. If it rests now it
   // has no turn until wake().
   void sent(std::size_t bytes);
-  // The front queue has nothing to send any more. With 0 bytes: it had nothing after all.
+  // The front queue has nothing more to send. 0 bytes: it had nothing to send.
   void sent_all(std::size_t bytes);
 
   // Those that have rested until now get their turns.

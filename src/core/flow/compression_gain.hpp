@@ -1,4 +1,4 @@
-// Whether compressing brings messages sooner to their end, as the last ones tell.
+// Decides from the last messages whether compression makes messages arrive sooner.
 #pragma once
 
 #include <cstddef>
@@ -10,20 +10,21 @@ namespace connect_bridge {
 class CompressionGain {
  public:
   // Whether a message of this size should be compressed for a path that carries `rate` bytes per
-  // second (0: not known, then not), if that takes `cost` seconds at both ends together. What has
-  // not shrunk lately is tried again now and then: content changes.
+  // second (0: not known, then not), if compression costs `cost` seconds at both ends together.
+  // After messages that did not shrink it is tried again from time to time, because content
+  // changes.
   [[nodiscard]] bool pays(std::size_t raw_bytes, double rate, double cost) {
     if (rate <= 0) return false;
     if (likely_pays(raw_bytes, rate, cost)) return true;
     return sooner(raw_bytes, kRatioHoped, rate, cost) && ++passed_ % kTryPeriod == 0;
   }
-  // The same without a try.
+  // The same, but without such an occasional try.
   [[nodiscard]] bool likely_pays(std::size_t raw_bytes, double rate, double cost) const {
     return rate > 0 && sooner(raw_bytes, ratio_, rate, cost);
   }
   // It did not become smaller.
   void note_in_vain() { ratio_ = 1; }
-  // What came of a try: the size in relation to the raw one.
+  // The result of a compression: compressed size divided by raw size.
   void note(double ratio) { ratio_ += (ratio - ratio_) / 4; }
   [[nodiscard]] double ratio() const { return ratio_; }
 

@@ -12,14 +12,14 @@ namespace connect_bridge {
 
 class ControlQueue {
  public:
-  // False: beyond so many bytes, and nothing was queued.
+  // False: it would exceed `bytes_max`, and nothing was queued.
   [[nodiscard]] bool push(std::string text, std::uint64_t bytes_max) {
     if (bytes_ + text.size() > bytes_max) return false;
     bytes_ += text.size();
     texts_.push_back(std::move(text));
     return true;
   }
-  // Only if there is one.
+  // The next text. Only if one waits.
   Packet take() {
     const std::string text = std::move(texts_.front());
     texts_.pop_front();

@@ -1,4 +1,4 @@
-// Brings messages that refer to the one before them into their raw form.
+// Decodes messages that were encoded against the message before them (deltas).
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ class DeltaDecoder {
   explicit DeltaDecoder(Budget& bases) : budget_(bases) {}
 
   // The raw message, which is its origin's base from now on. nullopt: it is not `wanted` (a limit),
-  // or refers to one that was not. kMalformed: damaged, or without a base; kTooLarge: more bases
-  // than a link may have.
+  // or its base was not. kMalformed: damaged, or without a base; kTooLarge: more bases than a link
+  // may have.
   Result<std::optional<Payload>> decode(const InMessage& message, bool wanted);
   void forget(Subject origin) { bases_.erase(origin.value); }
   void clear() { bases_.clear(); }

@@ -7,7 +7,7 @@
 namespace connect_bridge {
 namespace {
 
-// Both ends together, on a small processor (measured: half of it on a desktop's).
+// Encoding and decoding together, on a small processor (measured: half of that on a desktop).
 constexpr double kSeconds = 20e-6;
 constexpr double kSecondsPerByte = 20e-9;
 
@@ -34,10 +34,11 @@ std::optional<DeltaEncoder::Body> DeltaEncoder::encode(const Message& message, d
   Base* base = base_of(message);
   const Codec codec = codec_for(message, base);
   auto body = compressed(message, codec, base);
-  // What comes after a base shrinks more than that, so it is no disappointment.
+  // The deltas after a base shrink more than the base itself, so a base's own ratio is not noted as
+  // a bad result.
   const double ratio = body ? static_cast<double>(body->size()) / static_cast<double>(size) : 1;
   if (!body || codec != Codec::kZstdBase || ratio < gain_.ratio()) gain_.note(ratio);
-  // One that does not shrink by itself may do so against the last base, which still holds.
+  // A message that does not shrink alone may shrink against the last base, which is still valid.
   if (!body && base) base->deltas = 0;
   if (!body) return std::nullopt;
   const std::uint64_t room = makes_base(codec) ? size + kBaseOverheadBytes : 0;

@@ -1,4 +1,4 @@
-// Small messages leave as what is new in them, against the one before.
+// Encodes small messages as their difference to the message before.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ class DeltaEncoder {
   // Larger messages are not worth the loop's time: a worker compresses them. (16 KiB: 0.2 ms.)
   static constexpr std::size_t kBytesMin = 128;
   static constexpr std::size_t kBytesMax = 16 << 10;
-  // After so many messages of an origin one refers to nothing, so that a receiver that had to leave
-  // one out gets on.
+  // After so many deltas of an origin a message is sent without reference to a base, so that a
+  // receiver that had to skip one can go on.
   static constexpr std::uint32_t kDeltasMax = 128;
 
   // What is sent on the channel.
@@ -34,34 +34,35 @@ class DeltaEncoder {
   struct Body {
     Codec codec = Codec::kNone;
     Payload bytes;
-    // Of the base that the message will be: what is under way on several channels counts, too.
+    // Budget for the base that this message will be; bases that are being sent on several channels
+    // count as well.
     Budget::Hold room;
   };
 
-  // `bases`: of the link, outlives this. `has_origins`: else each message stands for itself.
+  // `bases`: of the link, outlives this. Without `has_origins` each message is encoded on its own.
   DeltaEncoder(Compression how, bool has_origins, Budget& bases)
       : how_(how), has_origins_(has_origins), budget_(bases) {}
 
-  // The body with which the message is to leave now, on a path that carries `rate` bytes per second
-  // (0: not known); nullopt: as it is.
+  // The body to send for the message now, on a path that carries `rate` bytes per second
+  // (0: not known); nullopt: send it unchanged.
   std::optional<Body> encode(const Message& message, double rate);
-  // A message has left whole, in this codec; `room`: of its body.
+  // The message has been sent completely, in this codec; `room`: that of its Body.
   void sent(const Message& message, Codec codec, Budget::Hold room);
   // The origin is gone.
   void forget(Subject origin) { bases_.erase(origin.value); }
-  // Demand or connection have ended.
+  // The demand or the connection has ended: the peer has no base.
   void clear() { bases_.clear(); }
 
  private:
   struct Base {
     std::uint16_t demand = 0;
     Payload raw;
-    std::uint32_t deltas = 0;  // since one referred to nothing
+    std::uint32_t deltas = 0;  // since the last message without a reference
     Budget::Hold bytes;
   };
-  // The one that the peer has for this demand.
+  // The base that the peer has for this demand; null if none.
   [[nodiscard]] Base* base_of(const Message& message);
-  // How the message goes; `base`: null if it has none.
+  // How the message is encoded; `base`: null if there is none.
   [[nodiscard]] Codec codec_for(const Message& message, const Base* base) const;
   [[nodiscard]] std::optional<Bytes> compressed(const Message& message, Codec codec,
                                                 const Base* base) const;

@@ -13,12 +13,12 @@
 
 namespace connect_bridge {
 
-// So much of each topic is kept whatever others hold of the memory: /tf_static and a description of
-// the robot must not go because peers fill it.
+// Each topic may keep so much even if the memory budget is used up: /tf_static and the robot
+// description must not be lost because peers fill the memory.
 inline constexpr std::uint64_t kHistoryFloorBytes = 1 << 20;
 
-// Keeps the last `depth` samples of each origin, all of them together within `bytes_max` (then the
-// oldest goes, whoever's it is; a sample larger than all of it is not kept).
+// Keeps the last `depth` samples of each origin, all together within `bytes_max` (beyond it the
+// oldest sample of any origin is dropped; a sample larger than `bytes_max` is not kept).
 class HistoryCache {
  public:
   struct Sample {
@@ -28,17 +28,17 @@ class HistoryCache {
     Payload payload;
   };
 
-  // Without limits until they are given. Depth 0: no limit but bytes.
+  // No limits until they are set. Depth 0: limited by bytes only.
   HistoryCache() = default;
   HistoryCache(std::uint32_t depth, std::uint64_t bytes_max)
       : depth_(depth), bytes_max_(bytes_max) {}
   void limit(std::uint32_t depth, std::uint64_t bytes_max);
-  // What is kept counts in this budget, too, which outlives this; where nothing is left of it the
-  // oldest goes, down to kHistoryFloorBytes.
+  // What is kept also counts in this budget, which outlives this; when the budget is used up, the
+  // oldest samples are dropped, down to kHistoryFloorBytes.
   void draw_from(Budget& memory) { held_ = memory.hold(bytes_); }
 
   void add(Sample sample);
-  // The origin is gone; with it go its samples.
+  // The origin is gone: forgets its samples.
   void remove(OriginId origin);
   void clear();
 
@@ -46,7 +46,7 @@ class HistoryCache {
   [[nodiscard]] const std::list<Sample>& samples() const { return samples_; }
   [[nodiscard]] std::size_t size() const { return samples_.size(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  // Samples that were given up for want of bytes: a late subscriber misses them.
+  // Samples that were dropped because of the byte limit: a late subscriber misses them.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:

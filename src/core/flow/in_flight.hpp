@@ -1,4 +1,4 @@
-// Messages that have left, and whose arrival at the peer somebody waits for.
+// Messages that were sent, and whose arrival at the peer is tracked.
 #pragma once
 
 #include <cstdint>
@@ -24,11 +24,12 @@ class InFlight {
     messages_.push_back({0, message});
     ++gathered_;
   }
-  // That packet ends behind so many bytes.
+  // The packet being gathered ends at this count of sent bytes.
   void packet_ends(std::uint64_t at) {
     for (; gathered_ > 0; --gathered_) messages_[messages_.size() - gathered_].end = at;
   }
-  // The next one that the peer has, which has received so many bytes; nullopt: there is no more.
+  // The next message that has arrived completely, given that the peer has received so many bytes;
+  // nullopt: no further one.
   [[nodiscard]] std::optional<Message> take_arrived(std::uint64_t received_bytes) {
     if (messages_.size() == gathered_ || messages_.front().end > received_bytes)
       return std::nullopt;
@@ -36,7 +37,7 @@ class InFlight {
     messages_.pop_front();
     return arrived;
   }
-  // The connection is another one.
+  // There is a new connection: forgets all.
   void clear() {
     messages_.clear();
     gathered_ = 0;

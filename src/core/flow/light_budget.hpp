@@ -1,4 +1,4 @@
-// How much small messages may pass others.
+// Limits how much small messages may overtake others.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,13 @@
 
 namespace connect_bridge {
 
-// What light messages (docs/flow.md, section 4) of a link may take together: little of what it
-// carries. Belongs to one connection.
+// How much all light messages (docs/flow.md, section 4) of a link may use together: a small share
+// of its rate. Belongs to one connection.
 class LightBudget {
  public:
   [[nodiscard]] bool ready(TimePoint now) const { return bytes_.ready(now); }
-  // `rate`: bytes per second that the path carries, `cap`: that may leave; 0: not known, none.
+  // `rate`: bytes per second that the path carries (0: not known); `cap`: limit in bytes per second
+  // (0: none).
   void take(std::size_t bytes, double rate, double cap, TimePoint now) {
     const double share = std::max(rate * kShare, kRateMin);
     bytes_.set_rate(cap > 0 ? std::min(share, cap * kShareOfCap) : share);

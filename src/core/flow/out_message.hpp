@@ -10,21 +10,21 @@
 
 namespace connect_bridge {
 
-// In the form in which it leaves.
+// In the form in which it is sent.
 struct OutMessage {
   Subject subject;
   std::uint16_t demand = 0;  // as in MessageFrame
-  Stamp stamp = 0;           // 0: not known, then it has no age
+  Stamp stamp = 0;           // 0: not known, so the message has no age
   std::uint64_t number = 0;  // as in MessageFrame
   Codec codec = Codec::kNone;
-  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size counts
+  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size is used
   Payload body;
-  bool tracked = false;  // the owner is told when the peer has it all (Outbox::take_delivered)
-  bool resumes = false;  // is kept until the peer has it all, for another connection
+  bool tracked = false;        // its arrival is reported to the owner (Outbox::take_delivered)
+  bool resumes = false;        // kept until it has arrived, to be sent again on another connection
   std::uint32_t sequence = 0;  // as in MessageFrame; 0: it was never begun
 };
 
-// What each counts beside its body where none is dropped by number.
+// What each message counts in addition to its body where depth drops nothing.
 inline constexpr std::uint64_t kKeptMessageBytes = 128;
 
 [[nodiscard]] inline std::uint64_t kept_bytes_of(const OutMessage& message) {

@@ -11,10 +11,9 @@ namespace {
 constexpr std::uint64_t kAskBytesMin = 4096;
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
-// below what every receiver takes.
+// below the size that every receiver accepts.
 OutboxOptions bounded(OutboxOptions options) {
-  // A fragment must find room in the window while acknowledgements for the other half are on their
-  // way.
+  // A fragment must fit into the window while acknowledgements for the other half are on their way.
   const auto half_window = std::max<std::uint64_t>(options.unacknowledged_bytes_max / 2, 1);
   const auto fragment_max = std::min<std::uint64_t>(half_window, kPacketBytesMax / 2);
   options.fragment_bytes = static_cast<std::uint32_t>(
@@ -45,7 +44,7 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
 }
 
 void Outbox::add_channel(ChannelId channel, QueueOptions options) {
-  // A burst of one topic must not displace what waits of others.
+  // A burst of one topic must not displace waiting messages of others.
   options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
   const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
   if (is_new) return;
@@ -90,7 +89,7 @@ void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint 
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
   schedule_.remove(at->second);
-  at->second.set_light(false);  // much comes at once
+  at->second.set_light(false);  // many messages come at once
   at->second.restart(left.last_sequence);
   change(at->second, [&](ChannelQueue& queue) {
     queue.go_on(std::move(left.messages), arrivals_, now, until);
@@ -138,9 +137,9 @@ void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now
 }
 
 void Outbox::keep_data_budget(Priority newest) {
-  // From bulk up to the class of what came: it takes the room of lower classes, never of a higher
-  // one. In its own class something waits to be dropped (itself, at the latest) before an open
-  // message is; otherwise none would ever be finished.
+  // From bulk up to the class of the new message: it displaces messages of lower classes, never of
+  // a higher one. In its own class a waiting message (at the latest the new one itself) is dropped
+  // before an open one; otherwise no open message would ever be completed.
   for (int i = kPriorities - 1; i >= static_cast<int>(newest); --i) {
     while (is_over() && drop_one_of(static_cast<Priority>(i))) {
     }
@@ -180,9 +179,10 @@ std::optional<Packet> Outbox::next(const Now& now) {
   const bool holds_data = controls_.empty() && add_data(now);
   if (packet_.empty()) return std::nullopt;
   cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
-  // What the cap holds back does not wait for the path: its rate is not to be learnt from this.
+  // Data that the cap holds back does not wait for the path, so nothing about the path's rate can
+  // be learnt from it.
   const bool more_waits = !schedule_.empty() && !cap_.holds(now.steady);
-  // Whatever the packets hold: the window must open again before it is full.
+  // Whatever is in the packets: ask for an acknowledgement before the window is full.
   const auto ask_bytes = std::max(options_.unacknowledged_bytes_max / 4, kAskBytesMin);
   const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
                     std::max(sent_bytes_ - asked_end_, kept_since_ask_) >= ask_bytes;
@@ -217,7 +217,8 @@ bool Outbox::add_data(const Now& now) {
     if (queue == nullptr) break;
     const auto part = queue->next_part_bytes(part_max);
     const auto packet_bytes = packet_.size() + part;
-    // What fits no packet ends this one; what fits the next one waits for it.
+    // A part that is too large for any gathered packet ends this packet; a part that fits the next
+    // packet waits for it.
     if (!packet_.empty() && packet_bytes > gather_max && part <= gather_max) break;
     if (!may_leave(*queue, packet_bytes, now)) break;
     take_part(*queue, part_max, now);
@@ -268,7 +269,8 @@ bool Outbox::window_allows(const ChannelQueue& queue, std::size_t packet_bytes) 
   const auto reserve = queue.priority() == Priority::kUrgent ? kUrgentReserveBytes : 0;
   const auto sent = unacknowledged_bytes() + packet_bytes + kAckRequestBytes;
   if (sent > options_.unacknowledged_bytes_max + reserve) return false;
-  // What left small may be large where it is kept: then only what would be kept, too, waits.
+  // A message that was sent compressed may be large in the resend buffer: when that is full, only
+  // messages that would be kept as well have to wait.
   return !queue.begins_resuming() || resend_bytes_ <= options_.unacknowledged_bytes_max;
 }
 

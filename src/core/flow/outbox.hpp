@@ -36,34 +36,34 @@ namespace connect_bridge {
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);
-  Outbox(Outbox&&) = default;  // channels keep their addresses, so that the schedule stays right
+  Outbox(Outbox&&) = default;  // channels keep their addresses, so the schedule stays valid
   Outbox& operator=(Outbox&&) = default;
 
-  // A channel that exists already gets the new options and keeps its queue and counts.
+  // An existing channel gets the new options and keeps its queue and counts.
   void add_channel(ChannelId channel, QueueOptions options);
   // What may not have arrived when a connection was lost, and the last sequence number there.
   struct Unarrived {
     std::deque<OutMessage> messages;
     std::uint32_t last_sequence = 0;
   };
-  // The channel, on which nothing was sent, takes the place of one on an earlier connection: what
-  // that one had left comes first, and the numbers go on (ChannelQueue::go_on).
+  // The channel, on which nothing was sent yet, continues one of an earlier connection: the
+  // messages that were left there come first, and the sequence numbers go on (ChannelQueue::go_on).
   void go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until);
   [[nodiscard]] bool goes_on(ChannelId channel) const;
   [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
-  // Drops what is queued (counted as kWithdrawn) and forgets the channel; its last counts are
-  // returned. An open message just ends: send `withdraw` after this call, the receiver then forgets
+  // Drops what is queued (counted as kWithdrawn), forgets the channel and returns its last counts.
+  // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets
   // its unfinished message (Reassembly::forget).
   ChannelCounts remove_channel(ChannelId channel);
   // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
   void clear_channel(ChannelId channel);
-  // The peer is told that the origin is gone from the channel: its base (DeltaEncoder) goes, too.
+  // The peer knows that the origin has left the channel: forgets its base (DeltaEncoder).
   void forget_base(ChannelId channel, OriginId origin);
 
-  // Queues a message; what the channel's policy displaces is dropped and counted. A channel that is
-  // not there (any more) takes nothing.
+  // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
+  // that does not exist (any more) it does nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
-  // Queues a control text. False when control_bytes_max is passed: close the link with kSlowPeer.
+  // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {
     return controls_.push(std::move(text), options_.control_bytes_max);
   }
@@ -84,7 +84,7 @@ class Outbox {
     schedule_.wake(now.steady);
   }
 
-  // What the peer has received in total. False: more than was sent (kIllegal).
+  // The peer acknowledges what it has received in total. False: more than was sent (kIllegal).
   [[nodiscard]] bool acknowledge(const Arrival& ack, const Now& now);
 
   // The tracked messages whose last byte the peer has acknowledged since the last call, in the
@@ -104,45 +104,45 @@ class Outbox {
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;
   // Body bytes of the channel that are not handed out yet.
   [[nodiscard]] std::uint64_t left_bytes(ChannelId channel) const;
-  // Bodies that wait or are partly sent; never beyond data_bytes_max. Without those of channels
-  // that keep: their owner bounds them.
+  // Bytes of bodies that wait or are partly sent; never more than data_bytes_max. Channels with
+  // `keep` do not count: their owner limits them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
   [[nodiscard]] std::uint64_t control_bytes() const { return controls_.bytes(); }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
-  // Before channels are added. What waits, and the bases, count there, too; where nothing is left
-  // of it, data is dropped as at data_bytes_max. It outlives this.
+  // To be called before channels are added. Waiting data and the bases count in this budget too;
+  // when it is used up, data is dropped as at data_bytes_max. It outlives this.
   void draw_from(Budget& memory) {
     bases_ = std::make_unique<Budget>(&memory);
     held_ = memory.hold(0);
   }
   // What is known of the link's rate and queue.
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
-  // Bytes per second that can be had, as far as it can be told: what the path carries, but not more
-  // than the link's cap. 0: nothing tells.
+  // Estimated bytes per second that can be sent: what the path carries, but not more than the
+  // link's cap. 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
 
  private:
   Packet next_control(const Now& now);
-  // A small message of a channel without a priority of its own leaves right behind the urgent ones,
-  // as long as such messages take little of what the link carries; else all that waits on the
-  // channel goes with its class.
+  // A small message of a channel without a configured priority leaves right after the urgent ones,
+  // as long as such messages use little of the link's rate; otherwise all that waits on the channel
+  // is sent with its class.
   void judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now);
   // Whether it added any.
   bool add_data(const Now& now);
-  // Whether this data may leave now; else held_until_ tells when, as far as it is known.
+  // Whether this data may leave now; otherwise sets held_until_, if the time is known.
   bool may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now);
   void take_part(ChannelQueue& queue, std::uint32_t part_max, const Now& now);
   // The queue on turn, without what is too old; null when all are empty.
   ChannelQueue* next_queue(const Now& now);
   // Whether the window lets a packet of this size with data of this class go.
   [[nodiscard]] bool window_allows(const ChannelQueue& queue, std::size_t packet_bytes) const;
-  // Makes room for what was just pushed with this priority.
+  // Makes room for the message that was just pushed with this priority.
   void keep_data_budget(Priority newest);
   [[nodiscard]] bool is_over();
-  // The oldest that waits, else an open one; false when the class has nothing.
+  // Drops the oldest waiting message, else an open one; false when the class has none.
   bool drop_one_of(Priority priority);
   [[nodiscard]] std::uint64_t& bytes_of(const ChannelQueue& queue) {
     return queue.keeps() ? kept_bytes_ : data_bytes_;

@@ -12,22 +12,24 @@ struct OutboxOptions {
   // keeps an urgent message 2 ms behind a part at 1 Gbit/s. At most half of
   // unacknowledged_bytes_max is used.
   std::uint32_t fragment_bytes = 256 << 10;
-  // Small parts are gathered into a packet up to this size (likewise); a part larger than it ends
-  // the packet.
+  // Small parts are gathered into a packet up to this size (reduced in the same way); a larger part
+  // ends the packet.
   std::uint32_t packet_bytes = 65536;
-  // How long what is not urgent may keep the queues on the way; zero: as long as they take it.
+  // How much delay data that is not urgent may cause in the queues on the path; zero: no limit, it
+  // is sent as fast as TCP accepts it.
   Duration queue_delay_target = std::chrono::milliseconds(2);
-  // Of IP packets (LinkCap). What is not urgent is held back for it; 0: no limit.
+  // Bytes of IP packets (LinkCap). Data that is not urgent is held back to keep it; 0: no limit.
   std::uint64_t bytes_per_second_max = 0;
   // Binary packet bytes sent and not yet acknowledged.
   std::uint64_t unacknowledged_bytes_max = 16 << 20;
-  // Of control texts; beyond: the link closes with kSlowPeer.
+  // Bytes of waiting control texts; beyond it the connection closes with kSlowPeer.
   std::uint64_t control_bytes_max = 8 << 20;
-  // Bodies in all channels' queues together; beyond: the oldest of the lowest class goes.
+  // Bytes of bodies in the queues of all channels together; beyond it the oldest message of the
+  // lowest class is dropped.
   std::uint64_t data_bytes_max = 64 << 20;
 };
 
-// By how much urgent messages may pass unacknowledged_bytes_max. Acks, time frames and aborts are
+// By how much urgent messages may exceed unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait
 // for ever.
 inline constexpr std::uint64_t kUrgentReserveBytes = 64 << 10;

@@ -10,17 +10,17 @@ using namespace std::chrono_literals;
 
 constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
-// Below that headers cost more than the delay is worth.
+// Smaller parts would cost more in headers than they gain in delay.
 constexpr std::uint32_t kPartBytesMin = 600;
 constexpr std::uint32_t kUnsentBytesMin = 3 * 1460;  // full segments
-// A path this fast is not what makes others wait, but the processors at its ends; nor is one this
-// short while its rate is not known: what is sent at once is soon through.
+// On so fast a path the processors at its ends cause the delay, not the path. The same holds for so
+// short a path while its rate is not known: what is sent at once arrives soon.
 constexpr double kFastRate = 100e6;  // bytes per second
 constexpr Duration kNear = 2ms;      // round trip
 constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 65536;
-constexpr Duration kCredit = 1ms;     // what a late wake-up may catch up with
-constexpr Duration kDebtMax = 100ms;  // of urgent data, which is never held back
+constexpr Duration kCredit = 1ms;     // what may be caught up after a late wake-up
+constexpr Duration kDebtMax = 100ms;  // by urgent data, which is never held back
 constexpr double kBoostMax = 1;
 constexpr Duration kEmptyPeriod = 5s;
 constexpr Duration kLonePeriod = 1s;
@@ -46,8 +46,8 @@ TimePoint Pacer::next_at(TimePoint now) const {
   return rate_ == 0 ? now : free_at_;
 }
 
-// What the path carries in a round trip, and a little more. When the path becomes slower this stops
-// the sender before anything is measured.
+// What the path carries in a round trip, plus a little. When the path becomes slower, this stops
+// the sender before a new rate is measured.
 std::uint64_t Pacer::window() const {
   const bool near = path_.round_trip() < kNear;
   if (rate_ == 0) return static_cast<std::uint64_t>(near ? kNearFirstBytes : Path::kFirstBytes);
@@ -64,7 +64,8 @@ bool Pacer::acks_are_late(TimePoint now) const {
   return now - *since > path_.round_trip() + ask_period() + 2 * target_ + 3 * path_.lateness();
 }
 
-// A small message alone tells little; its acknowledgement comes by itself.
+// A single small message gives little information; its acknowledgement comes without being asked
+// for.
 bool Pacer::wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const {
   if (target_ <= Duration::zero()) return false;
   const bool alone = !more_waits && path_.in_flight_bytes() + bytes < kUnknownPartBytes;
@@ -122,15 +123,16 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
     round_limited_ = false;
   }
   const double before = rate_;
-  // The window alone holds back what is slower, and by its acknowledgements more is found.
+  // Below this rate the window alone limits sending, and its acknowledgements show whether more is
+  // possible.
   const double least = kWindowMin / seconds(path_.round_trip());
   rate_ = std::clamp(gain() * carries(), least, kRateMax);
-  // What is owed are bytes.
+  // The debt is in bytes, so its duration changes with the rate.
   if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
 }
 
-// A queue of our own is gone a little after we send less. One that does not shrink is somebody
-// else's: to hold back would not make it shorter, and starve us.
+// Our own queue disappears soon after we send less. A queue that does not shrink belongs to
+// somebody else: holding back would not shorten it, and we would starve.
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
@@ -146,7 +148,7 @@ void Pacer::judge_queue(TimePoint now) {
     full_.queue = std::max(full_.queue, queue);
     competes_ = competes_ || now - full_.since > 2 * full_.queue + 10 * path_.round_trip();
   }
-  // What is taken for the shortest delay may be a queue: now and then the path is seen empty.
+  // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
   if (now - empty_at_ > kEmptyPeriod) {
     drain_end_ = path_.sent_bytes();
     empty_at_ = now;
@@ -157,7 +159,8 @@ void Pacer::end_round(bool limited) {
   if (limited) return;
   const double error = (target() - seconds(path_.queue())) / target();
   if (starting_) {
-    // A delay alone may be the path's own; the limit is where sending more brings no more.
+    // A delay alone may come from the path itself; the limit is reached where sending more does not
+    // deliver more.
     const double before = std::exchange(round_delivery_, path_.delivery());
     starting_ = error > -1 || path_.delivery() > 1.25 * before;
     return;
@@ -171,18 +174,19 @@ void Pacer::end_round(bool limited) {
 double Pacer::gain() const {
   if (starting_) return 2;
   const double missing = target() - seconds(path_.queue());
-  const double loop = seconds(path_.round_trip()) + 0.005;  // how late its answer comes
+  const double loop = seconds(path_.round_trip()) + 0.005;  // how late its acknowledgement comes
   return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
 }
 
-// A part waits for itself, too. And where the delay shakes without us, to hold back would not make
-// it shorter.
+// A part's own time on the wire counts as well. And where the delay varies without our doing,
+// holding back would not shorten it.
 double Pacer::target() const {
   return std::max({seconds(target_), 1.5 * part_bytes(kNearPartBytes) / path_.delivery(),
                    seconds(path_.jitter()) / 3});
 }
 
-// While too much queues, what arrived last counts, else the best of a few round trips.
+// While the queue is too long, the last measured rate is used, otherwise the best of a few round
+// trips.
 double Pacer::carries() const {
   const double most = path_.delivery();
   return seconds(path_.queue()) > 3 * target() ? std::min(path_.latest_delivery(), most) : most;

@@ -1,5 +1,5 @@
 // How fast what is not urgent may leave: as fast as the path delivers and no faster, so that the
-// queues on the way stay short. docs/flow.md tells the idea and where it comes from.
+// queues on the way stay short. docs/flow.md explains the idea and where it comes from.
 #pragma once
 
 #include <cstddef>
@@ -13,11 +13,11 @@ namespace connect_bridge {
 // Belongs to one connection. Counts are bytes of binary packets since the connection opened.
 class Pacer {
  public:
-  // `target`: the delay on the way that data which is not urgent may cause; zero: nothing is held
-  // back.
+  // `target`: the queueing delay on the path that data which is not urgent may cause; zero: nothing
+  // is held back.
   explicit Pacer(Duration target) : target_(target) {}
 
-  // When data that is not urgent may leave: now, or at a time to come; kNever: not before the next
+  // When data that is not urgent may leave: now or later; kNever: not before the next
   // acknowledgement.
   [[nodiscard]] TimePoint next_at(TimePoint now) const;
   static constexpr TimePoint kNever = TimePoint::max();
@@ -32,8 +32,8 @@ class Pacer {
   // How much may wait in the kernel.
   [[nodiscard]] std::uint32_t unsent_bytes() const;
 
-  // Bytes per second that the path carries, as far as it can be told: until a rate is measured that
-  // is what a new connection may send at once. 0: nothing tells, or both ends are near each other.
+  // Estimated bytes per second that the path carries: until a rate is measured, what a new
+  // connection may send at once. 0: not known, or the round trip is very short.
   [[nodiscard]] double assumed_rate() const;
 
   // ---- for people and tests
@@ -51,25 +51,25 @@ class Pacer {
   [[nodiscard]] double target() const;
   [[nodiscard]] double carries() const;
   [[nodiscard]] std::uint64_t window() const;
-  // Acknowledgements are missing: the path has become slower, or stands.
+  // Acknowledgements are overdue: the path has become slower or has stopped.
   [[nodiscard]] bool acks_are_late(TimePoint now) const;
 
   Duration target_;
   Path path_;
   bool starting_ = true;
   bool competes_ = false;  // somebody else fills the queues of the path
-  // Nothing leaves until so much is acknowledged, to see the path empty.
+  // Nothing leaves until this byte count is acknowledged, to see the path empty.
   std::uint64_t drain_end_ = 0;
-  double trim_ = 0;              // what the control has learnt that the measured rate is wrong by
-  double boost_ = 0;             // while nothing queues: faster and faster
+  double trim_ = 0;              // correction of the measured rate that the control has learnt
+  double boost_ = 0;             // extra rate, which grows while nothing queues
   std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
   double round_delivery_ = 0;    // of the path when the last one ended
-  bool round_limited_ = false;   // in it the traffic, not the path, made the rate
+  bool round_limited_ = false;   // in this round the traffic, not the path, limited the rate
   struct Episode {
     TimePoint since{};
     Duration queue{};
   };
-  Episode full_;          // since when the queue is too long, and how long it was then
+  Episode full_;          // since when the queue is too long, and its length at that time
   TimePoint empty_at_{};  // when the path was last seen nearly empty
   double rate_ = 0;       // bytes per second at which packets leave; 0: not known
   TimePoint free_at_{};   // when what has left is paid for

@@ -28,7 +28,7 @@ void PacketBuilder::add(const Frame& frame, const Payload& body, std::size_t off
 
 Packet PacketBuilder::finish() {
   Packet packet;
-  // The copy has the exact size: a packet may wait long at the socket, the builder's buffer is
+  // The copy has the exact size: a packet may wait long at the socket, and the builder's buffer is
   // large.
   const auto head = Payload::copy_of(head_);
   if (referred_.empty()) {

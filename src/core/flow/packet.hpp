@@ -14,13 +14,14 @@ namespace connect_bridge {
 struct Packet {
   bool text = false;
   std::vector<Payload> pieces;
-  // The next one is asked for when fewer bytes than this wait unsent below; 0: as the one before.
+  // The next packet is pulled when fewer bytes than this are unsent in the socket; 0: as for the
+  // packet before.
   std::uint32_t unsent_bytes_max = 0;
   [[nodiscard]] std::size_t size() const;
 };
 
-// Parts up to this size are copied beside their headers, so that many small messages leave as one
-// piece; larger ones are referred to where they lie.
+// Parts up to this size are copied next to their headers, so that many small messages leave as one
+// piece; larger ones are sent from where they are, without a copy.
 inline constexpr std::size_t kCopiedPartBytesMax = 512;
 
 // Gathers frames into one binary packet. Its buffers are kept from packet to packet.
@@ -33,12 +34,12 @@ class PacketBuilder {
 
   [[nodiscard]] std::size_t size() const { return head_.size() + referred_bytes_; }
   [[nodiscard]] bool empty() const { return head_.empty(); }
-  // What was gathered; empty afterwards.
+  // Returns what was gathered; the builder is empty afterwards.
   Packet finish();
 
  private:
   struct Referred {
-    std::size_t head_end;  // it comes behind so many bytes of the head
+    std::size_t head_end;  // the piece follows after so many bytes of the head
     Payload part;
   };
   Bytes head_;

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kRateSpanMin = 10ms;
 constexpr Duration kRateWindowMin = 100ms;
-constexpr Duration kJitterMax = 25ms;  // more is an event, not a habit
+constexpr Duration kJitterMax = 25ms;  // more is a single event, not usual jitter
 constexpr std::size_t kArrivalsMax = 512;
 
 Duration nanoseconds(double count) {
@@ -24,7 +24,7 @@ Duration Path::round_trip() const {
 }
 
 void Path::sent(const SentPacket& packet) {
-  if (idle()) {  // what was measured before the pause is over
+  if (idle()) {  // what was measured before the pause no longer counts
     arrivals_.clear();
     waited_.clear();
     waited_most_.clear();
@@ -53,7 +53,8 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
     covered.limited = covered.limited || last->end <= limited_end_;
   }
   if (!last) return std::nullopt;
-  // The time is that of the last byte: of a packet without data, perhaps, that left later.
+  // The time in the acknowledgement belongs to the last byte, which may be that of a later packet
+  // without data.
   if (last->end == ack.received_bytes) measure_delay(*last, ack, now);
   const bool stood = stood_end_ > 0;
   measure_rate(ack, covered.limited, now);
@@ -76,14 +77,14 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
   jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;
   queue_ = nanoseconds(std::max(waited_.get(), 0.0));
-  if (!last.asks) return;  // others are acknowledged when it suits the peer
+  if (!last.asks) return;  // the peer acknowledges the others later, at a time of its own
   const Duration took = now - last.at;
   round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
   lateness_ += (took - nanoseconds(round_trip_.get()) - lateness_) / 16;
 }
 
-// Nothing arrived for more than a round trip, and not because nothing had left: a loss is mended, a
-// cellular link was away, or the rate has fallen.
+// Nothing arrived for more than a round trip although data had been sent: TCP has repaired a loss,
+// a cellular link was interrupted, or the rate has fallen.
 bool Path::has_stood(const Arrival& ack) const {
   if (arrivals_.empty()) return false;
   const auto gap = static_cast<double>(ack.at - arrivals_.back().arrival.at);
@@ -91,19 +92,20 @@ bool Path::has_stood(const Arrival& ack) const {
   return gap > least && waited_now_ > gap / 2;
 }
 
-// Between arrivals by the peer's clock, so that acknowledgements that come in a bunch do not look
-// like a fast path.
+// Measured between arrivals by the peer's clock, so that acknowledgements that come in a bunch do
+// not look like a fast path.
 void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   const auto span = std::max(round_trip() / 2, kRateSpanMin).count();
   if (has_stood(ack)) stood_end_ = sent_bytes_;
-  // What arrives in a bunch after the path stood tells of its rate only with the time it stood.
+  // Data that arrives in a bunch after the path stood still shows the path's rate only if that time
+  // is included.
   const bool bunch = stood_end_ > 0 && arrivals_.size() > 1;
   if (bunch) {
     arrivals_.back() = {ack, limited || arrivals_.back().limited};
   } else {
     arrivals_.push_back({ack, limited});
   }
-  // A peer whose clock stands would fill the memory.
+  // Otherwise a peer whose clock stands still would fill the memory.
   while (!bunch && arrivals_.size() > 2 &&
          (ack.at - arrivals_[1].arrival.at >= span || arrivals_.size() > kArrivalsMax))
     arrivals_.pop_front();
@@ -112,10 +114,10 @@ void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   if (took < span / 2) return;
   const double rate = static_cast<double>(ack.received_bytes - first.received_bytes) * 1e9 /
                       static_cast<double>(took);
-  // Behind one that is limited there was a pause.
+  // After a limited arrival there was a pause.
   const bool any_limited = std::any_of(arrivals_.begin(), arrivals_.end(),
                                        [](const Counted& counted) { return counted.limited; });
-  // Little traffic tells nothing of what the path could carry.
+  // Little traffic does not show what the path could carry.
   const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();
   if (any_limited && rate < std::max(delivery_.get(), first_rate)) return;
   latest_delivery_ = rate;

@@ -1,4 +1,4 @@
-// What the acknowledgements tell of the path to the peer: its rate, its delay, its queue.
+// What the acknowledgements show about the path to the peer: its rate, its delay, its queue.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@
 
 namespace connect_bridge {
 
-// A packet with data that left. `end`: bytes sent up to its last one.
+// A packet with data that was sent. `end`: bytes sent up to and including its last one.
 struct SentPacket {
   std::uint64_t end = 0;
   std::uint32_t bytes = 0;
   TimePoint at{};
   bool asks = false;        // for an acknowledgement at once
-  bool more_waits = false;  // there was more to send behind it
+  bool more_waits = false;  // more data waited to be sent after it
 };
 
-// What the peer tells: so many bytes had arrived, the last of them at `at` by its steady clock, in
-// ns from any beginning.
+// An acknowledgement: so many bytes had arrived at the peer, the last one at `at` by its steady
+// clock, in ns since an arbitrary start.
 struct Arrival {
   std::uint64_t received_bytes = 0;
   Stamp at = 0;
@@ -30,16 +30,16 @@ struct Arrival {
 class Path {
  public:
   void sent(const SentPacket& packet);
-  // All is acknowledged, and there was nothing more to send.
+  // Everything is acknowledged, and there was nothing more to send.
   [[nodiscard]] bool idle() const { return flight_.empty() && limited_end_ == sent_bytes_; }
 
   // What an acknowledgement covers.
   struct Covered {
     std::uint64_t end = 0;
-    bool limited = false;    // the traffic, not the path, made the rate
-    bool recovered = false;  // the last of what was on its way when the path stood
+    bool limited = false;    // the traffic, not the path, limited the rate
+    bool recovered = false;  // the last data that was on its way when the path stood still
   };
-  // Nullopt: it tells nothing new.
+  // Nullopt: it acknowledges nothing new.
   std::optional<Covered> acknowledged(const Arrival& ack, TimePoint now);
 
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
@@ -48,7 +48,7 @@ class Path {
   [[nodiscard]] std::uint64_t in_flight_bytes() const { return in_flight_bytes_; }
   [[nodiscard]] std::uint64_t bytes_since_asked() const { return sent_bytes_ - asked_end_; }
   [[nodiscard]] TimePoint asked_at() const { return asked_at_; }
-  // Since when an acknowledgement is waited for that was asked for.
+  // Since when a requested acknowledgement is waited for.
   [[nodiscard]] std::optional<TimePoint> waits_since() const {
     return asks_.empty() ? std::nullopt : std::optional(asks_.front());
   }
@@ -56,14 +56,14 @@ class Path {
   // The shortest of the last kBaseWindow, at least kRoundTripMin; kRoundTripUnknown before.
   [[nodiscard]] Duration round_trip() const;
   [[nodiscard]] bool knows_round_trip() const { return !round_trip_.empty(); }
-  // By how much acknowledgements come later than that, on the average.
+  // By how much acknowledgements come later than that, on average.
   [[nodiscard]] Duration lateness() const { return lateness_; }
-  // How long packets wait on the way there: the least of the last round trip.
+  // How long packets wait in queues on the way to the peer: the minimum of the last round trip.
   [[nodiscard]] Duration queue() const { return queue_; }
-  // By how much the delay shakes within a round trip, on the average: what the path does by itself.
+  // By how much the delay varies within a round trip, on average: the path's own jitter.
   [[nodiscard]] Duration jitter() const { return jitter_; }
-  // Bytes per second, the most of the last four round trips, and of the last half one. 0: not
-  // known.
+  // Bytes per second: the maximum of the last four round trips, and that of the last half round
+  // trip. 0: not known.
   [[nodiscard]] double delivery() const { return delivery_.get(); }
   [[nodiscard]] double latest_delivery() const { return latest_delivery_; }
 
@@ -86,11 +86,11 @@ class Path {
   std::uint64_t sent_bytes_ = 0;
   std::uint64_t acked_bytes_ = 0;
   std::uint64_t in_flight_bytes_ = 0;
-  std::uint64_t limited_end_ = 0;  // up to here there was not always more to send
+  std::uint64_t limited_end_ = 0;  // up to this byte count there was not always more to send
   std::uint64_t asked_end_ = 0;
-  std::deque<TimePoint> asks_;  // when those of flight_ left that ask
+  std::deque<TimePoint> asks_;  // when those of flight_ that ask were sent
   TimePoint asked_at_{};
-  // What left before the path was seen to have stood, and is on its way still.
+  // End of what was sent before the path was found to have stood still; it is still on its way.
   std::uint64_t stood_end_ = 0;
 
   // Nanoseconds. The clocks' offset is unknown and does not matter: only differences count.
@@ -103,7 +103,7 @@ class Path {
   Duration lateness_{};
   Duration queue_{};
   Duration jitter_{};
-  std::deque<Counted> arrivals_;  // of the last half round trip, and one before
+  std::deque<Counted> arrivals_;  // of the last half round trip, and the one before these
   double waited_now_ = 0;         // of the last arrival
 };
 

@@ -5,7 +5,7 @@
 namespace connect_bridge {
 namespace {
 
-// A price beyond this is as good as never, and keeps sums far from the end of the time line.
+// A longer price would be as good as "never"; the limit also prevents an overflow of time points.
 constexpr Duration kPriceMax = std::chrono::hours(24 * 365);
 
 Duration price_of(double amount, double per_second) {
@@ -15,8 +15,9 @@ Duration price_of(double amount, double per_second) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
-// A camera of exactly max_rate must pass although its clock and the network shake; a quarter of a
-// period is too little to let every third message of a twice as fast one through.
+// A camera with exactly max_rate must pass in spite of jitter of its clock and the network. A
+// quarter of a period is small enough that of a source with twice the rate still only every second
+// message passes.
 Duration message_slack(double max_rate) {
   return max_rate > 0 ? price_of(0.25, max_rate) : Duration::zero();
 }

@@ -9,9 +9,9 @@
 
 namespace connect_bridge {
 
-// Lets amounts pass at a rate, on average exactly. An amount of any size passes when those before
-// it are paid off; `slack` is how much too early it may come (jitter of a periodic source, a small
-// burst).
+// Lets amounts pass at a rate that is exact on average. An amount of any size passes when those
+// before it are paid for; `slack` is how much too early it may come (jitter of a periodic source, a
+// small burst).
 class Throttle {
  public:
   Throttle() = default;  // no limit
@@ -22,14 +22,14 @@ class Throttle {
     return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
   }
   void take(double amount, TimePoint now);
-  // From now on at another rate; what passed stays paid or owed as it is.
+  // Uses another rate from now on; what is paid or owed does not change.
   void set_rate(double per_second) { per_second_ = per_second; }
   [[nodiscard]] double rate() const { return per_second_; }
 
  private:
   double per_second_ = 0;  // 0: no limit
   Duration slack_{};
-  TimePoint paid_ = TimePoint::min();  // when all that passed is paid off
+  TimePoint paid_ = TimePoint::min();  // when nothing is owed any more
 };
 
 class RateLimit {
@@ -38,7 +38,7 @@ class RateLimit {
   // Messages and bytes per second; 0: no limit.
   RateLimit(double max_rate, std::uint64_t bytes_per_second_max);
 
-  // Whether a message of this size may pass now; then it counts. A false is a drop (kRate).
+  // Whether a message of this size may pass now; if so, it is counted. False: drop it (kRate).
   [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
   // Whether these are its rates.
   [[nodiscard]] bool is(double max_rate, std::uint64_t bytes_per_second_max) const {

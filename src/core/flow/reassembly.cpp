@@ -56,7 +56,7 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
     return std::optional<InMessage>{std::move(message)};
   }
   const bool fits = !memory_ || frame.body_bytes <= memory_->room();
-  // Later messages refer to one that makes a base, so that it cannot be left out.
+  // Later messages refer to a message that makes a base, so it cannot be skipped.
   if (keep && !fits && makes_base(frame.codec))
     return refusal(CloseCode::kTooLarge, frame.channel,
                    "no memory is left for unfinished messages");
@@ -71,7 +71,8 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
   auto& open = stream.open.emplace(Open{std::move(message), missing, kept, {}, {}});
   if (kept == 0) return std::optional<InMessage>{};
   if (memory_) open.memory = memory_->hold(kept);
-  // All at once: it is within the budget, and pages that the peer never fills are never touched.
+  // Reserves all at once: it is within the budget, and memory pages that the peer never fills are
+  // never touched.
   open.body.reserve(frame.body_bytes);
   open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
   return std::optional<InMessage>{};

@@ -40,17 +40,18 @@ class Reassembly {
  public:
   explicit Reassembly(ReassemblyOptions options) : options_(options) {}
 
-  // What is unfinished counts in this budget, too, which outlives this. A message that finds no
-  // room there arrives without its body (InMessage::kept).
+  // Unfinished messages also count in this budget, which outlives this. If it has no room for a
+  // message, that message arrives without its body (InMessage::kept).
   void draw_from(Budget& memory) { memory_ = &memory; }
 
   // `packet` is the packet in which the frame's part lies: a message that is whole in one frame
-  // becomes a slice of it, without a copy. `keep`: of one that is dropped anyway the parts are
-  // checked, but take no memory and none of the budget; its body stays empty.
+  // becomes a slice of it, without a copy. `keep`: false for a message that will be dropped anyway;
+  // its parts are checked, but take no memory and no budget, and its body stays empty.
   Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet,
                                               bool keep = true);
   Result<std::optional<InMessage>> on_part(const PartFrame& frame);
-  // The channel, on which nothing has come, goes on behind this sequence of another connection.
+  // The channel, on which nothing has arrived yet, continues after this sequence of an earlier
+  // connection.
   void go_on(ChannelId channel, std::uint32_t sequence) {
     streams_[channel].last_sequence = sequence;
   }

@@ -1,4 +1,5 @@
-// What of one channel was sent, is to go over to another connection, and may not have arrived.
+// Sent messages of one channel that may not have arrived and are to be sent again on the next
+// connection.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +31,7 @@ class SentMessages {
   void clear() { static_cast<void>(take()); }
   // Bodies, and kKeptMessageBytes for each.
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  // Empty afterwards.
+  // Returns all; empty afterwards.
   std::deque<Sent> take() {
     bytes_ = 0;
     return std::exchange(sent_, {});

@@ -1,4 +1,4 @@
-// The least or the most of what was seen lately.
+// The minimum or maximum of recent values.
 #pragma once
 
 #include <deque>
@@ -8,12 +8,12 @@
 
 namespace connect_bridge {
 
-// Keeps only values that may still become the extreme: a new one displaces all that it beats, and
-// of those that follow closely the first is enough. So at most kSteps are kept.
+// Keeps only values that may still become the extreme: a new value removes all that it exceeds, and
+// of values close in time only the first is kept. So at most kSteps are kept.
 template <class Value>
 class WindowExtreme {
  public:
-  // Sign +1: the most, -1: the least.
+  // Sign +1: maximum, -1: minimum.
   explicit WindowExtreme(int sign) : sign_(sign) {}
 
   void add(Value value, TimePoint now, Duration window) {

@@ -13,11 +13,12 @@ namespace connect_bridge {
 
 class LocalActions {
  public:
-  // True if an action became whole, or is no longer: its three services have real servers, and its
-  // two topics real publishers.
+  // True if an action became whole or stopped being whole. Whole: its three services have real
+  // servers, and its two topics have real publishers.
   bool update(const GraphView& graph, const Claims& claims);
 
-  // Of a part: the type of its action, or nullopt while that is not whole. Of anything else: empty.
+  // For a part of an action: the action's type, or nullopt while the action is not whole. For
+  // anything else: an empty text.
   [[nodiscard]] std::optional<std::string> type_of(InterfaceKind kind, const std::string& name,
                                                    const std::string& type) const;
 

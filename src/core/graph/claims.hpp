@@ -1,5 +1,5 @@
 // Which bridge mirrors which origin in the local graph, so that two bridges between the same two
-// graphs multiply nothing: of several claims the one of the smallest side id holds.
+// graphs duplicate nothing: of several claims the one with the smallest side id wins.
 #pragma once
 
 #include <string_view>
@@ -21,8 +21,8 @@ class Claims {
 
   // `publisher` is the gid of the bridge's publisher on the claims topic. True if anything changed.
   bool update(const Gid& publisher, Claim claim);
-  // Forgets the claims of bridges that were in the graph before and are not now. (A claim may come
-  // before the picture of the graph in which its bridge is.) True if anything changed.
+  // Forgets the claims of bridges that were in the graph before and are not there now. (A claim may
+  // arrive before the first graph snapshot that shows its bridge.) True if anything changed.
   bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now);
   // The bridge of this side id is in our own graph.
   [[nodiscard]] bool is_here(const Token128& side) const;

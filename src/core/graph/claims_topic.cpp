@@ -34,13 +34,14 @@ bool ClaimsTopic::on_taken(const MessageTaken& taken, Claims& claims, bool& chan
 
 bool ClaimsTopic::on_failed(const SubscriptionFailed& failed) {
   if (failed.subscription != subscription_) return false;
-  outputs_.log(LogLevel::kError, "cannot watch for other bridges: " + failed.reason);
+  outputs_.log(LogLevel::kError,
+               "cannot subscribe to the claims of other bridges: " + failed.reason);
   return true;
 }
 
 bool ClaimsTopic::on_failed(const MirrorFailed& failed) {
   if (failed.mirror != mirror_) return false;
-  outputs_.log(LogLevel::kError, "cannot tell other bridges of this one: " + failed.reason);
+  outputs_.log(LogLevel::kError, "cannot publish the claims for other bridges: " + failed.reason);
   return true;
 }
 

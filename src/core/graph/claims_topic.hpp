@@ -11,7 +11,7 @@
 
 namespace connect_bridge {
 
-// Our publisher and our subscription of it; they exist as long as the side.
+// Our publisher and our subscription on it; they exist as long as the side.
 class ClaimsTopic {
  public:
   explicit ClaimsTopic(Outputs& outputs);
@@ -30,8 +30,8 @@ class ClaimsTopic {
   }
   // Tells the others. The last claim reaches those that come later.
   void publish(Claim claim, const Now& now);
-  // Whether a sample is one of this topic's; then `claims` knows it, and `changed` tells if that
-  // made a difference.
+  // Whether the sample belongs to this topic; if so, it is added to `claims`, and `changed` is set
+  // if that changed anything.
   bool on_taken(const MessageTaken& taken, Claims& claims, bool& changed);
   // False: it concerns another topic.
   bool on_failed(const SubscriptionFailed& failed);

@@ -8,7 +8,8 @@ namespace connect_bridge {
 namespace {
 
 std::string full_name(const std::string& ns, const std::string& name) {
-  // What middlewares say of a node they know only by its endpoint (rmw_dds_common).
+  // The name that middlewares report for a node of which they know only an endpoint
+  // (rmw_dds_common).
   if (name.empty() || name == "_NODE_NAME_UNKNOWN_") return {};
   return (ns.empty() || ns == "/" ? std::string("/") : ns + "/") + name;
 }
@@ -25,16 +26,16 @@ std::string node_of(const Server& server) {
 
 namespace {
 
-// Whose endpoints are a bridge's. A node's name may reach the graph later than its endpoints; in
-// DDS the first 12 bytes of a gid tell the participant as well (RTPS 2.3 section 8.2.4), and at
-// once.
+// Which endpoints belong to a bridge. A node's name may appear in the graph later than its
+// endpoints; in DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section
+// 8.2.4).
 class BridgeNodes {
  public:
   void add(const Endpoint& claims_publisher) {
     if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
     participants_.insert(participant_of(claims_publisher.gid));
   }
-  // A server's gid is not always told.
+  // A server's gid is not always known.
   [[nodiscard]] bool own(const Server& server) const {
     return names_.contains(node_of(server)) ||
            (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));

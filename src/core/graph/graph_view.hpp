@@ -33,7 +33,8 @@ class GraphView {
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
   [[nodiscard]] const TopicState* find(const TopicKey& key) const;
   [[nodiscard]] bool has_reliable_subscriber(const TopicKey& key) const;
-  // Services with at least one real server; no bridge's mirrors, as far as the graph tells.
+  // Services with at least one real server, without mirrors of bridges as far as the graph shows
+  // them.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }
   // A real server of this name exists here, whatever its type.
   [[nodiscard]] bool has_server(const std::string& service) const {
@@ -42,7 +43,7 @@ class GraphView {
   }
   // A real publisher of the local graph has this id.
   [[nodiscard]] bool is_local(const Gid& gid) const { return publishers_.contains(gid); }
-  // Publishers that belong to another bridge: what they publish comes from elsewhere.
+  // Publishers that belong to another bridge: their messages come from another graph.
   [[nodiscard]] const std::unordered_set<Gid>& bridge_publishers() const {
     return bridge_publishers_;
   }

@@ -12,7 +12,7 @@ struct GraphOptions {
   NameMap names;
   bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own
 
-  // The local node that shall own the mirror of something of the peer's `node` (a name on the
+  // The local node that is to own the mirror of an endpoint of the peer's `node` (a name on the
   // wire). Empty: our own node.
   [[nodiscard]] std::string owner_of(const std::string& node) const {
     return proxy_nodes && is_canonical_name(node) ? names.to_local(node) : std::string();

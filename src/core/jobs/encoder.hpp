@@ -24,8 +24,8 @@ struct OutSample {
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is
-// kept. While the worker is busy samples wait; beyond depth or bytes the oldest waiting one gives
-// way. Use: after push() and after finish() take what next() gives, until it gives nothing.
+// kept. While the worker is busy samples wait; beyond depth or bytes the oldest waiting one is
+// dropped. After push() and after finish() call next() until it returns nothing.
 class Encoder {
  public:
   struct Options {
@@ -39,21 +39,21 @@ class Encoder {
     Payload body;
   };
 
-  // `owner` is told what the worker did and hands it to finish().
+  // `owner` receives the worker's result and passes it to finish().
   Encoder(Options options, Jobs& jobs, JobOwner& owner)
       : options_(options), jobs_(jobs), owner_(owner) {}
 
-  // The samples that had to give way: they are dropped.
+  // Returns the samples that were dropped to make room.
   [[nodiscard]] std::vector<OutSample> push(OutSample sample);
   // The result of the job under way.
   void finish(std::optional<Payload> result);
   // The next sample, once it is ready.
   [[nodiscard]] std::optional<Encoded> next();
-  // That of upcoming(), which must not be null, as it is.
+  // Takes the sample of upcoming(), which must not be null, uncompressed.
   [[nodiscard]] Encoded pass();
-  // The link gets none of what is under way: those samples, in order.
+  // The link gets none of the samples under way any more; returns those that were for it, in order.
   std::vector<OutSample> forget(LinkId link);
-  // Whether something under way is for the link.
+  // Whether a sample under way is for the link.
   [[nodiscard]] bool holds(LinkId link) const;
   // Forgets everything; all these samples are dropped.
   std::vector<OutSample> clear();
@@ -62,7 +62,8 @@ class Encoder {
     return waiting_bytes_ + (at_work_ ? at_work_->raw.size() : 0);
   }
 
-  // With which next() would begin; null: nothing waits, or it is not its turn.
+  // The sample with which next() would begin; null: nothing waits, or a worker is busy with an
+  // earlier one.
   [[nodiscard]] const OutSample* upcoming() const {
     return at_work_ || finished_ || waiting_.empty() ? nullptr : &waiting_.front();
   }

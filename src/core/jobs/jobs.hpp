@@ -1,4 +1,4 @@
-// Work for the workers: who asks for it is told its result, and nobody else is asked.
+// Work for the workers: the result goes back to the owner that asked for it.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct JobOptions {
   std::uint32_t compress_job_bytes = 16384;  // from this size on a worker does it, else the loop
 };
 
-// Who waits for a job. Compress: no result when it does not shrink. Decompress: none when the bytes
-// are malformed.
+// Receives the result of a job. Compress: no result when the bytes do not shrink. Decompress: none
+// when they are malformed.
 class JobOwner {
  public:
   virtual void on_job(std::optional<Payload> result, const Now& now) = 0;
@@ -31,7 +31,8 @@ class JobOwner {
 // The jobs under way. Single-threaded; outlives the jobs it gives out.
 class Jobs {
  public:
-  // One job under way. Destroyed before it is done: it is cancelled, and a result is ignored.
+  // One job under way. If this is destroyed before the job is done, the job is cancelled and a
+  // result is ignored.
   class Job {
    public:
     Job() = default;
@@ -69,7 +70,7 @@ class Jobs {
     return bytes >= options_.compress_job_bytes;
   }
 
-  // `turn`: the link that the work is for; none: all of them.
+  // `turn`: the link that the work is for; none: for all links.
   [[nodiscard]] Job compress(JobOwner& owner, const Compression& how, Payload raw,
                              LinkId turn = {}) {
     const JobId id = begin(owner);
@@ -82,7 +83,7 @@ class Jobs {
     outputs_.push(DecompressJob{id, codec, raw_bytes, std::move(body), turn});
     return Job(this, id);
   }
-  // A worker is done: tells the owner, if it still wants the result.
+  // A worker is done: gives the result to the owner, if it still waits for it.
   void on_done(JobDone& done, const Now& now) {
     const auto it = owners_.find(done.job);
     if (it == owners_.end()) return;

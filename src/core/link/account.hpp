@@ -16,8 +16,8 @@
 namespace connect_bridge {
 
 struct AccountOptions {
-  // Publishers and services that its peers may make exist here: so many at once, then one a period.
-  // As many subscriptions besides.
+  // Publishers and services that its peers may make appear here: so many at once, then one per
+  // period. The same limit applies to subscriptions, separately.
   int mirrors_at_once = 512;
   Duration mirror_period = std::chrono::milliseconds(5);
   // Links that are ended for an offence: so many, then the next login waits for a period each.
@@ -27,12 +27,12 @@ struct AccountOptions {
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
-// It outlives the links, so that who logs in again and again, or in many links, gets no more by
-// that. Single-threaded.
+// It outlives the links, so that logging in again and again, or with many links, does not give
+// more. Single-threaded.
 struct Account {
   // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
-  // is thousands of times. What is beyond 32 times counts, so that a few bytes a second cannot
-  // become gigabytes.
+  // is thousands of times. Larger ratios than 32 count, so that a few bytes a second cannot become
+  // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
 
@@ -63,8 +63,8 @@ struct Account {
   TellOnce told;
 };
 
-// The accounts of a side by the names of their identities. Who has no name has one with all others
-// that have none.
+// The accounts of a side by the names of their identities. All identities without a name share one
+// account.
 class Accounts {
  public:
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now

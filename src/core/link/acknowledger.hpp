@@ -10,9 +10,8 @@
 namespace connect_bridge {
 
 // Belongs to one connection. The sender decides: an acknowledgement is due at once when a packet
-// asks for it. Without being asked it is due kAckDelay after the first data that none has told of,
-// and at once after kAckBytesMax of whatever bytes, since all of them count against the sender's
-// window.
+// asks for it. Otherwise it is due kAckDelay after the first unacknowledged data, and at once after
+// kAckBytesMax bytes of any kind, since all of them count against the sender's window.
 class Acknowledger {
  public:
   static constexpr std::uint64_t kAckBytesMax = 1 << 20;

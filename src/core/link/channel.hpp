@@ -1,5 +1,5 @@
-// What stands behind the number of a channel. A link knows whose channel a number is, so an arrival
-// is dispatched once. Each side chooses the numbers of the channels on which it sends
+// The owner of a channel number. A link knows whose channel a number is, so an arrival is
+// dispatched once. Each side chooses the numbers of the channels on which it sends
 // (docs/protocol.md, "offer" and "attach").
 #pragma once
 
@@ -17,17 +17,17 @@ namespace connect_bridge {
 // Why a channel of this side ends while its link goes on.
 struct Ending {
   std::string reason;     // for the audit log
-  std::string code = {};  // the peer is told the code and the reason; empty: neither
+  std::string code = {};  // code and reason are sent to the peer; empty: neither
 };
 
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a
-// service of ours. An error ends the connection with its code. It is its link's until it is
-// withdrawn or the connection is lost, and takes itself out of the link when it ends before.
+// service of ours. An error ends the connection with its code. It is registered in its link until
+// it is withdrawn or the connection is lost; when it ends earlier, it removes itself.
 class IncomingChannel {
  public:
   virtual ~IncomingChannel() = default;
 
-  // Whether messages for this demand are taken now. Of others no body is kept.
+  // Whether messages for this demand are accepted now. The bodies of others are not kept.
   [[nodiscard]] virtual bool wants(std::uint16_t demand) const;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer ends the channel. The link has forgotten the number already; `this` may end within.

@@ -6,7 +6,7 @@
 namespace connect_bridge {
 namespace {
 
-// NTP moves a clock by at most so much (500 ppm, of two clocks).
+// NTP adjusts a clock by at most this rate (500 ppm each, for two clocks).
 constexpr std::int64_t kDriftPerSecond = 1'000'000;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// One connection to a peer, from the first byte to the last: hello, login, open, closed. What the
-// messages mean is the business of the link that it carries.
+// One connection to a peer, from the first byte to the last: hello, login, open, closed. The link
+// that it carries handles the messages.
 #pragma once
 
 #include <deque>
@@ -30,7 +30,7 @@ struct ConnectionOptions {
   ReassemblyOptions reassembly;
 };
 
-// Who is at the other end. Valid once the link is open (the identity: at a server only).
+// The peer. Valid once the connection is open (the identity: at a server only).
 struct Peer {
   std::string address;
   Token128 side;
@@ -40,7 +40,7 @@ struct Peer {
   std::uint32_t message_bytes_max = 0;
 };
 
-// Whom an open connection tells what arrives, each thing once and at once. An error ends the
+// Receives what arrives on an open connection, each thing once and immediately. An error ends the
 // connection with its code.
 class ConnectionUser {
  public:
@@ -119,7 +119,7 @@ class Connection {
   [[nodiscard]] bool open() const { return state_ == State::kOpen; }
   [[nodiscard]] ConnectionId id() const { return id_; }
   [[nodiscard]] const Peer& peer() const { return peer_; }
-  // The peer told its limit after the login.
+  // The peer sent its limit after the login.
   void set_peer_message_bytes_max(std::uint32_t bytes) { peer_.message_bytes_max = bytes; }
   [[nodiscard]] const ClockEstimate& clock() const { return clock_; }
   [[nodiscard]] TimePoint last_heard() const { return last_heard_; }

@@ -29,14 +29,14 @@ class Dialer {
     return true;
   }
   void opened() { failures_ = 0; }
-  // Who waits for the next attempt waits no longer, but after a refused login.
+  // Ends the wait for the next attempt, except after a refused login.
   void hurry(TimePoint now) {
     failures_ = 0;
     if (next_) next_ = std::min(*next_, std::max(now, not_before_));
   }
   // The dial or the connection failed; sets the next attempt.
   void failed(TimePoint now, bool login_refused, Random& random);
-  // What was refused has been changed: nobody waits any longer.
+  // The refused credential has been changed: ends the wait.
   void forget_refusal(TimePoint now) {
     not_before_ = {};
     hurry(now);

@@ -7,8 +7,8 @@
 namespace connect_bridge {
 namespace {
 
-// Channels of requests that a peer has not confirmed the end of; one that honours the protocol does
-// so within a round trip.
+// Ended request channels whose end the peer has not confirmed; a peer that follows the protocol
+// confirms it within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
 constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
@@ -181,7 +181,7 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
   return Nothing{};
 }
 
-// What concerns a channel that this side has withdrawn crossed the withdraw on its way.
+// A message about a channel that this side has withdrawn crossed the `withdraw` on its way.
 Result<Nothing> Link::on(Demand& demand, const Now& now) {
   for (std::size_t i = 0; i < demand.channels.size(); ++i) {
     OutgoingChannel* channel = outgoing(demand.channels[i]);

@@ -80,7 +80,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool open() const { return connection && connection->open(); }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return node + " at " + address; }
-  // Without a connection nothing is sent: who has state tells it again on the next one.
+  // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {
     if (connection) connection->send(message);
   }
@@ -150,8 +150,8 @@ class Link final : public ConnectionUser {
     const auto it = outgoing_.find(number);
     return it == outgoing_.end() ? nullptr : it->second;
   }
-  // Whether this side has ever sent on the number. What concerns one that has ended crossed its
-  // withdraw, and is no mistake of the peer.
+  // Whether this side has ever sent on the number. A message about a channel that has ended crossed
+  // its withdraw, and is not the peer's error.
   [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel; }
 
   // The connection is lost, and its channels with it.
@@ -161,7 +161,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
   // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
-  // the first time of a channel it is, later ones are now and then, and nothing is told twice.
+  // the first time of a channel it is, later ones at a limited rate, and nothing is logged twice.
   std::optional<std::string> note_decline(std::string& declined, const std::string& what,
                                           const Decline& decline, const Now& now);
 
@@ -169,11 +169,11 @@ class Link final : public ConnectionUser {
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
   [[nodiscard]] std::uint64_t memory_bytes() const;  // of queues and unfinished messages
-  // What was counted on a connection that is lost belongs to the topic for as long as the link is.
+  // The counts of a lost connection are kept with the topic as long as the link exists.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
-  // The log's line about a channel of `what` that the peer takes back; empty: it gives no
-  // reason, or that was told.
+  // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason,
+  // or that was logged.
   [[nodiscard]] std::string line_of(const Withdraw& withdraw, const std::string& what) const;
 
   // ---- what arrives
@@ -221,8 +221,8 @@ class Link final : public ConnectionUser {
   std::optional<TimePoint> accepts_at_;  // when they are due
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
-  // What a peer offers and withdraws again, channels and origins, costs this graph endpoints that
-  // come and go.
+  // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
+  // go.
   Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
 };
 

@@ -1,4 +1,4 @@
-// Lines of the audit log about a link and its channels. Nothing is made where nobody keeps one.
+// Lines of the audit log about a link and its channels. Nothing is made if there is no audit log.
 #pragma once
 
 #include <string>

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kIdentityLinksMin = 8;
 // After a reconnect the peer has this long for its first round of offers.
 constexpr Duration kOffersTime = std::chrono::seconds(30);
-// A link that lives this long has come to something: the back-off begins anew after it.
+// A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
 
 }  // namespace
@@ -231,7 +231,7 @@ void Links::on(PacketReceived& input, const Now& now) {
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
-  // What the peer's close frame says is any bytes.
+  // The reason in the peer's close frame may be any bytes.
   const std::string said = to_text(input.reason, kReasonBytesMax);
   const std::string reason =
       said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;

@@ -56,7 +56,7 @@ class Links {
   // Those of living links and of lost ones.
   [[nodiscard]] LinkTable& all() { return links_; }
   [[nodiscard]] const LinkTable& all() const { return links_; }
-  // What their peers make this side hold, in bytes.
+  // Memory that their peers use at this side, in bytes.
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   void add_status(Status& status) const {
@@ -73,8 +73,8 @@ class Links {
   // That, or a new one; null at the limit.
   [[nodiscard]] Link* link_for_login(const Connection& connection, const Identity& identity,
                                      const Now& now);
-  // Room for one more among the links that `counts` counts: one that is lost gives way to one that
-  // is here. False: there is none.
+  // Makes room for one more among the links that `counts` counts: a lost link is removed for one
+  // that is present. False: there is no room.
   template <class Counts>
   [[nodiscard]] bool make_room(std::size_t links_max, const Now& now, Counts counts);
   [[nodiscard]] Link& make_link(const std::string& identity);

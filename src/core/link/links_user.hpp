@@ -1,4 +1,4 @@
-// What becomes of links, for those who have channels on them.
+// Notices about links, for the owners of channels on them.
 #pragma once
 
 #include "core/link/link.hpp"
@@ -21,7 +21,7 @@ class LinksUser : public LinkUser {
   [[nodiscard]] virtual bool resumes(const Link& link) const = 0;
   // It will not return: nothing of it stays. It is dead already.
   virtual void on_link_forgotten(Link& link, const Now& now) = 0;
-  // What the peer has not offered again by now it will not.
+  // The time for offers after a reconnect is over: the peer will not offer the rest again.
   virtual void on_offers_over(Link& link, const Now& now) = 0;
 
  protected:

@@ -1,4 +1,4 @@
-// What a side is told about its links.
+// What the operator sets for links.
 #pragma once
 
 #include <cstdint>

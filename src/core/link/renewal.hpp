@@ -19,12 +19,12 @@ class Renewal {
 
   [[nodiscard]] const std::string& method() const { return method_; }
   [[nodiscard]] const Bytes& credential() const { return credential_; }
-  // From now on this one counts; without a method that of before. `link` is told at once if it is
-  // open; may be null.
+  // Uses this credential from now on; without a method the method stays. `renew` is sent at once if
+  // `link` is open; it may be null.
   void change(CredentialChanged next, Link* link);
-  // A connection of the link begins; it was logged in by the credential of then.
+  // A connection of the link is dialed, with the present credential.
   void on_dialed() { dialed_with_ = credential_; }
-  // It is open: the server is told what has changed since it was dialed.
+  // It is open: sends `renew` if the credential has changed since it was dialed.
   void on_open(Link& link);
   // The server's answer.
   void on_renewed(Link& link, bool accepted);

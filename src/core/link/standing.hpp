@@ -9,7 +9,7 @@
 
 namespace connect_bridge {
 
-// Why a login is not to be had, by what the login method answered; empty: it is.
+// Why the login method's answer refuses the login; empty: it does not.
 [[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
 
 // Whether a peer that keeps to the protocol does not come to this end. Then it counts for its
@@ -25,17 +25,17 @@ void note_offence(Link& link, CloseCode code, const Now& now);
 void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
                   const Now& now);
 
-// Whether the newer link can be of the same client, started anew.
+// Whether the newer link can be of the same client after a restart.
 [[nodiscard]] bool is_successor(const Link& newer, const Link& older);
 
 // ---- a server's
-// The client logs in anew: the login method is asked. Errors: kIllegal while it is asked already,
+// The client logs in again: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now);
 // Its answer. Whether the link may do other things now: the identity's groups have changed.
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now);
-// The login method tells of its own accord. Whether the identity has changed; without one the link
-// fails, or is forgotten if it is lost.
+// The login method reports a change by itself. Whether the identity has changed; without one the
+// link fails, or is forgotten if it is lost.
 bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now);
 // Ends what has expired, and notes when to look again.
 void check_expiry(Link& link, const Now& now);

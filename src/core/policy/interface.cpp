@@ -15,9 +15,9 @@ constexpr std::string_view kGoalStatus = "action_msgs/msg/GoalStatusArray";
 struct PartRow {
   ActionPart part;
   InterfaceKind kind;
-  std::string_view token;  // behind "/_action/"
+  std::string_view token;  // after "/_action/"
   std::string_view
-      suffix;  // of its type behind the action's; empty: `type` is that of every action
+      suffix;  // of its type after the action's; empty: `type` is the same for every action
   std::string_view type;
 };
 constexpr std::array<PartRow, 5> kPartRows{{
@@ -110,7 +110,7 @@ std::optional<PartOfAction> part_of_action(InterfaceKind kind, std::string_view 
   const auto at = name.rfind(kActionToken);
   if (at == std::string_view::npos || at == 0) return std::nullopt;
   const auto action = name.substr(0, at);
-  // An action below a part of an action would be opened by a pattern that spells "_action" out.
+  // Otherwise a pattern that spells out "_action" would open an action below a part of an action.
   if (has_action_token(action)) return std::nullopt;
   const auto token = name.substr(at + kActionToken.size());
   for (const auto& row : kPartRows) {
@@ -187,7 +187,7 @@ Priority default_priority(InterfaceKind kind, std::string_view name, std::string
 }
 
 Priority default_priority(std::string_view topic, std::string_view type) {
-  // A person or a controller steers with these.
+  // Types with which a person or a controller steers.
   constexpr std::array<std::string_view, 6> kUrgent = {"geometry_msgs/msg/Twist",
                                                        "geometry_msgs/msg/TwistStamped",
                                                        "sensor_msgs/msg/Joy",
@@ -232,7 +232,7 @@ Priority default_priority(std::string_view topic, std::string_view type) {
 }
 
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
-  // A command stays one, whatever priority a rule gives it.
+  // A command is a command, whatever priority a rule gives it.
   const bool urgent =
       treatment.priority == Priority::kUrgent || default_priority(topic, type) == Priority::kUrgent;
   return treatment.resume.value_or(!urgent && treatment.max_age == kForever);

@@ -21,11 +21,11 @@ struct Interface {
   InterfaceKind kind = InterfaceKind::kTopic;  // kTopic or kService
   std::string_view name;                       // on the wire
   std::string_view type;
-  // A part of an action: the action's type, as the offer tells it or as found in the graph
-  // (action_type_in()). May be empty where the part's own type tells it.
+  // For a part of an action: the action's type, from the offer or from the graph
+  // (Actions::type_of()). May be empty where the part's own type contains it.
   std::string_view action_type = {};
-  // An origin of /parameter_events: the name of its node, on the wire. Without one it is not
-  // opened: the topic has origins of many nodes, and each is decided on its own.
+  // For an origin of /parameter_events: the name of its node, on the wire. Without it nothing is
+  // opened: the topic has origins of many nodes, and each is decided separately.
   std::string_view node = {};
 };
 
@@ -46,8 +46,8 @@ struct PartOfAction {
   std::string_view action_type = {};
 };
 
-// nullopt: no part of an action. The kind must be the part's own and its type one that the part can
-// have: a topic named "/a/_action/send_goal" is none.
+// nullopt: no part of an action. Kind and type must be those of the part: a topic named
+// "/a/_action/send_goal" is not a part.
 [[nodiscard]] std::optional<PartOfAction> part_of_action(InterfaceKind kind, std::string_view name,
                                                          std::string_view type);
 
@@ -60,7 +60,7 @@ struct PartOfAction {
 // Whether the name has a token "_action": such a name is a part of an action or nothing at all.
 [[nodiscard]] bool has_action_token(std::string_view name);
 
-// What a person calls it: an action's parts are its own.
+// The name to show to a person: for a part of an action, the action's name.
 [[nodiscard]] std::string shown(InterfaceKind kind, const std::string& name, std::string_view type);
 
 // ---- parameters
@@ -97,20 +97,21 @@ struct Opening {
   std::string_view type = {};  // for `types`: of the topic, service or action; parameters: empty
 };
 
-// What a rule must name to open this interface. kNothing for everything that is not as it should
-// be: names that are not canonical, types that do not fit, parts without a fitting action type.
+// What a rule must name to open this interface. kNothing for everything that is invalid: names that
+// are not canonical, types that do not fit, parts without a fitting action type.
 [[nodiscard]] Opening opening_of(const Interface& what);
 
-// Where a rule gives no priority. Services and parameters: high, calls are small and somebody
-// waits. Topics: /clock and what steers (Twist, Joy, AckermannDrive) are urgent; /tf, /tf_static,
-// joint states and the status of actions (small, rare, and what an operator looks at) are high;
-// images, point clouds, maps and other large standard types are bulk; everything else, feedback
-// too, is normal.
+// The priority where a rule gives none. Services and parameters: high, as calls are small and a
+// caller waits. Topics: /clock and what steers (Twist, Joy, AckermannDrive) are urgent; /tf,
+// /tf_static, joint states and the status of actions (small, rare, and what an operator looks at)
+// are high; images, point clouds, maps and other large standard types are bulk; everything else,
+// feedback too, is normal.
 [[nodiscard]] Priority default_priority(InterfaceKind kind, std::string_view name,
                                         std::string_view type);
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
-// Whether what a lost connection loses of a topic is to come later: unless the rule says so, not
-// where late is worse than never, as it is for what is urgent or has a max_age.
+// Whether messages of a topic that a lost connection loses are sent again later. If the rule does
+// not say: not for topics where late is worse than never, that is, urgent ones and those with a
+// max_age.
 [[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
                            std::string_view type);
 

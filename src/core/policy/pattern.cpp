@@ -44,8 +44,8 @@ bool is_hidden(std::string_view token) {
   return !token.empty() && token.front() == '_';
 }
 
-// Going back to the last `*` only is enough: what an earlier one could take, the last one can take
-// as well.
+// Going back to the last `*` is enough: what an earlier one could match, the last one can match as
+// well.
 bool token_matches(std::string_view pattern, std::string_view token, Hidden hidden) {
   if (hidden == Hidden::kSpelledOut && is_hidden(token) && !is_hidden(pattern)) return false;
   std::size_t p = 0;
@@ -70,16 +70,16 @@ bool token_matches(std::string_view pattern, std::string_view token, Hidden hidd
   return p == pattern.size();
 }
 
-// The same walk over tokens. It stays right although `**` may not take hidden tokens: a pattern
-// token decides whether the token it takes is hidden, so where a later position would match, the
-// tokens between are visible.
+// The same walk over tokens. It is correct although `**` may not match hidden tokens: a pattern
+// token decides whether the token that it matches may be hidden, so where a later position would
+// match, the tokens between are visible.
 bool tokens_match(std::string_view pattern, std::string_view name, Hidden hidden) {
   Tokens p(pattern);
   Tokens n(name);
   struct {
     bool seen = false;
-    Tokens after;  // pattern behind the last `**`
-    Tokens taken;  // first token of the name which that `**` does not take
+    Tokens after;  // pattern after the last `**`
+    Tokens taken;  // first token of the name that this `**` does not match
   } back{false, p, n};
   while (true) {
     if (!p.done() && p.token() == "**") {
@@ -123,7 +123,7 @@ const char* fault_of(std::string_view text) {
 Result<Pattern> Pattern::parse(std::string_view text) {
   if (const char* expected = fault_of(text)) {
     return Error{CloseCode::kMalformed, "\"" + std::string(text.substr(0, kNameBytesMax)) +
-                                            "\" is no name pattern: expected " + expected};
+                                            "\" is not a name pattern: expected " + expected};
   }
   return Pattern{text};
 }

@@ -21,8 +21,8 @@ class Pattern {
   // ("/camera/**" is /camera/image and /camera/left/image, not /camera), for none or more
   // elsewhere. `name` must be canonical.
   [[nodiscard]] bool matches(std::string_view name) const;
-  // For patterns that deny: like matches(), but wildcards stand for hidden tokens, too, so that
-  // what is denied below a name is denied altogether.
+  // For patterns that deny: like matches(), but wildcards match hidden tokens too, so that a deny
+  // of all names below one also denies the hidden ones.
   [[nodiscard]] bool covers(std::string_view name) const;
 
   [[nodiscard]] const std::string& text() const { return text_; }
@@ -33,7 +33,7 @@ class Pattern {
   std::string text_;
 };
 
-// The same on a pattern's text, for patterns that a peer sent: a text that is no pattern matches
+// The same on a pattern's text, for patterns that a peer sent: a text that is not a pattern matches
 // nothing. Costs at most the product of the two lengths, whatever the texts are; never allocates.
 [[nodiscard]] bool pattern_matches(std::string_view pattern, std::string_view name);
 [[nodiscard]] bool pattern_covers(std::string_view pattern, std::string_view name);

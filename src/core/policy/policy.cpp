@@ -18,7 +18,7 @@ bool applies_to(const Rule& rule, const Identity& who) {
                      [&](const std::string& group) { return contains(rule.groups, group); });
 }
 
-// Null: nothing opens it.
+// The patterns that can open it; null: nothing can.
 const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, OpenedBy by) {
   const bool exported = direction == Direction::kExport;
   switch (by) {
@@ -47,7 +47,7 @@ bool type_allowed(const std::vector<std::string>& types, const Opening& opening)
   return types.empty() || opening.by == OpenedBy::kParameters || contains(types, opening.type);
 }
 
-// Everything below the action goes with it: a deny of one part leaves no usable action.
+// A deny of one part denies the whole action, because the rest would not be usable.
 template <class Covers>
 bool action_denied(std::string_view action, Covers&& covers) {
   return covers(action) ||
@@ -55,8 +55,8 @@ bool action_denied(std::string_view action, Covers&& covers) {
                      [&](ActionPart part) { return covers(name_of_part(action, part)); });
 }
 
-// Whether a deny pattern speaks of this interface. `covers` says it of one name. Of a node's
-// parameters single services can be denied, "/**/set_parameters" for example.
+// Whether a deny pattern covers this interface; `covers` decides this for one name. Single
+// parameter services of a node can be denied, for example "/**/set_parameters".
 template <class Covers>
 bool denied(const Interface& what, const Opening& opening, Covers&& covers) {
   if (opening.by == OpenedBy::kActions) return action_denied(opening.name, covers);
@@ -164,7 +164,7 @@ NameMap::NameMap(std::string prefix, std::vector<Pair> remap)
 
 namespace {
 
-// The parts of an action go where the action goes.
+// The parts of an action are renamed like the action.
 std::size_t action_suffix(std::string_view name) {
   const auto at = name.rfind("/_action/");
   return at == 0 ? std::string_view::npos : at;
@@ -193,7 +193,7 @@ std::optional<std::string> NameMap::to_wire(std::string_view local) const {
   if (local.substr(0, prefix_.size()) != prefix_) return std::nullopt;
   const auto wire = local.substr(prefix_.size());
   if (wire.size() < 2 || wire.front() != '/') return std::nullopt;
-  // A name that remap moved elsewhere is not at its old place as well.
+  // A name that remap moved does not also exist at its old place.
   for (const auto& pair : remap_) {
     if (pair.wire == wire) return std::nullopt;
   }

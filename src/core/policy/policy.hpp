@@ -23,7 +23,8 @@ struct Identity {
   std::string name;  // empty: nobody (no login required)
   std::vector<std::string> groups;
   Stamp expires = 0;  // system clock, ns; 0: never
-  // What it was proved by, as the login method calls it; no secret. Empty: it cannot be withdrawn.
+  // What the peer proved its identity with, as named by the login method; not a secret. Empty: it
+  // cannot be withdrawn.
   std::string credential = {};
 };
 
@@ -66,12 +67,13 @@ class Policy {
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
                                                const Identity& who) const;
-  // Whether /parameter_events is carried at all, and how it is treated: as the first rule says that
-  // opens the parameters of some node. Which origins it carries says decide() of each.
+  // Whether /parameter_events is carried at all, and how it is treated: by the first rule that
+  // opens the parameters of some node. Which of its origins are carried is decided by decide() for
+  // each.
   [[nodiscard]] std::optional<Decision> decide_parameter_events(Direction direction,
                                                                 const Identity& who) const;
 
-  // What a peer with this identity may offer us (Accepts of the wire).
+  // What a peer with this identity may offer us (the wire's `accepts`).
   [[nodiscard]] Accepts accepts(const Identity& who) const;
 
   [[nodiscard]] const std::vector<Rule>& rules() const { return rules_; }

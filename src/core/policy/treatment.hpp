@@ -44,8 +44,8 @@ struct Treatment {
   QosOverride qos;
   std::optional<bool> resume;        // none: see resumes()
   std::uint32_t calls_max = 64;      // calls of a service that the real server has at a time
-  std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not watched
-  Duration call_timeout = kForever;  // then a call is given up, except for an action's result
+  std::uint32_t server_queue = 10;   // requests that the server's queue keeps; 0: not limited here
+  Duration call_timeout = kForever;  // after it a call is given up, except for an action's result
   bool operator==(const Treatment&) const = default;
 };
 

@@ -22,8 +22,8 @@ struct CreateSubscription {
   std::string type;
   std::string type_hash;
   Qos qos;  // depth is always given
-  // The proxy node that shall own it; then nothing is taken: it only shows who listens elsewhere.
-  // Empty: our own node.
+  // The proxy node that is to own it. Such a subscription takes no samples: it only shows that
+  // somebody subscribes at another side. Empty: our own node.
   std::string node = {};
 };
 struct DestroySubscription {
@@ -35,7 +35,7 @@ struct CreateMirror {
   std::string type;
   std::string type_hash;
   Qos qos;                // depth is always given
-  std::string node = {};  // the proxy node that shall own it ("/talker"); empty: our own node
+  std::string node = {};  // the proxy node that is to own it ("/talker"); empty: our own
 };
 struct DestroyMirror {
   MirrorId id;
@@ -76,7 +76,7 @@ struct SendRequest {
   InvocationId invocation;  // chosen by the core
   Payload payload;
 };
-// The answer is not wanted any longer, only that there is one.
+// The content of the response is not wanted any longer, only the notice that it came.
 struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;
@@ -85,7 +85,7 @@ struct DropInvocation {
 struct FollowClock {
   bool on = false;
 };
-// Ask for a fresh GraphChanged (a sample came from a publisher not seen yet).
+// Ask for a new GraphChanged (a sample came from a publisher not seen yet).
 struct RefreshGraph {};
 
 // ---- core -> network, login, workers
@@ -101,8 +101,8 @@ struct OpenGate {
   ConnectionId connection;
   std::uint32_t packet_bytes_max = 0;
 };
-// Send what was handed out, then close with this code; no PacketReceived follows, ConnectionClosed
-// does.
+// Send what was handed out, then close with this code. No PacketReceived follows, but
+// ConnectionClosed does.
 struct CloseConnection {
   ConnectionId connection;
   CloseCode code = CloseCode::kNormal;
@@ -114,12 +114,12 @@ struct Authenticate {
   std::string method;
   Bytes credential;
 };
-// Links take turns, so that one that gives much to do does not hold up the others.
+// Links take turns, so that one with much work does not hold up the others.
 struct CompressJob {
   JobId job;
   Compression how;
   Payload raw;
-  LinkId turn = {};  // whose it is; none: for all links
+  LinkId turn = {};  // the link that it is for; none: all links
 };
 struct DecompressJob {
   JobId job;
@@ -128,7 +128,7 @@ struct DecompressJob {
   Payload body;
   LinkId turn = {};
 };
-// The result is not wanted any longer; it may come nevertheless.
+// The result is not wanted any longer; it may still come.
 struct CancelJob {
   JobId job;
 };

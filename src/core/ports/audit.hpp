@@ -1,5 +1,5 @@
-// What an operator may want to know later: who was let in, and what they were given and did.
-// docs/security.md section "The audit log".
+// Events that an operator may want to know later: who logged in, what was granted to them and what
+// they did. docs/security.md section "The audit log".
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ enum class AuditEvent : std::uint8_t {
   kLinkLost,      // a connection that carried a link has ended
   kRenewed,       // the login of a link was renewed
   kRenewalRefused,
-  kRightsChanged,   // the login method tells other groups or another end of a login
+  kRightsChanged,   // the login method reports other groups or another end of a login
   kRevoked,         // it withdrew the login
   kChannelOpened,   // rules here allow it; exported: the peer accepts it
   kChannelRefused,  // imported: by rules or limits here; exported: by the peer
@@ -44,14 +44,14 @@ struct AuditChannel {
   InterfaceKind kind = InterfaceKind::kTopic;
   std::string name;  // on the wire; of a goal: the action's
   std::string type;
-  std::string rule;  // that opened it; empty: none, or not known here
+  std::string rule;  // the rule that opened it; empty: none, or not known here
 };
 
-// One line of the audit log. Whatever a peer says is in it as it came, in size bounded by the
-// protocol: who writes it makes it text.
+// One line of the audit log. Texts of a peer are in it unchanged, with sizes bounded by the
+// protocol: the writer turns them into valid text.
 struct Audit {
   AuditEvent event = AuditEvent::kStarted;
-  LinkId link = {};  // none: before the login, or of no peer
+  LinkId link = {};  // none: before the login, or without a peer
   std::string identity = {};
   std::string address = {};
   std::string node = {};

@@ -1,4 +1,4 @@
-// What login methods (src/auth) ask of others over HTTP, as values: src/net does it.
+// HTTP requests of the login methods (src/auth) as values: src/net carries them out.
 #pragma once
 
 #include <chrono>

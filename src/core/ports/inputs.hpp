@@ -1,4 +1,4 @@
-// What the core is told: of the graph, the network, the login, the workers and the operator.
+// The inputs of the core: from the graph, the network, the login, the workers and the operator.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct TopicState {
   std::vector<Endpoint> subscribers;
 };
 
-// A service server; its gid is all zero where the middleware does not tell it.
+// A service server; its gid is all zero where the middleware does not provide it.
 struct Server {
   Gid gid;
   std::string node_namespace;
@@ -53,13 +53,14 @@ struct GraphChanged {
 // One serialized sample taken from a subscription (CDR with its 4-byte encapsulation header).
 struct MessageTaken {
   SubscriptionId subscription;
-  Gid origin;       // publisher; all zero where the middleware does not tell
-  Stamp stamp = 0;  // source time stamp, system clock; 0 where the middleware does not tell
+  Gid origin;       // publisher; all zero where the middleware does not provide it
+  Stamp stamp = 0;  // source time stamp, system clock; 0 where it is not known
   Payload payload;
-  std::uint64_t number = 0;  // counts the publisher's samples; 0 where it does not tell
+  std::uint64_t number = 0;  // counts the publisher's samples; 0 where it is not known
 };
 
-// More samples were lost or refused below us (QoS event message_lost, or beyond message_bytes_max).
+// Samples were lost or refused in the layers below (QoS event message_lost, or beyond
+// message_bytes_max).
 struct MessagesLost {
   SubscriptionId subscription;
   std::uint64_t count = 0;
@@ -82,15 +83,16 @@ struct PublishFailed {
   MirrorId mirror;
   std::uint64_t count = 0;
 };
-// A publisher offers less than one of our subscriptions requests (QoS event), by policy name. Of
-// mirrors the graph tells more: who it is that requests more than they offer.
+// A publisher offers less than one of our subscriptions requests (QoS event), by policy name. For
+// mirrors there is no such input: the graph also shows which subscriber requests more than they
+// offer.
 struct QosIncompatible {
   SubscriptionId subscription;
   std::string topic;
   std::string policy;
 };
 
-// A request came to a service mirror. Every request ends by SendResponse or DropRequest.
+// A request arrived at a service mirror. Every request ends with SendResponse or DropRequest.
 struct RequestTaken {
   ServiceMirrorId mirror;
   RequestId request;  // chosen by the gateway, never 0, not used again while the mirror lives
@@ -107,14 +109,15 @@ struct ServiceReady {
   bool ready = false;
   std::string type_hash;  // of the installed service type, empty where the distribution has none
 };
-// The first answer to an invocation; later ones of other servers are swallowed by the gateway. Of a
-// dropped invocation it tells only that the server has taken the request.
+// The first answer to an invocation; the gateway drops later ones of other servers. For a dropped
+// invocation it only reports that the server has taken the request.
 struct ResponseTaken {
   ServiceClientId client;
   InvocationId invocation;
   Payload payload;  // empty for a dropped invocation
 };
-// The request could not be sent (its bytes are no such request, the middleware refused).
+// The request could not be sent (its bytes are not a request of this type, or the middleware
+// refused it).
 struct InvocationFailed {
   ServiceClientId client;
   InvocationId invocation;
@@ -159,18 +162,18 @@ struct ConnectionClosed {
   std::optional<std::uint16_t> code;
   std::string reason;
 };
-// The machine's addresses or routes have changed: a connection may be dead without a word, a dial
+// The machine's addresses or routes have changed: a connection may be dead without notice, a dial
 // may succeed now.
 struct NetworkChanged {};
-// The answer to Authenticate, of a connection that logs in or renews its login. Without an identity
-// that is refused; `reason` is for our log only.
+// The answer to Authenticate, for a connection that logs in or renews its login. Without an
+// identity the login is refused; `reason` is for our log only.
 struct Authenticated {
   ConnectionId connection;
   std::optional<Identity> identity;
   std::string reason;
 };
-// Server: what the login method knows now of credentials that it knew before. Whoever logged in by
-// one that has no identity any more is sent away; the others have the rights of their identity.
+// Server: the present state of credentials that the login method knew before. Links that logged in
+// with one that has no identity any more are closed; the others get the rights of their identity.
 struct IdentitiesChanged {
   struct Change {
     std::string credential;  // Identity::credential
@@ -195,7 +198,7 @@ struct JobDone {
 struct PolicyChanged {
   Policy policy;
 };
-// Close everything orderly; Actions end with Stopped when the connections have been told.
+// Close everything orderly; the actions end with Stopped when all connections have been closed.
 struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};

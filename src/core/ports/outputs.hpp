@@ -1,4 +1,4 @@
-// Where the parts of a side leave their actions, and where new ids come from.
+// Collects the actions of the parts of a side, and gives out new ids.
 #pragma once
 
 #include <deque>
@@ -22,11 +22,11 @@ class Outputs {
     if (told.first(text)) log(level, text);
   }
 
-  // Whether somebody keeps the audit log: else its lines need not be made.
+  // Whether an audit log is kept; otherwise its lines need not be made.
   [[nodiscard]] bool audits() const { return audits_; }
   void set_audits(bool on) { audits_ = on; }
 
-  // To be called now and then.
+  // To be called from time to time.
   void on_time(const Now& now) { told_.on_time(now); }
 
   std::optional<Action> next() {

@@ -52,7 +52,7 @@ struct ServiceStatus {
   std::uint64_t timed_out = 0;   // given up after the rule's call_timeout
   std::uint64_t forgotten = 0;   // their caller went away
   std::uint64_t lost = 0;        // with the link or the server
-  std::uint64_t duplicates = 0;  // requests or answers that had come before, or too late
+  std::uint64_t duplicates = 0;  // requests or answers that had arrived before, or came too late
   std::uint64_t request_bytes = 0;
   std::uint64_t response_bytes = 0;
   std::string declined;  // exported: why the peer does not import it; empty if it does
@@ -74,8 +74,8 @@ struct LinkStatus {
   std::uint64_t received_bytes = 0;
   std::uint64_t queued_bytes = 0;
   std::uint64_t unacknowledged_bytes = 0;
-  std::uint64_t memory_bytes = 0;  // what the peer makes this side hold, of memory_max
-  double rate = 0;                 // bytes per second that the path there carries; 0: not known
+  std::uint64_t memory_bytes = 0;  // what this side holds because of the peer, part of memory_max
+  double rate = 0;                 // bytes per second that the path to it carries; 0: not known
   Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
   ClockStatus clock;

@@ -11,8 +11,8 @@ namespace {
 
 // After a reconnect the peer has this long to attach again to what it had been attached to.
 constexpr Duration kAttachTime = std::chrono::seconds(30);
-constexpr char kNoMemory[] = "this peer's share of the memory is used up";
-constexpr char kTooLarge[] = "the answer is larger than this peer takes";
+constexpr char kNoMemory[] = "no memory is left in this peer's share";
+constexpr char kTooLarge[] = "the answer is larger than this peer accepts";
 
 }  // namespace
 
@@ -62,8 +62,8 @@ ChannelOffer Attachment::open_channel() {
   return offer;
 }
 
-// Small ones the link's queue compresses. Of large ones, which are few, nothing is learnt: what
-// they usually shrink by, and a worker's usual rate, make it worth while below this rate of the
+// The link's queue compresses small answers. Large answers are few, so no gain is measured for
+// them: with their usual ratio and a worker's usual rate, compression pays below this rate of the
 // path.
 Compression Attachment::compression_of(std::size_t bytes) const {
   constexpr double kRateMax = 20e6;
@@ -97,7 +97,7 @@ void Attachment::on_link_lost() {
 
 void Attachment::end(const Ending& why, const Now& now) {
   end_calls(now);
-  // Requests may be on their way: they are expected until the peer says that none follow.
+  // Requests may be on their way: they are accepted until the peer says that no more follow.
   if (requests_) link_.let_go(requests_);
   if (channel_) {
     note(AuditEvent::kChannelEnded, why);
@@ -151,7 +151,7 @@ void Attachment::note(AuditEvent event, const Ending& why) const {
         why.code);
 }
 
-// A goal is told by the name of its action.
+// A goal is logged under the name of its action.
 void Attachment::note_call(AuditEvent event, const std::string& why) const {
   if (!serving_.outputs.audits()) return;
   const auto& [name, type] = service_.key();
@@ -213,7 +213,7 @@ void Attachment::on_delivered(CallId id, const Now&) {
 Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
   if (!attached_) return Error{CloseCode::kIllegal, "a request before the service attached"};
   const CallId id = message.subject.call();
-  if (id <= seen_) {  // sent again after a reconnect, and it had arrived
+  if (id <= seen_) {  // sent again after a reconnect, but it had arrived before
     ++counts_.duplicates;
     return Nothing{};
   }
@@ -231,7 +231,8 @@ void Attachment::take(InMessage message, const Now& now) {
   ++counts_.calls;
   counts_.request_bytes += message.raw_bytes;
   std::string why = message.kept ? no_room_for_request(message.body.size()) : kNoMemory;
-  if (why.empty() && !link_.may_inflate(message, now)) why = "too much is compressed too well";
+  if (why.empty() && !link_.may_inflate(message, now))
+    why = "too many requests decompress to much more than their size";
   if (!why.empty()) {
     note_call(AuditEvent::kCallRefused, why);
     note_refusal("refused", why, now);
@@ -278,8 +279,8 @@ void Attachment::on_answer(ServedCall& call, const Now& now) {
   if (attached_) push(call, now);
 }
 
-// Until the peer has it, the answer is kept for another connection. What was answered while there
-// was none is compared with the peer's limit only now.
+// The answer is kept until the peer has it, in case another connection must carry it. An answer
+// that was given while there was no connection is checked against the peer's limit only now.
 void Attachment::push(ServedCall& call, const Now& now) {
   if (!link_.open()) return;
   if (call.answer().raw_bytes > link_.peer_message_bytes_max())
@@ -317,7 +318,7 @@ void Attachment::end_lost(TimePoint before, const Now& now) {
     ServedCall& call = (it++)->second;
     if (!call.handed_over_before(before)) continue;
     ++counts_.lost;
-    refuse(call.id(), "lost", "the server that was called is gone");
+    refuse(call.id(), "lost", "the server that got the request is gone");
     erase(call);
   }
   serving_.begin_calls(now);
@@ -329,8 +330,8 @@ void Attachment::note_refusal(const std::string& what, const std::string& why, c
             why, now);
 }
 
-// A refusal that is lost with its connection is found out when the peer attaches again: the call is
-// missing from `attached` then.
+// If a refusal is lost with its connection, the peer learns of it when it attaches again: the call
+// is then missing in `attached`.
 void Attachment::refuse(CallId call, const std::string& code, const std::string& reason) {
   if (attached_) link_.send(Refuse{channel_, {call}, code, reason.substr(0, kReasonBytesMax)});
 }

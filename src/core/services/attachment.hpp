@@ -18,17 +18,18 @@ namespace connect_bridge {
 class RealService;
 
 // The service is offered on a channel of ours; the peer attaches to it with a channel of its own,
-// on which its requests come. What is known of its calls outlives the connection, so that no
-// request is executed twice and no answer is lost (docs/protocol.md, "Services and actions").
+// on which its requests come. The state of its calls outlives the connection, so that no request is
+// executed twice and no answer is lost (docs/protocol.md, "Services and actions").
 //
-// An epoch is the time in which the numbers of the calls mean the same calls: `seen` says up to
-// which number requests have arrived, and an answer is kept until the peer is known to have it.
-// After a reconnect the service is offered with the epoch it had, and `attached` tells the peer
-// what is left of it: it sends again what was not seen, and gives up what is seen and missing. When
-// nothing is left (the server was replaced, the numbers are used up), the attachment is destroyed
-// and a new one begins another epoch, so that a peer never takes the old numbers for new calls.
+// Within one epoch a call number means the same call: `seen` says up to which number requests have
+// arrived, and an answer is kept until the peer is known to have it. After a reconnect the service
+// is offered with the epoch it had, and `attached` lists the calls that are still known: the peer
+// sends again the requests that were not seen, and gives up the calls that were seen and are not
+// listed. When the state is lost (the server was replaced, the numbers are used up), the attachment
+// is destroyed and a new one begins another epoch, so that the peer never mistakes old numbers for
+// new calls.
 //
-// Owned by its service. Some functions may let the service destroy it; they say so.
+// Owned by its service. Some functions may make the service destroy it; their comments say so.
 class Attachment final : public OutgoingChannel, public IncomingChannel {
  public:
   Attachment(RealService& service, Link& link, Serving& serving);
@@ -36,13 +37,13 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   Attachment& operator=(const Attachment&) = delete;
 
   // ---- what is offered
-  // For this connection and these rules: once, if the peer may have it.
+  // The offer, once for each connection and set of rules; nullopt if the peer may not have it.
   [[nodiscard]] std::optional<ChannelOffer> offer(const Now& now);
-  // The rules, or what the peer accepts, have changed, and allow it as before.
+  // The rules, or what the peer accepts, have changed, and still allow it.
   void on_decision(Decision decision);
   // The connection is gone: calls go on, answers wait for the link's return.
   void on_link_lost();
-  // Nothing is known that a further connection could need.
+  // There is no state that another connection could need.
   [[nodiscard]] bool is_idle() const { return !held_ && calls_.empty(); }
   // Both channels end, and all calls.
   void end(const Ending& why, const Now& now);
@@ -51,7 +52,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void on_ready(const Now& now);
   // Attached on this connection or the one before: the service needs its client.
   [[nodiscard]] bool holds_client() const { return held_; }
-  // The peer had not attached again in time.
+  // The peer has not attached again in time.
   void detach(const Now& now);
 
   // ---- what the peer says. Errors end the connection
@@ -59,7 +60,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   Result<Nothing> on_attach(const Attach& attach, const Now& now) override;
   Result<Nothing> on_forget(const Forget& forget, const Now& now) override;
   void on_delivered(CallId call, const Now& now) override;
-  // May destroy the attachment: the call numbers have come to their end.
+  // May destroy the attachment, when the call numbers are used up.
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
@@ -68,15 +69,15 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void begin(CallId call, const Now& now);
   void on_failed(ServedCall& call, const std::string& reason, const Now& now);
   void on_timeout(ServedCall& call, const Now& now);
-  // Ends the calls that were handed over before: only servers that are gone could answer them, and
-  // they would keep their places for ever.
+  // Ends the calls that were handed over before that time: only servers that are gone could answer
+  // them, so they would keep their places for ever.
   void end_lost(TimePoint before, const Now& now);
   [[nodiscard]] bool has_calls() const { return !calls_.empty(); }
 
   // ---- for its calls
-  // There is an answer; it goes out if the peer is attached.
+  // There is an answer; it is sent if the peer is attached.
   void on_answer(ServedCall& call, const Now& now);
-  // There is an answer, but it cannot be given. Destroys the call.
+  // There is an answer, but it cannot be sent. Destroys the call.
   void withhold(ServedCall& call, const std::string& why, const Now& now);
   // The request does not decompress: the connection ends. Destroys the call.
   void on_malformed(ServedCall& call);
@@ -111,12 +112,12 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   Serving& serving_;
   ServedLoad& load_;
   Decision decision_;
-  bool considered_ = false;  // for this connection and these rules; without a channel: "no"
+  bool considered_ = false;  // decided for this connection and these rules; without a channel: no
   ChannelId channel_;
   ChannelId requests_;                    // none: not attached
-  bool held_ = false;                     // attached on this connection or the one before
-  bool attached_ = false;                 // and told so
-  Timers<Serving::Due>::Timer not_back_;  // offered again: without an attach its calls end then
+  bool held_ = false;                     // attached on this connection or the previous one
+  bool attached_ = false;                 // and the peer has been informed
+  Timers<Serving::Due>::Timer not_back_;  // offered again: without attach calls end then
   std::uint32_t epoch_ = 0;
   CallId seen_;
   std::map<CallId, ServedCall> calls_;

@@ -8,8 +8,9 @@
 namespace connect_bridge {
 namespace {
 
-// How long a server may answer nothing before it is presumed to have taken what it was given: those
-// of services, and of actions' results, which are taken at once and answered when a goal ends.
+// How long a server may give no answer before it is presumed to have taken the requests that it was
+// given: for services, and for actions' results, whose requests are taken at once and answered when
+// the goal ends.
 constexpr Duration kSilenceMax = std::chrono::seconds(5);
 constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
 
@@ -135,9 +136,9 @@ void CallGate::mark(const Caller& caller) {
   if (!held_ && (due_.empty() || due_.back() != Due{caller})) due_.push_back({caller});
 }
 
-// First the server's queue is filled, then the places of the link are shared out: what is placed
-// came first. A call that is handed over out of the queue's line lets its caller place the next
-// one, behind the others, before the queue is looked at again.
+// First the server's queue is filled from the placed calls, because they came first; then the free
+// places of the link are given out. When a placed call is handed over, its caller may place its
+// next one, behind those of the other callers, before the queue is filled again.
 std::optional<CallGate::Next> CallGate::next(TimePoint now) {
   while (!held_ && !due_.empty()) {
     if (sharing_) {
@@ -207,7 +208,7 @@ std::optional<CallGate::Next> CallGate::take_place(const Found& at, TimePoint no
   --at.link.waiting;
   ++at.state.taken;
   if (!at.service.results) ++at.link.taken;
-  // Callers whose rules do not watch the queue are not held up by those whose rules do.
+  // Callers whose rules set no limit for the queue do not wait behind callers whose rules do.
   const bool is_first = at.service.placed.empty() || at.state.terms.queue_depth == 0;
   if (is_first && has_room(at.state, at.service, now)) {
     sharing_ = caller;
@@ -226,7 +227,8 @@ void CallGate::expire(TimePoint now) {
   }
 }
 
-// An answer that moves the deadline away leaves the timer as it is; it fires for nothing once.
+// An answer that makes the deadline later leaves the timer as it is; it then fires once without
+// effect.
 void CallGate::watch(ServiceClientId id, Service& service) {
   const auto deadline = service.queue.deadline();
   if (service.placed.empty() || service.timer || !deadline) return;

@@ -1,5 +1,5 @@
-// Which call a real server is given next: places of a link, places of a service, and the room in
-// the server's queue.
+// Decides which call a real server gets next, by the places of a link, the places of a caller, and
+// the room in the server's queue.
 #pragma once
 
 #include <compare>
@@ -22,21 +22,21 @@ namespace connect_bridge {
 //   placed       it has one, and waits for room in the server's queue;
 //   handed over  it was given out by next(), and keeps its place until it leaves.
 //
-// What is fair. A call takes two places: one of its link, of which all services of that link have a
-// part, and one of its caller (a link at a service), so that a service which never answers leaves
-// places of the link for the others. The services of a link take turns at its places, one call each
-// time. A server's queue is short, and one for all links: a caller has one placed call at a time,
-// and placed calls are handed over in the order in which they came, so that links take turns at the
-// server, whatever number of calls each of them has. The calls of one caller are handed over in the
-// order of their numbers; while one of them is prepared (decompressed by a worker), those behind it
-// wait. A call for the result of an action lasts as long as its goal does, so it takes no place of
-// its link, and its callers have a bound of their own.
+// Fairness. A call takes two places: one of its link, shared by all services of that link, and one
+// of its caller (a link at a service), so that a service which never answers leaves places of the
+// link for the others. The services of a link take turns at its places, one call each time. A
+// server's queue is short and shared by all links: a caller has one placed call at a time, and
+// placed calls are handed over in the order in which they were placed, so links take turns at the
+// server, however many calls each of them has. The calls of one caller are handed over in the order
+// of their numbers; while one of them is prepared (decompressed by a worker), those behind it wait.
+// A call for the result of an action lasts as long as its goal does, so it takes no place of its
+// link, and such callers have a limit of their own.
 //
-// After every change that may let a call begin, take next() until it gives nothing. Pure: no
+// After every change that may let a call begin, call next() until it returns nothing. Pure: no
 // outputs, no links. Single-threaded.
 class CallGate {
  public:
-  // One link at one service, which is named by its client.
+  // One link at one service; the service is identified by its client.
   struct Caller {
     LinkId link;
     ServiceClientId service;
@@ -49,7 +49,7 @@ class CallGate {
   // What a rule grants a caller at a service.
   struct Terms {
     std::uint32_t places = 1;
-    std::uint32_t queue_depth = 10;  // of the server's queue; 0: it is not watched
+    std::uint32_t queue_depth = 10;  // of the server's queue; 0: no limit
   };
 
   explicit CallGate(std::uint32_t link_places) : link_places_(link_places) {}
@@ -67,32 +67,34 @@ class CallGate {
   void admit(const Caller& caller, const Terms& terms);
   // All calls of the caller leave.
   void dismiss(const Caller& caller);
-  // The link is dead and its callers will be dismissed: places that get free are for nobody.
+  // The link is dead and its callers will be dismissed: its free places are not given out any more.
   void close(LinkId link);
   void forget(LinkId link);
 
   // ---- calls
-  // A call waits from now on. Numbers rise per caller.
+  // A new call, which waits. Numbers rise per caller.
   void add(const Caller& caller, CallId call);
-  // What next() gave is prepared by a worker: it has its room in the server's queue already.
+  // The call that next() returned is prepared by a worker; room in the server's queue is reserved
+  // for it.
   void preparing(const Caller& caller, CallId call);
-  // The server has been given what next() gave.
+  // The call that next() returned was handed over to the server.
   void handed_over(const Caller& caller, CallId call, InvocationId request, TimePoint now);
-  // The server has answered, whether anybody still waits for that or not. The call leaves apart.
+  // The server has answered, whether anybody still waits for the answer or not. leave() is called
+  // separately.
   void answered(ServiceClientId service, InvocationId request, TimePoint now);
-  // The server never got it, or its answer cannot be used.
+  // The server never got the request, or its answer cannot be used.
   void failed(ServiceClientId service, InvocationId request);
-  // Answered or given up, whatever it did: its places are free.
+  // The call was answered or given up, in whatever state: its places become free.
   void leave(const Caller& caller, CallId call);
 
   // ---- what is next
-  // The caller may have free places that nothing else tells of (its terms have changed).
+  // The caller may have free places because its terms have changed.
   void consider(const Caller& caller);
-  // Between the two nothing is given out.
+  // Between hold() and go_on() next() returns nothing.
   void hold() { held_ = true; }
   void release() { held_ = false; }
   [[nodiscard]] std::optional<Next> next(TimePoint now);
-  // Servers that were silent for long are presumed to have room.
+  // Servers that have not answered for long are presumed to have room again.
   void expire(TimePoint now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
 
@@ -116,7 +118,7 @@ class CallGate {
   struct LinkPlaces {
     std::uint32_t taken = 0;  // without those for results
     std::size_t waiting = 0;
-    std::deque<ServiceClientId> turns;  // whose calls wait for a place of the link
+    std::deque<ServiceClientId> turns;  // services whose calls wait for a place of the link
     bool closed = false;
   };
   struct CallerState {
@@ -127,13 +129,13 @@ class CallGate {
     std::uint32_t taken = 0;
     bool in_turns = false;  // of its link
   };
-  // Something got free at the server's queue, and, with a link, at the places of that link.
+  // The server's queue has room again and, if a link is set, that link has free places.
   struct Due {
     Caller caller;
     bool queue_done = false;
     bool operator==(const Due&) const = default;
   };
-  struct Found {  // a caller with what it belongs to
+  struct Found {  // a caller with its service and link
     const Caller& caller;
     CallerState& state;
     Service& service;
@@ -143,7 +145,7 @@ class CallGate {
   [[nodiscard]] std::optional<Found> find(const Caller& caller);
   [[nodiscard]] static bool has_place(const CallerState& state, const Service& service);
   [[nodiscard]] static bool has_room(const CallerState& state, Service& service, TimePoint now);
-  // Each gives the next call to hand over, if it finds one.
+  // Each returns the next call to hand over, if there is one.
   std::optional<Next> let_in(ServiceClientId service, TimePoint now);
   std::optional<Next> share_places(Caller caller, TimePoint now);
   std::optional<Next> take_place(const Found& at, TimePoint now);
@@ -153,12 +155,12 @@ class CallGate {
   void mark(const Caller& caller);
 
   std::uint32_t link_places_;
-  Timers<ServiceClientId> timers_;  // of queues for whose room somebody waits
+  Timers<ServiceClientId> timers_;  // of queues where callers wait for room
   std::map<ServiceClientId, Service> services_;
   std::map<LinkId, LinkPlaces> links_;
   std::map<Caller, CallerState> callers_;
   std::deque<Due> due_;
-  std::optional<Caller> sharing_;  // its link's places are being shared out
+  std::optional<Caller> sharing_;  // the caller whose link's places are being given out
   bool held_ = false;
 };
 

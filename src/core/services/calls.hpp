@@ -20,17 +20,18 @@ inline constexpr std::uint32_t kResultCallsMax = 1000;
 // Call numbers end here; an exporter begins a new epoch long before.
 inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
 
-// Of requests and answers together that wait in a link's outbox; also of calls that were given up.
+// Bytes of requests and answers together that may wait in a link's outbox, including those of calls
+// that were given up.
 [[nodiscard]] constexpr std::uint64_t kept_bytes_max(std::uint64_t call_bytes_max) {
   return 2 * (call_bytes_max + kPeerCallsMax * kKeptMessageBytes);
 }
 
-// Whether a service gives an action's results: such calls last as long as the goal does.
+// Whether a service returns an action's results: such calls last as long as the goal does.
 [[nodiscard]] inline bool is_result_service(const std::string& name) {
   return name.ends_with("/_action/get_result");
 }
 
-// How requests and answers wait in the outbox: none of them may be lost on the way.
+// Queue options for requests and answers: none of them may be dropped.
 [[nodiscard]] inline QueueOptions queue_of_calls(const Decision& decision) {
   QueueOptions queue;
   queue.priority = decision.treatment.priority.value_or(Priority::kHigh);
@@ -40,11 +41,11 @@ inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
   return queue;
 }
 
-// "3 call(s) refused, lately of /add: too many" now and then.
+// Logs "3 call(s) refused, last one of /add: too many" at a limited rate.
 inline void log_calls(Outputs& outputs, LogLimit& limit, const std::string& what,
                       const ServiceKey& service, const std::string& why, const Now& now) {
   if (const auto count = limit.count(now))
-    outputs.log(LogLevel::kWarn, std::to_string(*count) + " call(s) " + what + ", lately of " +
+    outputs.log(LogLevel::kWarn, std::to_string(*count) + " call(s) " + what + ", last one of " +
                                      service.first + (why.empty() ? "" : ": " + why));
 }
 

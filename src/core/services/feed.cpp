@@ -12,9 +12,10 @@
 namespace connect_bridge {
 namespace {
 
-// Of compressed answers that wait for the worker; what comes beyond is decompressed at once.
+// Bytes of compressed answers that may wait for the worker; answers beyond that are decompressed at
+// once.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
-constexpr char kNoMemory[] = "the share of the memory is used up by ";
+constexpr char kNoMemory[] = "no memory is left in the share of ";
 
 }  // namespace
 
@@ -138,7 +139,7 @@ void Feed::on_request(RequestId request, Payload payload, const Now& now) {
   ++counts_.calls;
   counts_.request_bytes += size;
   if (!encoder_) return on_encoded(id, Codec::kNone, payload, payload, now);
-  // Nothing gives way: no_room() bounds what comes here.
+  // Nothing is dropped: no_room() limits what is pushed here.
   (void)encoder_->push({id, now.system, 0, std::move(payload), {}});
   send_encoded(now);
 }
@@ -150,7 +151,7 @@ std::string Feed::no_room(std::size_t bytes) const {
           ? kResultCallsMax
           : std::size_t{decision_.treatment.calls_max} + limits.calls_waiting_max;
   if (link_.connection && bytes > link_.peer_message_bytes_max())
-    return "a request is larger than " + link_.label() + " takes";
+    return "a request is larger than " + link_.label() + " accepts";
   if (calls_.size() >= calls_max || load_.calls.used() >= kPeerCallsMax)
     return "too many calls without an answer";
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
@@ -166,7 +167,7 @@ void Feed::start_encoder() {
   Encoder::Options options;
   options.how = decision_.treatment.compression;
   if (options.how.codec == Codec::kNone) return;
-  options.queue_bytes_max = UINT64_MAX;  // no_room() bounds what comes here
+  options.queue_bytes_max = UINT64_MAX;  // no_room() limits what is pushed here
   encoder_.emplace(options, mirroring_.jobs, *this);
 }
 
@@ -188,12 +189,12 @@ void Feed::on_encoded(CallId id, Codec codec, const Payload& raw, const Payload&
   if (attached_) push(call->second, now);
 }
 
-// Until the peer has it, the request is kept for another connection. What was taken while there was
-// none is compared with the peer's limit only now.
+// The request is kept until the peer has it, in case another connection must carry it. A request
+// that was taken while there was no connection is checked against the peer's limit only now.
 void Feed::push(MadeCall& call, const Now& now) {
   if (call.message().raw_bytes <= link_.peer_message_bytes_max())
     return link_.outbox().push(requests_, call.message(), now);
-  note_refusal("a request is larger than " + link_.label() + " takes", now);
+  note_refusal("a request is larger than " + link_.label() + " accepts", now);
   give_up(call);
 }
 
@@ -294,8 +295,8 @@ void Feed::abandon(MadeCall& call, std::vector<CallId>& forget) {
   by_request_.erase(call.request());
   call.forget_caller();
   if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
-  // A request that is still on its way is waited for; on a new connection the exporter says which
-  // calls it has.
+  // Waits while a request is still on its way; on a new connection the exporter lists the calls
+  // that it has.
   if (attached_ && call.is_kept()) return;
   erase(call);
 }

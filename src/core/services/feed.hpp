@@ -1,4 +1,4 @@
-// The service of a peer, as one link offers it.
+// A peer's service as one link offers it.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,12 @@ class MirroredService;
 // channel the link is lost, or has not offered the service again yet (docs/protocol.md, "Services
 // and actions").
 //
-// After a reconnect both ends hold a part of the truth. `attached` says up to which number requests
-// have arrived, and which of these calls the peer still has. What it has not seen is sent again.
-// What it has seen and does not have was answered, refused or forgotten on the lost connection, and
-// that answer cannot come a second time: the caller is told so. What it has, and nobody here waits
-// for, it is to forget. So each call is executed once at most and ends at both ends.
+// After a reconnect each side knows only a part of the state. `attached` says up to which number
+// requests have arrived, and which of these calls the peer still has. Requests that it has not seen
+// are sent again. Calls that it has seen and does not have were answered, refused or forgotten on
+// the lost connection, and that answer will not come again: the caller's request is dropped. Calls
+// that it has and that nobody here waits for are sent in `forget`. So each call is executed at most
+// once, and ends on both sides.
 //
 // Owned by its mirrored service.
 class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
@@ -39,9 +40,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   Feed& operator=(const Feed&) = delete;
 
   // ---- what is offered
-  // By a rule that allows it. The caller has looked that it is not offered already.
+  // A rule allows it. The caller has checked that it is not offered already.
   void on_offer(const ChannelOffer& offer, Decision decision);
-  // The rules have changed, and allow it as before.
+  // The rules have changed, and still allow it.
   void on_decision(Decision decision) { decision_ = std::move(decision); }
   // The connection is gone: calls wait for the link's return.
   void on_link_lost();
@@ -56,13 +57,13 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   [[nodiscard]] Link& link() const { return link_; }
 
   // ---- the attachment
-  // Asks for it; offered and not attached.
+  // Sends `attach`. Only if it is offered and not attached.
   void attach();
   [[nodiscard]] bool asked_to_attach() const { return static_cast<bool>(requests_); }
   [[nodiscard]] bool is_attached() const { return attached_; }
   // Ends it, if there is one.
   void detach();
-  // What is known of the calls is given up, because their mirror is.
+  // Gives up all calls, because their mirror is destroyed.
   void end_calls();
 
   // ---- what the peer says. Errors end the connection
@@ -79,7 +80,7 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   void on_timeout(MadeCall& call, const Now& now);
 
   // ---- for its calls
-  // None: the bytes do not decompress. Destroys the call.
+  // The answer of a call; nullopt: its bytes do not decompress. Destroys the call.
   void on_decoded(MadeCall& call, std::optional<Payload> answer);
   // A request has been compressed.
   void on_job(std::optional<Payload> result, const Now& now) override;
@@ -99,10 +100,10 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   void push(MadeCall& call, const Now& now);
   void reconcile(const Attached& attached, const Now& now);
   void respond(MadeCall& call, const Payload& answer);
-  // There will be no answer: its caller is told, and the call is destroyed.
+  // There will be no answer: drops the caller's request and destroys the call.
   void give_up(MadeCall& call);
   void drop_request(RequestId request);
-  // Nobody waits for this call any longer: the peer is told, now or when it has the request.
+  // Nobody waits for this call any longer: `forget` is sent now, or when the peer has the request.
   void abandon(MadeCall& call, std::vector<CallId>& forget);
   void say_forget(std::vector<CallId> calls);
   void note_refusal(const std::string& why, const Now& now);

@@ -14,10 +14,10 @@ namespace connect_bridge {
 
 class Feed;
 
-// From the request until there is an answer, or nobody waits for one. The request is kept until the
-// peer is known to have it, because another connection may have to carry it again. A call whose
-// caller has gone is kept while its request is on its way: control messages overtake requests, so
-// the peer can be told to forget it only when it has it. Owned by its feed.
+// Lives from the request until there is an answer or nobody waits for one. The request is kept
+// until the peer is known to have it, because another connection may have to carry it again. A call
+// whose caller is gone is kept while its request is on its way: control messages overtake requests,
+// so `forget` may be sent only when the peer has the request. Owned by its feed.
 class MadeCall final : public JobOwner {
  public:
   enum class State : std::uint8_t {
@@ -39,13 +39,13 @@ class MadeCall final : public JobOwner {
   [[nodiscard]] bool is_delivered() const { return state_ == State::kDelivered; }
   // Its answer has come and is decompressed by a worker.
   [[nodiscard]] bool has_answer() const { return static_cast<bool>(job_); }
-  // What is sent; empty before it is kept and after it is delivered.
+  // The request to send; empty before kKept and in kDelivered.
   [[nodiscard]] const OutMessage& message() const { return message_; }
 
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
-  // The feed is told the result.
+  // The result goes to Feed::on_decoded().
   void decode(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_job(std::optional<Payload> result, const Now& now) override;
 

@@ -80,7 +80,7 @@ bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_) return false;
   const Gid gid = service_gid(key_.first);
   if (mirroring_.claims.taken(gid)) return false;
-  // Our own parameters are not in our picture of the graph.
+  // Our own parameter services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
@@ -92,7 +92,7 @@ bool MirroredService::may_exist(const Feed& feed) {
   return false;
 }
 
-// Claimed from now on, so that of two bridges only one makes a mirror.
+// Claims the service, so that of two bridges only one makes a mirror.
 void MirroredService::claim(const Now& now) {
   if (mirror_at_) return;
   const bool of_action =

@@ -12,15 +12,15 @@
 namespace connect_bridge {
 
 // One mirror (a local service server), fed by one of the links that offer the service; the others
-// stand by. What is known of its calls lives as long as the mirror.
+// stand by. The state of its calls lives as long as the mirror.
 //
-// When a mirror may exist. Two servers of one name would both execute each call, and a mirror of
-// what is served here would call itself in a circle. So there is none while a real server of the
-// name is here, while another bridge with a better claim mirrors it, or while the peer is a bridge
-// in this same graph. Bridges that start at the same time see each other's claims only after a
-// while: a service is claimed when its feed is asked to attach, and the mirror is made when the
-// claim has had time to meet objections, and the local graph time to be discovered. It stays while
-// its link is lost and not yet dead, so that callers do not see every short loss.
+// When a mirror may exist. Two servers of one name would both execute each call, and a mirror of a
+// service that exists here would make a loop. So there is no mirror while a real server of the name
+// is here, while another bridge with a better claim mirrors it, or while the peer is a bridge in
+// this same graph. Bridges that start at the same time see each other's claims only after a while:
+// a service is claimed when its feed is asked to attach, and the mirror is made after a delay in
+// which conflicting claims can arrive and the local graph is discovered. It stays while its link is
+// lost and not yet dead, so that callers do not notice a short loss.
 //
 // Owned by the table of mirrored services.
 class MirroredService {
@@ -29,20 +29,21 @@ class MirroredService {
   MirroredService(const MirroredService&) = delete;
   MirroredService& operator=(const MirroredService&) = delete;
 
-  // Does what follows from what is known now. False: nobody offers it, and it is to be destroyed.
+  // Brings the mirror into the state that follows from all that is known now. False: nobody offers
+  // the service, and this is to be destroyed.
   [[nodiscard]] bool update(const Now& now);
 
   // ---- links. The caller updates it afterwards
   // False: the link offers it already.
   [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision);
-  // Takes its decision from the rules anew; a feed that they do not allow any longer ends.
+  // Asks the rules again; a feed that they do not allow any longer ends.
   void on_policy();
   void on_link_lost(LinkId link);
-  // Whether the link fed it or stood by, and does no longer.
+  // Removes the link's feed. Whether there was one.
   [[nodiscard]] bool on_link_dead(LinkId link);
-  // The link has not offered it again.
+  // Removes the link's feed if the link has not offered the service again.
   [[nodiscard]] bool forget_orphan(LinkId link);
-  // Updates itself, and may be gone then.
+  // Calls its own update, so it may be destroyed on return.
   void on_withdraw(LinkId link, const Now& now);
 
   // ---- the mirror
@@ -50,12 +51,12 @@ class MirroredService {
   void on_callers_gone(const CallersGone& gone);
   void on_mirror_failed(const ServiceMirrorFailed& failed);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
-  // Claimed, for a mirror that there is or will be.
+  // Whether it is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return mirror_at_.has_value(); }
 
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
-  // The action (local name) whose goals come here, if there is one; else empty.
+  // The action (local name) whose goals arrive here; empty if this is not such a service.
   [[nodiscard]] const std::string& goals_of() const { return goals_of_; }
 
   void add_status(const Link& link, LinkStatus& status) const;
@@ -77,9 +78,9 @@ class MirroredService {
   bool gives_results_;
   std::string goals_of_;
   std::map<LinkId, Feed> feeds_;
-  LinkId feeder_;  // the one that is attached
+  LinkId feeder_;  // the link that is attached
   ServiceMirrorId mirror_;
-  std::optional<TimePoint> mirror_at_;  // set while claimed: when objections have had their time
+  std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
   bool failed_ = false;                 // until it is offered again
 };
 

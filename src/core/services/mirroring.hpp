@@ -1,4 +1,4 @@
-// What the mirrors of services here and the links that feed them share.
+// State that the mirrored services here and their feeds share.
 #pragma once
 
 #include <map>
@@ -23,17 +23,17 @@ namespace connect_bridge {
 class MadeCall;
 class MirroredService;
 
-// What the calls to one peer take, all services together.
+// The budgets of the calls to one peer, for all services together.
 struct MadeLoad {
   explicit MadeLoad(Budget& memory) : request_bytes(&memory), decoding_bytes(&memory) {}
 
   Budget calls;
-  Budget request_bytes;   // not known to have arrived
+  Budget request_bytes;   // of requests that are not known to have arrived
   Budget decoding_bytes;  // of answers
   LogLimit refusals, timeouts;
 };
 
-// Owns the mirrored services, which find here whatever they do not own. Single-threaded.
+// Owns the mirrored services, and what they share. Single-threaded.
 struct Mirroring {
   const ServiceOptions& options;
   const GraphOptions& graph_options;
@@ -48,13 +48,12 @@ struct Mirroring {
   std::map<LinkId, MadeLoad> loads;
   std::map<ServiceKey, std::unique_ptr<MirroredService>> services;
   std::unordered_map<ServiceMirrorId, MirroredService*> by_mirror{};
-  std::optional<TimePoint> graph_since{};  // no mirror before the local graph has been discovered
+  std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
   std::optional<TimePoint> settles_at{};   // when the first claim without a mirror has settled
   bool claim_changed = false;
 
   ~Mirroring();
-  // Does what follows for the service from what is known now; one that nobody offers any longer is
-  // destroyed.
+  // Updates the service (MirroredService::update); one that nobody offers any longer is destroyed.
   void update(MirroredService& service, const Now& now);
   void update_all(const Now& now);
 };

@@ -5,7 +5,7 @@
 
 namespace connect_bridge {
 
-// Of the calls of one peer, all services together.
+// Limits for the calls of one peer, all services together.
 struct ServiceOptions {
   // Calls that real servers have at a time; more than those of one service, so that one that never
   // answers leaves room for the others.

@@ -22,8 +22,8 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
     servers[server.gid] = known == servers_.end() ? first_seen : known->second;
   }
   node_ = node_of(state.servers.front());
-  // Two of one node are mostly a killed process, which stays in the graph for a while, and the one
-  // in its place.
+  // Two servers of one node are mostly a killed process, which stays in the graph for a while, and
+  // its successor.
   const bool several = std::any_of(state.servers.begin(), state.servers.end(),
                                    [&](const Server& s) { return node_of(s) != node_; });
   if (several && !std::exchange(warned_several_, true))
@@ -31,17 +31,17 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
                                               " has several servers: each call reaches all of "
                                               "them, and the first answer counts");
   const auto stays = [&](const auto& server) { return servers.contains(server.first); };
-  // Another server in the place of the old one remembers nothing of the calls that were made.
+  // A server that replaces the old one does not know the calls that were made.
   const bool replaced = !servers.empty() && !servers_.empty() &&
                         std::none_of(servers_.begin(), servers_.end(), stays);
-  // The graph tells servers' ids for some services only, and only while there is a client.
+  // The graph has the servers' ids for some services only, and only while there is a client.
   if (servers.empty() || servers == servers_) return;
   if (std::exchange(failed_, false))
     std::erase_if(attachments_, [](const auto& e) { return !e.second.is_offered(); });
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);
   end(now);
-  serving_.offers_due = true;  // as something new
+  serving_.offers_due = true;  // as a new channel
 }
 
 void RealService::end(const Now& now) {
@@ -51,7 +51,7 @@ void RealService::end(const Now& now) {
 }
 
 void RealService::end_attachments(const Now& now) {
-  for (auto& [id, attachment] : attachments_) attachment.end({"its server has gone"}, now);
+  for (auto& [id, attachment] : attachments_) attachment.end({"it has no server any longer"}, now);
   attachments_.clear();
 }
 
@@ -87,7 +87,7 @@ void RealService::recheck(Link& link, const Now& now) {
   const bool whole =
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
   Ending why{"its action is not whole any longer"};
-  // The peer knows itself what it accepts no longer.
+  // The peer knows what it does not accept any longer.
   if (whole && permission(link, true)) why = {"the peer does not accept it any longer"};
   if (whole && !permission(link, true))
     why = {"no rule allows exporting it any longer", "not_permitted"};
@@ -106,7 +106,7 @@ void RealService::on_link_lost(LinkId link) {
 void RealService::on_link_dead(LinkId link, const Now& now) {
   const auto it = attachments_.find(link);
   if (it == attachments_.end()) return;
-  it->second.end({"it is to be offered anew"}, now);
+  it->second.end({"it is to be offered again"}, now);
   attachments_.erase(it);
   release_client();
 }
@@ -126,7 +126,8 @@ void RealService::consider_callers() {
 void RealService::use_client() {
   if (client_) return;
   failed_ = false;
-  // While there was no client the graph told no ids: those known may be of servers long gone.
+  // While there was no client the graph had no ids: the known ones may belong to servers that are
+  // gone.
   servers_.clear();
   if (const auto it = serving_.graph.services().find(key_); it != serving_.graph.services().end())
     for (const auto& server : it->second.servers)
@@ -173,7 +174,7 @@ void RealService::on_client_failed(const ServiceClientFailed& failed, const Now&
   const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
   serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
   failed_ = true;
-  invocations_.clear();  // the gateway has none of them any more
+  invocations_.clear();  // the gateway has dropped all of them
   note_action_use(false);
   serving_.gate.server_gone(client_);
   for (auto& [link, attachment] : attachments_) attachment.end({failed.reason, failed.code}, now);

@@ -12,9 +12,9 @@
 
 namespace connect_bridge {
 
-// Owns what the graph tells of its servers, the one client that calls them, and the attachments of
-// the links it is offered to. There is a client while some link is attached. When the server goes
-// or another one takes its place, all calls end: the new one knows nothing of them.
+// Owns what is known of its servers from the graph, the one client that calls them, and the
+// attachments of the links it is offered to. There is a client while some link is attached. When
+// the server goes or is replaced, all calls end: a new server does not know them.
 class RealService {
  public:
   RealService(ServiceKey key, Serving& serving);
@@ -27,16 +27,16 @@ class RealService {
   void end(const Now& now);
 
   // ---- links
-  // What the link is to be offered and is not yet.
+  // The offer for the link, if it is to be offered and is not yet.
   [[nodiscard]] std::optional<ChannelOffer> offer(Link& link, const Now& now);
-  // Ends what is no longer allowed to the link, and treats the rest by the new rules.
+  // Ends what the link may not have any longer, and applies the new rules to the rest.
   void recheck(Link& link, const Now& now);
   void on_link_lost(LinkId link);
   void on_link_dead(LinkId link, const Now& now);
   // Each of its callers may have free places.
   void consider_callers();
-  // What our own rules and the peer's say, as far as that is known: between two connections ours
-  // hold at once.
+  // The decision of our own rules and the peer's `accepts`, as far as that is known: between two
+  // connections our rules alone decide.
   [[nodiscard]] std::optional<Decision> permission(const Link& link, bool own_only = false) const;
 
   // ---- the client
@@ -48,19 +48,20 @@ class RealService {
 
   // ---- for its attachments and their calls
   void use_client();
-  // Unless somebody else holds it.
+  // Destroys the client, unless another attachment holds it.
   void release_client();
-  // The attachment of this link ends and is destroyed; the service is offered to it anew.
+  // Ends and destroys the attachment of this link; the service is offered to it again.
   void renew(LinkId link, const Now& now);
   // Gives the request to the server.
   InvocationId invoke(ServedCall& call, const CallGate::Caller& caller, Payload request,
                       const Now& now);
-  // The answer is not wanted, if there can still be one.
+  // The answer is not wanted any more, if one can still come.
   void drop(InvocationId invocation);
 
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] const std::string& node() const { return node_; }
-  // Answers come when a goal has ended: no time limit, a bound of its own.
+  // Whether it returns results of goals: answers come when a goal has ended, so there is no timeout
+  // and a separate limit.
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   [[nodiscard]] ServiceClientId client() const { return client_; }
   [[nodiscard]] bool is_ready() const { return ready_; }
@@ -78,14 +79,15 @@ class RealService {
   ServiceKey key_;
   bool gives_results_;
   std::string node_;
-  std::map<Gid, TimePoint> servers_;  // and since when they are there
+  std::map<Gid, TimePoint> servers_;  // and since when each is known
   bool warned_several_ = false;
-  ServiceClientId client_;  // none: nobody is attached
+  ServiceClientId client_;  // none: no link is attached
   bool ready_ = false;
-  // The client could not be made. Tried again when servers change, or for a link that comes later.
+  // The client could not be made. It is tried again when servers change, or for a link that
+  // attaches later.
   bool failed_ = false;
   std::string type_hash_;
-  std::unordered_map<InvocationId, ServedCall*> invocations_;  // that the gateway has
+  std::unordered_map<InvocationId, ServedCall*> invocations_;  // requests that the gateway has
   std::map<LinkId, Attachment> attachments_;
 };
 

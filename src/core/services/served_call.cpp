@@ -83,7 +83,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   const Compression how = attachment_.compression_of(size);
   if (how.codec == Codec::kNone) return keep_answer(Codec::kNone, {}, now);
   if (serving_.jobs.is_large(size)) {
-    answer_.codec = how.codec;  // if it shrinks
+    answer_.codec = how.codec;  // used if the body shrinks
     job_ = serving_.jobs.compress(*this, how, answer_.body, attachment_.caller().link);
     return;
   }
@@ -106,7 +106,7 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
   serving.begin_calls(now);
 }
 
-// Without a codec the body is what the call has already.
+// Without a codec the call keeps the body that it has.
 void ServedCall::keep_answer(Codec codec, Payload body, const Now& now) {
   set_state(State::kAnswered);
   answer_.subject = id_;

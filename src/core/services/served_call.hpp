@@ -13,10 +13,10 @@
 
 namespace connect_bridge {
 
-// From the arrival of the request until the peer has the answer or wants none. The call holds what
-// it takes of its link's budgets, its places at the gate, its job, its timer and its invocation:
-// set_state() and the destructors give each of them back, whatever ends the call. Owned by its
-// attachment.
+// Lives from the arrival of the request until the peer has the answer or does not want it. The call
+// holds its shares of the link's budgets, its places at the gate, its job, its timer and its
+// invocation: set_state() and the destructors give each of them back, however the call ends. Owned
+// by its attachment.
 class ServedCall final : public JobOwner {
  public:
   enum class State : std::uint8_t {
@@ -28,7 +28,7 @@ class ServedCall final : public JobOwner {
     kEnded
   };
 
-  // It waits from now on.
+  // A new call; it waits.
   ServedCall(Attachment& attachment, CallId id, InMessage request, const Now& now);
   ServedCall(const ServedCall&) = delete;
   ServedCall& operator=(const ServedCall&) = delete;
@@ -37,24 +37,25 @@ class ServedCall final : public JobOwner {
   [[nodiscard]] CallId id() const { return id_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const OutMessage& answer() const { return answer_; }
-  // The server has it, and had it before that time.
+  // Whether the server has it, since before that time.
   [[nodiscard]] bool handed_over_before(TimePoint time) const {
     return state_ == State::kHandedOver && handed_over_at_ < time;
   }
 
-  // A message of one part is a slice: it must not keep its whole packet while it waits.
+  // Copies the request: a message of one part is a slice, which would keep its whole packet in
+  // memory while it waits.
   void keep_copy();
-  // It is its turn. The attachment may have ended it when this returns.
+  // It is the call's turn. The attachment may have destroyed the call when this returns.
   void begin(const Now& now);
-  // The server has answered. Likewise.
+  // The server has answered. The call may have been destroyed when this returns.
   void on_response(Payload answer, const Now& now);
   void on_job(std::optional<Payload> result, const Now& now) override;
   // Nobody wants the answer any longer, or there will be none.
   void end() { set_state(State::kEnded); }
 
  private:
-  // The only place where a state changes, with all that leaving the old one and entering the new
-  // one mean.
+  // The only place where the state changes, with all that belongs to leaving the old state and
+  // entering the new one.
   void set_state(State next);
   void leave();
   void hand_over(Payload request, const Now& now);

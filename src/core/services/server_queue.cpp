@@ -14,8 +14,8 @@ bool ServerQueue::has_room(std::size_t depth, std::size_t coming, TimePoint now)
   return depth == 0 || untaken_.size() + coming < depth;
 }
 
-// The answer to a request that is known to be taken proves nothing of those behind it: a server
-// with several threads may answer while nobody looks after its queue.
+// The answer to a request that is known to be taken proves nothing about later ones: a server with
+// several threads may answer while no thread reads its queue.
 void ServerQueue::answered(InvocationId request, TimePoint now) {
   const auto at = std::find_if(untaken_.begin(), untaken_.end(),
                                [&](const Entry& entry) { return entry.request == request; });

@@ -11,7 +11,8 @@ ServiceExports::ServiceExports(const ServiceOptions& options, const GraphOptions
 void ServiceExports::on_graph(const Now& now) {
   const auto& all = serving_.graph.services();
   const auto is_real = [&](const ServiceKey& key) {
-    // What another bridge mirrors is served elsewhere, whatever its node is called.
+    // A service that another bridge mirrors has its server elsewhere, whatever the name of its
+    // node.
     return all.contains(key) && !claims_.claimed(service_gid(key.first));
   };
   for (auto it = services_.begin(); it != services_.end();) {
@@ -81,7 +82,7 @@ void ServiceExports::on_time(const Now& now) {
       due->attachment->detach(now);
     }
   }
-  serving_.begin_calls(now);  // at last: no call begins that ends now, too
+  serving_.begin_calls(now);  // last, so that no call begins that ends in the same input
   serving_.gate.expire(now.steady);
   serving_.begin_calls(now);
 }

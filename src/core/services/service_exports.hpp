@@ -12,9 +12,9 @@
 
 namespace connect_bridge {
 
-// A service is exported while it has a real server. Finds or creates who is concerned by an input;
-// what an input means is said there (RealService, Attachment, ServedCall). What comes on channels
-// is dispatched by the links. Single-threaded; owned by the side.
+// A service is exported while it has a real server. Finds or creates the object that an input
+// concerns; the handling is in these types (RealService, Attachment, ServedCall). Links dispatch
+// what arrives on channels. Single-threaded; owned by the side.
 class ServiceExports {
  public:
   ServiceExports(const ServiceOptions& options, const GraphOptions& names, const Policy& policy,
@@ -23,14 +23,14 @@ class ServiceExports {
 
   // Servers, or what other bridges claim, have changed.
   void on_graph(const Now& now);
-  // Withdraws what is no longer allowed to the link, and treats the rest by the present rules.
-  // Between hold() and go_on() no call begins: its own right may not have been looked at yet.
+  // Withdraws what the link may not have any longer, and applies the present rules to the rest.
+  // Between hold() and go_on() no call begins: its right may not have been checked yet.
   void recheck(Link& link, const Now& now);
   void hold() { serving_.gate.hold(); }
   void go_on(const Now& now);
-  // Adds what is to be offered to the link and is not yet.
+  // Adds the services that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers, const Now& now);
-  // True once after something has to be offered again, without a change from outside.
+  // True once after a service has to be offered again without a change from outside.
   bool take_offers_due() { return std::exchange(serving_.offers_due, false); }
   std::vector<ActionUse> take_action_uses() { return std::exchange(serving_.action_uses, {}); }
 

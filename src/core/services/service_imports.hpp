@@ -11,9 +11,9 @@
 
 namespace connect_bridge {
 
-// Finds or creates who is concerned by an input; what an input means is said there
-// (MirroredService, Feed, MadeCall). What comes on channels is dispatched by the links.
-// Single-threaded; owned by the side.
+// Finds or creates the object that an input concerns; the handling is in these types
+// (MirroredService, Feed, MadeCall). Links dispatch what arrives on channels. Single-threaded;
+// owned by the side.
 class ServiceImports {
  public:
   ServiceImports(const ServiceOptions& options, const GraphOptions& names,
@@ -22,7 +22,7 @@ class ServiceImports {
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
-  // The first round of offers is over: what the link has not offered again it will not.
+  // The first round of offers is over: ends what the link has not offered again.
   void forget_orphans(LinkId link, const Now& now);
 
   // The connection is gone: the mirror and its calls wait for the link's return.
@@ -33,14 +33,15 @@ class ServiceImports {
   void on_claims(const Now& now);  // what other bridges mirror changed
   void on_policy(const Now& now);
 
-  // The action (local name) whose goals come to this mirror; null: of none.
+  // The action (local name) whose goals arrive at this mirror; null: none.
   [[nodiscard]] const std::string* goals_of(ServiceMirrorId mirror) const;
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
   void on_mirror_failed(const ServiceMirrorFailed& failed);
   void on_time(const Now& now);
 
-  // What stands for the services mirrored here in our own claim; true once after every change.
+  // The entries of our own claim for the services mirrored here. take_claim_change(): true once
+  // after every change.
   bool take_claim_change() { return std::exchange(mirroring_.claim_changed, false); }
   void add_mirrored(std::vector<Gid>& claim) const;
 

@@ -1,4 +1,4 @@
-// What the real services here and the links attached to them share.
+// State that the real services here and the links attached to them share.
 #pragma once
 
 #include <map>
@@ -26,14 +26,14 @@ class Attachment;
 class RealService;
 class ServedCall;
 
-// What the calls of one peer take, all services together.
+// The budgets of the calls of one peer, for all services together.
 struct ServedLoad {
   explicit ServedLoad(Budget& memory) : request_bytes(&memory), answer_bytes(&memory) {}
 
   Budget calls;
   Budget request_bytes;  // of calls that wait
-  Budget answer_bytes;   // not known to have arrived
-  // An attach may make a client, which costs the middleware about a millisecond.
+  Budget answer_bytes;   // of answers that are not known to have arrived
+  // An attach may create a client, which takes the middleware about a millisecond.
   Pace attaches{12'000, std::chrono::milliseconds(5)};
   LogLimit refusals, timeouts;
 };
@@ -44,9 +44,10 @@ struct ActionUse {
   bool on = false;
 };
 
-// Outlives the services, which find here whatever they do not own. Single-threaded.
+// What the services share; outlives them. Single-threaded.
 struct Serving {
-  // A deadline of a call; without one, of an attachment that has not come back.
+  // A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
+  // again.
   struct Due {
     Attachment* attachment = nullptr;
     ServedCall* call = nullptr;
@@ -65,10 +66,10 @@ struct Serving {
   Timers<Due> timers{};
   std::map<LinkId, ServedLoad> loads{};
   std::unordered_map<ServiceClientId, RealService*> by_client{};
-  std::vector<ActionUse> action_uses{};  // that nobody has taken yet
+  std::vector<ActionUse> action_uses{};  // changes that were not taken yet
   bool offers_due = false;               // something is to be offered again
 
-  // Begins the calls whose turn it is. To be called after whatever may free a place.
+  // Begins the calls whose turn it is. To be called after everything that may free a place.
   void begin_calls(const Now& now);
 };
 

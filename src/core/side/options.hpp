@@ -12,7 +12,7 @@
 
 namespace connect_bridge {
 
-// The sum of what its parts want to know; `config` fills it.
+// The options of all its parts; `config` fills it.
 struct SideOptions : LinkOptions, JobOptions, GraphOptions, TopicOptions, ServiceOptions {
   Policy policy;
   bool audits = false;                // whether lines of the audit log are made

@@ -47,10 +47,10 @@ void Side::start(const Now& now) {
   links_.dial_if_due(now);
 }
 
-// One input may change the demand for many channels, the use of actions, and what is offered: the
-// peers are told once, when all of it is handled. Telling them may fail a connection (a peer that
-// does not read), and a lost link changes demand and offers again; a round with no failed
-// connection is the last one, and each failure takes a connection away, so there is one.
+// One input may change the demand for many channels, the use of actions, and the offers: messages
+// are sent to the peers once, after all of it is handled. Sending may fail a connection (a peer
+// that does not read), and a lost link changes demand and offers again. This repeats until no
+// connection fails; it ends, as each failure removes one.
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
@@ -65,8 +65,8 @@ void Side::settle(const Now& now) {
   if (claims_topic_.take_due(now)) publish_claim(now);
 }
 
-// A peer that publishes our ROS time means the time of our graph: of its /clock, where it has one.
-// Nobody else asks for it, so it is followed only then.
+// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
+// is one. Nothing else uses it, so /clock is followed only then.
 void Side::follow_clock() {
   bool follows = false;
   for (const auto& [id, link] : links_.all()) {
@@ -105,7 +105,7 @@ void Side::on(GraphChanged& input, const Now& now) {
   service_imports_.on_graph(now);
 }
 
-// An action whose last part has come, or whose first part has gone, changes what its parts are.
+// When an action becomes whole or stops being whole, its parts may be offered or not.
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
   if (!actions_.update(graph_, claims_)) return send_offers(now);
@@ -131,14 +131,14 @@ void Side::on(MirrorFailed& input, const Now& now) {
 }
 
 void Side::on(QosIncompatible& input, const Now&) {
-  if (exports_.stands(input.subscription)) return;  // it is made anew for its first publisher
+  if (exports_.stands(input.subscription)) return;  // it is made again for its first publisher
   const std::string text = input.topic + ": a publisher here offers an incompatible " +
-                           input.policy + "; nothing of it crosses";
+                           input.policy + "; its messages are not received";
   outputs_.log_once(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
-  // The demand goes out before the goal does.
+  // The demand must be sent before the goal.
   if (const std::string* action = service_imports_.goals_of(input.mirror))
     imports_.expect_goal(*action, now);
   service_imports_.on_request(input, now);
@@ -216,7 +216,7 @@ void Side::on_peer_time(const TimeReply& reply, Stamp t4) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
-  // What is not lost with the connection is not counted so.
+  // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.returns) exports_.keep(link, now);
   LinkStatus last;
@@ -280,8 +280,8 @@ Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
   return Nothing{};
 }
 
-// Rights are looked at link by link, and no call starts before all have been. Services first: what
-// they hold no longer is not subscribed anew. The calls of a lost connection lose their right, too.
+// Rights are checked link by link, and no call starts before all are checked. Services come first:
+// a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const Now& now) {
   service_exports_.hold();
   for (auto& [id, link] : links_.all()) service_exports_.recheck(link, now);
@@ -301,9 +301,9 @@ void Side::send_offers(Link& link, const Now& now) {
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
   if (!link.may_offer()) {
-    outputs_.log_once(LogLevel::kWarn, "not all interfaces here are offered to " + link.node +
-                                           ": no more than " + std::to_string(Link::kOfferedMax) +
-                                           " at a time");
+    outputs_.log_once(LogLevel::kWarn, "not all interfaces of this side are offered to " +
+                                           link.node + ": no more than " +
+                                           std::to_string(Link::kOfferedMax) + " at a time");
   }
   if (offers.empty() && link.offers_complete) return;
   for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));

@@ -30,8 +30,8 @@ namespace connect_bridge {
 // drain next_action() and, for each connection that is ready to send, next_packet(); then wait for
 // the next input or next_deadline(). Single-threaded. Never throws, never blocks.
 //
-// Each input goes to the part that it concerns; what concerns several parts at once (an offer, new
-// rules, a lost link) is put in its order here.
+// Each input goes to the part that it concerns; for an input that concerns several parts (an offer,
+// new rules, a lost link) the order is decided here.
 class Side final : private LinksUser {
  public:
   Side(SideOptions options, std::uint64_t seed);
@@ -82,7 +82,7 @@ class Side final : private LinksUser {
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
 
-  // ---- what links tell
+  // ---- what links report
   Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) override;
   Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) override;
   Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {

@@ -1,4 +1,4 @@
-// What is kept for links that are lost and may return.
+// Messages kept for links that are lost and may return.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@ namespace connect_bridge {
 
 class Backlog;
 
-// All that is kept for one link, within a bound in bytes and within what is left of `memory`, the
-// link's. Beyond it the topic that has most of them gives up its oldest message, so that a camera
-// does not cost a small topic its messages.
+// All that is kept for one link, within a limit in bytes and within the room of `memory`, the
+// link's budget. Beyond it the topic with the most bytes drops its oldest message, so that a camera
+// does not displace the messages of a small topic.
 class LinkBacklog {
  public:
   LinkBacklog(std::uint64_t bytes_max, Budget& memory)
@@ -29,13 +29,13 @@ class LinkBacklog {
 
   [[nodiscard]] bool empty() const { return topics_.empty(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  // Messages that went on, and those that did not, since the link was lost.
+  // Messages that were resumed, and those that were lost, since the link was lost.
   [[nodiscard]] std::uint64_t resumed() const { return resumed_; }
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
   friend class Backlog;
-  void change(std::uint64_t difference) {  // modulo 2^64: it may be less
+  void change(std::uint64_t difference) {  // modulo 2^64: may be negative
     bytes_ += difference;
     held_.resize(bytes_);
   }
@@ -46,34 +46,34 @@ class LinkBacklog {
   Budget::Hold held_;  // of bytes_
   std::uint64_t resumed_ = 0;
   std::uint64_t lost_ = 0;
-  std::vector<Backlog*> topics_;  // in the order in which they came
+  std::vector<Backlog*> topics_;  // in the order in which they were added
 };
 
-// One topic's part of it, in the order in which it will be sent. Single-threaded.
+// The part of one topic, in the order in which it will be sent. Single-threaded.
 class Backlog {
  public:
   struct Options {
     Treatment treatment;
     RateLimit rate;
-    std::uint32_t message_bytes_max = 0;  // largest that the peer took
-    std::uint32_t last_sequence = 0;      // of the messages that were begun
-    ExportTimers::Timer ends;             // the link has not returned by then
+    std::uint32_t message_bytes_max = 0;  // largest that the peer accepted
+    std::uint32_t last_sequence = 0;      // of the last message that was begun
+    ExportTimers::Timer ends;             // when it is dropped, if the link has not returned
   };
   Backlog(LinkBacklog& all, Link& link, Options options);
   Backlog(const Backlog&) = delete;
   Backlog& operator=(const Backlog&) = delete;
   ~Backlog();
 
-  // Whether a new sample is to be kept: limits hold as they do for a link that is there.
+  // Whether a new sample is to be kept: the same limits apply as for an open link.
   [[nodiscard]] bool admit(std::size_t bytes, const Now& now);
   void add(OutMessage message);
-  // What the peer does not have, if `after` was the last that it got. Empty afterwards.
+  // Takes out what the peer does not have, if `after` was the last that it got. Empty afterwards.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
-  // It will not go on: all is dropped for this reason, and nothing is kept any more.
+  // The topic will not be resumed: drops all for this reason, and keeps nothing any more.
   void end(DropReason reason);
   void drop(DropReason reason, std::uint64_t count = 1);
 
-  // Whether a message of this origin is among them.
+  // Whether a message of this origin is kept.
   [[nodiscard]] bool holds(OriginId origin) const { return by_origin_.contains(origin); }
   [[nodiscard]] bool is_over() const { return over_; }
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
@@ -92,7 +92,7 @@ class Backlog {
   Link& link_;
   Options options_;
   std::deque<OutMessage> messages_;
-  std::unordered_map<OriginId, std::size_t> by_origin_;  // how many of them are of each
+  std::unordered_map<OriginId, std::size_t> by_origin_;  // number of messages per origin
   std::uint64_t bytes_ = 0;
   DropCounts dropped_;
   bool over_ = false;

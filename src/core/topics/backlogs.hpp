@@ -1,4 +1,4 @@
-// What one topic keeps for links that are lost, until they go on or will not return.
+// What one topic keeps for lost links, until they resume it or will not return.
 #pragma once
 
 #include <map>
@@ -11,8 +11,8 @@
 
 namespace connect_bridge {
 
-// Belongs to an exported topic. A link has a backlog from the loss of its connection to its demand
-// on another one. Single-threaded.
+// Belongs to an exported topic. A link has a backlog from the loss of its connection until its
+// demand on another one. Single-threaded.
 class Backlogs {
  public:
   // All outlive this.
@@ -22,27 +22,26 @@ class Backlogs {
   [[nodiscard]] bool contains(LinkId link) const { return backlogs_.contains(link); }
   // Whether a message of this origin is kept.
   [[nodiscard]] bool hold(OriginId origin) const;
-  // Whether something is kept still, so that the topic is to be subscribed.
+  // Whether samples are still to be kept, so that the topic must stay subscribed.
   [[nodiscard]] bool want_samples() const;
-  // Whether what is wanted must be volatile, by a rule.
+  // Whether a rule requires the subscription to be volatile.
   [[nodiscard]] bool want_volatile() const;
 
-  // The connection of this offer is about to be lost: what may not have arrived is kept, and what
-  // is published from now on. `encoding`: what is under way to be compressed for it.
+  // The connection of this offer is about to be lost: keeps what may not have arrived, and what is
+  // published from now on. `encoding`: samples that are being compressed for it.
   void begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,
              const Now& now);
-  // The link is lost again before it went on: the time to keep begins anew.
+  // The link is lost again before it was resumed: the time limit starts again.
   void renew(LinkId link, const Now& now);
   // A reliable sample was taken.
   void add(const OutSample& sample, const Now& now);
-  // One of a reliable publisher was, but not reliably, because another reads the topic so: it
-  // cannot be kept.
+  // A sample of a reliable publisher was taken by a best-effort subscription, so it cannot be kept.
   void miss();
-  // The link is back. Whether the offer, if it was opened, takes the place of the one before; else
-  // nothing of that goes on.
+  // The link is back. Whether the offer, if it was opened, continues the previous one; if not, what
+  // was kept is dropped.
   [[nodiscard]] bool take_over(TopicOffer& offer, LinkId link, bool opened);
-  // The link demands the topic or does not any longer. Whether it goes on from here: then what was
-  // kept is sent, else it is dropped.
+  // The link demands the topic, or does not any longer. Whether it is resumed now: if so, what was
+  // kept is sent, otherwise it is dropped.
   [[nodiscard]] bool go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                            const Now& now);
   // Whether the rules here still say of the link what they said when its backlog was begun. Also
@@ -50,20 +49,20 @@ class Backlogs {
   [[nodiscard]] bool may_stay(LinkId link) const;
   // Nothing is kept for the link any more; what was is dropped. False: there was nothing.
   bool end(LinkId link, DropReason reason, const Now& now);
-  // Ends those whose time is over. Whether there were any.
+  // Ends the backlogs whose time is over. Whether there were any.
   bool end_overdue(const Now& now);
 
   void add_status(LinkId link, LinkStatus& status) const;
 
  private:
   [[nodiscard]] ExportTimers::Timer timer_for(const Link& link, const Now& now);
-  // What is lost with it is counted with the link. The last of a link's topics tells the log.
+  // What is lost with it is added to the link's counts. The last one of a link writes the log line.
   void remove(std::map<LinkId, Backlog>::iterator backlog, const Now& now);
 
   ExportContext& context_;
   ExportedTopic& topic_;
   std::map<LinkId, Backlog> backlogs_;
-  ExportTimers::Timer ended_;  // the last one did: the topic may be over
+  ExportTimers::Timer ended_;  // set when the last backlog ended: the topic may be over
 };
 
 }  // namespace connect_bridge

@@ -9,7 +9,7 @@ namespace {
 
 constexpr Stamp kSecond = 1'000'000'000;
 constexpr double kRateMax = 100.0;
-// Two samples closer than this tell little about the rate.
+// Two samples closer than this say little about the rate.
 constexpr Stamp kRateBase = kSecond / 20;
 
 // rosgraph_msgs/msg/Clock: int32 seconds, uint32 nanoseconds.
@@ -48,8 +48,9 @@ void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {
   if (sample_ && sample.local - sample_->local >= kRateBase) {
     const double rate = static_cast<double>(sample.ros - sample_->ros) /
                         static_cast<double>(sample.local - sample_->local);
-    // A jump forward looks like a high speed, once: a higher one counts when it was measured twice,
-    // or we would run ahead and then back. A jump back (a restarted simulation) is no speed at all.
+    // A jump forward looks like a high rate, once: a higher rate counts only when it was measured
+    // twice, otherwise we would run ahead and then back. A jump back (a restarted simulation) gives
+    // no rate.
     if (rate >= 0) {
       rate_ = std::min({rate, measured_rate_, kRateMax});
       measured_rate_ = rate;

@@ -19,7 +19,7 @@ class ClockPublisher {
  public:
   explicit ClockPublisher(Duration period) : period_(period) {}
 
-  // A living link: the mirror of /clock appears (`topic` is its local name).
+  // The link is alive: creates the mirror of /clock (`topic` is its local name).
   void start(const std::string& topic, Outputs& outputs, const Now& now);
   void stop(Outputs& outputs);
   // `t4`: our system clock at the reply's arrival.

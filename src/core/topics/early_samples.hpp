@@ -1,4 +1,4 @@
-// Samples of a topic that a peer has been offered and has not answered for yet.
+// Samples of a topic that was offered to a peer and that the peer has not demanded yet.
 #pragma once
 
 #include <deque>
@@ -12,9 +12,9 @@
 
 namespace connect_bridge {
 
-// A peer that listens will demand the topic; what a new publisher says first is taken before the
-// offer has crossed and the demand has come back. It is kept so long: for each link that listens
-// the newest samples, for two seconds after the first at most. Single-threaded.
+// A peer that listens will demand the topic, but a new publisher's first messages are taken before
+// the offer has arrived and the demand has come back. Until then the newest samples are kept for
+// each link that listens, for at most two seconds after the first. Single-threaded.
 class EarlySamples {
  public:
   using Offers = std::map<LinkId, TopicOffer>;
@@ -30,7 +30,7 @@ class EarlySamples {
   std::deque<OutSample> answer(LinkId link);
   // Drops what has waited too long.
   void on_time(const Now& now);
-  // The link's offer has ended, or is made anew.
+  // The link's offer has ended, or is made again.
   void forget(LinkId link);
   void clear();
 
@@ -42,7 +42,7 @@ class EarlySamples {
     Budget::Hold bytes;
     ExportTimers::Timer until;
   };
-  // Whether the peer listens and has not had the time to demand what it was offered.
+  // Whether the peer listens and may not yet have had time to demand what it was offered.
   [[nodiscard]] bool is_awaited(const TopicOffer& offer, LinkId link) const;
   void keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
 
@@ -51,7 +51,7 @@ class EarlySamples {
   Offers& offers_;
   const Backlogs& backlogs_;
   std::map<LinkId, Waiting> waiting_;
-  std::set<LinkId> over_;  // they have answered, or their time is over
+  std::set<LinkId> over_;  // links that have answered, or whose time is over
 };
 
 }  // namespace connect_bridge

@@ -1,4 +1,4 @@
-// What the exported topics of a side share.
+// State that the exported topics of a side share.
 #pragma once
 
 #include <map>
@@ -27,12 +27,12 @@ struct ExportContext {
   const LocalActions& actions;
   Jobs& jobs;
   Outputs& outputs;
-  Budget memory{};  // what is kept of local samples for links that come later
+  Budget memory{};  // local samples kept for links that come later
 
   std::set<std::string> held{};  // names of topics that are subscribed without demand
   std::unordered_map<SubscriptionId, ExportedTopic*> by_subscription{};
-  Budget parked{};                       // bytes of samples whose publishers are not known yet
-  Budget early{&memory};                 // and of those that wait for the answer to an offer
+  Budget parked{};                       // samples whose publishers are not known yet
+  Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
   FarListeners listeners{graph_options, policy, outputs};

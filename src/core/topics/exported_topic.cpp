@@ -12,7 +12,7 @@ constexpr Duration kParkMax = std::chrono::seconds(1);
 constexpr std::size_t kParkedSamplesMax = 256;       // per topic
 constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
 
-// What comes by a subscription of this QoS: all of it, and not what its publishers keep.
+// Whether a subscription with this QoS gets all messages, and none that publishers keep.
 bool may_resume(const Qos& qos) {
   return qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile;
 }
@@ -40,7 +40,7 @@ void ExportedTopic::on_graph(const Now& now) {
   if (state && !state->type_hash.empty()) type_hash_ = state->type_hash;
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
-    if (std::exchange(failed_, false)) std::erase_if(offers_, is_closed);  // they are made anew
+    if (std::exchange(failed_, false)) std::erase_if(offers_, is_closed);  // they are made again
     for (auto& [link, offer] : offers_) offer.add_origins(told);
     warn_mixed();
     update_subscription(now);
@@ -68,7 +68,7 @@ void ExportedTopic::remove_vanished(const Now& now) {
   update_subscription(now);
 }
 
-// The topic lives on for its listeners: what its next publishers are offered as is decided anew.
+// The topic lives on for its listeners: how its next publishers are offered is decided again.
 void ExportedTopic::end_offers() {
   early_.clear();
   streams_.clear();
@@ -275,10 +275,10 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
 }
 
-// A sample may come before the graph has told of its publisher: the middleware matches endpoints
+// A sample may come before the graph shows its publisher: the middleware matches endpoints
 // before it reports them. Without an origin it cannot be sent, so it waits while the graph is read
-// again. What then belongs to no real publisher (another bridge's mirror, or one that is gone) must
-// not cross.
+// again. A sample that then has no real publisher (another bridge's mirror, or one that is gone)
+// must not cross.
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
   if (parked_.size() >= kParkedSamplesMax || context_.parked.used() >= kParkedBytesMax)
     return drop_demanded(DropReason::kUnknownOrigin);
@@ -309,7 +309,7 @@ void ExportedTopic::watch_parked() {
 }
 
 // Of transient-local publishers the last samples are kept, for links that demand the topic when it
-// is subscribed already. A subscription that is made anew (changed QoS) gets from the publishers
+// is subscribed already. A subscription that is made again (changed QoS) gets from the publishers
 // what they keep: those samples have crossed and are known by their numbers (by their stamps where
 // the middleware does not count; then a clock that is set back silences them for as long).
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {

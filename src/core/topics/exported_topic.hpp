@@ -1,4 +1,4 @@
-// One topic of the local graph that links may have.
+// One topic of the local graph that may be exported.
 #pragma once
 
 #include <deque>
@@ -27,35 +27,37 @@ class ExportedTopic {
   ExportedTopic& operator=(const ExportedTopic&) = delete;
 
   void on_graph(const Now& now);
-  // What is to be offered to the link; nullopt: nothing, or it was decided before.
+  // The offer for the link; nullopt: none, or it was decided before.
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link);
-  // Rules or the peer's Accepts are new: withdraws what is treated differently now.
+  // Rules or the peer's `accepts` have changed: withdraws an offer that is treated differently now.
   void recheck(const Link& link, const Now& now);
-  // The connection is about to be lost: what may not have arrived is kept, and what is published
+  // The connection is about to be lost: keeps what may not have arrived, and what is published
   // until the link returns.
   void keep(LinkId link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
-  // The link will not return, or has forgotten: nothing is kept for it any more.
+  // The link will not return, or its peer has lost its state: nothing is kept for it any more.
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
   // Listeners came or went.
   void on_listeners(const Now& now);
-  // Nobody publishes it here, nobody listens at the other side, and no lost link has a part in it.
+  // Whether there is no publisher here, no listener at the other side, and nothing kept or counted
+  // for a lost link.
   [[nodiscard]] bool is_over() const;
-  // What is wanted has changed: makes the subscription that serves it, or ends it.
+  // The wishes have changed: creates the subscription that fits them, or ends it.
   void update_subscription(const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
-  // Withdrawn until its publishers change, or from links that come later until they demand it.
+  // Withdraws the topic from its links until its publishers change; links that come later are
+  // offered it, until they demand it.
   void on_subscription_failed(const std::string& code, const std::string& reason);
   void on_time(const Now& now);
 
   [[nodiscard]] const TopicKey& key() const { return key_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const Origins& origins() const { return origins_; }
-  // How many samples a late local subscriber would get of one origin, as far as the graph tells.
+  // How many samples of one origin a late local subscriber would get, as far as the graph shows.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
   // What is kept for the link; and whether the rules here still allow that.
@@ -72,7 +74,7 @@ class ExportedTopic {
 
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
-  // Something of the origin waits for a link to return, or of the topic since it has.
+  // Whether samples of the origin (or, since a link has returned, of the topic) wait for that link.
   [[nodiscard]] bool is_kept(OriginId origin) const;
   void end_offers();
 
@@ -99,12 +101,12 @@ class ExportedTopic {
   Origins origins_;
   std::map<LinkId, TopicOffer> offers_;
   Backlogs backlogs_;
-  SubscriptionId subscription_;  // none: nobody wants it
+  SubscriptionId subscription_;  // none: not subscribed
   Qos subscription_qos_;
   std::string subscription_hash_;
   bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
-  // A peer may switch its demand on and off as it likes; it makes a reader of the middleware only
-  // so often.
+  // A peer may switch its demand on and off at will; this limits how often that creates a reader in
+  // the middleware.
   Pace subscriptions_{10, std::chrono::seconds(1)};
   ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
   HistoryCache history_;

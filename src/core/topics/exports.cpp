@@ -9,7 +9,7 @@ namespace connect_bridge {
 void Exports::on_graph(const Now& now) {
   for (const auto& [key, state] : context_.graph.topics())
     if (!state.publishers.empty()) topics_.try_emplace(key, context_, key);
-  // What stands for listeners alone may have to give way to another type of its name.
+  // A topic that exists for listeners alone may have to end for another type of its name.
   for (ExportedTopic* topic : context_.names.standing()) topic->update_subscription(now);
   for (auto& [key, topic] : topics_) topic.on_graph(now);
 }

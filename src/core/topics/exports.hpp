@@ -1,4 +1,4 @@
-// The topics of the local graph that links may have.
+// The topics of the local graph that may be exported.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace connect_bridge {
 
-// Finds or makes the topic that an input concerns. Single-threaded; owned by the side.
+// Finds or creates the topic that an input concerns. Single-threaded; owned by the side.
 class Exports {
  public:
   Exports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
@@ -20,12 +20,13 @@ class Exports {
       : context_{options, graph_options, policy, graph, actions, jobs, outputs, Budget(memory)} {}
 
   void on_graph(const Now& now);
-  // The peer's Accepts or our rules are new: withdraws what is no longer allowed, or is treated
-  // differently now; it may be offered anew.
+  // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
+  // treated differently now; the latter may be offered again.
   void recheck(const Link& link, const Now& now);
-  // Adds what is to be offered to the link and is not yet.
+  // Adds the topics that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers);
-  // The connection is about to be lost, and may have a successor: what is to resume is kept for it.
+  // The connection is about to be lost, and another one may follow: keeps what is to be resumed on
+  // that.
   void keep(const Link& link, const Now& now);
   void on_link_lost(LinkId link, const Now& now);
   // Rules or the identity of a lost link are new: what they forbid, or treat otherwise than before,
@@ -37,8 +38,8 @@ class Exports {
   // Nodes of the peer's graph that listen to what we may export.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
 
-  // While a peer can send goals to this action, its feedback and status are subscribed, demanded or
-  // not: what follows a goal at once would be over before a new subscription had been matched.
+  // While a peer can send goals to this action, its feedback and status are subscribed, also
+  // without demand: messages right after a goal would be lost before a new subscription is matched.
   void hold_action(const std::string& action, bool on, const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
@@ -46,7 +47,7 @@ class Exports {
   void on_subscription_failed(const SubscriptionFailed& failed);
   void on_time(const Now& now);
 
-  // Whether it stands for listeners alone, with no publisher known yet.
+  // Whether it exists for listeners alone, with no publisher known yet.
   [[nodiscard]] bool stands(SubscriptionId subscription) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {

@@ -5,7 +5,7 @@
 namespace connect_bridge {
 namespace {
 
-// What exceeds its pace is looked at so often.
+// How often listeners beyond the rate are looked at.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
 // What the subscription to a topic that nobody publishes costs the middleware, roughly.
 constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
@@ -40,7 +40,7 @@ void FarListeners::add(const Link& link, const ListenerTold& told, const Now& no
   Listener& listener = links_[link.id].listeners[told.listener];
   listener.told = told;
   const std::string local = options_.names.to_local(told.name);
-  // Another name may be mapped to it; and what bridges tell each other is not for peers.
+  // Another name may be mapped to it; and the claims topic is not for peers.
   const bool is_ours = options_.names.to_wire(local) == told.name && local != kClaimsTopic;
   if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
   listener.permitted = permits(link, listener);

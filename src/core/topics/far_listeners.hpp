@@ -1,4 +1,4 @@
-// Who listens at the other side of the links.
+// The listeners at the other side of the links.
 #pragma once
 
 #include <map>
@@ -15,11 +15,11 @@
 
 namespace connect_bridge {
 
-// The nodes of the peers that listen to topics of ours, as they tell it (control message
-// `listeners`). A listener counts while our rules and the peer's `accepts` let the peer have its
-// topic; any other is kept for the day when they do. With proxy nodes a listener has a subscription
-// under its node's name while its topic is subscribed; nothing is taken of that one, what crosses
-// comes from the topic's own. Single-threaded.
+// The peers' nodes that listen to topics of ours, as reported in `listeners` messages. A listener
+// counts while our rules and the peer's `accepts` allow the peer its topic; others are kept until
+// they do. With proxy nodes a listener is shown as a subscription under its node's name while its
+// topic is subscribed; no samples are taken from that subscription, but from the topic's own.
+// Single-threaded.
 class FarListeners {
  public:
   // All outlive this.
@@ -32,10 +32,10 @@ class FarListeners {
   // is new counts later, see on_time().
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
-  // Our rules, the link's identity or what the peer accepts are new.
+  // Our rules, the link's identity or the peer's `accepts` have changed.
   void recheck(const Link& link, const Now& now);
   void on_link_lost(LinkId link);
-  // Those count that came too often before.
+  // Counts listeners that had exceeded the rate.
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
@@ -43,16 +43,16 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
-  // As the listeners tell it; empty: they do not.
+  // The type hash that the listeners reported; empty: none.
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 
-  // The topic is subscribed, or no longer: its listeners are in the graph meanwhile.
+  // The topic is subscribed, or not any longer: shows or hides its listeners in the graph.
   void show(const TopicKey& topic, bool on);
 
  private:
   struct Listener {
     ListenerTold told;
-    std::optional<TopicKey> topic;  // local name; none: it is none that the peer can have
+    std::optional<TopicKey> topic;  // local name; none: not one that the peer can have
     bool permitted = false;
     bool counts = false;
     Budget::Hold held;  // while it counts
@@ -70,7 +70,7 @@ class FarListeners {
 
   void add(const Link& link, const ListenerTold& told, const Now& now);
   [[nodiscard]] bool permits(const Link& link, const Listener& listener) const;
-  // It counts if it may, at once or later.
+  // Counts the listener if it is allowed, now or later.
   void admit(Key key, Listener& listener, const Now& now);
   void set(Key key, Listener& listener, bool counts);
   void show(Listener& listener, bool on);
@@ -81,7 +81,7 @@ class FarListeners {
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
   std::set<TopicKey> changed_;
-  std::optional<TimePoint> due_;  // some may, and do not count yet
+  std::optional<TimePoint> due_;  // some are allowed and do not count yet
 };
 
 }  // namespace connect_bridge

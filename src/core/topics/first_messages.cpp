@@ -7,7 +7,7 @@
 namespace connect_bridge {
 
 bool FirstMessages::keep(const Payload& raw, OfferedTopic* feeder) {
-  // What must not be old is better lost than late.
+  // Messages with a max_age are better lost than late.
   if (!feeder || feeder->treatment().max_age != kForever) return false;
   if (raw.size() > kBytesMax || raw.size() > feeder->link().memory.room()) return false;
   bytes_ += raw.size();

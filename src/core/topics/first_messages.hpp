@@ -1,4 +1,4 @@
-// What comes for a mirror that nobody can hear yet.
+// Messages for a mirror that no subscriber can receive yet.
 #pragma once
 
 #include <cstddef>
@@ -14,27 +14,27 @@ namespace connect_bridge {
 class Mirror;
 class OfferedTopic;
 
-// They wait for the mirror itself, whose origin's node has no name yet, and then for the
-// subscribers here to find it: what is published before that is lost to them. `feeder` is who
-// offers the mirror's origin and counts what is lost after all; null: nobody does now.
+// They wait until the mirror exists (its origin's node may have no name yet), and then until the
+// subscribers here have found it: they would not receive what is published before that. `feeder`
+// offers the mirror's origin and counts what is lost after all; null: no link offers it now.
 // Single-threaded.
 class FirstMessages {
  public:
-  // The subscribers have found the mirror by then.
+  // Sets when the subscribers have found the mirror.
   void wait(Timers<Mirror*>::Timer until) { until_ = std::move(until); }
   [[nodiscard]] bool waits() const { return bool(until_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
-  // Whether one more displaces none.
+  // Whether one more fits without displacing others.
   [[nodiscard]] bool fits(std::size_t bytes) const {
     return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
   }
-  // Keeps the newest. False: this one is too large to wait, or must not be late.
+  // Keeps it, and drops the oldest if need be. False: it is too large, or must not be late.
   bool keep(const Payload& raw, OfferedTopic* feeder);
-  // They are of what the feeder's link may hold from now on.
+  // From now on they count in the budget of the feeder's link.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
-  // Whether the time has come; then nothing waits any longer.
+  // Whether the time to publish them has come; then later ones need not wait.
   [[nodiscard]] bool are_due(const Now& now);
-  // All of them, in order.
+  // Publishes all of them, in order.
   void publish(Outputs& outputs, MirrorId mirror);
   void drop(OfferedTopic* feeder);
 

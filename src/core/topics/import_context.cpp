@@ -6,8 +6,8 @@
 
 namespace connect_bridge {
 
-// What the link has offered before a reconnect counts until it is forgotten: who reconnects again
-// and again gets no more by that.
+// Earlier offers of the link count until they are forgotten: reconnecting again and again does not
+// give more.
 Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();

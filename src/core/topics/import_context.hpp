@@ -1,4 +1,4 @@
-// What the mirrors and the offered topics of a side share.
+// State that the mirrors and the offered topics of a side share.
 #pragma once
 
 #include <map>
@@ -31,7 +31,7 @@ struct ImportContext {
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
-  // The bytes that the mirror may keep beside the others that its link feeds.
+  // The bytes that the mirror may keep in addition to the others that its link feeds.
   [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror) const;
   // A line about a mirror has words of its peer: it is told once for the identity, and not at all
   // where nobody offers the mirror any longer.

@@ -12,31 +12,31 @@
 
 namespace connect_bridge {
 
-// Finds or makes the peers' topics and the mirrors of their origins. Single-threaded; owned by the
-// side.
+// Finds or creates the peers' topics and the mirrors of their origins. Single-threaded; owned by
+// the side.
 class Imports {
  public:
   Imports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
           const GraphView& graph, const Claims& claims, Jobs& jobs, Outputs& outputs)
       : context_{options, graph_options, policy, graph, claims, jobs, outputs} {}
 
-  // The caller has found the number unused and told the link of it. Also declines kinds of channels
-  // that nobody here knows.
+  // The caller has checked that the number is unused and registered it at the link. Also declines
+  // unknown kinds of channels.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
-  // The connection is about to be lost: what arrived and is to resume is published, so that it
-  // need not come again.
+  // The connection is about to be lost: publishes what has arrived and is to resume, so that it
+  // need not be sent again.
   void finish(const Link& link, const Now& now);
   // The connection is gone: its channels end, its mirrors wait for the link's return.
   void on_link_lost(LinkId link, const Now& now);
-  // The link is declared dead: its mirrors vanish. A link that returns makes them anew.
+  // The link is declared dead: destroys its mirrors. A link that returns creates them again.
   void on_link_dead(LinkId link, const Now& now);
-  // The link is open again, and what it has not offered again by now it will not.
+  // The link is open again, and its time for offers is over: ends what it has not offered again.
   void forget_orphans(LinkId link, const Now& now);
   void on_graph(const Now& now);   // local subscribers or origins changed
   void on_claims(const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
-  // A goal is on its way to this action (local name): its feedback may follow before the graph has
-  // told of the client's subscriptions.
+  // A goal is on its way to this action (local name): its feedback may follow before the graph
+  // shows the client's subscriptions.
   void expect_goal(const std::string& action, const Now& now);
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
   void on_publish_failed(const PublishFailed& failed);

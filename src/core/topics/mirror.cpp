@@ -14,7 +14,7 @@ namespace {
 
 // A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
 constexpr Duration kLinger = std::chrono::milliseconds(200);
-// By then the graph has told of the subscriptions of an action's client.
+// Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
@@ -46,7 +46,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   }
   ends_.cancel();
   failed_ = false;
-  // Another link may have told the node's name already.
+  // Another link may have sent the node's name already.
   const std::string node = origin.node.empty() ? origin_.node : origin.node;
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
   origin_ = origin;
@@ -60,7 +60,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   return true;
 }
 
-// A mirror that shall belong to its origin's node is made when that has a name, or made anew.
+// A mirror that is to belong to its origin's node is made when that has a name, or made again.
 void Mirror::name_node(const std::string& node, const Now& now) {
   if (node.empty() || !origin_.node.empty()) return;
   origin_.node = node;
@@ -135,15 +135,15 @@ void Mirror::update(const Now& now, const OfferedTopic* sends) {
   if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
 }
 
-// What is made under our own node and then anew under the proxy loses the samples in between.
+// A mirror made under our own node and later again under the proxy loses samples in between.
 bool Mirror::has_waited_for_name(const Now& now) {
   if (!context_.graph_options.proxy_nodes || !origin_.node.empty()) return true;
   if (!naming_) naming_ = context_.timers.set(now.steady + kNaming, this);
   return naming_.at() <= now.steady;
 }
 
-// What comes and goes in the graph costs every process there. Who waits asks again in the order in
-// which it came, as all wait equally long.
+// Endpoints that come and go cost every process in the graph. Waiting mirrors ask again in the
+// order in which they came, as all wait equally long.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   paced_.cancel();
@@ -184,8 +184,8 @@ void Mirror::create(const Now& now) {
   warn_incompatible(now);
 }
 
-// Who subscribes to another one, or was fed by another bridge meanwhile, is not to get what was
-// kept for this one.
+// Subscribers of another publisher, or of another bridge's mirror, must not get what was kept for
+// this one.
 void Mirror::destroy() {
   if (id_ && may_resume(origin_.qos, qos_))
     for (const Candidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
@@ -306,8 +306,8 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 
 // After a reconnect, or when demand returns, the exporter sends the last samples of a
 // transient-local origin again (whatever the mirror's own QoS); and when another link takes over as
-// the feeding one, it may be behind the first. The number is the origin's own, so it tells whatever
-// way a sample came.
+// the feeding one, it may be behind the first. The number is the origin's own, so it does not
+// depend on the sample's path.
 std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
                                           const Now& now) {
   if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
@@ -326,7 +326,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   }
   if (first_.empty()) before_first_ = last_number_;
   last_number_ = std::max(last_number_, number);
-  // What the middleware keeps for who comes late need not wait, and is not to be displaced here.
+  // Samples that the middleware keeps for late subscribers need not wait or be displaced.
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
   if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
@@ -342,7 +342,7 @@ void Mirror::charge() {
 }
 
 // How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
-// power of two, so that a peer whose samples grow and grow makes the publisher anew a few times
+// power of two, so that a peer whose samples grow and grow makes the publisher again a few times
 // only.
 std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
   const std::uint64_t memory = candidates_.front().link->memory.room();

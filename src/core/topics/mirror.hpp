@@ -27,7 +27,7 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 // origin is in the graph itself, or another bridge mirrors it. Single-threaded.
 class Mirror {
  public:
-  // Without a topic: the link is lost, or has not offered the origin again yet.
+  // A link that offers the origin. Without a topic: it is lost, or has not offered it again.
   struct Candidate {
     Link* link = nullptr;
     OfferedTopic* offered = nullptr;
@@ -44,10 +44,10 @@ class Mirror {
   void name_node(const std::string& node, const Now& now);
   // The connection is lost: the candidate waits for its return.
   void lose_topic(LinkId link, const Now& now);
-  // The link is dead: nothing is left to wait for, unless another link offers the origin too. What
-  // subscribers here miss will come when the link is back, but not where another one may feed them.
+  // The link is dead: its candidate ends. What subscribers here miss comes when the link is back,
+  // unless another link may feed them meanwhile.
   void lose_link(LinkId link);
-  // After this the mirror may be over (ImportContext::remove_candidate asks).
+  // After this the mirror may be over (ImportContext::remove_candidate checks).
   void remove_candidate(LinkId link, const Now& now);
   // Null: the link does not offer the origin.
   [[nodiscard]] const Candidate* candidate(LinkId link) const;
@@ -58,9 +58,9 @@ class Mirror {
   // Chooses the feeding link, creates or destroys the publisher. True: the link that feeds it now
   // has not sent the origin's last samples to it.
   bool refresh(const Now& now);
-  // The same, and asks for these samples; but not this topic, whose exporter sends them by itself.
+  // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
-  // A rule may ask for another QoS now. True: the publisher was made anew.
+  // A rule may require another QoS now. True: the publisher was created again.
   bool adopt_qos(const OfferedTopic& offered, const Now& now);
   void destroy();
   // What waits for its publisher to be found is not published, and may come again.
@@ -69,23 +69,23 @@ class Mirror {
   void ask_for_last_samples(const Now& now) const;
   void on_failed(const std::string& code, const std::string& reason, const Now& now);
   void on_time(const Now& now);
-  // Tells once of each subscriber here that can get nothing from it.
+  // Logs once each subscriber here that cannot receive from it because of its QoS.
   void warn_incompatible(const Now& now);
 
   // ---- demand
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
   [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
-  // It wants nothing for a moment.
+  // It does not want data for a moment.
   void settle(const Now& now);
-  // It is wanted for a while, whether there is a subscriber or not.
+  // It wants data for a while, with or without a subscriber.
   void expect_subscriber(const Now& now);
 
   // ---- data
-  // Why nothing that comes from this link is published.
+  // Why messages from this link are not published; nullopt: they are.
   [[nodiscard]] std::optional<DropReason> refusal(const Link& link) const;
-  // Why it is not: it was published before, or is more than may be kept for late subscribers. Where
-  // fewer samples of its size may be kept than now, the publisher is made anew with less depth, and
-  // the exporter asked for the last samples.
+  // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
+  // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
+  // with less depth, and the exporter is asked for the last samples.
   [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
                                                   const Now& now);
   // What the middleware may keep for late subscribers, by the largest sample seen.
@@ -105,7 +105,7 @@ class Mirror {
 
   void create(const Now& now);
   void vanish();
-  // What the middleware may keep counts as held by who feeds it.
+  // What the middleware may keep counts in the budget of the feeding link.
   void charge();
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
@@ -127,7 +127,7 @@ class Mirror {
   std::vector<Candidate> candidates_;  // the feeding one first
   Timer settles_;                      // no demand before
   FirstMessages first_;
-  Timer ends_;      // no candidate is left: lets the middleware deliver the last samples
+  Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name
   Timer paced_;     // until then it is not made: its identity makes too many
@@ -136,7 +136,7 @@ class Mirror {
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
-  // Of the size of its samples so many may be kept.
+  // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again

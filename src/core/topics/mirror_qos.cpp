@@ -5,14 +5,15 @@
 namespace connect_bridge {
 namespace {
 
-// A peer cannot make the middleware watch shorter periods.
+// A peer cannot make the middleware monitor shorter periods.
 constexpr Duration kPeriodMin = std::chrono::milliseconds(1);
 
 }  // namespace
 
 Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& options) {
-  // A peer's wish has a limit, or a transient-local mirror would keep all that the peer ever sends,
-  // and any other would hold up the loop for a subscriber that does not take.
+  // The depth that a peer asks for has a limit; otherwise a transient-local mirror would keep all
+  // that the peer ever sends, and any other would block the loop for a subscriber that does not
+  // take its samples.
   const std::uint32_t depth_max = options.mirror_depth_max;
   const bool keep_all = origin.history == History::kKeepAll;
   Qos qos = origin;

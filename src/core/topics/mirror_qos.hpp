@@ -6,7 +6,8 @@
 
 namespace connect_bridge {
 
-// Of an origin of this QoS, by what a rule says and within what a peer may ask for.
+// The QoS for the mirror of an origin with this QoS, by the rule and within what a peer may ask
+// for.
 [[nodiscard]] Qos mirror_qos(const Qos& origin, const QosOverride& ruled,
                              const TopicOptions& options);
 

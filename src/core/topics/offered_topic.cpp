@@ -286,7 +286,7 @@ Result<bool> OfferedTopic::resolve(InMessage& message, const Now& now) {
 
 // A worker that does not keep up must not make messages late without end: beyond the depth of a
 // volatile origin its new message takes the place of its oldest, if that is the next to be looked
-// at. What stands before that one is with the worker; other origins lose nothing to it.
+// at. Messages before that one are with the worker; other origins lose nothing.
 void OfferedTopic::make_room(const InMessage& message) {
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return;

@@ -19,8 +19,8 @@ namespace connect_bridge {
 
 class PeerTopics;
 
-// Demands the topic while one of the mirrors that it feeds wants data; takes its messages, brings
-// them into their raw form in order, and gives them to the mirrors of their origins.
+// Demands the topic while one of the mirrors that it feeds wants data; receives its messages,
+// decompresses them in order, and gives them to the mirrors of their origins.
 class OfferedTopic final : public IncomingChannel, private JobOwner {
  public:
   // `key` has the local name; the rest as the peer offers it.
@@ -30,31 +30,31 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   ~OfferedTopic() override;
 
   void add_origin(const OriginOffer& origin, const Now& now);
-  // Our rules are new. False: none allows it any longer.
+  // Our rules have changed. False: none allows it any longer.
   [[nodiscard]] bool recheck(const Now& now);
   // Whether this origin of /parameter_events is a node whose parameters no rule opens.
   [[nodiscard]] bool withholds(const OriginOffer& origin) const;
   // Mirrors whose rule now asks for another QoS are made anew.
   void renew(const Now& now);
-  // The peer is told that it is not imported any longer.
+  // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
-  // The connection is about to be lost: what waits for a worker is decompressed and published here
-  // and now, within these bytes. They become less.
+  // The connection is about to be lost: what waits for a worker is decompressed and published at
+  // once, within `bytes_left`, which is reduced.
   void finish(std::uint64_t& bytes_left, const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
 
   // The wants of a mirror have changed.
   void update_demand(const Now& now);
-  // The peer is told of it: under this number, or of its end. What still waits here is dropped
-  // then.
+  // The demand to send to the peer: under this number, or its end. When it ends, what still waits
+  // here is dropped.
   ChannelDemand begin_demand(std::uint16_t number);
   void end_demand();
   // Ends the demand for a moment, so that the exporter sends the last samples again.
   void demand_again(const Now& now);
 
-  // Of a demand that has ended some may still be under way when the next one is told. They are
-  // newer than the last samples with which that begins.
+  // Messages of an ended demand may still be under way when the next one is sent. They are newer
+  // than the last samples with which the next one begins, so they are not wanted.
   [[nodiscard]] bool wants(std::uint16_t demand) const override {
     return demanded_ && demand == demand_;
   }
@@ -62,7 +62,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
-  // What was counted as published is lost after all.
+  // Messages that were counted as published are lost after all.
   void on_lost(std::uint64_t count, DropReason reason);
 
   [[nodiscard]] Link& link() const { return link_; }
@@ -80,11 +80,11 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   };
 
   void on_job(std::optional<Payload> result, const Now& now) override;
-  // What came, in a form that needs no base; false: it is dropped.
+  // Decodes the message so that it needs no base; false: it is dropped.
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
-  // Handles what waited behind a finished job, up to the next job.
+  // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);
   void leave_mirrors(const Now& now);
@@ -105,12 +105,12 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Decision decision_;
   bool parameter_events_ = false;
   bool demanded_ = false;
-  std::uint16_t demand_ = 0;             // its number, once the peer was told
+  std::uint16_t demand_ = 0;             // its number, once it was sent
   bool resume_ = false;                  // it asks for what a lost connection loses
   bool offers_resume_ = false;           // the peer may have kept something for the first demand
-  std::uint32_t last_sequence_ = 0;      // of what arrived
+  std::uint32_t last_sequence_ = 0;      // of the last message that arrived
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
-  std::set<OriginId> left_out_;          // for which there was no mirror
+  std::set<OriginId> left_out_;          // origins for which there was no mirror
   std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
   DeltaDecoder deltas_;

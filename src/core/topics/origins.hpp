@@ -16,33 +16,34 @@ using ExportTimers = Timers<ExportedTopic*>;
 
 struct Origin {
   OriginId id;
-  std::string node;  // empty: the graph does not tell it (yet)
+  std::string node;  // empty: not in the graph (yet)
   Qos qos;
   std::uint64_t last_number = 0;  // transient local: of the newest sample that was forwarded
   ExportTimers::Timer vanishes;   // set: its publisher has left the graph
-  bool lingering = false;         // and its samples still wait in a queue
+  bool lingering = false;         // it has left, but its samples still wait in a queue
   bool seen = false;              // while a graph is compared
 };
 
-// A publisher that left the graph keeps its origin for a moment: its last samples may still be
-// under way from the middleware to us (`ros2 topic pub --once` ends right after its message), and
-// then in our queues.
+// A publisher that left the graph keeps its origin for a moment: its last samples may still be on
+// their way from the middleware to us (`ros2 topic pub --once` ends right after its message), or in
+// our queues.
 class Origins {
  public:
   // `topic` is whom the timers are for.
   Origins(ExportTimers& timers, ExportedTopic* topic) : timers_(timers), topic_(topic) {}
 
-  // Compares with the graph (null: the topic is not in it). Returns whom the peers must be told of:
-  // new origins, and those whose node has got a name.
+  // Compares with the graph (null: the topic is not in it). Returns the origins to report to the
+  // peers: new ones, and those whose node has got a name.
   std::vector<Gid> update(const TopicState* state, const Now& now);
-  // Takes out those whose time is over; `drained`: no sample of the topic waits anywhere;
-  // `is_kept`: one of the origin waits for a link to return, which has a time limit of its own.
+  // Removes the origins whose time is over. `drained`: no sample of the topic waits anywhere;
+  // `is_kept`: a sample of the origin waits for a link to return, which has a time limit of its
+  // own.
   std::vector<OriginId> remove_vanished(bool drained, const std::function<bool(OriginId)>& is_kept,
                                         const Now& now);
   // The subscription has ended, and the next one may deliver the same samples again.
   void forget_samples();
 
-  // Where the middleware does not tell the publisher (a zero gid), any one stands for it.
+  // For a zero gid (the middleware does not report the publisher) any origin is returned.
   [[nodiscard]] Origin* find(const Gid& gid);
   [[nodiscard]] const Origin& at(const Gid& gid) const { return origins_.at(gid); }
   [[nodiscard]] bool empty() const { return origins_.empty(); }
@@ -53,7 +54,7 @@ class Origins {
  private:
   ExportTimers& timers_;
   ExportedTopic* topic_;
-  std::map<Gid, Origin> origins_;  // in an order that every library shares
+  std::map<Gid, Origin> origins_;  // in an order that does not depend on the library
   std::uint32_t last_ = 0;
 };
 

@@ -24,7 +24,7 @@ void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const std::string local = names.to_local(offer.name);
   if (names.to_wire(local) != offer.name)
     return decline(offer, "not_permitted", "another name is mapped to its name here");
-  // What rules and limits say of a topic they say of one channel.
+  // Rules and limits for a topic apply to one channel.
   if (!names_.emplace(local, offer.type).second)
     return decline(offer, "limit", "the topic is offered on another channel");
   audit(context_.outputs, link_, AuditEvent::kChannelOpened,

@@ -9,13 +9,13 @@
 
 namespace connect_bridge {
 
-// Made with the first offer, gone with the connection. Single-threaded.
+// Created with the first offer, destroyed with the connection. Single-threaded.
 class PeerTopics {
  public:
   PeerTopics(ImportContext& context, Link& link) : context_(context), link_(link) {}
 
-  // The caller has found the number unused and told the link of it. What cannot be imported is
-  // declined.
+  // The caller has checked that the number is unused and registered it at the link. What cannot be
+  // imported is declined.
   void on_offer(const ChannelOffer& offer, const Now& now);
   // Declines what our new rules allow no longer.
   void recheck(const Now& now);
@@ -23,7 +23,7 @@ class PeerTopics {
   void finish(const Now& now);
   void on_link_lost(const Now& now);
 
-  // What is wanted of a topic has changed; the peer is told by send_demands().
+  // The demand for a topic has changed; send_demands() sends it.
   void change_demand(const OfferedTopic& topic, bool on);
   void send_demands();
   void erase(ChannelId number) { topics_.erase(number); }
@@ -47,7 +47,7 @@ class PeerTopics {
   Budget bases_{&link_.memory};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
-  std::uint16_t demands_ = 0;  // how many were told, without 0 when it begins anew
+  std::uint16_t demands_ = 0;  // number of the last demand; skips 0 when it wraps
   std::set<TopicKey> names_;   // of these:
   std::map<ChannelId, OfferedTopic> topics_;
 };

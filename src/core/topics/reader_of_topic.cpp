@@ -8,7 +8,7 @@ namespace connect_bridge {
 namespace {
 
 // The samples of all transient-local publishers come at once; a power of two, so that not every
-// publisher that joins makes the subscription anew.
+// publisher that joins makes the subscription again.
 std::uint32_t depth_for_all(std::uint32_t depth, std::size_t publishers) {
   constexpr std::uint64_t kMost = 1 << 16;
   return static_cast<std::uint32_t>(

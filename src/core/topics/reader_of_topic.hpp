@@ -1,4 +1,4 @@
-// What a subscription of a local topic must be.
+// The QoS that a subscription of a local topic needs.
 #pragma once
 
 #include <map>
@@ -12,29 +12,31 @@
 
 namespace connect_bridge {
 
-// One subscription must match all publishers and lose nothing that any of them keeps. A reader
-// matches a publisher only if it asks for no more than that offers, so it asks for the weakest of
-// what they offer: best effort as soon as one of them is, volatile as soon as one of them is (then
-// the samples the others keep do not come, see warn_mixed()). Rules may ask for less, never for
-// more. The depth is the largest. For listeners alone it is what serves most publishers.
+// One subscription must match all publishers and lose nothing that any of them keeps. A
+// subscription matches a publisher only if it requests no more than the publisher offers, so it
+// requests the weakest of what they offer: best effort as soon as one of them is, volatile as soon
+// as one of them is (then the samples the others keep do not come, see warn_mixed()). Rules may
+// request less, never more. The depth is the largest of all. For listeners alone it is the QoS that
+// matches most publishers.
 Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers, bool as_volatile,
             const TopicOptions& options);
 
-// Whether a subscription is good enough for what is wanted now. To make it anew loses what volatile
-// publishers send until the graph has matched it, so depth alone is no reason: samples are taken at
-// once. Of transient-local publishers it limits the history that comes with the subscription.
+// Whether the present subscription is good enough for what is wanted now. Creating it again loses
+// what volatile publishers send until it is matched, so depth alone is not a reason: samples are
+// taken at once. For transient-local publishers depth limits the history that a new subscription
+// gets.
 inline bool serves(const Qos& present, const Qos& wanted) {
   return present.reliability == wanted.reliability && present.durability == wanted.durability &&
          (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
 }
 
-// Whether a subscription with the type hash that a listener told is one for its publishers. Without
-// any the name of the type has to do.
+// Whether a subscription with a listener's type hash fits its publishers. Without a hash the name
+// of the type is enough.
 inline bool is_hash_of(const std::string& told, const std::string& published) {
   return told.empty() || told == published;
 }
 
-// Whether somebody here has the topic's name with another type.
+// Whether a local endpoint has the topic's name with another type.
 inline bool has_other_type(const GraphView& graph, const TopicKey& topic) {
   const auto& topics = graph.topics();
   for (auto it = topics.lower_bound({topic.first, ""});

@@ -1,4 +1,4 @@
-// What this side tells its peers of the subscriptions in its graph.
+// Reports the subscriptions in this side's graph to its peers.
 #pragma once
 
 #include <map>
@@ -13,10 +13,10 @@
 
 namespace connect_bridge {
 
-// A peer is told of who listens here to what our rules let it send, whether it offers that or not:
-// then the topic exists there, too. Each link gets what is new since the last time, and all of it
-// on a new connection. What belongs to a bridge is no listener (GraphView has none of it).
-// Single-threaded.
+// A peer gets the listeners here to topics that our rules let it publish, whether it offers them or
+// not: then the topic exists there, too. Each link gets the changes since the last time, and all
+// listeners on a new connection. Endpoints of bridges are not listeners (GraphView does not contain
+// them). Single-threaded.
 class ToldListeners {
  public:
   // All outlive this.
@@ -24,9 +24,9 @@ class ToldListeners {
                 Outputs& outputs)
       : options_(options), policy_(policy), graph_(graph), outputs_(outputs) {}
 
-  // The graph is new, or the link is open and was not told before.
+  // The graph has changed, or the link is open and has not got the listeners yet.
   void tell(Link& link);
-  // Our rules or the link's identity are new.
+  // Our rules or the link's identity have changed.
   void recheck(Link& link);
   void on_link_lost(LinkId link) { links_.erase(link); }
 
@@ -38,13 +38,13 @@ class ToldListeners {
     Qos qos;
   };
   struct Told {
-    std::map<TopicKey, bool> permitted;  // of the topics that were looked at
+    std::map<TopicKey, bool> permitted;  // of the topics that were checked
     std::map<Key, Listener> listeners;
     std::uint32_t last = 0;
   };
 
   [[nodiscard]] bool permits(Told& told, const Link& link, const TopicKey& topic) const;
-  // Who listens here, as this link may know it.
+  // The listeners here that this link may know of.
   [[nodiscard]] std::map<Key, Listener> listeners_for(Told& told, const Link& link) const;
   static void send(Link& link, Listeners change);
 

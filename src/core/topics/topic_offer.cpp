@@ -68,7 +68,7 @@ bool TopicOffer::opens(std::string_view node) const {
          accepted_by(*link_.accepts, what);
 }
 
-// A publisher may tell of any node, and not every middleware tells the publisher.
+// An event may name any node, and not every middleware identifies the publisher.
 bool TopicOffer::permits(const Payload& sample) const {
   if (!parameter_events_) return true;
   const auto node = node_of_parameter_event(sample.view());
@@ -225,7 +225,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   resume_ = demand.resume && may_resume();
   note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   if (!demanded()) link_.outbox().clear_channel(number_);
-  // What the offer told of may be gone by now; the numbers rise all the same.
+  // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
     link_.outbox().go_on(number_, {{}, *demand.after}, now, now.steady);
   topic_.on_demand(*this, link_.id, demand, now);

@@ -14,9 +14,9 @@
 
 namespace connect_bridge {
 
-// Whether the peer may have the topic, whether it wants it, and the last step of a sample before
-// the link's queue. Without a number the answer was no, which holds until the rules, the peer's
-// Accepts or the connection change.
+// Whether the peer may have the topic, whether it demands it, and the last step of a sample before
+// the link's queue. Without a channel number the answer was no; it is valid until the rules, the
+// peer's `accepts` or the connection change.
 class TopicOffer final : public OutgoingChannel {
  public:
   TopicOffer(const ExportContext& context, ExportedTopic& topic, Link& link)
@@ -27,13 +27,14 @@ class TopicOffer final : public OutgoingChannel {
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // Whether rules and Accepts still say what they said when it was opened.
+  // Whether rules and `accepts` still give the same decision as when it was opened.
   [[nodiscard]] bool is_current() const;
-  // Ends the channel, and tells the peer.
+  // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
-  // The same because it is not current any longer. The peer is told if it has lost its right here.
+  // The same, because it is not current any longer. If the peer has lost its right here, the
+  // message says so.
   void withdraw_outdated();
-  // Tells the peer of origins of the topic that are new, have a name now, or are gone.
+  // Sends the origins of the topic that are new, have a name now, or are gone.
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);
 
@@ -41,10 +42,10 @@ class TopicOffer final : public OutgoingChannel {
   void on_decline(const Decline& decline, const Now& now) override;
 
   // ---- over connections
-  // Whether the topic may be resumed, and whether the peer asked for that.
+  // Whether the topic may be resumed, and whether the peer asked for it.
   [[nodiscard]] bool may_resume() const;
   [[nodiscard]] bool resumes() const { return resume_ && demanded(); }
-  // What the connection that is lost may not have brought.
+  // Takes what may not have arrived on the lost connection.
   [[nodiscard]] Outbox::Unarrived take_unarrived() {
     return link_.outbox().take_unarrived(number_);
   }
@@ -60,9 +61,9 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 
-  // Whether a sample just taken goes to this peer; one that does not for a limit is counted.
+  // Whether a sample that was just taken goes to this peer; a drop because of a limit is counted.
   [[nodiscard]] bool admit(OriginId origin, const Payload& sample, const Now& now);
-  // The same for a sample of the past: a rate does not count for it.
+  // The same for a sample from the history: rate limits do not apply to it.
   [[nodiscard]] bool admit_old(OriginId origin, const Payload& sample);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
@@ -71,24 +72,24 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
-  // Bytes per second that the path carries, as far as it can be told; 0: nothing tells.
+  // Estimated bytes per second that the path carries; 0: not known.
   [[nodiscard]] double path_rate() const {
     return link_.open() ? link_.outbox().assumed_rate() : 0;
   }
-  // How long what waits in the link's queue keeps the path busy, in seconds; 0: nothing tells.
+  // How long the path needs for what waits in the link's queue, in seconds; 0: not known.
   [[nodiscard]] double queue_seconds() const;
   // Nothing waits in the link's queue.
   [[nodiscard]] bool drained() const;
   void add_status(LinkStatus& status) const;
 
  private:
-  // What the rules here say.
+  // The decision of the rules here.
   [[nodiscard]] std::optional<Decision> own_permission() const;
-  // What both sides say.
+  // The decision of both sides.
   [[nodiscard]] std::optional<Decision> permission() const;
   void note(AuditEvent event, const Ending& why = {}) const;
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
-  // Whether rules and Accepts open the parameters of a local node.
+  // Whether rules and `accepts` allow the parameters of a local node.
   [[nodiscard]] bool opens(std::string_view node) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
@@ -102,8 +103,8 @@ class TopicOffer final : public OutgoingChannel {
   Link& link_;
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
-  std::uint16_t demand_ = 0;  // the peer's number of it; 0: none
-  bool resume_ = false;       // with it: what a lost connection loses is kept
+  std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
+  bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;
   RateLimit rate_;
   std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens

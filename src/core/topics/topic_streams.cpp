@@ -8,7 +8,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // that wait for a worker
+constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // of samples that wait for a worker
 // Bytes per second; below, zstd's third level is the better one, above it its first.
 constexpr double kThinRate = 4e6;
 constexpr double kSlackMax = 0.1;  // then it is asked again
@@ -17,11 +17,11 @@ constexpr double kDecompressSecondsPerByte = 2e-9;
 }  // namespace
 
 Compression TopicStreams::way_to(const TopicOffer& offer, LinkId link, std::size_t bytes) {
-  // Nothing overtakes what is being compressed.
+  // A sample must not overtake one that is being compressed.
   for (const auto& [how, stream] : streams_)
     if (stream.encoder.holds(link)) return how;
   const Compression& rule = offer.treatment().compression;
-  // Small ones the link's queue compresses, against what this peer has.
+  // The link's queue compresses small samples, against the base that this peer has.
   const bool small = !context_.jobs.is_large(bytes) && bytes <= DeltaEncoder::kBytesMax;
   if (rule.codec == Codec::kZstd && small) return {};
   if (!rule.automatic) return rule;
@@ -94,7 +94,7 @@ void TopicStreams::send(const Encoder::Encoded& ready, const Now& now) {
       offer->second.send(ready.sample, ready.codec, ready.body, now);
 }
 
-// Else a topic that fills its link would never leave a way that does not pay.
+// Otherwise a topic that fills its link would never stop using a compression that does not pay.
 bool TopicStreams::passes(const Stream& stream) const {
   const OutSample* next = stream.automatic && !stream.chosen ? stream.encoder.upcoming() : nullptr;
   if (!next) return false;
@@ -126,8 +126,8 @@ void TopicStreams::on_time(const Now& now) {
     if (stream.later && stream.later.at() <= now.steady) send_encoded(stream, now);
 }
 
-// What a worker has for the link would come in its next demand before the last samples, and may be
-// among them.
+// The sample that a worker has for the link would be sent in its next demand before the last
+// samples, and may be one of them.
 std::vector<OutSample> TopicStreams::forget(LinkId link) {
   std::vector<OutSample> forgotten;  // all of one stream, see way_to()
   for (auto& [how, stream] : streams_)

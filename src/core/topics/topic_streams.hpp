@@ -14,8 +14,8 @@
 namespace connect_bridge {
 
 // Belongs to an exported topic. A sample is compressed once for all links that want it in the same
-// way, and each link gets its samples in order. What that brings and costs is measured, for links
-// that want it only where it pays. Single-threaded.
+// way, and each link gets its samples in order. Gain and cost are measured, for links that want
+// compression only where it pays. Single-threaded.
 class TopicStreams {
  public:
   using Offers = std::map<LinkId, TopicOffer>;
@@ -24,20 +24,22 @@ class TopicStreams {
   TopicStreams(ExportContext& context, ExportedTopic& topic, Offers& offers, const Qos& qos)
       : context_(context), topic_(topic), offers_(offers), qos_(qos) {}
 
-  // How a sample of this size goes to the link; without a codec: at once, as it is.
+  // How a sample of this size is compressed for the link; without a codec: it is sent at once,
+  // uncompressed.
   [[nodiscard]] Compression way_to(const TopicOffer& offer, LinkId link, std::size_t bytes);
-  // Sends it to its targets when it is compressed; they are links for which this is the way.
+  // Sends the sample to its targets when it is compressed; they are links for which way_to()
+  // returned `how`.
   void encode(const Compression& how, OutSample sample, const Now& now);
   // A deadline of the topic has come.
   void on_time(const Now& now);
-  // The samples for the link that are under way, in order; it gets none of them.
+  // Takes the samples for the link that are under way, in order; it will not get them.
   std::vector<OutSample> forget(LinkId link);
   // Drops all that is under way.
   void clear();
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  // The topic, compressed in one way.
+  // The samples of the topic that are compressed in one way.
   struct Stream final : JobOwner {
     Stream(TopicStreams& of, Encoder::Options options)
         : streams(of),
@@ -48,18 +50,18 @@ class TopicStreams {
     TopicStreams& streams;
     bool automatic;
     Encoder encoder;
-    ExportTimers::Timer later;  // the next sample is not needed before
+    ExportTimers::Timer later;  // the next sample is not needed before then
     TimePoint begun{};          // the job under way
-    bool chosen = false;        // the first that waits came here to be compressed, not to wait
+    bool chosen = false;        // the first waiting one is to be compressed, not only in line
     CompressionGain gain;
     double seconds_per_byte = 10e-9;  // to compress and decompress; a guess before the first
   };
   Stream& stream_of(const Compression& how);
   void send_encoded(Stream& stream, const Now& now);
   void send(const Encoder::Encoded& ready, const Now& now);
-  // Whether the stream's next sample only waited behind others, and is better sent as it is.
+  // Whether the stream's next sample only waited for earlier ones, and is better sent uncompressed.
   [[nodiscard]] bool passes(const Stream& stream) const;
-  // How long the stream's next sample need not be compressed yet.
+  // How long compressing the stream's next sample can wait.
   [[nodiscard]] Duration slack_of(const Stream& stream) const;
   void drop(const OutSample& sample, DropReason reason);
 

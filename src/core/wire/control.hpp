@@ -15,7 +15,7 @@
 
 namespace connect_bridge {
 
-// Limits of one control message; what is beyond them is refused with kTooLarge.
+// Limits of one control message; larger ones are refused with kTooLarge.
 inline constexpr std::size_t kControlBytesMax = 1 << 20;
 inline constexpr std::size_t kControlDepthMax = 8;         // nesting of JSON objects and arrays
 inline constexpr std::size_t kControlValuesMax = 200'000;  // JSON values in one message
@@ -28,10 +28,10 @@ inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, t
 inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
-inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence beside it
+inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
-// kOther: a kind of a later protocol, known to the peer only. Decline it with "unsupported".
+// kOther: a kind of a later protocol version. Decline it with "unsupported".
 enum class InterfaceKind : std::uint8_t { kTopic, kService, kAction, kOther };
 
 // One real publisher of an exported topic.
@@ -52,12 +52,12 @@ struct ChannelOffer {
   std::string type_hash;    // topic: "RIHS01_..." (REP-2016), empty where there is none
   std::string action_type;  // part of an action: "example_interfaces/action/Fibonacci"
   Priority priority = Priority::kNormal;
-  bool newest_only = false;  // the importer, too, keeps only the newest (for /clock)
-  bool resume = false;       // topic: goes on where the connection before ended, sequences included
+  bool newest_only = false;          // the importer, too, keeps only the newest (for /clock)
+  bool resume = false;               // topic: continues the previous connection, also its sequences
   std::vector<OriginOffer> origins;  // topic
   std::string node;         // service: fully qualified name of the node that serves it, or empty
-  std::uint32_t epoch = 0;  // service: the exporter's memory of this service's calls; a new number
-                            // means that it remembers none
+  std::uint32_t epoch = 0;  // service: see "epoch" in docs/architecture.md; a new number
+                            // means that the exporter remembers no calls
 };
 
 // "offer": these channels exist now. `complete` is true on the last offer of the first round.
@@ -71,8 +71,8 @@ struct OriginsChanged {
   std::vector<OriginOffer> added;
   std::vector<OriginId> removed;
 };
-// "withdraw": these channels are gone; no frame for them follows. Why, if the exporter cannot serve
-// them: as in a decline.
+// "withdraw": these channels are gone; no frame for them follows. If the exporter cannot serve
+// them, it says why, as in a decline.
 struct Withdraw {
   std::vector<ChannelId> channels;
   std::string code = {};
@@ -81,16 +81,14 @@ struct Withdraw {
 // "demand": the importer wants (or no longer wants) the messages of these channels.
 struct Demand {
   std::vector<ChannelId> channels;
-  std::uint16_t number = 0;  // what their messages carry from now on; 0: not wanted any longer
-  // Of what is lost with a connection nothing shall be missing: the exporter keeps it for the next
-  // one.
+  std::uint16_t number = 0;  // carried by their messages from now on; 0: not wanted any longer
+  // Messages lost with a connection are to be sent again: the exporter keeps them for the next one.
   bool resume = false;
-  // For each channel, the last sequence that arrived on the connection before: it goes on behind
+  // For each channel, the last sequence that arrived on the previous connection: it goes on after
   // that. Empty: none goes on.
   std::vector<std::uint32_t> after = {};
 };
-// "accepts": what this side would import, so that the peer offers nothing in vain. One entry per
-// rule.
+// "accepts": what this side would import, so that the peer offers only that. One entry per rule.
 struct AcceptedNames {
   std::vector<std::string> topics;           // patterns
   std::vector<std::string> types;            // empty: any
@@ -101,7 +99,7 @@ struct AcceptedNames {
 struct Accepts {
   std::vector<AcceptedNames> rules;
   std::vector<std::string> deny;        // patterns, win over all rules
-  std::uint32_t message_bytes_max = 0;  // largest message that this side takes; 0: not told
+  std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
   bool ros_time = false;                // this side publishes the peer's ROS time
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
@@ -120,13 +118,13 @@ struct ListenerTold {
   std::string type;       // "std_msgs/msg/String"
   std::string type_hash;  // as that of a ChannelOffer
   std::string node;       // fully qualified, empty where it is not known
-  Qos qos;                // requested; of several the weakest
+  Qos qos;                // requested; for several subscriptions the weakest
 };
-// "listeners": nodes of the sender's graph began or ceased to listen to topics that the peer may
-// have, whether it offers them or not.
+// "listeners": nodes of the sender's graph began or stopped listening to topics that the peer may
+// publish here, whether it offers them or not.
 struct Listeners {
   std::vector<ListenerTold> added;
-  std::vector<ListenerId> removed;  // taken out first
+  std::vector<ListenerId> removed;  // removed before others are added
 };
 
 // "attach": the importer would make a mirror of this service; its requests come on the channel
@@ -140,8 +138,8 @@ struct Attached {
   ChannelId channel;
   ChannelId requests;  // as in the attach that this answers
   CallId seen;         // the last call of this epoch whose request arrived, or none
-  // The calls up to `seen` that are still to be answered or refused. What is missing here was, on a
-  // connection that is lost.
+  // The calls up to `seen` that are still to be answered or refused. Those not listed were answered
+  // or refused on a lost connection.
   std::vector<CallId> calls = {};
   std::string type_hash = {};  // of the service type, as type_hash in an offer
 };
@@ -152,13 +150,13 @@ struct Refuse {
   std::string code;    // "limit", "timeout", "failed", "lost"
   std::string reason;  // one sentence
 };
-// "forget": the importer wants no answer to these calls any longer.
+// "forget": the importer does not want answers to these calls any longer.
 struct Forget {
   ChannelId channel;
   std::vector<CallId> calls;
 };
 
-// "renew": the client logs in anew on the open connection, before its login expires.
+// "renew": the client logs in again on the open connection, before its login expires.
 struct Renew {
   std::string method;
   std::string credential;  // of printable ASCII
@@ -173,7 +171,7 @@ using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, D
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 
-// The caller keeps to the limits above; encode_offers() does so for many channels.
+// The caller observes the limits above; encode_offers() does it for many channels.
 std::string encode(const Control& message);
 
 // The offers that announce all of `channels`, each within the limits of a control message.
@@ -182,7 +180,7 @@ std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels
 
 // Unknown message types are an error (kMalformed); unknown keys are ignored, so that later minor
 // versions can add some. Checks sizes, ranges, UTF-8 and nesting; names are not checked for being
-// canonical here (policy does). Of a channel of kind kOther only number, kind and name are read.
+// canonical here (policy does). For a channel of kind kOther only number, kind and name are read.
 Result<Control> decode_control(std::string_view text);
 
 }  // namespace connect_bridge

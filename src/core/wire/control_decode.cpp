@@ -135,7 +135,7 @@ Demand read_demand(Reader& reader, const Json& json) {
     if (reader.failed()) break;
   }
   if (demand.after.size() != demand.channels.size())
-    reader.fail("after", "has not a number for each channel");
+    reader.fail("after", "does not have a number for each channel");
   return demand;
 }
 
@@ -234,7 +234,8 @@ Result<Control> decode_control(std::string_view text) {
   }
   if (auto shape = check_control_shape(text); !shape) return shape.error();
   const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object()) return Error{CloseCode::kMalformed, "a control message is no JSON object"};
+  if (!json.is_object())
+    return Error{CloseCode::kMalformed, "a control message is not a JSON object"};
   Reader reader;
   const std::string type = reader.string(json, "type", kNameBytesMax);
   auto message = read(reader, json, type);

@@ -151,7 +151,7 @@ void put(const Renewed& message, Json& json) {
   json["accepted"] = message.accepted;
 }
 
-// Bytes that are no UTF-8 are replaced: dumping must not throw over what a graph contains.
+// Bytes that are not UTF-8 are replaced: dump() must not throw because of a name in the graph.
 std::string dump(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -175,7 +175,8 @@ std::string encode(const Control& message) {
 }
 
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
-  // A channel with the most origins still fits the limits alone; a quarter keeps messages short.
+  // A single channel with the maximum of origins still fits the limits; a quarter keeps messages
+  // short.
   constexpr std::size_t kBytes = kControlBytesMax / 4;
   constexpr std::size_t kChannels = kOfferChannelsMax / 4;
   std::vector<std::string> offers;

@@ -17,8 +17,8 @@
 
 namespace connect_bridge {
 
-// Reads the members of JSON objects. The first thing wrong is kept; from then on every read yields
-// a default, so that callers check once, at the end.
+// Reads the members of JSON objects. The first error is kept; after it every read returns a
+// default, so that callers check once, at the end.
 class ControlReader {
  public:
   using Json = nlohmann::json;
@@ -32,7 +32,7 @@ class ControlReader {
     error_ = Error{code, "a control message's \"" + std::string{key} + "\" " + expected};
   }
 
-  // The member, or nullptr; an absent member is a failure unless it is optional.
+  // The member, or nullptr; an absent member is an error unless it is optional.
   const Json* find(const Json& object, const char* key, bool optional = false) {
     if (failed_) return nullptr;
     const auto member = object.find(key);
@@ -45,7 +45,7 @@ class ControlReader {
     const Json* list = find(object, key);
     if (list == nullptr) return nullptr;
     if (!list->is_array()) {
-      fail(key, "is no list");
+      fail(key, "is not a list");
       return nullptr;
     }
     if (list->size() > items_max) {
@@ -58,14 +58,14 @@ class ControlReader {
   const Json& object(const Json& value, const char* key) {
     static const Json kEmpty = Json::object();
     if (value.is_object()) return value;
-    fail(key, "is no object");
+    fail(key, "is not an object");
     return kEmpty;
   }
 
   std::string string_of(const Json& value, const char* key, std::size_t bytes_max) {
     const auto* text = value.get_ptr<const Json::string_t*>();
     if (text == nullptr) {
-      fail(key, "is no string");
+      fail(key, "is not a string");
     } else if (text->size() > bytes_max) {
       fail(key, "is too long", CloseCode::kTooLarge);
     } else if (!is_text(*text)) {
@@ -84,7 +84,7 @@ class ControlReader {
   // A word of [a-z0-9_], 1 to 32 bytes.
   std::string identifier(const Json& json, const char* key) {
     std::string word = string(json, key, kCodeBytesMax);
-    if (!is_method(word)) fail(key, "is no word of [a-z0-9_]");
+    if (!is_method(word)) fail(key, "is not a word of [a-z0-9_]");
     return word;
   }
 
@@ -98,7 +98,7 @@ class ControlReader {
     const auto* number = value.get_ptr<const Json::number_unsigned_t*>();
     if (number != nullptr && *number >= least && *number <= std::numeric_limits<T>::max())
       return static_cast<T>(*number);
-    fail(key, "is no integer in its range");
+    fail(key, "is not an integer in its range");
     return least;
   }
 
@@ -119,7 +119,7 @@ class ControlReader {
     if (number != nullptr && *number <= static_cast<std::uint64_t>(kDurationMax.count())) {
       return Duration{static_cast<Duration::rep>(*number)};
     }
-    fail(key, "is no duration in nanoseconds");
+    fail(key, "is not a duration in nanoseconds");
     return kForever;
   }
 
@@ -130,7 +130,7 @@ class ControlReader {
     return value->is_boolean() && value->get<bool>();
   }
 
-  // One of `words`; absent stands for `otherwise`.
+  // One of `words`; `otherwise` if it is absent.
   template <class Enum, std::size_t N>
   Enum word(const Json& json, const char* key, const std::array<Word<Enum>, N>& words,
             Enum otherwise) {
@@ -138,7 +138,7 @@ class ControlReader {
     if (value == nullptr) return otherwise;
     const auto* text = value->get_ptr<const Json::string_t*>();
     const auto found = text == nullptr ? std::nullopt : value_of(words, *text);
-    if (!found) fail(key, "is none of its words");
+    if (!found) fail(key, "is not one of its words");
     return found.value_or(otherwise);
   }
 

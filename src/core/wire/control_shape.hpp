@@ -1,4 +1,4 @@
-// A look at JSON text before a parser sees it.
+// A check of JSON text before it is parsed.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace connect_bridge {
 
-// Refuses nesting and numbers of values that are beyond the limits, before a parser allocates for
-// them. It need not understand JSON: in valid JSON it counts exactly, the rest the parser refuses.
+// Refuses too deep nesting and too many values before a parser allocates memory for them. It does
+// not parse JSON: in valid JSON it counts exactly, and the parser refuses the rest.
 [[nodiscard]] Result<Nothing> check_control_shape(std::string_view text);
 
 }  // namespace connect_bridge

@@ -38,7 +38,7 @@ bool is_stamp(Stamp value) {
   return value >= 0 && value <= kWireStampMax;
 }
 
-// A clock or a middleware can show anything; on the wire that is "not known".
+// A clock or a middleware can return any value; a value out of range is sent as "not known".
 Stamp wire_stamp(Stamp value) {
   return is_stamp(value) ? value : 0;
 }

@@ -20,7 +20,7 @@ struct MessageFrame {
   ChannelId channel;
   Subject subject;
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
-  std::uint16_t demand = 0;    // topics: the number of the demand that it answers
+  std::uint16_t demand = 0;    // topics: the number of the demand under which it is sent
   Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
   std::uint64_t number = 0;    // topics: rises with each sample of the origin; 0: not known
   Codec codec = Codec::kNone;
@@ -37,7 +37,7 @@ struct PartFrame {
 };
 
 // Cumulative count of packet bytes (binary WebSocket payload) that arrived on this connection, and
-// when the last of them did: by a steady clock of the receiver, in ns from any beginning.
+// when the last of them arrived: by a steady clock of the receiver, in ns since an arbitrary start.
 struct AckFrame {
   std::uint64_t received_bytes = 0;
   Stamp arrived = 0;
@@ -64,7 +64,7 @@ using Frame = std::variant<MessageFrame, PartFrame, AckFrame, TimeRequest, TimeR
 // two fit 64 bits. append_header writes any other value as 0.
 inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 
-// Largest WebSocket message after login, binary or text; what is beyond is refused with kTooLarge.
+// Largest WebSocket message after login, binary or text; a larger one is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
 inline constexpr std::size_t kMessageHeaderBytes = 44;
@@ -92,7 +92,7 @@ class FrameReader {
 };
 
 // Appends a frame's header (and for ack and time frames the whole frame) to `out`; the parts of
-// messages are sent from where they lie and are not appended.
+// messages are sent without a copy and are not appended.
 void append_header(const Frame& frame, Bytes& out);
 
 }  // namespace connect_bridge

@@ -47,7 +47,7 @@ void put(const Token128& token, Bytes& out) {
   out.insert(out.end(), token.bytes.begin(), token.bytes.end());
 }
 
-// A size that does not fit says the most it can: the peer then refuses the record as too large.
+// A size that does not fit becomes the maximum: the peer then refuses the record as too large.
 void put_size(std::size_t size, Bytes& out) {
   constexpr std::size_t kMost = std::numeric_limits<std::uint16_t>::max();
   put_le(static_cast<std::uint16_t>(std::min(size, kMost)), out);
@@ -127,9 +127,9 @@ Result<Hello> decode_hello(ByteView record) {
   hello.version_min = get_le<std::uint16_t>(record, 4);
   hello.version_max = get_le<std::uint16_t>(record, 6);
   if (hello.version_min == 0 || hello.version_min > hello.version_max) {
-    return malformed("a hello's versions are no range");
+    return malformed("a hello's versions are not a range");
   }
-  // Another generation may lay out the rest differently, so nothing behind the versions is read.
+  // Another protocol generation may have another layout, so nothing after the versions is read.
   if (hello.version_min > kProtocolVersion || hello.version_max < kProtocolVersion) {
     return Error{CloseCode::kVersion,
                  "the client speaks protocol versions " + std::to_string(hello.version_min) +
@@ -146,7 +146,7 @@ Result<Hello> decode_hello(ByteView record) {
   if (node.size() > kNodeBytesMax) {
     return Error{CloseCode::kTooLarge, "the node name of a hello is longer than 255 bytes"};
   }
-  if (!is_text(node)) return malformed("the node name of a hello is no text");
+  if (!is_text(node)) return malformed("the node name of a hello is not valid text");
   hello.node = node;
   return hello;
 }
@@ -159,7 +159,7 @@ Result<Login> decode_login(ByteView record) {
     return malformed("a login has a wrong length");
   }
   const std::string_view method = chars(record.subspan(kLoginBytes, method_bytes));
-  if (!is_method(method)) return malformed("a login's method is no word of 1 to 32 [a-z0-9_]");
+  if (!is_method(method)) return malformed("a login's method is not a word of 1 to 32 [a-z0-9_]");
   if (credential_bytes > kCredentialBytesMax) {
     return Error{CloseCode::kTooLarge, "a login's credential is longer than 3900 bytes"};
   }
@@ -200,7 +200,7 @@ Result<Welcome> decode_welcome(ByteView record) {
     return Error{CloseCode::kTooLarge, "a welcome's node name or identity is too long"};
   }
   if (!is_text(node) || !is_text(identity)) {
-    return malformed("the node name or identity of a welcome is no text");
+    return malformed("the node name or identity of a welcome is not valid text");
   }
   welcome.node = node;
   welcome.identity = identity;

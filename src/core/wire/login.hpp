@@ -40,17 +40,18 @@ struct Welcome {
   std::uint16_t version = kProtocolVersion;
   Token128 side;     // random id of the server's process, never zero
   Token128 session;  // secret of the session, to be presented in the next hello; not zero
-  std::uint32_t dead_after_ms = 0;      // kDeadAfterMsMin to ...Max; 0: not told
-  std::uint32_t message_bytes_max = 0;  // largest message the server accepts; 0: not told
+  std::uint32_t dead_after_ms = 0;      // kDeadAfterMsMin to ...Max; 0: not given
+  std::uint32_t message_bytes_max = 0;  // largest message the server accepts; 0: not given
   std::string node;                     // the server's node name
-  std::string identity;                 // who the server takes the client for
+  std::string identity;                 // the identity that the server gave the client
 };
 
 // 1 to 32 bytes of [a-z0-9_].
 [[nodiscard]] bool is_method(std::string_view method);
 
-// Node names and identities are for people: what is no text in them or too long is replaced or cut.
-// A credential that is too long makes a record that the server refuses with kTooLarge.
+// Node names and identities are for people: characters that are not valid text are replaced, and
+// what is too long is cut. A credential that is too long makes a record that the server refuses
+// with kTooLarge.
 Bytes encode(const Hello& record);
 Bytes encode(const Login& record);
 Bytes encode(const Welcome& record);

@@ -5,7 +5,8 @@
 namespace connect_bridge {
 namespace {
 
-// Size of the character of text at the beginning of `bytes` (which is not empty); 0: it is none.
+// Size of the character of text at the beginning of `bytes` (which is not empty); 0: it is not
+// valid.
 std::size_t character_bytes(std::string_view bytes) {
   const auto at = [bytes](std::size_t i) { return static_cast<std::uint8_t>(bytes[i]); };
   const std::uint8_t first = at(0);

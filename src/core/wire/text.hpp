@@ -1,5 +1,5 @@
-// Text from and for peers. It ends in logs and on screens, so control characters are no text.
-// docs/protocol.md section "Conventions".
+// Text from and for peers. It is shown in logs and on screens, so control characters are not
+// allowed in it. docs/protocol.md section "Conventions".
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,9 @@ namespace connect_bridge {
 // Valid UTF-8 (RFC 3629) without control characters (U+0000 to U+001F, U+007F to U+009F).
 [[nodiscard]] bool is_text(std::string_view bytes);
 
-// `bytes` made text of at most `bytes_max` bytes: what is not text becomes '?', the rest is cut off
-// between two characters. For words meant for people (a reason, an identity), not for names.
+// Turns `bytes` into text of at most `bytes_max` bytes: invalid bytes become '?', and what is too
+// long is cut off between two characters. For texts for people (a reason, an identity), not for
+// names.
 [[nodiscard]] std::string to_text(std::string_view bytes, std::size_t bytes_max);
 
 }  // namespace connect_bridge

@@ -10,8 +10,8 @@
 
 namespace connect_bridge::ros {
 
-// T is made of Shared and a T::Create, the action of the core; T::open() returns why it cannot
-// exist, which is reported as a T::Failed. Thread: the loop's.
+// T is constructed from Shared and a T::Create, the action of the core; T::open() returns why it
+// cannot exist, which is reported as a T::Failed. Thread: the loop's.
 template <class T>
 class Entities {
  public:

@@ -41,7 +41,7 @@ void ReadyList::collect() {
   woken_.store(false);
   const std::lock_guard lock(mutex_);
   for (Slot* slot : marked_) {
-    // From here on a new mark puts the slot into marked_ again, where it now finds room.
+    // From here on a new mark puts the slot into marked_ again, which has room for it now.
     slot->to_do |= slot->bits.exchange(0) & slot->own;
     if (slot->to_do == 0 || slot->in_turn) continue;
     slot->in_turn = true;

@@ -1,4 +1,4 @@
-// Which entities have something to do: marked by middleware callbacks on any thread, given their
+// The entities that have something to do: marked by middleware callbacks on any thread, given their
 // turns by the loop.
 #pragma once
 
@@ -24,7 +24,7 @@ enum ReadyBit : std::uint32_t {
   kReadyIncompatible = 4,  // event: incompatible QoS
   kReadyFailed = 8,        // samples could not be published
   kReadyChanged = 16,      // the graph has changed
-  kReadyLook = 32,         // the time has come to look at it again
+  kReadyLook = 32,         // it is time to look at the graph again
 };
 
 // What the entities have done since the loop began to drain them.
@@ -41,13 +41,13 @@ class ReadyList {
   struct Slot {
     ReadyList* list = nullptr;
     std::atomic<std::uint32_t> bits{0};   // marked and not collected yet
-    std::atomic<std::size_t> counted{0};  // arrivals that on_counted() was told of
+    std::atomic<std::size_t> counted{0};  // arrivals that were reported by on_counted()
     // Of the loop's thread:
     Entity* entity = nullptr;  // nullptr: free
     std::uint32_t own = 0;     // bits that the entity knows
-    bool in_turn = false;      // stands in turns_
+    bool in_turn = false;      // is in turns_
     std::uint32_t to_do = 0;   // bits that were collected and are not done
-    std::size_t expected = 0;  // arrivals that callbacks told of and nobody has taken
+    std::size_t expected = 0;  // arrivals that callbacks reported and that were not taken
   };
 
   // `wake` is called from any thread, at most once until the next collect().
@@ -58,11 +58,11 @@ class ReadyList {
   // Loop's thread. Entities acquire and release their own. `own`: the bits that the entity does.
   Slot* acquire(Entity* entity, std::uint32_t own);
   void release(Slot* slot);
-  // The loop begins to look, so the next mark wakes it again. Marked entities get a turn.
+  // The loop starts collecting, so the next mark wakes it again. Marked entities get a turn.
   void collect();
   // Gives the next entity its turn: one step, whose result is returned.
   std::optional<Input> step(Batch& batch);
-  // Whether nobody waits for a turn.
+  // Whether no entity waits for a turn.
   [[nodiscard]] bool idle() const { return turns_.empty(); }
 
   // Any thread; never throws, never allocates.

@@ -32,7 +32,7 @@ struct Shared {
         ready(std::move(wake)),
         proxies(the_node, std::move(is_node_taken)) {}
 
-  // For later: an input that is no answer to a step.
+  // Queues an input that is not the result of a step.
   void report(Input input) {
     reports.push_back(std::move(input));
     ready.wake();
@@ -42,20 +42,21 @@ struct Shared {
     ++counters.refused_calls;
     node.log(refusals, LogLevel::kWarn, why);
   }
-  // Once for a type, an action's parts together; a peer's thousands fill no log.
+  // Logs once per type (once for all parts of an action), so that a peer with thousands of types
+  // cannot fill the log.
   void tell_not_installed(const std::string& type) {
     const auto name = parse_type_name(type);
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
-                                  " is not installed here: it is carried as it is, and nobody "
-                                  "looks at the content of its messages");
+                                  " is not installed here: its messages are carried "
+                                  "unchecked");
   }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
 
   Node& node;
   const std::uint32_t message_bytes_max;
-  const std::function<void(Duration)> look_again;  // for servers and callers, after this time
+  const std::function<void(Duration)> look_again;  // for servers and callers
   TypeSupports types;
   ReadyList ready;
   ProxyNodes proxies;

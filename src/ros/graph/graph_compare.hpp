@@ -1,4 +1,4 @@
-// Whether two readings of the graph say the same.
+// Whether two readings of the graph are equal.
 #pragma once
 
 #include <algorithm>

@@ -46,8 +46,8 @@ class TopicReading {
     if (node_.own().contains(endpoint.gid)) return;
     endpoint.node_name = info.node_name;
     endpoint.node_namespace = info.node_namespace;
-    // What has our name is another bridge beside this one, or what is left of a killed one: nothing
-    // of theirs is a user's. Only the claims are wanted, and those a killed one cannot send.
+    // A node with our name is another bridge, or the remains of a killed one: none of its endpoints
+    // is a user's. Only its claims are of interest, and a killed one cannot send them.
     note_bridge(endpoint, endpoints == &TopicState::publishers);
     if (is_namesake(endpoint) && !is_claims_) return;
     if (endpoint.node_name == "_NODE_NAME_UNKNOWN_") unknown_names = true;
@@ -90,8 +90,8 @@ class TopicReading {
   BridgeParticipants& bridges_;
 };
 
-// Bridges have proxy nodes under the names of others. To the core an endpoint of a bridge is one of
-// the node that makes the claims.
+// Bridges have proxy nodes under the names of others. For the core, every endpoint of a bridge
+// belongs to the node that publishes its claims.
 void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridges) {
   if (bridges.empty()) return;
   const auto attribute_all = [&](std::vector<Endpoint>& endpoints) {

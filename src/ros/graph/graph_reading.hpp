@@ -11,8 +11,8 @@
 namespace connect_bridge::ros {
 
 // All topics with the endpoints of others, and all services with the servers of others; nullopt:
-// the middleware failed. The servers of `watched` services have their ids. `unknown_names` tells
-// whether an endpoint's node is not known yet, which ends soon without a further event.
+// the middleware failed. The servers of `watched` services have their ids. `unknown_names` is set
+// if an endpoint's node is not known yet; it becomes known soon, without a further event.
 std::optional<GraphChanged> read_graph(const Node& node, const std::set<std::string>& watched,
                                        bool& unknown_names);
 

@@ -12,8 +12,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// A node's name reaches us some time after its endpoints. Re-reading helps for a while; after that
-// the endpoint belongs to a program that is not ROS.
+// A node's name arrives some time after its endpoints. So the graph is read again a few times;
+// after that the endpoint is taken to belong to a program without ROS.
 constexpr int kRetriesMax = 6;
 
 Duration retry_delay(int retries) {

@@ -24,24 +24,25 @@ namespace connect_bridge::ros {
 // Thread: all calls from the loop's.
 class GraphWatcher final : public Entity {
  public:
-  // Two readings are at least `pause` apart, and ten times as long as a reading takes, so that a
-  // large graph that keeps changing costs at most a tenth of a core. `look` is called on the loop's
-  // thread as soon as something has changed, before that is read, or when look_again() asked for
-  // it.
+  // Two readings are at least `pause` apart, and at least ten times the duration of a reading, so
+  // that a large graph that keeps changing uses at most a tenth of a core. `look` is called on the
+  // loop's thread as soon as something has changed, before it is read, or when look_again()
+  // requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
                std::function<void(bool changed)> look);
   ~GraphWatcher() override;
 
-  // Calls for the look; returns the newest graph, if it was not returned yet.
+  // Calls `look`; returns the newest graph, if it was not returned yet.
   std::optional<Input> step(Batch& batch) override;
   // Reads again, and reports also if nothing has changed.
   void refresh();
-  // Whether others have a node of this name ("/fleet/talker"), going by the endpoints of the newest
-  // graph. What bridges have is theirs, whatever its name.
+  // Whether another process has a node of this name ("/fleet/talker"), by the endpoints of the
+  // newest graph. Endpoints of bridges count for the bridge's own node, whatever their node's name
+  // is.
   [[nodiscard]] bool has_node(const std::string& name);
-  // The services (full names) of which it matters which server there is.
+  // The services (full names) whose servers are to be identified.
   void watch(std::set<std::string> services);
-  // Calls for a look after this time, or sooner if that was asked for before.
+  // Requests a look after this time, or sooner if that was requested before.
   void look_again(Duration delay);
 
   [[nodiscard]] std::uint64_t readings() const { return readings_; }

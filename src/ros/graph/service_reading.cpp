@@ -19,8 +19,8 @@ std::string full_name(const NodeName& node) {
 
 struct Nodes {
   std::set<NodeName> plain;
-  // More than one node has the name, or one beside a proxy of ours. The middleware answers for one
-  // of them, whichever, so their services are found by their writers.
+  // Names of more than one node, or of a node and a proxy of ours. The middleware answers for an
+  // arbitrary one of them, so their services are found by their writers.
   std::set<NodeName> shared;
 };
 
@@ -45,7 +45,7 @@ std::optional<Nodes> read_nodes(const Node& node) {
     if (full == node.full_name()) continue;
     const auto before = ours_before.find(full), after = ours_after.find(full);
     const bool foreign = before == ours_before.end() && after == ours_after.end();
-    // Not made or removed meanwhile, so it is one of those that were counted.
+    // Not created or removed meanwhile, so it is one of those that were counted.
     const bool steady = before != ours_before.end() && after != ours_after.end() &&
                         before->second != OwnEndpoints::kUnsettled &&
                         before->second == after->second;
@@ -62,7 +62,7 @@ std::optional<Nodes> read_nodes(const Node& node) {
 struct Writer {
   Gid gid;
   NodeName node;
-  std::string type;  // "std_srvs/srv/SetBool"; empty: not told
+  std::string type;  // "std_srvs/srv/SetBool"; empty: not known
 };
 
 // "std_srvs/srv/SetBool" of "std_srvs::srv::dds_::SetBool_Response_".
@@ -102,7 +102,7 @@ class ServiceReading {
 void ServiceReading::add_services_of(const NodeName& of) {
   auto allocator = rcl_get_default_allocator();
   rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
-  // A node that has just left is no failure.
+  // A node that has just left is not an error.
   if (!ignore_error(rcl_get_service_names_and_types_by_node(
           node_.handle(), &allocator, of.name.c_str(), of.name_space.c_str(), &found))) {
     return;
@@ -158,9 +158,8 @@ const std::vector<Writer>& ServiceReading::writers_of(const std::string& service
   return writers;
 }
 
-// Tells servers' ids, and whose they really are. Of a node's name there may be several: a killed
-// process stays in the graph until its lease is over, and the one that took its place is there,
-// too.
+// Fills in the servers' ids and their real owners. There may be several nodes of one name: a killed
+// process stays in the graph until its lease is over, while its successor is there already.
 void ServiceReading::identify(ServiceState& service) {
   std::vector<Server> servers;
   for (Server& server : service.servers) {
@@ -188,7 +187,7 @@ std::vector<ServiceState> ServiceReading::finish() {
   for (const auto& [key, nodes] : services_) {
     ServiceState state{key.first, key.second, {}};
     for (const NodeName& of : nodes) state.servers.push_back(Server{Gid{}, of.name_space, of.name});
-    // Asking for each one takes long in a large graph, so only where it tells something.
+    // Asking for each one takes long in a large graph, so this is done only where it is useful.
     if (!bridges_.empty() || watched_.contains(state.name)) identify(state);
     if (!state.servers.empty()) states.push_back(std::move(state));
   }

@@ -1,4 +1,4 @@
-// The services of the ROS graph, and whose they are.
+// The services of the ROS graph and their owners.
 #pragma once
 
 #include <map>
@@ -18,11 +18,11 @@ struct NodeName {
 };
 
 // Participants of the graph in which bridges live, by the beginning of their endpoints' ids.
-// Whatever nodes they have, their endpoints are the bridge's. Empty where ids do not tell
-// (middleware.hpp).
+// All their endpoints belong to the bridge, whatever nodes they have. Empty where ids do not show
+// this (middleware.hpp).
 struct BridgeParticipants {
   std::map<Gid, NodeName> others;  // bridges, which publish claims
-  // Of our node: another process of our name, or what is left of a killed one.
+  // With our node's name: another process, or the remains of a killed one.
   std::set<Gid> namesakes;
 
   [[nodiscard]] bool empty() const { return others.empty() && namesakes.empty(); }

@@ -30,8 +30,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// rcl's logging is one for the process and not thread-safe; its C callback has no user data. Hence
-// the only mutable global of src/ros.
+// rcl's logging is global in the process and not thread-safe, and its C callback has no user data.
+// So this is the only mutable global of src/ros.
 struct Logging {
   std::recursive_mutex mutex;
   int users = 0;
@@ -95,7 +95,7 @@ std::vector<std::string> parameter_files_of(const rcl_arguments_t& arguments) {
   std::vector<std::string> names;
   if (count <= 0) return names;
   require_ok(rcl_arguments_get_param_files(&arguments, allocator, &files),
-             "cannot tell the parameter files");
+             "cannot read the names of the parameter files");
   for (int i = 0; i < count; ++i) {
     names.emplace_back(files[i]);
     allocator.deallocate(files[i], allocator.state);
@@ -126,7 +126,7 @@ struct Node::State {
   void read_arguments(const NodeOptions& options);
   void open_publisher_ids();
   void open_parameter_events();
-  // False: the graph does not tell what its id is.
+  // False: the id that it has in the graph is not known.
   bool add_own(const rcl_publisher_t& publisher);
   ~State();
 };
@@ -162,14 +162,14 @@ void Node::State::open(const NodeOptions& options) {
   logging = true;
   rcl_node_options_t node_options = rcl_node_get_default_options();
   require_ok(rcl_node_init(&node, options.name.c_str(), "", &context, &node_options),
-             "cannot make the node");
+             "cannot create the node");
   ignore_error(rcl_node_options_fini(&node_options));
   {
     const std::lock_guard lock(connect_bridge::ros::logging().mutex);
     require_ok(distro::init_rosout(&node), "cannot publish on /rosout");
   }
   auto allocator = rcl_get_default_allocator();
-  require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot make a clock");
+  require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot create a clock");
   open_publisher_ids();
   open_parameter_events();
   name = rcl_node_get_name(&node);
@@ -187,7 +187,7 @@ void Node::State::open_publisher_ids() {
     return;
   }
   std::size_t domain = 0;
-  require_ok(rcl_context_get_domain_id(&context, &domain), "cannot tell the domain id");
+  require_ok(rcl_context_get_domain_id(&context, &domain), "cannot read the domain id");
   auto publishers = std::make_shared<CyclonePublishers>(domain);
   publisher_ids.emplace([publishers] { return publishers->changes(); });
 }
@@ -207,7 +207,7 @@ bool Node::State::add_own(const rcl_publisher_t& publisher) {
   return !unknown;
 }
 
-// It is opened here because its id is the first one by which we know our own endpoints.
+// It is opened here because its id is the first one that identifies our own endpoints.
 void Node::State::open_parameter_events() {
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = rmw_qos_profile_parameter_events;
@@ -215,9 +215,9 @@ void Node::State::open_parameter_events() {
                                 ROSIDL_GET_MSG_TYPE_SUPPORT(rcl_interfaces, msg, ParameterEvent),
                                 "/parameter_events", &options),
              "cannot publish on /parameter_events");
-  // Without it our own endpoints would be bridged as others' are.
+  // Without it our own endpoints would be bridged like those of others.
   if (!add_own(parameter_events) && middleware().participant_bytes > 0)
-    throw RosError("the middleware does not tell the id of this node's own publisher");
+    throw RosError("the middleware does not report the id of this node's own publisher");
 }
 
 Node::State::~State() {
@@ -257,7 +257,7 @@ const std::vector<std::string>& Node::parameter_files() const {
   return state_->parameter_files;
 }
 
-// The arguments are parsed anew: rcl reads the files then, in the order of before.
+// The arguments are parsed again: rcl then reads the files, in the same order.
 Node::Overrides Node::read_overrides_again() const {
   std::vector<const char*> words;
   for (const auto& word : state_->all_arguments) words.push_back(word.c_str());
@@ -294,7 +294,7 @@ void Node::log(LogLevel level, const std::string& text) const {
                                  RCUTILS_LOG_SEVERITY_WARN, RCUTILS_LOG_SEVERITY_ERROR};
   const int severity = kSeverities[static_cast<std::size_t>(level)];
   const char* logger = rcl_node_get_logger_name(&state_->node);
-  // Asking for the level may store it for the next time.
+  // Reading the level may store it for the next time.
   const std::lock_guard lock(logging().mutex);
   if (!rcutils_logging_logger_is_enabled_for(logger, severity)) return;
   // The output to /rosout reads the location without asking whether there is one.
@@ -307,7 +307,8 @@ void Node::log(LogLimit& limit, LogLevel level, const std::string& text) const {
   now.steady = TimePoint(std::chrono::steady_clock::now().time_since_epoch());
   const auto count = limit.count(now);
   if (count)
-    log(level, *count == 1 ? text : text + " (" + std::to_string(*count) + " times lately)");
+    log(level,
+        *count == 1 ? text : text + " (" + std::to_string(*count) + " times since the last line)");
 }
 
 rcl_node_s* Node::handle() const {

@@ -52,7 +52,8 @@ class Node {
   [[nodiscard]] const ParameterMap& parameter_overrides() const;
   // The files of --params-file, in their order.
   [[nodiscard]] const std::vector<std::string>& parameter_files() const;
-  // What the files and -p say by now, merged as at the start. Blocks as long as the disk does.
+  // The present content of the files with -p, merged as at the start. Blocks as long as the disk
+  // does.
   struct Overrides {
     ParameterMap parameters;
     std::string problem;  // empty: the files were read
@@ -67,7 +68,8 @@ class Node {
   [[nodiscard]] Stamp ros_now() const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.
   void log(LogLevel level, const std::string& text) const;
-  // What a peer or a caller can cause as often as it likes: a line now and then, with a count.
+  // For lines that a peer or a caller can cause as often as it likes: logged at a limited rate,
+  // with a count.
   void log(LogLimit& limit, LogLevel level, const std::string& text) const;
 
   // For src/ros only.
@@ -76,9 +78,9 @@ class Node {
   [[nodiscard]] rcl_clock_s* clock() const;
   [[nodiscard]] rcl_publisher_s* parameter_events() const;
   [[nodiscard]] OwnEndpoints& own() const;
-  // Thread of this and the next: the loop's.
+  // Thread of this and the next function: the loop's.
   [[nodiscard]] PublisherIds& publisher_ids() const;
-  // A publisher of ours, which is known to be that from now on.
+  // From now on this publisher is known to be ours.
   void add_own(const rcl_publisher_s& publisher) const;
 
  private:

@@ -23,13 +23,13 @@ class OwnEndpoints {
   // The id of an endpoint of ours.
   void add(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
-  // A node of this name is about to come into the graph or to leave it; is there; has left.
+  // A node of ours with this name is about to enter or leave the graph; is in it; has left it.
   void announce_node(const std::string& full_name);
   void settle_node(const std::string& full_name);
   void remove_node(const std::string& full_name);
-  // Our nodes, each with a number: kUnsettled while it comes or goes, else one that is new whenever
-  // the node is made. If a node has the same number before and after a reading of the graph, it was
-  // there during all of the reading.
+  // Our nodes, each with a number: kUnsettled while it enters or leaves the graph, else a new one
+  // whenever the node is created. If a node has the same number before and after a reading of the
+  // graph, it was in the graph during the whole reading.
   static constexpr std::uint64_t kUnsettled = 0;
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 

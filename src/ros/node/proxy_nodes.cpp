@@ -37,17 +37,18 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
   rcl_node_options_t options = rcl_node_get_default_options();
   options.use_global_arguments = false;
   options.enable_rosout = false;
-  // A node that does not use the process's arguments must have its own, if only empty ones.
+  // A node that does not use the process's arguments needs its own, even if they are empty.
   rcl_ret_t result =
       rcl_parse_arguments(0, nullptr, rcl_get_default_allocator(), &options.arguments);
   auto made = std::make_unique<rcl_node_t>(rcl_get_zero_initialized_node());
-  // Told first: the graph may show the node to the watcher's thread before we are back.
+  // Announced first: the watcher's thread may see the node in the graph before rcl_node_init()
+  // returns.
   node_.own().announce_node(name);
   if (result == RCL_RET_OK) {
     result = rcl_node_init(made.get(), base.c_str(), name_space.c_str(), node_.context(), &options);
   }
   if (result != RCL_RET_OK) {
-    refused(error_text("cannot make the node " + name, result));
+    refused(error_text("cannot create the node " + name, result));
     ignore_error(rcl_node_options_fini(&options));
     node_.own().remove_node(name);
     return nullptr;
@@ -65,7 +66,7 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
 
 void ProxyNodes::refused(const std::string& why) {
   node_.log(refusals_, LogLevel::kWarn,
-            why + "; its topics and services appear under " + node_.full_name());
+            why + "; its topics and services are shown under " + node_.full_name());
 }
 
 }  // namespace connect_bridge::ros

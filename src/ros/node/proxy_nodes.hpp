@@ -1,4 +1,4 @@
-// Nodes that stand for nodes of the other side, each as long as something belongs to it.
+// Nodes that represent nodes of the other side; each exists as long as an entity belongs to it.
 #pragma once
 
 #include <functional>
@@ -17,15 +17,15 @@ class ProxyNodes {
   // Keeps the node alive; its last owner removes it from the graph.
   using Handle = std::shared_ptr<rcl_node_s>;
 
-  // `is_taken` tells whether a node of others has this name.
+  // `is_taken`: whether a node of another process has this name.
   ProxyNodes(Node& node, std::function<bool(const std::string& name)> is_taken)
       : node_(node), is_taken_(std::move(is_taken)) {}
   ProxyNodes(const ProxyNodes&) = delete;
   ProxyNodes& operator=(const ProxyNodes&) = delete;
 
-  // The proxy of this name ("/fleet/talker"), made if it is not there. Our own node instead if the
-  // name is empty and, with a warning, if ROS refuses it or a node of this graph has it: the peer
-  // chooses names and must not pass for somebody here.
+  // The proxy of this name ("/fleet/talker"), created if needed. Our own node instead if the name
+  // is empty and, with a warning, if ROS refuses it or a node of this graph has it: the peer
+  // chooses names and must not impersonate a node here.
   Handle get(const std::string& name);
 
   [[nodiscard]] std::size_t size() const { return nodes_.size(); }
@@ -33,7 +33,7 @@ class ProxyNodes {
  private:
   Handle make(const std::string& name);
   Handle own() const;
-  // Logs why our own node takes the place of a proxy.
+  // Logs why our own node is used in place of a proxy.
   void refused(const std::string& why);
 
   Node& node_;

@@ -37,7 +37,7 @@ bool OwnService::take(void* request, rmw_service_info_t& info) {
 
 void OwnService::answer(rmw_service_info_t& info, void* response) {
   const rcl_ret_t result = rcl_send_response(&service_, &info.request_id, response);
-  // The client may have left before its answer came.
+  // The client may have left before the answer was sent.
   if (result != RCL_RET_OK) {
     node_.log(LogLevel::kDebug, error_text("cannot answer a request of " + name_, result));
   }

@@ -1,4 +1,4 @@
-// What ROS demands of parameters: types, ranges, lists, the node names of files.
+// The rules of ROS for parameters: types, ranges, lists, the node names of files.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,9 @@ struct SetResult {
   std::string reason;
 };
 
-// Whether `value` may be set: type and range. An integer is taken for a double, an empty list for a
-// list of any type, because a command line cannot tell them apart; `value` is changed accordingly.
+// Whether `value` may be set: type and range. An integer is accepted for a double, and an empty
+// list for a list of any type, because they look the same on a command line; `value` is converted
+// accordingly.
 [[nodiscard]] SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value);
 
 // Whether a parameter named `name` is asked for by rcl_interfaces/srv/ListParameters.

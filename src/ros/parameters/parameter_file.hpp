@@ -10,7 +10,7 @@ struct rcl_params_s;
 
 namespace connect_bridge::ros {
 
-// What a file says for the nodes of one name.
+// The part of a file for the nodes of one name.
 struct ParameterSection {
   std::string node;  // "connect_server", "/**", ...; see node_name_matches()
   ParameterMap parameters;
@@ -23,7 +23,7 @@ struct ParameterFile {
 
 [[nodiscard]] ParameterFile read_parameter_file(const std::string& file);
 
-// For src/ros only: the sections of what rcl has parsed; frees it. Null gives none.
+// For src/ros only: the sections of parameters that rcl has parsed; frees these. None for null.
 [[nodiscard]] std::vector<ParameterSection> take_sections(rcl_params_s* params);
 
 }  // namespace connect_bridge::ros

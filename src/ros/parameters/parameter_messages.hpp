@@ -1,5 +1,5 @@
-// Parameters between our values and the C messages of rcl_interfaces. All return false if memory is
-// short.
+// Parameters between our values and the C messages of rcl_interfaces. All return false if memory
+// runs out.
 #pragma once
 
 #include <rcl_interfaces/msg/parameter.h>

@@ -234,7 +234,7 @@ SetResult ParameterServer::State::apply(std::vector<Parameter> parameters) {
   return result;
 }
 
-// use_sim_time is ours; everything else is the owner's to decide.
+// use_sim_time is handled here; the owner decides about everything else.
 SetResult ParameterServer::State::ask(const std::vector<Parameter>& parameters) {
   std::vector<Parameter> others;
   std::copy_if(parameters.begin(), parameters.end(), std::back_inserter(others),

@@ -68,7 +68,7 @@ SetResult ParameterTable::check(Parameter& parameter, const Describe& describe,
     return {false, "parameter '" + name + "' cannot be set because it is read-only"};
   }
   if (!parameter.value) {
-    // Only what could be added again can be removed.
+    // Only a parameter that could be added again can be removed.
     if (describe && describe(name)) return {};
     return {false, "parameter '" + name + "' cannot be removed"};
   }

@@ -10,7 +10,7 @@
 
 namespace connect_bridge::ros {
 
-// What /parameter_events tells.
+// The content of a message on /parameter_events.
 struct ParameterDifferences {
   std::vector<Parameter> added, changed, removed;
   [[nodiscard]] bool empty() const { return added.empty() && changed.empty() && removed.empty(); }
@@ -23,7 +23,7 @@ class ParameterTable {
 
   explicit ParameterTable(std::vector<ParameterDescriptor> entries);
 
-  // All or none: checks names, types and ranges, asks `set`, then changes the entries.
+  // All or none: checks names, types and ranges, calls `set`, then changes the entries.
   SetResult apply(std::vector<Parameter> parameters, const Set& set, const Describe& describe,
                   ParameterDifferences& differences);
 

@@ -10,7 +10,7 @@ namespace connect_bridge::ros {
 namespace {
 
 // From dds/dds.h of Cyclone DDS 0.10. Declared here so that the bridge is built once for all
-// middlewares. Node makes sure at its start that a publisher of its own is found this way.
+// middlewares. Node checks at its start that a publisher of its own is found this way.
 using Entity = std::int32_t;
 constexpr Entity kPublicationTopic = 0x7fff0000 + 3;  // DDS_BUILTIN_TOPIC_DCPSPUBLICATION
 constexpr std::uint32_t kAlive = 16;                  // DDS_ALIVE_INSTANCE_STATE
@@ -65,7 +65,7 @@ const Functions& functions() {
   return found;
 }
 
-// What rmw_cyclonedds_cpp makes of a handle: its bytes, then zeros.
+// The gid that rmw_cyclonedds_cpp makes from a handle: its bytes, then zeros.
 Gid gid_of_handle(std::uint64_t handle) {
   Gid gid;
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(&handle);
@@ -83,7 +83,7 @@ CyclonePublishers::~CyclonePublishers() {
   close();
 }
 
-// Any participant of the process will do: all see the same, with the same handles.
+// Any participant of the process works: all see the same, with the same handles.
 bool CyclonePublishers::open() {
   if (reader_ > 0) return true;
   Entity participant = 0;
@@ -105,7 +105,7 @@ std::vector<PublisherChange> CyclonePublishers::changes() {
     std::array<void*, kAtOnce> samples{};
     std::array<SampleInfo, kAtOnce> infos{};
     const Entity count = functions().take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
-    if (count < 0) close();  // it went with its participant; the next call reads all anew
+    if (count < 0) close();  // it ended with its participant; the next call reads everything again
     if (count <= 0) break;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       PublisherChange& change = changes.emplace_back();

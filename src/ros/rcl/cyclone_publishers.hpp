@@ -1,4 +1,4 @@
-// Which publisher a handle of Cyclone DDS stands for.
+// Finds the publisher that a handle of Cyclone DDS means.
 #pragma once
 
 #include <cstddef>
@@ -9,13 +9,13 @@
 
 namespace connect_bridge::ros {
 
-// Reads the topic that Cyclone DDS itself has of all writers ("DCPSPublication", DDS 1.4 section
-// 2.2.5): its instances have the handles that rmw_cyclonedds_cpp tells with samples, and its
-// samples the ids of the graph. Cyclone DDS is found in the process, where the middleware has
-// loaded it; nothing is linked. Thread: one at a time.
+// Reads the built-in topic in which Cyclone DDS lists all writers ("DCPSPublication", DDS 1.4
+// section 2.2.5): its instances have the handles that rmw_cyclonedds_cpp gives with samples, and
+// its samples contain the ids of the graph. Cyclone DDS is found in the process, where the
+// middleware has loaded it; it is not linked. Thread: one at a time.
 class CyclonePublishers {
  public:
-  // Whether Cyclone DDS is in this process, with all that is needed of it.
+  // Whether Cyclone DDS is in this process, with all functions that are needed.
   [[nodiscard]] static bool available();
 
   // `domain` is the node's domain id; its context lives longer than this.
@@ -24,7 +24,7 @@ class CyclonePublishers {
   CyclonePublishers& operator=(const CyclonePublishers&) = delete;
   ~CyclonePublishers();
 
-  // What has come and gone since the last call; all there is at the first.
+  // Publishers that came or went since the last call; the first call returns all.
   std::vector<PublisherChange> changes();
 
  private:

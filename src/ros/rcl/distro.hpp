@@ -75,8 +75,8 @@ inline Gid gid_of(const std::uint8_t (&bytes)[RMW_GID_STORAGE_SIZE]) {
   return gid;
 }
 
-// Since Jazzy the client library makes the node's /rosout publisher; before, rcl_node_init does,
-// and a second one would be warned about.
+// Since Jazzy the client library creates the node's /rosout publisher; before, rcl_node_init does,
+// and a second one causes a warning.
 inline rcl_ret_t init_rosout(rcl_node_t* node) {
 #if CONNECT_TYPE_HASHES
   if (rcl_logging_rosout_enabled()) return rcl_logging_rosout_init_publisher_for_node(node);
@@ -95,9 +95,9 @@ inline rcl_ret_t fini_rosout(rcl_node_t* node) {
   return RCL_RET_OK;
 }
 
-// Before Kilted rmw_fastrtps_cpp makes no endpoint without a type's fields, though it does nothing
-// with them; since Kilted it tells them to others, so there it must not get wrong ones. No header
-// tells which it is but this one, which got keys at that time.
+// Before Kilted rmw_fastrtps_cpp creates no endpoint without a type's fields, although it does not
+// use them; since Kilted it sends them to others, so it must not get wrong ones. The only header
+// that shows which version it is, is this one, which got keys at that time.
 template <class Callbacks = message_type_support_callbacks_t>
 constexpr bool bare_types_need_introspection() {
   return !requires(Callbacks callbacks) {
@@ -105,7 +105,7 @@ constexpr bool bare_types_need_introspection() {
   };
 }
 
-// Since Iron a service's type support has its requests' and its responses'.
+// Since Iron a service's type support contains that of its requests and responses.
 template <class Service>
 void set_parts(Service& service, const rosidl_message_type_support_t* requests,
                const rosidl_message_type_support_t* responses) {
@@ -115,8 +115,8 @@ void set_parts(Service& service, const rosidl_message_type_support_t* requests,
   }
 }
 
-// How many clients a service has; nullopt: not told. rcl_count_clients() came after Iron, and no
-// header tells of it, so the compiler is asked whether a call can be made.
+// How many clients a service has; nullopt: not known. rcl_count_clients() came after Iron, and no
+// version macro shows it, so a template checks whether it can be called.
 template <class RclNode>
 auto count_clients(const RclNode* node, const char* service, int)
     -> decltype(rcl_count_clients(node, service, nullptr), std::optional<std::size_t>{}) {

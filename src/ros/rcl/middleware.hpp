@@ -17,62 +17,63 @@ namespace connect_bridge::ros {
 class PublisherIds;
 
 struct Middleware {
-  // What is told of a publisher, with its samples and of our own (rmw_get_gid_for_publisher).
-  // rmw_cyclonedds_cpp tells a handle that only this process knows (ros2/rmw_cyclonedds#377), all
-  // others the id of the graph.
+  // How the middleware identifies a publisher, with its samples and for our own
+  // (rmw_get_gid_for_publisher). rmw_cyclonedds_cpp gives a handle that is valid in this process
+  // only (ros2/rmw_cyclonedds#377), all others give the id of the graph.
   enum class PublisherTold { kId, kHandle };
   PublisherTold publisher_told = PublisherTold::kId;
 
   // The ids of DDS endpoints begin with the 12 bytes of their participant (RTPS 2.3 section 8.2.4),
-  // and a context has one participant. So one id of ours tells all others, those of endpoints that
-  // are gone included. rmw_zenoh_cpp makes ids of hashes, which tell nothing. 0: they do not tell.
+  // and a context has one participant. So one id of ours identifies all others, including those of
+  // endpoints that are gone. rmw_zenoh_cpp makes ids from hashes, which show nothing. 0: ids do not
+  // show the participant.
   std::size_t participant_bytes = 0;
 
-  // How a request tells its caller. The services of DDS middlewares are pairs of topics, so the
-  // graph has both ends of each caller. With rmw_fastrtps a request has the id of the one that
-  // reads responses; with rmw_cyclonedds_cpp the handle of the one that wrote it, in the second
-  // half of `writer_guid`; with others it has nothing that is in the graph, and there only "nobody
-  // at all" is known.
+  // How a request identifies its caller. The services of DDS middlewares are pairs of topics, so
+  // the graph has both endpoints of each caller. With rmw_fastrtps a request has the id of the
+  // endpoint that reads responses; with rmw_cyclonedds_cpp the handle of the one that wrote it, in
+  // the second half of `writer_guid`; with others it has nothing that is in the graph, and only "no
+  // caller at all" can be found.
   enum class CallerTold { kNothing, kReader, kWriterHandle };
   CallerTold caller_told = CallerTold::kNothing;
 
-  // rmw_fastrtps can deadlock between a lost sample and whoever sets or takes an event, once a
-  // callback for lost samples is set (fixed by ros2/rmw_fastrtps#890). There the count is asked for
+  // rmw_fastrtps can deadlock between a lost sample and a thread that sets or takes an event, once
+  // a callback for lost samples is set (fixed by ros2/rmw_fastrtps#890). There the count is polled
   // instead.
   bool lost_callback_is_safe = true;
 
-  // rmw_cyclonedds_cpp makes the sequences of a message that it fills anew, and does not free those
-  // that are in it (seen in 4.0.3): it must get an empty one each time.
+  // rmw_cyclonedds_cpp allocates new sequences in a message that it fills, and does not free those
+  // that are in it (seen in 4.0.3): it must get an empty message each time.
   bool fills_used_messages = true;
 
-  // Whether endpoints can be made of types whose packages are not installed (types/bare_types.hpp):
-  // these middlewares read and write messages by functions that type support brings with it, and
-  // the others by a type's fields.
+  // Whether endpoints can be created with types whose packages are not installed
+  // (types/bare_types.hpp): these middlewares read and write messages by functions of the type
+  // support, the others by a type's fields.
   bool takes_bare_types = false;
 
-  // rmw_zenoh_cpp joins the endpoints of a topic or service only where their hashes are the same.
+  // rmw_zenoh_cpp connects the endpoints of a topic or service only if their type hashes are equal.
   bool joins_by_hash = false;
 
   [[nodiscard]] bool tells_callers() const { return caller_told != CallerTold::kNothing; }
-  // Whether the writers of responses in the graph tell all servers, and ids which of them are ours.
+  // Whether the graph's writers of responses show all servers, and ids show which of them are ours.
   [[nodiscard]] bool tells_servers() const { return participant_bytes > 0; }
-  // What the ids of all endpoints of a process begin with; all zero where ids do not tell.
+  // The beginning of the ids of all endpoints of a process; all zero where ids do not show it.
   [[nodiscard]] Gid participant_of(const Gid& id) const;
-  // Who sent a request, comparable with callers_in_graph().
+  // The caller of a request, comparable with callers_in_graph().
   [[nodiscard]] Gid caller_in_graph(const rmw_request_id_t& request, PublisherIds& ids) const;
 };
 
-// Of the middleware with this identifier. `finds_handles`: publishers are found by their handles
-// (CyclonePublishers); without that nothing can be made of ids.
+// The properties of the middleware with this identifier. `finds_handles`: publishers can be found
+// by their handles (CyclonePublishers); without that ids cannot be used.
 Middleware middleware_named(std::string_view identifier, bool finds_handles);
-// Of this process; not before rcl is initialized.
+// The middleware of this process; not before rcl is initialized.
 const Middleware& middleware();
 
-// Who sent a request, as the middleware tells it.
+// The caller of a request, as the middleware identifies it.
 Gid caller_of(const rmw_request_id_t& request);
 
-// Everyone in the graph who may have sent requests to this service (a full name); nullopt: this
-// middleware does not tell, or failed.
+// All callers in the graph that may have sent requests to this service (a full name); nullopt: this
+// middleware does not show them, or failed.
 std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
                                                         const std::string& service);
 

@@ -1,4 +1,4 @@
-// The graph's ids of publishers, where the middleware tells others.
+// The graph's ids of publishers, for middlewares that give other ids with samples.
 #pragma once
 
 #include <cstddef>
@@ -14,25 +14,26 @@ namespace connect_bridge::ros {
 
 // A publisher has come into the graph, or has left it.
 struct PublisherChange {
-  Gid told;  // what the middleware tells with its samples
+  Gid told;  // what the middleware gives with its samples
   Gid id;    // its id in the graph
   bool gone = false;
 };
 
-// Most middlewares tell a publisher's id of the graph with its samples. Of one that tells a handle
-// of its own instead, a source says which publisher that is. Thread: the loop's.
+// Most middlewares give a publisher's graph id with its samples. For one that gives a handle of its
+// own instead, a source says which publisher that is. Thread: the loop's.
 class PublisherIds {
  public:
-  // What has changed since it was asked last.
+  // Returns what has changed since it was last called.
   using Source = std::function<std::vector<PublisherChange>()>;
 
-  // Without a source what is told is the id.
+  // Without a source `told` is the id.
   explicit PublisherIds(Source source = {}) : source_(std::move(source)) {}
 
-  // The id of the publisher of which the middleware tells this. What nobody knows stays as it is:
-  // no publisher of the graph has such an id. All zero if the source has never said anything.
+  // The graph id of the publisher that the middleware calls `told`. An unknown value is returned
+  // unchanged: no publisher of the graph has such an id. All zero if the source has never reported
+  // anything.
   [[nodiscard]] Gid id_of(const Gid& told);
-  // Takes what the source has, so that it does not pile up there.
+  // Takes what the source has, so that it does not accumulate there.
   void refresh();
 
  private:
@@ -41,7 +42,7 @@ class PublisherIds {
   static constexpr std::size_t kKnownMax = 1 << 18;
 
   const Source source_;
-  std::unordered_map<Gid, Gid> known_;  // by what is told
+  std::unordered_map<Gid, Gid> known_;  // by `told`
   std::deque<Gid> gone_;                // of these, in order
   bool works_ = false;
 };

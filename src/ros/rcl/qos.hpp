@@ -10,7 +10,7 @@
 
 namespace connect_bridge::ros {
 
-// What the graph tells about an endpoint. Unknown history or depth: depth 0.
+// From the graph's information about an endpoint. Unknown history or depth: depth 0.
 [[nodiscard]] Qos from_rmw(const rmw_qos_profile_t& profile);
 [[nodiscard]] rmw_qos_profile_t to_rmw(const Qos& qos);
 // Of our service servers and clients.

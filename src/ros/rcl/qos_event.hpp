@@ -10,8 +10,7 @@
 
 namespace connect_bridge::ros {
 
-// Thread: the loop's. Close it before its subscription. Without a callback it can only
-// be asked.
+// Thread: the loop's. Close it before its subscription. Without a callback it can only be polled.
 class QosEvent {
  public:
   QosEvent() = default;
@@ -24,7 +23,7 @@ class QosEvent {
   void close();
   // `status` is the rmw structure of this type of event.
   bool take(void* status);
-  // Of an event of incompatible QoS: the policy that does not fit.
+  // For an event of incompatible QoS: the policy that does not fit.
   std::optional<std::string> take_policy();
 
  private:

@@ -18,8 +18,7 @@ struct Refusal {
 // An error_text() as refusal. Clears the error text of this thread.
 [[nodiscard]] Refusal failure(const std::string& what, rcl_ret_t code);
 
-// Nothing is to be said about this failure; clears the error text of this thread. True: it was
-// fine.
+// Ignores a failure; clears the error text of this thread. True: there was none.
 bool ignore_error(rcl_ret_t code);
 
 // Start-up only: throws RosError unless the code is RCL_RET_OK.

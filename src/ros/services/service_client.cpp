@@ -10,8 +10,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// The answer to a dropped invocation still tells the core that its server is done with it. Where
-// there are more of them, later answers tell the same.
+// The answer to a dropped invocation still shows the core that its server is done with it. If there
+// are more, later answers show the same.
 constexpr std::size_t kDroppedKept = 64;
 
 }  // namespace
@@ -71,7 +71,8 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
   rmw_service_info_t info{};
   const rcl_ret_t result = rcl_take_response_with_info(&client_, &info, form.message());
   if (result != RCL_RET_OK) {
-    // The middleware also takes the answers to other clients, and then says the same as for none.
+    // The middleware also takes the answers to other clients, and then reports the same as if there
+    // were none.
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_CLIENT_TAKE_FAILED) {
       shared_.refuse_call(error_text("cannot take an answer of " + create_.service, result));

@@ -1,4 +1,4 @@
-// One service client that sends requests of any type from bytes, and gives answers as bytes.
+// One service client that sends requests of any type from bytes, and returns answers as bytes.
 #pragma once
 
 #include <rcl/client.h>
@@ -24,8 +24,8 @@ class ServiceClient final : public Entity {
   using Failed = ServiceClientFailed;
   using Time = std::chrono::steady_clock::time_point;
 
-  // What was ready and is not must stay so for this time: while one of two servers comes or goes,
-  // the middleware says for a moment that there is none.
+  // A server counts as gone after it was not found for this time: while one of two servers comes or
+  // goes, the middleware reports none for a moment.
   static constexpr Duration kLossPatience = std::chrono::milliseconds(75);
 
   ServiceClient(Shared& shared, Create create);
@@ -34,15 +34,16 @@ class ServiceClient final : public Entity {
   // Why there is no client, or nothing.
   std::optional<Refusal> open();
   std::optional<Input> step(Batch& batch) override;
-  // Reports an InvocationFailed if the bytes are no request. Without a server a request is lost.
+  // Reports an InvocationFailed if the bytes are not a valid request. Without a server a request is
+  // lost.
   void send(InvocationId invocation, ByteView bytes);
   void drop(InvocationId invocation);
 
-  // Whether requests reach a server now; returns what the core must know.
+  // Checks whether requests reach a server now; returns an input for the core, if that has changed.
   std::optional<ServiceReady> look_for_server(Time now);
-  // No server was there at the last look.
+  // Whether no server was found at the last look.
   [[nodiscard]] bool is_alone() const { return missing_since_.has_value(); }
-  // The core was told that there is one.
+  // Whether the core knows that there is one.
   [[nodiscard]] bool told_ready() const { return told_ready_; }
 
   [[nodiscard]] const std::string& service() const { return create_.service; }

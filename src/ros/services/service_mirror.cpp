@@ -15,8 +15,8 @@ ServiceMirror::ServiceMirror(Shared& shared, Create create)
 
 ServiceMirror::~ServiceMirror() {
   if (!open_) return;
-  // The callback stays: rmw_fastrtps calls what is set without a look whether it is null, and so
-  // would crash when a request arrives now. A late call finds its slot (ReadyList).
+  // The callback stays set: rmw_fastrtps calls it without checking for null, and would crash when a
+  // request arrives now. A late call finds its slot (ReadyList).
   ignore_error(rcl_service_fini(&service_, node_.get()));
 }
 
@@ -34,7 +34,7 @@ std::optional<Refusal> ServiceMirror::open() {
   if (!type_->is_installed) shared_.tell_not_installed(create_.type);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
-  // What came before the callback was set: not every middleware reports it.
+  // For requests that came before the callback was set: not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;
 }
@@ -45,8 +45,8 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
   rmw_service_info_t info{};
   const rcl_ret_t result = rcl_take_request_with_info(&service_, &info, form.message());
   if (result != RCL_RET_OK) {
-    // A sample that is no request (its writer has gone, or it is none of this type) looks the same
-    // as an empty queue, so more may be behind it.
+    // A sample that is not a request (its writer is gone, or it has another type) looks the same as
+    // an empty queue, so more may follow it.
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_SERVICE_TAKE_FAILED) {
       shared_.refuse_call(error_text("cannot take a request of " + create_.service, result));
@@ -100,7 +100,7 @@ std::optional<std::string> ServiceMirror::send(rmw_request_id_t& request, ByteVi
   const rcl_ret_t result = rcl_send_response(&service_, &request, form.message());
   form.reset();
   if (result == RCL_RET_OK) return std::nullopt;
-  // The request came, but the middleware waited in vain for the caller's end for responses.
+  // The request came, but the middleware did not find the caller's reader of responses in time.
   if (result == RCL_RET_TIMEOUT) unconnected_.push_back(caller);
   return error_text("cannot answer a request of " + create_.service, result);
 }
@@ -119,7 +119,7 @@ std::vector<RequestId> ServiceMirror::look_for_callers() {
   std::erase_if(requests_, [&](const auto& entry) {
     const Gid caller = caller_in_graph(entry.second.id);
     if (callers->contains(caller)) return false;
-    // A request may overtake the news of its caller.
+    // A request may arrive before its caller is seen in the graph.
     if (!callers_.contains(caller) && entry.second.taken > doubtful_since) {
       doubtful_callers_ = true;
       return false;

@@ -29,15 +29,15 @@ class ServiceMirror final : public Entity {
   // Why there is no server, or nothing.
   std::optional<Refusal> open();
   std::optional<Input> step(Batch& batch) override;
-  // Ends a request. Blocks up to 100 ms if the middleware has not connected the caller with us yet,
-  // but for each caller only once until graph_changed().
+  // Sends the response. Blocks up to 100 ms if the middleware has not connected the caller with us
+  // yet, but only once for each caller until graph_changed().
   void respond(RequestId request, ByteView bytes);
   void drop(RequestId request) { requests_.erase(request); }
 
   // A caller that could not be reached may be reachable now.
   void graph_changed() { unconnected_.clear(); }
   // Forgets and returns the requests whose callers are not in the graph any longer, as far as the
-  // middleware tells.
+  // middleware shows them.
   std::vector<RequestId> look_for_callers();
   // Whether a request came from a caller that was not in the graph when we last looked.
   [[nodiscard]] bool has_new_callers() const { return new_callers_; }
@@ -68,7 +68,7 @@ class ServiceMirror final : public Entity {
   std::unordered_set<Gid> callers_;  // in the graph when we last looked
   bool new_callers_ = false;
   bool doubtful_callers_ = false;
-  std::vector<Gid> unconnected_;  // callers that no response reaches yet
+  std::vector<Gid> unconnected_;  // callers that responses do not reach yet
 };
 
 }  // namespace connect_bridge::ros

@@ -8,8 +8,8 @@
 namespace connect_bridge::ros {
 namespace {
 
-// The graph shows a server shortly before our client is connected with it. So long after a change
-// it is looked at again, ever less often.
+// The graph shows a server shortly before our client is connected with it. For this time after a
+// change we look again, at growing intervals.
 constexpr auto kSettling = std::chrono::milliseconds(400);
 constexpr Duration kFirstLook = std::chrono::milliseconds(5);
 

@@ -1,4 +1,4 @@
-// The service servers and clients of the gateway, and who is at their other ends.
+// The service servers and clients of the gateway, and their callers and servers in the graph.
 #pragma once
 
 #include <chrono>

@@ -10,7 +10,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// A subscriber makes memory for as many elements as a sequence claims to have, before it looks for
+// A subscriber allocates memory for as many elements as a sequence claims to have, before it reads
 // them: at most as many as the message has bytes. Below this size that is little.
 constexpr std::size_t kUncheckedBytesMax = 1024;
 

@@ -23,8 +23,8 @@ class Mirror final : public Entity {
 
   // Why there is no publisher, or nothing.
   std::optional<Refusal> open();
-  // The bytes are not copied here. What is no message of the type, or is refused by the middleware,
-  // is reported with the next step.
+  // The bytes are not copied here. A message that does not have the type, or that the middleware
+  // refuses, is reported with the next step.
   void publish(ByteView bytes);
   std::optional<Input> step(Batch& batch) override;
 

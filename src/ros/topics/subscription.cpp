@@ -15,7 +15,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-// CDR begins with 4 bytes that tell the encapsulation.
+// CDR begins with a header of 4 bytes, the encapsulation.
 constexpr std::size_t kSampleMin = 4;
 // How often a middleware without a safe callback is asked whether samples were lost.
 constexpr auto kLostPeriod = std::chrono::milliseconds(500);
@@ -37,7 +37,7 @@ Subscription::~Subscription() {
 }
 
 std::optional<Refusal> Subscription::open() {
-  // Where ids do not tell what is ours we would take it for a node's own.
+  // Where ids do not show which endpoints are ours, we would treat it as a real node's.
   if (is_shown_only() && !middleware().tells_servers()) return std::nullopt;
   auto type = shared_.types.message(create_.type, create_.type_hash);
   if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
@@ -69,7 +69,7 @@ std::optional<Refusal> Subscription::open() {
     close();
     return refusal;
   }
-  // What came before the callback was set: not every middleware reports it.
+  // For samples that came before the callback was set: not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;
 }
@@ -117,7 +117,7 @@ std::optional<Input> Subscription::on_invalid() {
   if (++invalid_in_row_ < kInvalidInRowMax) return std::nullopt;
   invalid_in_row_ = 0;
   shared_.node.log(LogLevel::kWarn, "the middleware returns empty samples of " + create_.topic +
-                                        " without end: subscribing anew");
+                                        " without end: subscribing again");
   done(~0U);
   close();
   if (auto refusal = open()) {
@@ -139,7 +139,7 @@ Subscription::Taken Subscription::take(MessageTaken& message) {
     }
     shared_.node.log(errors_, LogLevel::kError,
                      error_text("cannot take from " + create_.topic, result));
-    return Taken::kInvalid;  // good samples may wait behind it
+    return Taken::kInvalid;  // valid samples may follow it
   }
   if (into->buffer_length < kSampleMin) return Taken::kInvalid;
   if (++samples_ % 64 == 0) ask_for_lost();
@@ -163,7 +163,7 @@ void Subscription::ask_for_lost() {
 std::uint64_t Subscription::take_lost() {
   rmw_message_lost_status_t status{};
   if (!lost_.take(&status)) return 0;
-  // The change counts from moments that differ between middlewares; the total does not.
+  // Middlewares differ in the moment from which they count the change; they agree on the total.
   const std::uint64_t total = status.total_count;
   const std::uint64_t lost = total > lost_total_ ? total - lost_total_ : 0;
   lost_total_ = total;

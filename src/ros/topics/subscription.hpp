@@ -36,7 +36,7 @@ class Subscription : public Entity {
   Taken take(MessageTaken& message);
 
  private:
-  // It stands for a node of the other side, and nothing is taken of it.
+  // Whether it only represents a node of the other side, so that no samples are taken from it.
   [[nodiscard]] bool is_shown_only() const { return !create_.node.empty(); }
   void close();
   std::optional<Input> on_invalid();

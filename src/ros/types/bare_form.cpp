@@ -17,11 +17,11 @@ using eprosima::fastcdr::Cdr;
 
 constexpr std::size_t kHeaderSize = 4;
 constexpr std::uint8_t kOrder = std::endian::native == std::endian::little ? 1 : 0;
-// How many bytes are asked for first, before the size of a message tells that of the next.
+// How many bytes are requested first, before the size of a message predicts that of the next one.
 constexpr std::size_t kFirstBytes = 64;
 constexpr std::size_t kExpectedMax = 64U << 10U;
 
-// What message() of a form is.
+// The object behind message() of a form.
 struct BareMessage {
   BareMessage() : taken(rmw_get_zero_initialized_serialized_message()) {
     auto allocator = rcutils_get_default_allocator();
@@ -62,8 +62,9 @@ bool make_room(rmw_serialized_message_t& bytes, std::size_t capacity) {
   return ignore_error(rmw_serialized_message_resize(&bytes, capacity));
 }
 
-// Nothing tells how many bytes are left, but who asks for too many gets an exception: one or two
-// microseconds each, one of them where a message has the size of the last one, else a few.
+// There is no way to ask how many bytes are left, but reading too many throws an exception, which
+// takes one or two microseconds: one exception if a message has the size of the last one, otherwise
+// a few.
 bool take_all(Cdr& cdr, BareMessage& message) {
   rmw_serialized_message_t& taken = message.taken;
   std::size_t size = kHeaderSize;
@@ -83,7 +84,7 @@ bool take_all(Cdr& cdr, BareMessage& message) {
   }
   message.expected = size - kHeaderSize;
   taken.buffer_length = size;
-  // The bytes may wait in queues that count what is in them.
+  // The bytes may wait in queues that count their size, so the buffer must not be much larger.
   return taken.buffer_capacity <= 2 * size + kFirstBytes || make_room(taken, size);
 }
 
@@ -117,7 +118,7 @@ class BareForm final : public MessageForm {
 
   void* message() override { return &message_; }
 
-  // Gives its buffer away for that of `bytes`: no copy.
+  // Swaps its buffer with that of `bytes`: no copy.
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
     if (message_.taken.buffer_length < kHeaderSize) return "no bytes of a " + type_;
     std::swap(bytes, message_.taken);

@@ -15,8 +15,8 @@ namespace connect_bridge::ros {
 [[nodiscard]] message_type_support_callbacks_t bare_callbacks();
 
 // A request or response of a type that is not installed: the bytes are carried as they are, and
-// nothing is known of what is in them. Only plain CDR in this machine's byte order can be sent.
-// What it reads from must live until reset(). `type` is for errors.
+// nothing is known of what is in them. Only plain CDR in this machine's byte order can be sent. The
+// bytes that it reads from must live until reset(). `type` is for errors.
 [[nodiscard]] std::unique_ptr<MessageForm> bare_form(std::string type);
 
 }  // namespace connect_bridge::ros

@@ -17,7 +17,7 @@ namespace {
 using rosidl_typesupport_fastrtps_cpp::typesupport_identifier;
 
 Refusal no_hash(const TypeName& name, const std::string& hash) {
-  return {"type_mismatch", "\"" + hash + "\" is no hash of the type " + name.full()};
+  return {"type_mismatch", "\"" + hash + "\" is not a hash of the type " + name.full()};
 }
 
 Refusal too_many_hashes(const TypeName& name) {
@@ -55,7 +55,7 @@ BareMessageType::BareMessageType(TypeName name)
       callbacks_{bare_callbacks()} {
   callbacks_.message_namespace_ = name_space_.c_str();
   callbacks_.message_name_ = name_.name.c_str();
-  // A structure without fields, which nobody reads but the middleware for its register of types.
+  // A structure without fields, which only the middleware reads, for its type registry.
   static const rosidl_typesupport_introspection_c__MessageMembers no_members{};
   callbacks_.introspection.typesupport_identifier = rosidl_typesupport_introspection_c__identifier;
   callbacks_.introspection.data = &no_members;
@@ -112,8 +112,8 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   auto made = std::make_shared<BareService>(name, *parsed);
   made->name = name.full();
   made->hash = hash;
-  // What the middleware compares, if anything, is the hash of the service. Those of its parts are
-  // not known, and rmw_fastrtps_cpp writes an error to the terminal where it gets none.
+  // The middleware compares at most the hash of the service. Those of its parts are not known, and
+  // without them rmw_fastrtps_cpp writes an error to the terminal.
   const std::string nobodys = "RIHS01_" + std::string(64, '0');
   const TypeHash of_part = parse_type_hash(nobodys).value();
   const auto part = [&](const char* end, std::shared_ptr<BareMessageType>& keep) {

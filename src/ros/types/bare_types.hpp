@@ -17,9 +17,9 @@
 
 namespace connect_bridge::ros {
 
-// A type of messages of which only the name is known, and a hash where the peer or the graph tells
-// one. The middleware keeps what it was given first for a type's name as long as any endpoint has
-// that type, so there is one of these for a name, and it lives as long as any user of it.
+// A message type of which only the name is known, and a hash if the peer or the graph gives one.
+// The middleware keeps the first type support that it got for a type's name as long as any endpoint
+// has that type, so there is one of these per name, and it lives as long as any user of it.
 class BareMessageType {
  public:
   static constexpr std::size_t kHashesMax = 64;
@@ -28,12 +28,13 @@ class BareMessageType {
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
 
-  // For rcl; lives as long as this. nullptr: there are kHashesMax others.
+  // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
   const rosidl_message_type_support_t* with_hash(const std::string& text, const TypeHash& hash);
 
  private:
   using Handle = Hashed<rosidl_message_type_support_t>;
-  // What `data` of a handle is. The second part is for middlewares that ask for it (distro.hpp).
+  // The object behind `data` of a handle. The second part is for middlewares that read it
+  // (distro.hpp).
   struct Callbacks : message_type_support_callbacks_t {
     rosidl_message_type_support_t introspection{};
   };
@@ -55,12 +56,12 @@ class BareTypes {
   using Service = std::variant<std::shared_ptr<ServiceType>, Refusal>;
 
   // Type support for endpoints that carry bytes. `hash` is "RIHS01_..." or empty. A Refusal has the
-  // code "type_mismatch": the hash is none, or one too many.
+  // code "type_mismatch": the hash is not valid, or there are too many for this name.
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
-  // Whether a type of this package is in use. Then it has to stay so for the others of the package:
-  // installed types and these must not be mixed in a service.
+  // Whether a type of this package is in use. If so, the package's other types must be made at run
+  // time too: installed types and these must not be mixed in a service.
   [[nodiscard]] bool uses(std::string_view package) const;
   // How many types of messages are in use, those of requests and responses among them.
   [[nodiscard]] std::size_t size() const;

@@ -19,7 +19,7 @@ using Member = rosidl_typesupport_introspection_c__MessageMember;
 constexpr std::size_t kHeaderSize = 4;
 // All middlewares write a character of a wstring as 32 bits.
 constexpr std::size_t kWideBytes = 4;
-// What an allocation costs beside its bytes.
+// The overhead of an allocation in bytes.
 constexpr std::size_t kBlockBytes = 16;
 
 const Members& members_of(const rosidl_message_type_support_t& type) {
@@ -51,7 +51,7 @@ class Walk {
   Walk(ByteView body, bool little, const CdrLimits& limits)
       : body_(body), little_(little), limits_(limits), room_(limits) {}
 
-  // Each returns false at the first thing that is wrong, and leaves a sentence in `problem`.
+  // Each returns false at the first error, and sets `problem`.
   bool message(const Members& type) {
     for (std::uint32_t i = 0; i < type.member_count_; ++i) {
       if (!member(type.members_[i])) {
@@ -154,7 +154,7 @@ class Walk {
     return true;
   }
 
-  // A string or a sequence.
+  // Counts a string or a sequence and its memory.
   bool block(std::size_t bytes) {
     if (room_.blocks == 0) {
       problem = "more strings and sequences than allowed (" + std::to_string(limits_.blocks) + ")";
@@ -183,7 +183,7 @@ class Walk {
   const ByteView body_;
   const bool little_;
   const CdrLimits limits_;
-  CdrLimits room_;  // what may still come
+  CdrLimits room_;  // what is still allowed
   std::size_t place_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Messages as bytes, followed field by field without making them.
+// Checks serialized messages field by field, without deserializing them.
 #pragma once
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
@@ -14,10 +14,10 @@
 
 namespace connect_bridge::ros {
 
-// What a message of a peer may hold of strings and sequences, and of messages within it. A few
-// kilobytes that decompress to 64 MiB can be millions of empty ones, which cost next to no memory
-// and the loop most of a second. Measured: a string or sequence takes about 100 ns to check, read,
-// send on and free, a nested message up to 80 ns, so these are 20 and up to 80 ms. A
+// How many strings and sequences, and nested messages, a message of a peer may contain. A few
+// kilobytes that decompress to 64 MiB can be millions of empty ones, which take almost no memory
+// but most of a second of the loop's time. Measured: a string or sequence takes about 100 ns to
+// check, read, send on and free, a nested message up to 80 ns, so these are 20 and up to 80 ms. A
 // million points pass, and 30,000 values of parameters.
 inline constexpr std::size_t kBlocksMax = 200'000;
 inline constexpr std::size_t kNestedMax = 1'000'000;
@@ -28,15 +28,15 @@ struct CdrLimits {
   std::size_t nested = std::numeric_limits<std::size_t>::max();  // messages within it
 };
 
-// For a request or a response, which this process makes.
+// For a request or a response, which this process deserializes.
 inline CdrLimits call_limits(std::size_t memory) {
   return {memory, kBlocksMax, kNestedMax};
 }
 
-// For a sample of a topic, which this process does not make, but its subscribers do. A string takes
-// some 15 ns to check, a message within it less, so these are 15 and up to 100 ms of the loop
-// (`ros_tests --gtest_filter=CdrCheck.ATopicsSampleCostsLittle` measures). What they take where
-// they are made follows their size.
+// For a sample of a topic, which this process does not deserialize, but its subscribers do. A
+// string takes some 15 ns to check, a message within it less, so these are 15 and up to 100 ms of
+// the loop (`ros_tests --gtest_filter=CdrCheck.ATopicsSampleCostsLittle` measures). What they cost
+// the subscribers depends on their size.
 inline CdrLimits sample_limits(std::size_t bytes) {
   return {(16U << 20U) + 8 * bytes, 1'000'000, 8'000'000};
 }
@@ -45,22 +45,21 @@ inline CdrLimits sample_limits(std::size_t bytes) {
 [[nodiscard]] const rosidl_message_type_support_t* introspection_of(
     const rosidl_message_type_support_t* type);
 
-// Whether bytes of a peer can be a message of a type, found out before memory is made for them.
-// Follows the fields of `type` (its introspection type support) through the bytes: plain CDR behind
-// its 4-byte header, of either byte order. rmw_deserialize() makes memory for as many elements as a
-// sequence claims to have before it looks for them, so a few hostile bytes would cost gigabytes;
-// here every length must be covered by bytes that are there, and keep the bounds of its field.
-// Bytes behind the last field are ignored, as
-// the middlewares do. Time: the number of strings and nested messages. Returns what is wrong, or
-// nothing.
+// Checks whether bytes of a peer can be a message of a type, before memory is allocated for them.
+// Follows the fields of `type` (its introspection type support) through the bytes: plain CDR after
+// its 4-byte header, of either byte order. rmw_deserialize() allocates memory for as many elements
+// as a sequence claims to have before it reads them, so a few hostile bytes would cost gigabytes;
+// here every length must be covered by existing bytes and respect the bounds of its field. Bytes
+// after the last field are ignored, as in the middlewares. Time: proportional to the number of
+// strings and nested messages. Returns what is wrong, or nothing.
 [[nodiscard]] std::optional<std::string> check_cdr(ByteView bytes,
                                                    const rosidl_message_type_support_t& type,
                                                    const CdrLimits& limits);
 
-// Clears the bytes between the fields of a message that we have serialized ourselves: middlewares
-// leave there what was in the memory before, and a peer must not read that. Returns where the
-// message ends, because they also reserve more than they write; nullopt: `problem` says what is not
-// as the type has it. Middlewares do not hold all bounds of strings, but a peer will.
+// Clears the padding between the fields of a message that we have serialized: middlewares leave old
+// memory content there, which a peer must not read. Returns where the message ends, because they
+// also reserve more than they write; nullopt: `problem` says what does not fit the type.
+// Middlewares do not enforce all bounds of strings, but a peer will.
 [[nodiscard]] std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
                                                        const rosidl_message_type_support_t& type,
                                                        std::string& problem);

@@ -1,4 +1,4 @@
-// Type support that is made at run time, as far as it tells the hash of its type.
+// The part of type support made at run time that holds the hash of its type.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ namespace connect_bridge::ros {
 
 using TypeHash = rosidl_type_hash_t;
 
-// The hash in "RIHS01_..."; of an empty text one that tells nothing. nullopt: no hash of ROS.
+// The hash in "RIHS01_..."; for an empty text an unset one. nullopt: not a ROS type hash.
 inline std::optional<TypeHash> parse_type_hash(const std::string& text) {
   TypeHash hash = rosidl_get_zero_initialized_type_hash();
   if (text.empty()) return hash;
@@ -26,8 +26,8 @@ inline std::optional<TypeHash> parse_type_hash(const std::string& text) {
   return std::nullopt;
 }
 
-// rcl copies the description of a type and that of its sources when it makes an endpoint, so there
-// must be some. These tell nothing: no name, no fields, no sources.
+// rcl copies the description of a type and its sources when it creates an endpoint, so they must
+// exist. These are empty: no name, no fields, no sources.
 struct NoDescription {
   NoDescription() { rosidl_runtime_c__type_description__TypeDescription__init(&description); }
   ~NoDescription() { rosidl_runtime_c__type_description__TypeDescription__fini(&description); }

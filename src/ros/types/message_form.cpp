@@ -15,7 +15,7 @@ namespace {
 
 using Members = rosidl_typesupport_introspection_c__MessageMembers;
 
-// Strings and sequences of the last message serve the next one, up to this size.
+// Strings and sequences of the last message are reused for the next one, up to this size.
 constexpr std::size_t kKeptBytes = 64U << 10;
 
 class InstalledForm final : public MessageForm {
@@ -63,7 +63,7 @@ class InstalledForm final : public MessageForm {
     try {
       result = rmw_deserialize(&message, type_, memory_);
     } catch (...) {
-      // Not every middleware keeps the exceptions of its CDR library to itself.
+      // Not every middleware catches the exceptions of its CDR library.
     }
     if (result == RMW_RET_OK) return std::nullopt;
     auto text = error_text(std::string{"not a "} + members_.message_name_, result);

@@ -1,4 +1,4 @@
-// One message of a type that is known at run time: its memory, and its way to bytes and back.
+// One message of a type that is known at run time: its memory, and its serialization.
 #pragma once
 
 #include <rmw/serialized_message.h>
@@ -13,9 +13,9 @@
 
 namespace connect_bridge::ros {
 
-// The requests, or the responses, of a service: one message in memory, which rcl takes into and
-// sends from, and the same as bytes (CDR with its 4-byte header). An interface, because a type that
-// is not installed is carried too, by bytes alone (bare_form.hpp). Thread: the loop's.
+// For the requests or the responses of a service: one message in memory, which rcl takes into and
+// sends from, and the same as bytes (CDR with its 4-byte header). An interface, because types that
+// are not installed are carried as bytes only (bare_form.hpp). Thread: the loop's.
 class MessageForm {
  public:
   MessageForm() = default;
@@ -23,14 +23,14 @@ class MessageForm {
   MessageForm(const MessageForm&) = delete;
   MessageForm& operator=(const MessageForm&) = delete;
 
-  // The message that rcl is given; its content stays until the next call that changes it.
+  // The message for rcl; its content stays until the next call that changes it.
   [[nodiscard]] virtual void* message() = 0;
   // The message as bytes; an error text, or nothing.
   virtual std::optional<std::string> write_to(rmw_serialized_message_t& bytes) = 0;
-  // The message from bytes that anybody may have made, and that live until reset(); an error text,
-  // or nothing. Takes no more memory than `memory_max` beside the message itself.
+  // The message from untrusted bytes, which must live until reset(); an error text, or nothing.
+  // Takes at most `memory_max` of memory in addition to the message itself.
   virtual std::optional<std::string> read_from(ByteView bytes, std::size_t memory_max) = 0;
-  // The content is not needed any longer: what was large is freed. Needed
+  // The content is not needed any longer: frees large parts. Needed
   // before the next message comes (see Middleware::fills_used_messages).
   virtual void reset() = 0;
 };

@@ -11,12 +11,13 @@ struct TypeName {
 
   // "std_msgs/msg/String"
   [[nodiscard]] std::string full() const { return package + "/" + kind + "/" + name; }
-  // What a person must look for: of the types that ROS derives from an action's, the action's own.
+  // The type that a person must install: for the types that ROS derives from an action, the
+  // action's own.
   [[nodiscard]] std::string to_install() const;
 };
 
-// A peer may have chosen the text, and it becomes part of a file name and of a symbol's: three
-// identifiers, 255 bytes at most. nullopt: it is no name of a type.
+// A peer may have chosen the text, and it becomes part of a file name and of a symbol name: three
+// identifiers, 255 bytes at most. nullopt: it is not a type name.
 [[nodiscard]] std::optional<TypeName> parse_type_name(const std::string& type);
 
 }  // namespace connect_bridge::ros

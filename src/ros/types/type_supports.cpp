@@ -47,7 +47,7 @@ void* open_library(const std::string& package) {
   return dlopen(library_name(package).c_str(), RTLD_LAZY | RTLD_LOCAL);
 }
 
-// Nothing, or why `type` here is not the one with the hash `wanted`.
+// Why `type` here is not the one with the hash `wanted`; nullopt: it is.
 std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
                                 const std::string& wanted) {
   if (ours.empty() || wanted.empty() || ours == wanted) return std::nullopt;
@@ -57,7 +57,7 @@ std::optional<Refusal> mismatch(const std::string& type, const std::string& ours
                                       "both sides"};
 }
 
-// Of an installed type: libraries are never unloaded.
+// For an installed type: a pointer without ownership, because libraries are never unloaded.
 std::shared_ptr<const rosidl_message_type_support_t> without_end(
     const rosidl_message_type_support_t* handle) {
   return {std::shared_ptr<void>{}, handle};

@@ -1,4 +1,5 @@
-// Type support by the type's name: from the shared libraries of installed packages, or made.
+// Type support by the type's name: from the shared libraries of installed packages, or made at run
+// time.
 #pragma once
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
@@ -19,13 +20,13 @@ namespace connect_bridge::ros {
 
 struct MessageType {
   std::shared_ptr<const rosidl_message_type_support_t> handle;  // for rcl; outlives its endpoints
-  // What tells its fields (check_cdr()). nullptr: nothing does, the type is not installed.
+  // Describes its fields (for check_cdr()). nullptr: the type is not installed.
   const rosidl_message_type_support_t* introspection = nullptr;
 };
 
 // A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. Libraries are never
-// unloaded, because the middleware keeps references to type support; what is made at run time goes
-// with its last user.
+// unloaded, because the middleware keeps references to type support; what is made at run time is
+// freed with its last user.
 class TypeSupports {
  public:
   using Message = std::variant<MessageType, Refusal>;
@@ -47,10 +48,10 @@ class TypeSupports {
 
  private:
   Service load_service(const std::string& type);
-  // The name of a type that is not installed and can be made; nullopt: it cannot.
+  // The name of a type that is not installed and can be made at run time; nullopt: it cannot.
   [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type,
                                                   const std::string& hash) const;
-  // Such a type, or why it is not to be had.
+  // Such a type, or why it cannot be made.
   Message bare_message(const std::string& type, const std::string& hash,
                        const Refusal& not_installed);
   Service bare_service(const std::string& type, const std::string& hash,
@@ -67,8 +68,8 @@ class TypeSupports {
   std::map<std::string, MessageType, std::less<>> messages_;
   std::map<std::string, std::shared_ptr<ServiceType>, std::less<>> services_;
   std::map<std::string, void*, std::less<>> libraries_;  // by package
-  // Packages that were looked for in vain, and when they are looked for again. A peer may ask for
-  // any, and each takes a search of the file system.
+  // Packages that were not found, and when they are looked for again. A peer may request any name,
+  // and each takes a search of the file system.
   std::map<std::string, std::chrono::steady_clock::time_point, std::less<>> missing_;
 };
 

@@ -91,7 +91,7 @@ TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
   EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("may change it")));
 }
 
-// Two looks: who writes the file must be done.
+// Two refreshes: the writer of the file must be done.
 Refreshed looks(Authenticator& method) {
   const Refreshed first = method.refresh(kNow);
   EXPECT_THAT(first.changes, IsEmpty());

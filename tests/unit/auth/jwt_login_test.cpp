@@ -157,7 +157,7 @@ TEST(JwtKey, IsReadFromAJwks) {
   std::vector<std::string> algorithms;
   for (const auto& key : keys) algorithms.push_back(key.algorithm() + " " + key.id());
   EXPECT_THAT(algorithms, ElementsAre("HS256 h", "RS256 r", "ES256 e", "EdDSA d"));
-  // Of another use, curve, algorithm or type: not for us.
+  // Keys of another use, curve, algorithm or type are skipped.
   EXPECT_EQ(
       keys_of(jwks({kEd, R"({"kty":"RSA","use":"enc","n":"AQAB","e":"AQAB"})",
                     R"({"kty":"EC","crv":"P-521","x":"AA","y":"AA"})",
@@ -190,13 +190,13 @@ TEST(JwtKey, IsRefusedWhenItIsWeakOrPrivateOrNone) {
   const auto said = [](const std::string& key) { return problems_of(jwks({key})).at(0); };
   EXPECT_THAT(said(R"({"kty":"oct","k":"c2hvcnQ"})"), HasSubstr("less than 32 bytes"));
   EXPECT_THAT(said(R"({"kty":"RSA","n":"AQAB","e":"AQAB"})"), HasSubstr("2048"));
-  EXPECT_THAT(said(R"({"kty":"EC","crv":"P-256","x":"AA","y":"AA"})"), HasSubstr("is no key"));
-  EXPECT_THAT(said(R"({"kty":"OKP","crv":"Ed25519","x":"AA"})"), HasSubstr("is no key"));
+  EXPECT_THAT(said(R"({"kty":"EC","crv":"P-256","x":"AA","y":"AA"})"), HasSubstr("is not a key"));
+  EXPECT_THAT(said(R"({"kty":"OKP","crv":"Ed25519","x":"AA"})"), HasSubstr("is not a key"));
   EXPECT_THAT(said(std::string(kEd).replace(1, 0, R"("d":"AA",)")), HasSubstr("private"));
   EXPECT_THAT(said(std::string(kEd).replace(1, 0, R"("alg":"HS256",)")), HasSubstr("another type"));
   EXPECT_THAT(said(std::string(kOct).replace(1, 0, R"("alg":"RS256",)")),
               HasSubstr("another type"));
-  EXPECT_THAT(said("7"), HasSubstr("is no object"));
+  EXPECT_THAT(said("7"), HasSubstr("is not an object"));
   for (const std::string none : {"", "{", "{}", R"({"keys":7})", R"({"keys":[]})", "word",
                                  "-----BEGIN PUBLIC KEY-----\nAAAA\n-----END PUBLIC KEY-----\n"})
     EXPECT_EQ(problems_of(none).size(), 1U) << none;
@@ -243,17 +243,17 @@ TEST(Jwt, IsRefusedForWhatItClaims) {
   EXPECT_THAT(with(R"("aud")", R"("add")"), HasSubstr("another audience"));
   EXPECT_THAT(with("1800000060", "1800000000"), HasSubstr("has expired"));
   for (const char* time : {"0", "-1", "1e300", "\"1800000060\"", "null", "18000000600000"})
-    EXPECT_THAT(with("1800000060", time), HasSubstr("missing or no time")) << time;
-  EXPECT_THAT(with(R"("exp")", R"("ex")"), HasSubstr("missing or no time"));
-  EXPECT_THAT(with(R"("anna")", R"("")"), HasSubstr("no name"));
-  EXPECT_THAT(with(R"("anna")", R"("a\n")"), HasSubstr("no name"));
-  EXPECT_THAT(with(R"("anna")", "7"), HasSubstr("no name"));
+    EXPECT_THAT(with("1800000060", time), HasSubstr("missing or not a time")) << time;
+  EXPECT_THAT(with(R"("exp")", R"("ex")"), HasSubstr("missing or not a time"));
+  EXPECT_THAT(with(R"("anna")", R"("")"), HasSubstr("not a name"));
+  EXPECT_THAT(with(R"("anna")", R"("a\n")"), HasSubstr("not a name"));
+  EXPECT_THAT(with(R"("anna")", "7"), HasSubstr("not a name"));
   EXPECT_THAT(refusal_of(token(claims(R"("nbf":1800000031)"))), HasSubstr("not valid yet"));
-  EXPECT_THAT(refusal_of(token(claims(R"("nbf":"soon")"))), HasSubstr("no time"));
+  EXPECT_THAT(refusal_of(token(claims(R"("nbf":"soon")"))), HasSubstr("not a time"));
   EXPECT_THAT(refusal_of(token(claims(R"("groups":{"a":1})"))), HasSubstr("list of groups"));
-  EXPECT_THAT(refusal_of(token(claims(R"("groups":[""])"))), HasSubstr("no name"));
-  EXPECT_THAT(refusal_of(token("[]")), HasSubstr("no JSON object"));
-  EXPECT_THAT(refusal_of(token("{")), HasSubstr("no JSON object"));
+  EXPECT_THAT(refusal_of(token(claims(R"("groups":[""])"))), HasSubstr("not a name"));
+  EXPECT_THAT(refusal_of(token("[]")), HasSubstr("not a JSON object"));
+  EXPECT_THAT(refusal_of(token("{")), HasSubstr("not a JSON object"));
 }
 
 TEST(Jwt, IsRefusedForItsAlgorithm) {
@@ -276,7 +276,7 @@ TEST(Jwt, IsRefusedForItsAlgorithm) {
               HasSubstr("signature is wrong"));
 }
 
-// The classic: a public key, which everybody has, taken for the secret of HS256.
+// The classic attack: a public key, which everybody has, used as the secret of HS256.
 TEST(Jwt, APublicKeyIsNoSecret) {
   const auto keys = keys_of(jwks({kRsa, kEc, kEd}));
   const std::string forged = token(claims());

@@ -94,7 +94,7 @@ TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {
     EXPECT_THAT(problems, ElementsAre(HasSubstr(word)));
     problems.clear();
     EXPECT_FALSE(source.changed(problems));
-    EXPECT_THAT(problems, IsEmpty());  // told once
+    EXPECT_THAT(problems, IsEmpty());  // reported once
   }
 }
 

@@ -77,7 +77,7 @@ TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
   EXPECT_THAT(paired.identity->groups, ElementsAre("paired"));
   const Judgement later = log_in(kToken);
   ASSERT_TRUE(later.identity);
-  // The same credential, so that to withdraw the token ends this link too.
+  // The same credential, so that withdrawing the token ends this link too.
   EXPECT_EQ(later.identity->credential, paired.identity->credential);
   EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("paired with 'paired/laptop'")));
 }
@@ -121,7 +121,7 @@ TEST_F(Pairing, ItEndsAfterSomeWrongCodes) {
   for (unsigned i = 0; i < PairingLogin::kTriesMax; ++i) EXPECT_FALSE(pair(wrong, kToken).identity);
   EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("wrong codes")));
   EXPECT_FALSE(pair(kCode, kToken).identity);
-  EXPECT_THAT(show(std::string{}).reason, HasSubstr("no credential of a pairing"));
+  EXPECT_THAT(show(std::string{}).reason, HasSubstr("not a credential of a pairing"));
 }
 
 TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
@@ -138,7 +138,7 @@ TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
   EXPECT_TRUE(pair(code, kToken).identity);
 }
 
-// A robot without a battery for its clock gets the time while it pairs.
+// On a robot without a battery-backed clock the time may be set during the pairing.
 TEST_F(Pairing, ItGoesByNoClockThatIsSet) {
   constexpr Stamp kYear = Stamp{365} * 86'400'000'000'000;
   open();
@@ -158,7 +158,7 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
 TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {
   open();
   std::ofstream{file_} << "- {identity: somebody}\n";  // not valid, so nothing is added to it
-  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be kept"));
+  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be stored"));
   EXPECT_THAT(login_->refresh(kNow).problems, ElementsAre(HasSubstr("the pairing failed")));
   EXPECT_FALSE(log_in(kToken).identity);
 }

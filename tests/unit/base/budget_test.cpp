@@ -72,7 +72,7 @@ TEST(Budget, WhatIsHeldIsHeldAbove) {
   EXPECT_EQ(Budget(nullptr).room(), Budget::kNoLimit);
 }
 
-// One that takes all that it may leaves as much to the others, and so does each of several.
+// One holder that takes all that it may leaves as much to the others, and so does each of several.
 TEST(Budget, NobodyTakesMoreThanItLeaves) {
   Budget all(120);
   Budget one(&all);

@@ -1,4 +1,4 @@
-// One case per mistake an operator can make, with what the program says to it.
+// One case per mistake that an operator can make, with the program's message.
 #include <gmock/gmock.h>
 
 #include "config/config.hpp"
@@ -98,10 +98,10 @@ const Case kCases[] = {
      "{rules: [a], rule: {a: {import_topics: [/a], clock: publish}}}",
      "rule.a.clock: \"publish\" is wrong, expected /clock among import_topics"},
     {"clock_export", kClient, "{rules: [a], rule: {a: {export_topics: [/clock], clock: publish}}}",
-     "expected import_topics: [/clock] beside it"},
+     "expected import_topics: [/clock] too"},
     {"clock_rate_alone", kClient,
      "{rules: [a], rule: {a: {import_topics: [/clock], clock_rate: 10}}}",
-     "rule.a.clock_rate: expected clock: publish beside it"},
+     "rule.a.clock_rate: expected clock: publish too"},
     {"clock_twice", kClient,
      "{rules: [a, b], rule: {a: {import_topics: [/clock], clock: publish}, "
      "b: {import_topics: [/clock], clock: publish}}}",
@@ -136,14 +136,13 @@ const Case kCases[] = {
     {"token_twice", kServer, "auth: {token: abc, token_file: /t}",
      "expected either auth.token or auth.token_file"},
     {"token_unused", kServer, "auth: {method: none, token: abc}",
-     "auth.token: expected auth.method: token beside it"},
+     "auth.token: expected auth.method: token too"},
     {"token_of_other_method", kServer,
      "auth: {method: jwt, jwt_keys: /k, jwt_issuer: a, jwt_audience: b, token: abc}",
-     "auth.token: expected auth.method: token beside it"},
+     "auth.token: expected auth.method: token too"},
     {"jwt_without_keys", kServer, "auth: {method: jwt, jwt_issuer: a, jwt_audience: b}",
      "auth.jwt_keys: expected a value: auth.method: jwt needs it"},
-    {"jwt_unused", kServer, "auth: {jwt_keys: /k}",
-     "auth.jwt_keys: expected auth.method: jwt beside it"},
+    {"jwt_unused", kServer, "auth: {jwt_keys: /k}", "auth.jwt_keys: expected auth.method: jwt too"},
     {"jwt_none", kServer,
      "auth: {method: jwt, jwt_keys: /k, jwt_issuer: a, jwt_audience: b, jwt_algorithms: [none]}",
      "\"none\" is wrong, expected one of RS256, ES256, EdDSA, HS256"},
@@ -179,16 +178,17 @@ const Case kCases[] = {
      "tls.certificate: expected the certificate to log in with"},
     {"token_beside_certificate", kClient,
      "{auth: {method: certificate, token: abc}, tls: {certificate: /c, private_key: /k}}",
-     "auth.token: expected auth.method: token beside it"},
+     "auth.token: expected auth.method: token too"},
     {"proxy_by_name", kServer, "listen: {trusted_proxies: [proxy.example]}",
      "listen.trusted_proxies: \"proxy.example\" is wrong, expected an IP address or a range"},
     {"proxy_range", kServer, "listen: {trusted_proxies: [10.0.0.0/33]}", "expected an IP address"},
     {"proxy_everybody", kServer, "listen: {trusted_proxies: [\"::/0\"]}", "expected an IP address"},
     {"proxy_without_login", kServer,
      "{auth: {method: none}, listen: {trusted_proxies: [127.0.0.1]}}",
-     "auth.method: \"none\" is wrong, expected a login (token), since others come by the proxies"},
+     "auth.method: \"none\" is wrong, expected a login (token), since others connect through the "
+     "proxies"},
     {"proxy_header_alone", kServer, "listen: {proxy_header: forwarded}",
-     "listen.proxy_header: expected listen.trusted_proxies beside it"},
+     "listen.proxy_header: expected listen.trusted_proxies too"},
     {"retry", kClient, "{retry_min: 5.0, retry_max: 1.0}",
      "retry_min: 5.0 is wrong, expected at "
      "most retry_max"},

@@ -1,4 +1,4 @@
-// The shares of peers in what a side has.
+// The shares of peers in a side's resources.
 #include <gmock/gmock.h>
 
 #include "config/config.hpp"

@@ -306,10 +306,10 @@ TEST(ConfigChange, FixedKeysStay) {
   const auto change = [&](const std::string& key, const ParameterValue& value) {
     return problems_text(apply_change(config, {{key, value}}, kWithToken));
   };
-  EXPECT_THAT(change("listen.port", std::int64_t{1234}), HasSubstr("no change while running"));
+  EXPECT_THAT(change("listen.port", std::int64_t{1234}), HasSubstr("no change at run time"));
   EXPECT_THAT(change("listen.port", std::int64_t{9090}), IsEmpty());
   EXPECT_THAT(change("auth.token", "0123456789abcdef"), Not(HasSubstr("0123456789abcdef")));
-  EXPECT_THAT(change("rule.drive.clock", "publish"), HasSubstr("no change while running"));
+  EXPECT_THAT(change("rule.drive.clock", "publish"), HasSubstr("no change at run time"));
   EXPECT_THAT(change("listen.prot", std::int64_t{1}), HasSubstr("did you mean listen.port?"));
   EXPECT_THAT(change("use_sim_time", true), IsEmpty());
 }

@@ -1,4 +1,4 @@
-// What a configuration says of TLS.
+// TLS in a configuration.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,9 +39,8 @@ TEST(ConfigExplain, TrustedProxies) {
       {"listen.trusted_proxies", std::vector<std::string>{"10.0.0.1", "fd00::/8"}}};
   const Config config = config_of(given, Role::kServer);
   EXPECT_TRUE(config.listen.proxies_only);
-  EXPECT_THAT(explain(config),
-              HasSubstr("10.0.0.1 or fd00::/8 tells by proxy_protocol for whom it connects, and "
-                        "nobody else may connect\n"));
+  EXPECT_THAT(explain(config), HasSubstr("10.0.0.1 or fd00::/8 gives the client's address by "
+                                         "proxy_protocol; only these may connect\n"));
   EXPECT_THAT(explain(config),
               HasSubstr("warning: listen.trusted_proxies: 0.0.0.0 is used without"));
   ParameterMap open = given;

@@ -1,4 +1,4 @@
-// `ctl explain` in words, and that these are what the policy does.
+// `ctl explain`: its text, and that this agrees with the policy.
 #include "config/explain_right.hpp"
 
 #include <gmock/gmock.h>
@@ -83,7 +83,7 @@ TEST(ExplainRight, TheNearest) {
               HasSubstr("the nearest is rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
   EXPECT_THAT(said(topic("/cmd_vel", Direction::kExport)),
               HasSubstr("rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\") matches the name, "
-                        "but opens nothing here"));
+                        "but does not apply here"));
   RightQuestion question = topic("/_hidden", Direction::kImport);
   question.what = OpenedBy::kServices;
   EXPECT_THAT(said(question), HasSubstr("no rule in use has import_services"));
@@ -137,7 +137,7 @@ TEST(ExplainRight, AClientWithoutRules) {
   EXPECT_THAT(text, Not(HasSubstr("rule.default")));
 }
 
-// The words are those of the policy for whatever is asked.
+// The text agrees with the policy for every question.
 TEST(ExplainRight, SaysWhatThePolicyDoes) {
   const Config config = server_config();
   for (const char* name : {"/cmd_vel", "/tf", "/camera/a", "/camera/secret/a", "/map/a", "/_x/a"})

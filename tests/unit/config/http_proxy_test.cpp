@@ -77,7 +77,7 @@ TEST(HttpProxy, IsThatOfTheEnvironment) {
   EXPECT_EQ(taken({{"https_proxy", "http://p:1"}}, "wss://localhost"), "none");
   EXPECT_EQ(taken({{"https_proxy", "http://me:hush@p:x"}}),
             "http_proxy: expected http://host:port in the environment variable https_proxy; or "
-            "http_proxy: none, where the way to the server needs no proxy");
+            "http_proxy: none, if the server is reached without a proxy");
 }
 
 // A server asks an identity service, or for keys, by the same proxy.
@@ -95,7 +95,7 @@ TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
   EXPECT_EQ(taken_by(service, {{"https_proxy", "http://p:1"}, {"no_proxy", ".example"}}), "none");
   EXPECT_EQ(taken_by(service, {{"HTTPS_PROXY", "http://me:hush@p:x"}}),
             "auth.service: expected http://host:port in the environment variable HTTPS_PROXY; or "
-            "its host in no_proxy, where the way to it needs no proxy");
+            "its host in no_proxy, if it is reached without a proxy");
   const ParameterMap keys{{"auth.method", "jwt"},
                           {"auth.jwt_keys", "https://id.example/keys"},
                           {"auth.jwt_issuer", "i"},
@@ -132,7 +132,7 @@ TEST(HttpProxy, MistakesAreToldWithoutTheLogin) {
   EXPECT_THAT(problem({{"http_proxy", "https://p:1"}}),
               HasSubstr("e.g. http://proxy.example:3128"));
   EXPECT_THAT(problem({{"http_proxy_login", "me:hush"}}),
-              HasSubstr("http_proxy: http://host:port beside it"));
+              HasSubstr("http_proxy: http://host:port too"));
   const std::string login = problem({{"http_proxy", "http://p:1"}, {"http_proxy_login", "hush"}});
   EXPECT_THAT(login, HasSubstr("\"user:password\""));
   EXPECT_THAT(login, HasSubstr("(hidden)"));

@@ -1,4 +1,4 @@
-// What a parameter file that was read again means for a program that runs.
+// What a parameter file that was read again changes in a running program.
 #include "config/rule_changes.hpp"
 
 #include <gmock/gmock.h>

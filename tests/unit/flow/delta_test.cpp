@@ -1,4 +1,4 @@
-// What is sent against the message before it, and read so at the other end.
+// Messages that are encoded against the previous one, and decoded at the other end.
 #include <gtest/gtest.h>
 
 #include "core/compress/compress.hpp"
@@ -33,7 +33,7 @@ Payload telling(std::uint8_t seed, std::uint8_t last = 0, std::size_t size = 100
 }
 
 struct Ends {
-  // What leaves: its codec, or kNone as it is. It has left whole.
+  // The codec with which it is sent, or kNone. It is sent completely.
   Codec send(Payload raw, double rate = kThin, std::uint32_t origin = 1, std::uint16_t demand = 1) {
     const DeltaEncoder::Message message{OriginId{origin}, demand, raw};
     auto body = encoder.encode(message, rate);
@@ -129,7 +129,7 @@ TEST(Delta, OneThatIsNotWantedTakesItsSuccessorsAlong) {
   e.send(telling(1, 1));
   ASSERT_EQ(e.last.codec, Codec::kZstdDelta);
   const auto raw = e.decoder.decode(e.last, true);
-  ASSERT_TRUE(raw);  // nobody's mistake
+  ASSERT_TRUE(raw);  // not an error
   EXPECT_FALSE(raw.value());
   e.encoder.clear();
   e.send(telling(1, 2));
@@ -165,7 +165,7 @@ TEST(Delta, BothEndsKeepToTheBytesOfALink) {
     EXPECT_FALSE(e.read().empty());
     ASSERT_LT(origin, 1000U);
   }
-  EXPECT_EQ(e.last.codec, Codec::kZstd);  // it leaves nothing behind
+  EXPECT_EQ(e.last.codec, Codec::kZstd);  // it leaves no state
   EXPECT_LE(e.ours.used(), kBasesBytesMax);
   EXPECT_EQ(e.ours.used(), e.theirs.used());
   e.last.codec = Codec::kZstdBase;

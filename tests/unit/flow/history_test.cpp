@@ -75,7 +75,7 @@ TEST(History, NewLimitsHoldAtOnce) {
   EXPECT_EQ(line_of(history), "1:5 1:6");
 }
 
-// Where the memory is used up by others, too, the oldest goes.
+// When others have used up the memory, the oldest is dropped too.
 TEST(History, LeavesAsMuchMemoryAsItTakes) {
   Budget memory(8 * kHistoryFloorBytes);
   Budget own(&memory);
@@ -86,7 +86,7 @@ TEST(History, LeavesAsMuchMemoryAsItTakes) {
   EXPECT_GE(own.used(), 3 * kHistoryFloorBytes);
   EXPECT_EQ(own.used(), history.bytes());
   EXPECT_GT(history.lost(), 0U);
-  // Whatever others hold, the last ones stay.
+  // Whatever others use, the last ones stay.
   Budget other(&memory);
   const auto greedy = other.hold(8 * kHistoryFloorBytes);
   for (int i = 0; i < 200; ++i) history.add({kOne, i, 0, sample(kHistoryFloorBytes / 10)});

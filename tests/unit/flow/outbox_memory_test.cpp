@@ -1,4 +1,4 @@
-// What waits to be sent has a share of the memory of the side.
+// Waiting data has a share of the side's memory.
 #include <gtest/gtest.h>
 
 #include "core/flow/outbox.hpp"
@@ -13,7 +13,7 @@ std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason
   return counts.dropped.of(reason);
 }
 
-// As at its own limit: the oldest of the lowest class goes first.
+// As at its own limit: the oldest of the lowest class is dropped first.
 TEST(OutboxMemory, WhatFindsNoMemoryTakesTheRoomOfLowerClasses) {
   Budget all(4000);
   Budget memory(&all);

@@ -1,4 +1,4 @@
-// Random operations, seeded: what an outbox says must add up, and what it sends must arrive whole
+// Random operations, seeded: an outbox's counts must add up, and its messages must arrive complete
 // and in order.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Messages that are kept until the peer has them, and that go on over another connection.
+// Messages that are kept until the peer has them, and are sent again on another connection.
 #include <gtest/gtest.h>
 
 #include "core/flow/outbox.hpp"
@@ -84,7 +84,7 @@ TEST(OutboxResume, KeepsWhatThePeerDoesNotHave) {
   EXPECT_EQ(outbox.data_bytes(), 0U);
 }
 
-// Else the memory of a side would be as large as what small packets can unfold to.
+// Otherwise a side would need as much memory as small packets can decompress to.
 TEST(OutboxResume, TheWindowCountsWhatIsKeptAsItWas) {
   auto options = thin();
   options.unacknowledged_bytes_max = 5000;

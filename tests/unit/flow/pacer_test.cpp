@@ -60,7 +60,7 @@ TEST(Pacer, FindsMoreRateAndGivesWay) {
   options.there.bulk_per_second = 20;
   options.lasts = 12s;
   const auto there = run_bed(options).there;
-  // What was under way when the path became slower takes its time, whatever the sender does.
+  // Data that was under way when the path became slower takes its time, whatever the sender does.
   EXPECT_LT(there.worst_ms(5100ms, 8s), 20);
   EXPECT_LT(there.worst_ms(9s, 12s), 10);
   EXPECT_GT(there.bulk_share, 0.9);
@@ -108,7 +108,7 @@ TEST(Pacer, AStandingPathIsFollowedByFreshTraffic) {
   EXPECT_GT(there.bulk_share, 0.9);  // of what could be carried
 }
 
-// Packets that leave one by one, each acknowledged before the next, tell a rate all the same.
+// Packets that leave one by one, each acknowledged before the next, still show a rate.
 TEST(Pacer, AShortPathIsFilledAgainAfterItWasSlow) {
   Pacer pacer(2ms);
   std::uint64_t sent = 0;
@@ -130,7 +130,7 @@ TEST(Pacer, AShortPathIsFilledAgainAfterItWasSlow) {
   EXPECT_GT(pacer.rate(), before / 2);
 }
 
-// A late acknowledgement tells when the last byte arrived, which may be that of a time frame.
+// A late acknowledgement says when the last byte arrived, which may be that of a time frame.
 TEST(Pacer, WhatArrivesBetweenIsNotTakenForAQueue) {
   Pacer pacer(2ms);
   pacer.sent({100, 100, TimePoint{0ms}, true, false});
@@ -211,7 +211,7 @@ TEST(Pacer, AMessageAloneLeavesAtOnce) {
   EXPECT_TRUE(pacer.wants_ack(56, false, now));  // once a second
 }
 
-// A peer may say anything of its clock: that it stands, runs back, or jumps.
+// A peer's clock may do anything: stand still, run backwards, or jump.
 TEST(Pacer, WhatAPeerSaysOfItsClockDoesNoHarm) {
   for (const Stamp step : {Stamp{0}, Stamp{-1'000'000}, Stamp{1} << 50}) {
     Pacer pacer(2ms);

@@ -1,5 +1,5 @@
 // A path between two pacers in virtual time: rate, delay, a queue, acknowledgements that come in
-// bunches. Urgent messages cross it beside bulk.
+// bunches. Urgent messages cross it together with bulk.
 #pragma once
 
 #include <cstdint>

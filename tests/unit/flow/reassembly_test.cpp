@@ -17,7 +17,7 @@ ReassemblyOptions small() {
   return options;
 }
 
-// What came of a frame: "whole 5", "open", or the name of the close code.
+// The result of a frame: "whole 5", "open", or the name of the close code.
 std::string outcome_of(const Result<std::optional<InMessage>>& result) {
   if (!result) return std::string(name_of(result.error().code));
   if (!result.value()) return "open";
@@ -55,7 +55,7 @@ class ReassemblyTest : public ::testing::Test {
   Reassembly reassembly_{small()};
 };
 
-// Somebody without any right may offer channels and begin messages on them.
+// A peer without any right may offer channels and begin messages on them.
 TEST_F(ReassemblyTest, WhatIsNotWantedIsCheckedButNotKept) {
   const auto begun = reassembly_.on_message(frame(kOne, 1, 5, 20), packet_, false);
   EXPECT_EQ(outcome_of(begun), "open");
@@ -189,8 +189,8 @@ TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
-// What finds no memory is checked as any other, and arrives without its body; what comes later
-// finds the room that others have given back.
+// A message without memory is checked like any other, and arrives without its body; later ones get
+// the memory that others have given back.
 TEST_F(ReassemblyTest, WhatFindsNoMemoryArrivesWithoutItsBody) {
   Budget memory(200);
   auto others = memory.hold(150);

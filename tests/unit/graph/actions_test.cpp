@@ -1,5 +1,5 @@
-// Actions and parameters of nodes: what belongs together is offered together, opened by its own
-// name alone.
+// Actions and parameters of nodes: their parts are offered together, and only a rule for their own
+// name allows them.
 #include <gtest/gtest.h>
 
 #include "core/base/cdr.hpp"
@@ -11,7 +11,7 @@ namespace {
 constexpr char kFib[] = "p/action/Fib";
 constexpr char kEvents[] = "rcl_interfaces/msg/ParameterEvent";
 
-// As much of one as is looked at.
+// The part of an event that is read.
 Payload event(const std::string& node) {
   return CdrWriter{}.u32(1).u32(2).string(node).take();
 }
@@ -239,7 +239,8 @@ TEST(SideParameters, AnEventIsOfItsOriginsNodeAndOfNoneThatLivesHere) {
   EXPECT_EQ(s.did(), "publish 2 " + text_of(event("/talker").view()) + "\n");
 }
 
-// ROS reads more than middlewares write: what this side cannot read it does not let through.
+// ROS reads more representations than middlewares write: events that this side cannot read are not
+// forwarded.
 TEST(SideParameters, AnEventInAnotherRepresentationIsNobodys) {
   Script s(server({parameters("/**")}));
   s.graph({typed(topic("/parameter_events").sub(1), kEvents)});

@@ -51,7 +51,7 @@ TEST(Claims, IsALogMessageInCdr) {
 
 TEST(Claims, CutShortItIsNoneOrASmallerOne) {
   const auto payload = serialize({side(7), {gid(1), gid(2)}}, 0);
-  // The name and the text are behind what a Log has beside them; without them there is no claim.
+  // The name and the text come after the other fields of a Log; without them there is no claim.
   const std::size_t text_end = 20 + 24 + 4 + 32 + 2 * 49 + 1;
   for (std::size_t size = 0; size < payload.size(); ++size)
     EXPECT_EQ(parse_claim(payload.view().first(size)).has_value(), size >= text_end) << size;

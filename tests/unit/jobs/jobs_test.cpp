@@ -59,7 +59,8 @@ TEST_F(JobsTest, AResultThatNobodyWantsIsIgnored) {
   EXPECT_TRUE(one.results.empty());
 }
 
-// A peer must not make this process use up its ids: MirrorId and JobId of 32 bits took weeks.
+// A peer must not be able to exhaust this process's ids: 32 bits of MirrorId and JobId would last
+// some weeks only.
 TEST_F(JobsTest, WhatThisProcessCountsHas64Bits) {
   EXPECT_EQ(sizeof(JobId), 8U);
   EXPECT_EQ(sizeof(MirrorId), 8U);

@@ -1,4 +1,4 @@
-// The table of docs/protocol.md section "States", and what a login decides.
+// The table of docs/protocol.md section "States", and the results of a login.
 #include <gtest/gtest.h>
 
 #include "unit/link/script.hpp"

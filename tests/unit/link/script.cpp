@@ -67,7 +67,7 @@ Bytes operator+(Bytes a, const Bytes& b) {
   return a;
 }
 
-// Notes as words what an open connection tells: "clock", "control", "message 1#5:100".
+// Records as words what an open connection reports: "clock", "control", "message 1#5:100".
 class Recorder final : public ConnectionUser {
  public:
   [[nodiscard]] bool wants(ChannelId, std::uint16_t) const override { return true; }

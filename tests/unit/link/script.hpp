@@ -35,8 +35,8 @@ Bytes operator+(Bytes a, const Bytes& b);
 class Recorder;
 
 // A connection whose inputs return what followed, "ask token", "open", "failed 4002" or what an
-// open connection tells its user: "clock", "control", "message 1#5:100"; "-" for nothing. Time in
-// milliseconds.
+// open connection reports to its user: "clock", "control", "message 1#5:100"; "-" for nothing. Time
+// in milliseconds.
 class Script {
  public:
   explicit Script(bool server);

@@ -113,7 +113,7 @@ TEST_F(AuthorityTest, TheAuthorityThatIsThereSignsWhatIsNew) {
   EXPECT_EQ(content(file("ca.crt")), authority);
   std::filesystem::remove(file("ca.key"));
   EXPECT_THAT(make_certificates(order({}, {"carl"})).problem,
-              HasSubstr("no authority to sign with"));
+              HasSubstr("cannot be used as an authority"));
 }
 
 TEST_F(AuthorityTest, NamesAreNoPathsAndNoExtensions) {

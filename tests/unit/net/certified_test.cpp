@@ -1,4 +1,4 @@
-// Who a client is by its certificate.
+// A client's identity from its certificate.
 #include "net/certified.hpp"
 
 #include <gmock/gmock.h>
@@ -27,7 +27,7 @@ class CertifiedTest : public testing::Test {
     options.tls = ServerTls{own.certificate, own.key, ca};
     return options;
   }
-  // Whom a server takes a client for that shows this one.
+  // The identity that a server gives a client with this certificate.
   static Certified shown(const Authority::Files& files, const std::string& ca = authority().ca) {
     Pair pair{wanting(ca)};
     EXPECT_EQ(pair.problem, "");

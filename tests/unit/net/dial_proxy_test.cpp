@@ -42,7 +42,7 @@ TEST(DialProxy, TlsIsWithTheServer) {
   EXPECT_THAT(proxy.request, HasSubstr("\r\nProxy-Authorization: Basic bWU6c2VjcmV0\r\n"));
 }
 
-// What a dial through a proxy that answers this fails with.
+// The error of a dial through a proxy that answers this.
 std::string failure(const std::string& answer, const std::string& login = "") {
   Pair pair;
   FakeProxy proxy{pair.loop, answer};
@@ -61,12 +61,12 @@ TEST(DialProxy, TellsWhatIsWrong) {
   EXPECT_EQ(failure(wants), "it wants a login (http_proxy_login)");
   EXPECT_EQ(failure(wants, "me:wrong"), "it refuses this login (http_proxy_login)");
   EXPECT_EQ(failure("HTTP/1.1 403 by policy\r\nContent-Length: 9\r\n\r\nforbidden"),
-            "it refuses the way with HTTP 403 Forbidden");
-  EXPECT_THAT(failure("SSH-2.0-OpenSSH_9.2\r\n\r\n"), HasSubstr("no HTTP proxy"));
+            "it refuses CONNECT with HTTP 403 Forbidden");
+  EXPECT_THAT(failure("SSH-2.0-OpenSSH_9.2\r\n\r\n"), HasSubstr("not an HTTP proxy"));
   EXPECT_EQ(failure(""), "it ended the connection instead of answering");
   EXPECT_EQ(failure(std::string{kDone} + "early"), "it sent more than its answer");
   EXPECT_THAT(failure("HTTP/1.1 200 OK\r\nX: " + std::string(9000, 'x')),
-              HasSubstr("no HTTP proxy (header limit exceeded)"));
+              HasSubstr("not an HTTP proxy (header limit exceeded)"));
 }
 
 TEST(DialProxy, IsBoundInTime) {

@@ -1,4 +1,4 @@
-// Two sides of the network layer on one io_context, and a raw TCP peer without manners.
+// Two sides of the network layer on one io_context, and a raw TCP peer for protocol violations.
 #pragma once
 
 #include <arpa/inet.h>
@@ -51,7 +51,7 @@ struct Closing {
   std::string reason;
 };
 
-// What the loop of the program is to the network: records inputs, hands out packets.
+// Stands for the program's loop: records inputs, hands out packets.
 struct Side {
   explicit Side(Loop& loop, SocketOptions sockets = {})
       : network(loop.io,

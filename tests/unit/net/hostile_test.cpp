@@ -1,4 +1,4 @@
-// Peers that are not ours: browsers, scanners, and those who mean harm.
+// Foreign peers: browsers, scanners and attackers.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -342,7 +342,7 @@ TEST(Hostile, AServerThatIsNoneOfOursIsReported) {
     std::string expected;
   };
   const Case cases[] = {
-      {"SSH-2.0-OpenSSH_9.2\r\n\r\n", "no HTTP server"},
+      {"SSH-2.0-OpenSSH_9.2\r\n\r\n", "not an HTTP server"},
       {"HTTP/1.1 502 Bad Gateway\r\nContent-Length: 8\r\n\r\nupstream",
        "HTTP 502 Bad Gateway: upstr"},
       {"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n", "HTTP 200 OK"},

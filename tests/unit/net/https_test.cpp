@@ -1,4 +1,4 @@
-// One HTTP request, for login methods: by which way it goes, and that it ends.
+// One HTTP request, for login methods: its path, and that it ends in time.
 #include "net/https.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// What a proxy tells of its client.
+// What a proxy sends about its client.
 #include "net/proxy_header.hpp"
 
 #include <gtest/gtest.h>

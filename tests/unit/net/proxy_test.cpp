@@ -24,7 +24,7 @@ std::string forwarded_for(const std::string& address) {
 
 constexpr char kProxied[] = "PROXY TCP4 203.0.113.5 10.0.0.1 50000 443\r\n";
 
-// Whom the server takes a peer for that says this first.
+// The peer's address at a server for a peer that sends this first.
 std::string peer_of(const ListenOptions& options, const std::string& said) {
   Pair pair{options};
   EXPECT_EQ(pair.problem, "");
@@ -65,7 +65,7 @@ TEST(Proxy, OneWayOfTellingOnly) {
             "203.0.113.5:50000");
 }
 
-// What is told of proxies to the log of a server to which this is said three times.
+// The log lines about proxies of a server that gets this three times.
 std::string told(const ListenOptions& options, const std::string& said) {
   Pair pair{options};
   for (int i = 0; i < 3; ++i) {
@@ -80,7 +80,7 @@ std::string told(const ListenOptions& options, const std::string& said) {
   return all;
 }
 
-// Who reads the log must learn of it, and strangers must not fill it.
+// The operator must find it in the log, and strangers must not fill the log.
 TEST(Proxy, WhatIsNotHeardIsToldNowAndThen) {
   const ListenOptions strangers = trusting(ToldBy::kXForwardedFor, "10.0.0.0/8");
   const std::string ignored =
@@ -107,7 +107,7 @@ TEST(Proxy, WhereNoOtherMayConnectNoneDoes) {
   EXPECT_EQ(peer_of(options, forwarded_for("203.0.113.5")), "203.0.113.5");
 }
 
-// Who opens many connections through the proxy keeps nobody out who comes the same way.
+// A client that opens many connections through the proxy keeps no other client of the proxy out.
 TEST(Proxy, LimitsCountTheClientsAddress) {
   ListenOptions options = trusting(ToldBy::kXForwardedFor);
   options.pending_per_address_max = 2;

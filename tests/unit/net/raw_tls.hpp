@@ -1,4 +1,4 @@
-// A TLS client made of OpenSSL alone: offers what it is told to, also what ours never would.
+// A TLS client made with OpenSSL alone: offers anything, also what ours never would.
 #pragma once
 
 #include <fcntl.h>

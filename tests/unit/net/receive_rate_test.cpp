@@ -1,4 +1,4 @@
-// How much is read from a peer.
+// Limits on what is read from a peer.
 #include <gtest/gtest.h>
 
 #include "unit/net/harness.hpp"

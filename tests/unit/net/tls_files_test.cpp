@@ -116,7 +116,7 @@ TEST_F(TlsFilesTest, WrongFilesChangeNothingAndAreToldOnce) {
   look();
   EXPECT_THAT(shown(), HasSubstr("first"));
   EXPECT_THAT(pair.server.logs,
-              ElementsAre(AllOf(HasSubstr("not used, those before stay"),
+              ElementsAre(AllOf(HasSubstr("cannot be used, the former ones stay in use"),
                                 HasSubstr("does not belong to the certificate"))));
   std::filesystem::remove(files.key);
   look();
@@ -165,7 +165,7 @@ TEST_F(TlsFilesTest, AClientReadsItsAuthorityAgain) {
   std::ofstream{ca} << "garbage";
   look();
   EXPECT_TRUE(pair.connect(dial, {79}));
-  EXPECT_THAT(pair.client.logs.back(), HasSubstr("not used"));
+  EXPECT_THAT(pair.client.logs.back(), HasSubstr("cannot be used"));
 }
 
 TEST_F(TlsFilesTest, AClientWhoseFileWasMissingTriesItAgain) {

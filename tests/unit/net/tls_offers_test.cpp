@@ -1,4 +1,5 @@
-// What a server accepts of TLS, tried one by one: Mozilla's "intermediate" and nothing else.
+// TLS versions, suites and groups that a server accepts, tried one by one: Mozilla's "intermediate"
+// and nothing else.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -34,7 +34,7 @@ class Tls : public testing::Test {
     return options;
   }
 
-  // What a client hears that dials a server with this certificate.
+  // The error of a client that dials a server with this certificate.
   static std::string failure(const Authority::Files& files) {
     Pair pair{server_of(files)};
     EXPECT_EQ(pair.problem, "");
@@ -170,7 +170,7 @@ TEST_F(Tls, NamesTheFileThatIsWrong) {
   EXPECT_THAT(problem(files.certificate, "/nowhere/k.pem"),
               HasSubstr("private key '/nowhere/k.pem' cannot be read"));
   EXPECT_THAT(problem(garbage, files.key), HasSubstr(garbage));
-  EXPECT_THAT(problem(files.certificate, garbage), HasSubstr("no PEM key"));
+  EXPECT_THAT(problem(files.certificate, garbage), HasSubstr("not a PEM key"));
   EXPECT_THAT(problem(files.certificate, other.key), HasSubstr("does not belong to"));
   Pair pair;
   DialOptions dial = pair.dial_options("wss");

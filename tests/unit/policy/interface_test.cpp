@@ -60,7 +60,7 @@ TEST(Interface, TheTypeOfAnActionIsThatOfItsPartOrIsTold) {
   auto wrong = send;
   wrong.action_type = "p/action/Other";
   EXPECT_EQ(opened(wrong), "nothing");
-  // These two look the same for every action: somebody has to say of which they are.
+  // These two are the same for every action: the offer has to say of which action they are.
   for (Interface what : {Interface{kService, "/f/_action/cancel_goal", kCancel},
                          Interface{kTopic, "/f/_action/status", kStatus}}) {
     EXPECT_EQ(opened(what), "nothing");

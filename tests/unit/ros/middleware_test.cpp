@@ -1,4 +1,4 @@
-// What is made of the differences between middlewares.
+// How differences between middlewares are handled.
 #include "ros/rcl/middleware.hpp"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
   EXPECT_EQ(of.caller_in_graph(counting_request(), ids), counting());
 }
 
-// Not knowing our own ids, we would take our own servers for others'.
+// Without knowing our own ids, we would mistake our own servers for others'.
 TEST(Middleware, CycloneWhoseHandlesCannotBeFoundTellsNothing) {
   const auto of = middleware_named("rmw_cyclonedds_cpp", false);
   EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);

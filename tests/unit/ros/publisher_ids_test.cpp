@@ -1,4 +1,4 @@
-// A middleware that tells handles where others tell ids.
+// A middleware that gives handles where others give ids.
 #include "ros/rcl/publisher_ids.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST_F(PublisherIdsTest, TellsPublishersApart) {
   comes(2);
   EXPECT_EQ(ids_.id_of(handle(2)), id(2));
   EXPECT_EQ(ids_.id_of(handle(1)), id(1));
-  EXPECT_EQ(asked_, 1);  // what is known is not asked for
+  EXPECT_EQ(asked_, 1);  // known ones are not asked for
 }
 
 TEST_F(PublisherIdsTest, FindsWhoComesLater) {
@@ -67,7 +67,7 @@ TEST_F(PublisherIdsTest, WhoHasLeftIsKnownForAWhile) {
   EXPECT_EQ(ids_.id_of(handle(1)), handle(1));
 }
 
-// No publisher of the graph has that id, so nothing of it can be taken for somebody's.
+// No publisher of the graph has that id, so its samples cannot be attributed to another.
 TEST_F(PublisherIdsTest, NobodyIsTakenForAnother) {
   comes(1);
   EXPECT_EQ(ids_.id_of(handle(2)), handle(2));

@@ -1,4 +1,4 @@
-// The audit log's lines, what of them is written, and its files.
+// The audit log: its lines, which of them are written, and its files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -125,7 +125,7 @@ TEST(AuditBook, StrangersHaveAPaceAndTakeNothingFromOthers) {
   EXPECT_NE(book.add(at(call_of("/s"), 3600s)), "");
 }
 
-// A proxy tells of some strangers without their port.
+// A proxy may send a client's address without its port.
 TEST(AuditBook, AStrangerIsAnAddressWithoutItsPort) {
   AuditBook book;
   const auto writes = [&](const char* address) {

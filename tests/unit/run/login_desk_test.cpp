@@ -55,7 +55,7 @@ class Ears {
               changed_.notify_all();
             }};
   }
-  // What is said of a connection; empty after 20 s: nothing.
+  // The answer for a connection; empty after 20 s: none.
   std::optional<Authenticated> answer(std::uint64_t connection) {
     std::optional<Authenticated> found;
     wait([&] {
@@ -156,7 +156,8 @@ TEST(LoginDesk, TellsAClientsNewCredential) {
   const Bytes got = ears.heard<CredentialChanged>().value().credential;
   EXPECT_EQ(std::string(got.begin(), got.end()), "the-second-of-tokens");
   std::ofstream{file} << "short\n";
-  EXPECT_TRUE(ears.logged("the former credential still holds: auth.token_file"));
+  EXPECT_TRUE(
+      ears.logged("the new credential is refused, the former one stays in use: auth.token_file"));
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
         std::string{"wss+pair://user@robot/"} + line.substr(28)}) {
     std::string problem;
     static_cast<void>(parse_invitation(wrong, problem));
-    EXPECT_THAT(problem, HasSubstr("the invitation is not whole")) << wrong;
+    EXPECT_THAT(problem, HasSubstr("the invitation is not complete")) << wrong;
     EXPECT_THAT(problem, testing::Not(HasSubstr("0011"))) << wrong;
   }
 }
@@ -139,7 +139,7 @@ TEST_F(PairingStart, AClientStartsWithoutWordsOnceItIsLoggedIn) {
   EXPECT_EQ(same_line.parameters, first.parameters);
 }
 
-// What its owner has written into params.yaml stays.
+// Changes by its owner in params.yaml stay.
 TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
   const ParameterMap own{{"status_file", std::string{"a \"b\" \\ c: {d}"}},
                          {"prefix", std::string{"/r1"}}};
@@ -159,7 +159,7 @@ TEST_F(PairingStart, AnotherServerTakesThePlaceWhenItHasAnswered) {
   for (const auto& [key, value] : own) EXPECT_EQ(last.at(key), value);
 }
 
-// A disk that was full, a hand that slipped.
+// After a full disk or an editing mistake.
 TEST_F(PairingStart, ATokenFileThatIsNotWholeIsRefused) {
   const Start first = join({kLine});
   const std::string file = std::get<std::string>(first.parameters.at("auth.token_file"));

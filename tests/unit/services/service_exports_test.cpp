@@ -64,7 +64,7 @@ TEST(ServiceExports, WithItsServerAServiceIsWithdrawnAndItsCallsEnd) {
   s.graph({}, {});
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");
   EXPECT_EQ(s.said(1), "withdraw 1\n");
-  s.message(1, 1, 2, "crossed");  // borne until the peer ends its channel
+  s.message(1, 1, 2, "crossed");  // accepted until the peer ends its channel
   s.say(1, Forget{{1}, {{1}}});
   s.say(1, Withdraw{{{1}}});
   EXPECT_EQ(s.did(), "");
@@ -245,8 +245,8 @@ TEST(ServiceExports, AServiceThatCannotBeCalledIsTriedAgainForALinkThatComesLate
   EXPECT_EQ(s.said(1), "");
 }
 
-// A server that is killed and started anew is in the graph twice, until the first is forgotten: the
-// calls at the second live on, those that only the first could have taken end.
+// A server that is killed and started again is in the graph twice, until the first is forgotten:
+// the calls at the second live on, those that only the first could have taken end.
 TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
   Script s(server({callable()}));
   const auto graph = [&](const std::vector<std::uint8_t>& ids) {
@@ -277,7 +277,7 @@ TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {
   EXPECT_NE(s.logged.find("several servers"), std::string::npos);
 }
 
-// Without a client the graph tells no ids, so a server may be replaced unseen; that is no news to
+// Without a client the graph has no ids, so a server may be replaced unseen; that is not news to
 // the next one who attaches.
 TEST(ServiceExports, AServerThatWasReplacedWithoutAClientStays) {
   Script s(server({callable()}));

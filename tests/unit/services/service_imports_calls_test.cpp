@@ -153,7 +153,7 @@ TEST(ServiceImports, ACallIsGivenUpALittleLaterThanThePeerDoes) {
   s.pass(1);
   EXPECT_EQ(s.did(), "drop_request 1.11\n");
   EXPECT_EQ(s.said(1), "forget 1 1\n");
-  EXPECT_NE(s.logged.find("1 call(s) not answered in time, lately of /s"), std::string::npos);
+  EXPECT_NE(s.logged.find("1 call(s) not answered in time, last one of /s"), std::string::npos);
 }
 
 TEST(ServiceImports, RequestsAreCompressedInTheirOrder) {

@@ -145,7 +145,8 @@ TEST(Side, OffersNoMoreThanAPeerTakes) {
   for (auto at = said.find("/t"); at != std::string::npos; at = said.find("/t", at + 1)) ++offered;
   EXPECT_EQ(offered, 4096U);
   s.did();
-  EXPECT_NE(s.logged.find("not all interfaces here are offered to /peer"), std::string::npos);
+  EXPECT_NE(s.logged.find("not all interfaces of this side are offered to /peer"),
+            std::string::npos);
 }
 
 TEST(Side, ASlowLoginIsClosed) {

@@ -1,5 +1,4 @@
-// The way of a sample from its subscription to the links: attributed, admitted, compressed,
-// counted.
+// A sample from its subscription to the links: attributed, admitted, compressed, counted.
 #include <gtest/gtest.h>
 
 #include "core/compress/compress.hpp"
@@ -278,7 +277,7 @@ TEST(SideExportsData, WhatASubscriptionMadeAnewBringsAgainIsKnown) {
   EXPECT_EQ(s.said(1), "1.1 b, 1.2 x\n");
 }
 
-// Nobody sends them again: the queue's bytes are no bound for them, the history's are.
+// They are not sent again: not the queue's byte limit applies to them, but the history's.
 TEST(SideExportsData, TheLastSamplesOfAllReachASecondPeerAtOnce) {
   Treatment treatment;
   treatment.queue_bytes_max = 20;

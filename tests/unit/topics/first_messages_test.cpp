@@ -1,4 +1,4 @@
-// What comes for a mirror that nobody can hear yet.
+// Messages for a mirror that no subscriber can receive yet.
 #include <gtest/gtest.h>
 
 #include <algorithm>

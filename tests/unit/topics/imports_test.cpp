@@ -82,7 +82,7 @@ TEST(SideImports, DiscoveryIsAwaitedAfterAStart) {
   Script s(server());
   s.join(1);
   s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
-  EXPECT_EQ(s.did(), "");  // no mirror before the first picture of the graph
+  EXPECT_EQ(s.did(), "");  // no mirror before the first graph
   s.graph({topic("/a").sub(1)});
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
   s.pass(499);

@@ -1,4 +1,4 @@
-// What each side tells of the subscriptions in its graph, and what the other makes of it.
+// What each side reports about the subscriptions in its graph, and what the other does with it.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ Listeners listening(std::uint32_t number, const std::string& name) {
   return {{listener(number, name)}, {}};
 }
 
-// What the peer is told of listeners, without all else.
+// The listeners sent to the peer, without other messages.
 std::string told(Script& s, std::uint32_t connection = 1) {
   std::string lines;
   while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
@@ -297,7 +297,7 @@ TEST_F(FarListenersTest, ATypeThatIsNotThere) {
   EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
 }
 
-// A peer whose listeners come and go makes no more subscriptions than that.
+// A peer whose listeners come and go creates no more subscriptions than that.
 TEST(FarListenersPace, ThoseThatComeTooOftenCountLater) {
   auto options = server();
   options.account.mirrors_at_once = 2;

@@ -95,7 +95,7 @@ TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
   EXPECT_EQ(s.mirror(7).publish(6, sample("six"), ms(0)), std::nullopt);
 }
 
-// A peer must not make the middleware keep all, or watch what comes within a nanosecond.
+// A peer must not make the middleware keep everything, or monitor periods of a nanosecond.
 TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
   Script s;
   Qos hungry = qos(5);

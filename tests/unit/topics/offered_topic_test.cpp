@@ -219,8 +219,8 @@ TEST(OfferedTopic, ABaseGoesWithItsOriginAndItsDemand) {
   EXPECT_EQ(s.peer.bases().used(), 0U);
 }
 
-// Tiny bodies that stand for much are read now and then; what refers to one that was not is dropped
-// with it.
+// Tiny bodies that decompress to much are decoded at a limited rate; a message that refers to a
+// skipped one is dropped too.
 TEST(OfferedTopic, TinyDeltasDoNotBecomeGigabytes) {
   Script s;
   s.listen();
@@ -258,7 +258,7 @@ TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
   EXPECT_EQ(s.did(), "");
 }
 
-// What a rule says of a peer's rates holds at the importer: the peer's own rules are the peer's.
+// A rule's limits for a peer's rates apply at the importer, whatever the peer's own rules say.
 TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
   Rule limited = everything();
   limited.treatment.max_rate = 10;
@@ -269,7 +269,7 @@ TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
   s.did();
   for (std::int64_t at = 0; at < 1000; at += 5) s.give(s.message("x"), at);
   EXPECT_EQ(s.dropped(DropReason::kRate), 189U);  // 10 and a little slack pass
-  // To offer the topic anew, or twice, gives no more.
+  // Offering the topic again, or twice, does not give more.
   s.peer.on_offer(channel(2, "/a", {origin(1, 8)}), ms(1000));
   s.peer.send_demands();
   EXPECT_EQ(s.one.said(), "decline 2 limit\ndemand 1 on\n");
@@ -312,8 +312,8 @@ TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
   EXPECT_EQ(s.dropped(DropReason::kRate), 89U);
 }
 
-// A body that grows by thousands is decompressed now and then: two kilobytes on the wire must not
-// be gigabytes a second here.
+// A body that grows by thousands is decompressed at a limited rate: two kilobytes on the wire must
+// not be gigabytes a second here.
 TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
   Script s;
   s.listen();
@@ -334,7 +334,7 @@ TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
   }
   EXPECT_EQ(std::count(jobs.begin(), jobs.end(), '\n'), 12);
   EXPECT_EQ(s.dropped(DropReason::kRate), 988U);
-  // What shrinks as messages do is not held up by that.
+  // Messages with a usual ratio are not held up by that.
   bomb.raw_bytes = 60'000;
   s.give(bomb, 10'000);
   EXPECT_EQ(s.did(), "decompress 13\n");

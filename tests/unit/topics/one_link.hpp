@@ -1,4 +1,4 @@
-// Links with open connections and what topics stand on, without a side.
+// Links with open connections and what topics need, without a side.
 #pragma once
 
 #include <optional>

@@ -8,7 +8,7 @@ namespace connect_bridge::topics_test {
 namespace {
 
 struct Script {
-  // The publishers that peers must be told of.
+  // The publishers to report to the peers.
   std::string see(const Topic& state, std::int64_t at = 0) {
     return list_of(origins.update(&state, ms(at)), [](const Gid& g) { return g.bytes[0]; });
   }
@@ -31,7 +31,7 @@ TEST(Origins, NewOnesAreToldOnce) {
   EXPECT_EQ(s.see(topic("/a").pub(7).pub(8).pub(9)), "9");
   EXPECT_EQ(s.origins.find(gid(9))->id, OriginId{3});
   EXPECT_EQ(s.origins.find(gid(1)), nullptr);
-  EXPECT_EQ(s.origins.find(Gid{})->id, OriginId{1});  // not told: any one
+  EXPECT_EQ(s.origins.find(Gid{})->id, OriginId{1});  // not known: any one
 }
 
 TEST(Origins, ANameThatComesLaterIsTold) {
