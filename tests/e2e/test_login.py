@@ -137,7 +137,7 @@ def test_a_new_certificate_and_a_pin(alone, authority, tmp_path):
     words = ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
     files = ["-keyout", own["private_key"], "-out", own["certificate"], "-subj", "/CN=other"]
     subprocess.run(["openssl", *words, *files], check=True, capture_output=True)
-    alone.server.wait_for(r"changed and were read; certificate of 'CN=other'")
+    alone.server.wait_for(r"changed and were read again; certificate of 'CN=other'")
     wrong = alone.client("wrong", scheme="wss", tls={"pin": ["A" * 43 + "="]})
     pin = wrong.wait_for(r"has the pin (\S+), which is not in tls.pin").group(1)
     alone.client("right", scheme="wss", tls={"pin": [pin]}).wait_linked()

@@ -78,7 +78,6 @@ class Outbox {
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return earliest(held_until_, schedule_.wakes_at());
   }
-  // That time has come: who sends pulls as soon as it can.
   void on_time(const Now& now) {
     if (held_until_ && *held_until_ <= now.steady) held_until_.reset();
     schedule_.wake(now.steady);
@@ -100,8 +99,7 @@ class Outbox {
   // counts.
   void reset();
 
-  // All zero for a channel that is not there.
-  [[nodiscard]] ChannelCounts counts(ChannelId channel) const;
+  [[nodiscard]] ChannelCounts counts(ChannelId channel) const;  // all zero: there is none
   // Body bytes of the channel that are not handed out yet.
   [[nodiscard]] std::uint64_t left_bytes(ChannelId channel) const;
   // Bytes of bodies that wait or are partly sent; never more than data_bytes_max. Channels with
@@ -116,10 +114,8 @@ class Outbox {
     bases_ = std::make_unique<Budget>(&memory);
     held_ = memory.hold(0);
   }
-  // What is known of the link's rate and queue.
   [[nodiscard]] const Pacer& pacer() const { return pacer_; }
-  // Estimated bytes per second that can be sent: what the path carries, but not more than the
-  // link's cap. 0: not known.
+  // Estimated bytes per second that path and cap let pass; 0: not known.
   [[nodiscard]] double assumed_rate() const { return cap_.within(pacer_.assumed_rate()); }
   // A packet has arrived: its acknowledgements count against the cap.
   void on_received(std::size_t bytes, const Now& now) { cap_.received(bytes, now.steady); }
@@ -130,8 +126,7 @@ class Outbox {
   // as long as such messages use little of the link's rate; otherwise all that waits on the channel
   // is sent with its class.
   void judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now);
-  // Whether it added any.
-  bool add_data(const Now& now);
+  bool add_data(const Now& now);  // whether it added any
   // Whether this data may leave now; otherwise sets held_until_, if the time is known.
   bool may_leave(const ChannelQueue& queue, std::size_t packet_bytes, const Now& now);
   void take_part(ChannelQueue& queue, std::uint32_t part_max, const Now& now);

@@ -22,7 +22,7 @@ class Replay {
 
   // What is added from now on goes on; `joins_until`: what comes later than that does not join it.
   void begin(TimePoint now, TimePoint joins_until) {
-    ends_at_ = now + kTimeMax;
+    ends_at_ = std::min(now + kTimeMax, joins_until);
     joins_until_ = joins_until;
     next_at_ = now;
   }

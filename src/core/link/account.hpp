@@ -23,6 +23,8 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
+  // Publishers here of which all peers together may be the origins.
+  std::uint64_t mirrors_max = 16384;
   // What all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
@@ -36,9 +38,10 @@ struct Account {
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
 
-  Account() : Account({}, nullptr) {}  // of nobody else
-  Account(const AccountOptions& options, Budget* all)
-      : memory(all),
+  Account() : Account({}, nullptr, nullptr) {}  // of nobody else
+  Account(const AccountOptions& options, Budget* all_memory, Budget* all_places)
+      : memory(all_memory),
+        places(all_places),
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period) {}
@@ -51,15 +54,14 @@ struct Account {
   }
 
   Budget memory;  // what its links hold
+  Budget places;  // its publishers here
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
-  // To compare all interfaces with what a peer accepts, and to offer them anew, costs the more the
-  // more patterns there are. What comes faster than this is put off, and the last one holds.
-  Throttle accepts{100, std::chrono::seconds(5)};
-  LinePace lines;     // of links that come and go
-  LogLimit declines;  // of channels that were declined before
+  Throttle accepts{100, std::chrono::seconds(5)};  // of those with more patterns than usual
+  LinePace lines;                                  // of links that come and go
+  LogLimit declines;                               // of channels that were declined before
   TellOnce told;
 };
 
@@ -70,12 +72,12 @@ class Accounts {
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
 
   explicit Accounts(const AccountOptions& options)
-      : options_(options), memory_(options.memory_bytes_max) {}
+      : options_(options), memory_(options.memory_bytes_max), places_(options.mirrors_max) {}
 
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account) account = std::make_shared<Account>(options_, &memory_);
+    if (!account) account = std::make_shared<Account>(options_, &memory_, &places_);
     return account;
   }
   [[nodiscard]] Budget& memory() { return memory_; }
@@ -92,6 +94,7 @@ class Accounts {
 
   AccountOptions options_;
   Budget memory_;
+  Budget places_;
   std::size_t kept_ = kUnusedMax;
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };

@@ -14,6 +14,7 @@ constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection 
 constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
 // What an `accepts` costs beside its patterns, in patterns.
 constexpr double kAcceptsPrice = 25;
+constexpr std::size_t kPatternsUsual = 256;  // of a rule set that somebody has written
 
 }  // namespace
 
@@ -125,14 +126,24 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
   new_accepts_ = std::move(accepted);
-  accepts_at_ = std::max(now.steady, account->accepts.ready_at());
+  accepts_at_ = accepts_due(now);
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
+}
+
+// Each link has its own rate, so that the many links of one identity do not wait for each other
+// after a restart. Only what has many patterns is also limited for the identity.
+TimePoint Link::accepts_due(const Now& now) const {
+  const TimePoint due = std::max(now.steady, accepts_pace_.ready_at());
+  return patterns_of(*new_accepts_) > kPatternsUsual ? std::max(due, account->accepts.ready_at())
+                                                     : due;
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {
   accepts_at_.reset();
-  account->accepts.take(kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_)),
-                        now.steady);
+  const std::size_t patterns = patterns_of(*new_accepts_);
+  accepts_pace_.take(kAcceptsPrice + static_cast<double>(patterns), now.steady);
+  if (patterns > kPatternsUsual)
+    account->accepts.take(static_cast<double>(patterns - kPatternsUsual), now.steady);
   return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
 }
 
@@ -152,7 +163,7 @@ bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatm
 
 void Link::on_time(const Now& now) {
   if (!accepts_at_ || *accepts_at_ > now.steady) return;
-  accepts_at_ = std::max(now.steady, account->accepts.ready_at());  // another link's was looked at
+  accepts_at_ = accepts_due(now);  // another link's may have been looked at
   if (*accepts_at_ > now.steady) return;
   if (const auto result = take_accepts(now); !result) fail(result.error());
 }

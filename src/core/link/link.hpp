@@ -67,7 +67,7 @@ class Link final : public ConnectionUser {
   bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  MirrorCount mirrors;  // of origins that it offers, or is expected to offer again
+  MirrorCount mirrors{account->places};  // of origins that it offers, or is expected to offer again
   // What our rules have let through, by topic and type: who offers a topic anew gets no more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
   // By topic and type (local names): what arrived last, where the peer was asked to keep what does
@@ -189,6 +189,7 @@ class Link final : public ConnectionUser {
  private:
   Result<Nothing> on(Offer& offer, const Now& now) { return user_.on_offer(*this, offer, now); }
   Result<Nothing> on(Accepts& accepts, const Now& now);
+  [[nodiscard]] TimePoint accepts_due(const Now& now) const;
   Result<Nothing> take_accepts(const Now& now);
   Result<Nothing> on(OriginsChanged& change, const Now& now);
   Result<Nothing> on(Withdraw& withdraw, const Now& now);
@@ -219,6 +220,9 @@ class Link final : public ConnectionUser {
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
+  // To compare all interfaces with what a peer accepts, and to offer them again, costs more the
+  // more patterns there are. What comes faster than this is put off, and the last one holds.
+  Throttle accepts_pace_{100, std::chrono::seconds(5)};
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "core/base/budget.hpp"
+
 namespace connect_bridge {
 
 // Counted as they come and go, in all and by topic (local name and type): to search for them at
@@ -14,13 +16,16 @@ class MirrorCount {
  public:
   using Topic = std::pair<std::string, std::string>;
 
+  // They take places of their identity's, which outlive this.
+  explicit MirrorCount(Budget& places) : places_(places.hold(0)) {}
+
   void add(const Topic& topic) {
-    ++all_;
+    places_.resize(++all_);
     ++by_topic_[topic];
   }
   // One that was added.
   void remove(const Topic& topic) {
-    --all_;
+    places_.resize(--all_);
     const auto counted = by_topic_.find(topic);
     if (--counted->second == 0) by_topic_.erase(counted);
   }
@@ -32,6 +37,7 @@ class MirrorCount {
 
  private:
   std::uint32_t all_ = 0;
+  Budget::Hold places_;
   std::map<Topic, std::uint32_t> by_topic_;
 };
 

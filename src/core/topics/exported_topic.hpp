@@ -41,16 +41,14 @@ class ExportedTopic {
   void on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now);
   // Listeners came or went.
   void on_listeners(const Now& now);
-  // Whether there is no publisher here, no listener at the other side, and nothing kept or counted
-  // for a lost link.
+  // No publisher is here, no listener at the other side, and nothing is kept for a lost link.
   [[nodiscard]] bool is_over() const;
-  // The wishes have changed: creates the subscription that fits them, or ends it.
+  // What is wanted has changed: creates the subscription that fits, or ends it.
   void update_subscription(const Now& now);
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
-  // Withdraws the topic from its links until its publishers change; links that come later are
-  // offered it, until they demand it.
+  // Withdraws the topic until its publishers change, from later links when they demand it.
   void on_subscription_failed(const std::string& code, const std::string& reason);
   void on_time(const Now& now);
 

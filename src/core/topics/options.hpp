@@ -14,7 +14,6 @@ struct TopicOptions {
   std::uint64_t history_bytes_max = 64 << 20;   // transient-local samples kept for later links
   std::uint32_t mirrors_max = 2048;             // of one peer
   std::uint32_t topic_mirrors_max = 256;        // of one peer and one topic
-  std::uint32_t all_mirrors_max = 16384;        // of all peers together
   std::uint32_t mirror_depth_max = 1000;        // what a peer may ask for; a rule may ask for more
   std::uint64_t mirror_bytes_max = 256 << 20;   // what the transient-local mirrors of a peer keep
   std::uint64_t decoding_bytes_max = 64 << 20;  // of a peer's messages, for decompression

@@ -141,7 +141,6 @@ TEST(Mirror, APeerHasNoMoreThanItsShare) {
   Script s;
   s.options.mirrors_max = 3;
   s.options.topic_mirrors_max = 2;
-  s.options.all_mirrors_max = 4;
   s.offer(s.one, {origin(1, 7), origin(2, 8), origin(3, 9)});
   EXPECT_EQ(s.context.mirrors.size(), 2U);
   // A reconnect gives no new share while the old one waits.
