@@ -27,6 +27,7 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.resume_bytes_max = static_cast<std::uint64_t>(values.whole("resume.bytes"));
   limits.retry_min = from_seconds(values.number("retry_min"));
   limits.retry_max = from_seconds(values.number("retry_max"));
+  if (!values.given("retry_max")) limits.retry_max = std::max(limits.retry_max, limits.retry_min);
   limits.dial_timeout = from_seconds(values.number("dial_timeout"));
   limits.login_timeout = from_seconds(values.number("login_timeout"));
   limits.default_depth = to_u32(values.whole("default_depth"));
@@ -36,6 +37,8 @@ void fill_limits(const CheckedValues& values, SideOptions& limits) {
   limits.identity_links_max = to_u32(values.whole("connections_per_identity_max"));
   limits.channels_max = to_u32(values.whole("channels_max"));
   limits.mirrors_max = to_u32(values.whole("mirrors_max"));
+  auto& all_mirrors = limits.account.mirrors_max;  // of which one that is alone has half
+  all_mirrors = std::max(all_mirrors, 2 * std::uint64_t{limits.mirrors_max});
   limits.topic_mirrors_max = to_u32(values.whole("topic_mirrors_max"));
   limits.mirror_depth_max = to_u32(values.whole("mirror_depth_max"));
   limits.mirror_bytes_max = static_cast<std::uint64_t>(values.whole("mirror_bytes_max"));

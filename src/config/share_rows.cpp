@@ -37,7 +37,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
        .min = 1,
        .max = 100000,
        .help =
-           "Publishers that the peers of one identity may create here, after " +
+           "Publishers and services that the peers of one identity may create here, after " +
            std::to_string(core.account.mirrors_at_once) +
            " at once, and as many subscriptions for what they listen to. Further ones are created "
            "later: each costs every process of the graph."});

@@ -43,7 +43,7 @@ class ClaimsTopic {
   SubscriptionId subscription_;
   bool changed_ = false;
   // At most so late that a mirror of a service has not been made yet (core/graph/settling.hpp).
-  Pace pace_{20, std::chrono::milliseconds(50)};
+  Pace pace_{20, std::chrono::milliseconds(20)};
 };
 
 }  // namespace connect_bridge

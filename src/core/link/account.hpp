@@ -59,9 +59,10 @@ struct Account {
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
-  Throttle accepts{100, std::chrono::seconds(5)};  // of those with more patterns than usual
-  LinePace lines;                                  // of links that come and go
-  LogLimit declines;                               // of channels that were declined before
+  // Of `accepts`, as for each link; after a restart many links come at once.
+  Throttle accepts{100, std::chrono::seconds(40)};
+  LinePace lines;     // of links that come and go
+  LogLimit declines;  // of channels that were declined before
   TellOnce told;
 };
 

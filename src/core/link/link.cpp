@@ -14,7 +14,6 @@ constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection 
 constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
 // What an `accepts` costs beside its patterns, in patterns.
 constexpr double kAcceptsPrice = 25;
-constexpr std::size_t kPatternsUsual = 256;  // of a rule set that somebody has written
 
 }  // namespace
 
@@ -130,20 +129,15 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
 }
 
-// Each link has its own rate, so that the many links of one identity do not wait for each other
-// after a restart. Only what has many patterns is also limited for the identity.
 TimePoint Link::accepts_due(const Now& now) const {
-  const TimePoint due = std::max(now.steady, accepts_pace_.ready_at());
-  return patterns_of(*new_accepts_) > kPatternsUsual ? std::max(due, account->accepts.ready_at())
-                                                     : due;
+  return std::max({now.steady, accepts_pace_.ready_at(), account->accepts.ready_at()});
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {
   accepts_at_.reset();
-  const std::size_t patterns = patterns_of(*new_accepts_);
-  accepts_pace_.take(kAcceptsPrice + static_cast<double>(patterns), now.steady);
-  if (patterns > kPatternsUsual)
-    account->accepts.take(static_cast<double>(patterns - kPatternsUsual), now.steady);
+  const double price = kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_));
+  accepts_pace_.take(price, now.steady);
+  account->accepts.take(price, now.steady);
   return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
 }
 

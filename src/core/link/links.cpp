@@ -236,7 +236,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const std::string reason =
       said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;
   const bool client = options_.role == Role::kClient;
-  const bool refused = client && wants_other_credential(input.code);
+  const bool refused = client && is_lasting(input.code);
   const std::string hint = client ? advice(input.code) : "";
   if (strangers_.take(input.connection)) {
     if (!client) return;

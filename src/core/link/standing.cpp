@@ -121,6 +121,10 @@ bool wants_other_credential(std::optional<std::uint16_t> close_code) {
   return is(close_code, CloseCode::kLoginRefused) || is(close_code, CloseCode::kRevoked);
 }
 
+bool is_lasting(std::optional<std::uint16_t> close_code) {
+  return wants_other_credential(close_code) || is(close_code, CloseCode::kTooManyConnections);
+}
+
 std::string advice(std::optional<std::uint16_t> close_code) {
   if (!is(close_code, CloseCode::kExpired) && !wants_other_credential(close_code)) return {};
   return "; another credential is needed, trying again with what is configured";

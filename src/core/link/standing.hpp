@@ -41,8 +41,11 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
 void check_expiry(Link& link, const Now& now);
 
 // ---- a client's
-// The server wants another credential than the one that was shown; to dial in a hurry is useless.
+// The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
+// What ended the connection will not change soon (that, or too many links): to dial in a hurry is
+// useless.
+[[nodiscard]] bool is_lasting(std::optional<std::uint16_t> close_code);
 // What the user should do about the end of a connection; for the log.
 [[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);
 

@@ -15,6 +15,11 @@ namespace {
 // mirror asks again after this time.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
 
+// All who wait for their pace look again together.
+TimePoint next_turn(const Now& now) {
+  return now.steady - now.steady.time_since_epoch() % kPacing + kPacing;
+}
+
 std::string action_of_goals(const ServiceKey& key) {
   const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
   const bool goals = part && part->part == ActionPart::kSendGoal;
@@ -56,7 +61,7 @@ bool MirroredService::update(const Now& now) {
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
   if (*mirror_at_ <= now.steady && !feed.link().account->mirrors.take(now.steady))
-    mirror_at_ = now.steady + kPacing;
+    mirror_at_ = next_turn(now);
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
   } else {

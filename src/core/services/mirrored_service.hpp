@@ -53,6 +53,8 @@ class MirroredService {
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return mirror_at_.has_value(); }
+  // When the mirror may be made; nothing: it exists, or is not claimed.
+  [[nodiscard]] std::optional<TimePoint> due() const { return mirror_ ? std::nullopt : mirror_at_; }
 
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }

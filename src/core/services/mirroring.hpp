@@ -56,6 +56,8 @@ struct Mirroring {
   // Updates the service (MirroredService::update); one that nobody offers any longer is destroyed.
   void update(MirroredService& service, const Now& now);
   void update_all(const Now& now);
+  // Updates those whose mirror is due.
+  void update_due(const Now& now);
 };
 
 }  // namespace connect_bridge

@@ -100,8 +100,7 @@ void ServiceImports::on_time(const Now& now) {
   while (const auto call = mirroring_.timers.take_due(now.steady))
     (*call)->feed().on_timeout(**call, now);
   if (!mirroring_.settles_at || *mirroring_.settles_at > now.steady) return;
-  mirroring_.settles_at.reset();
-  mirroring_.update_all(now);
+  mirroring_.update_due(now);
 }
 
 std::optional<TimePoint> ServiceImports::deadline() const {

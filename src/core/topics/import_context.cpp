@@ -14,7 +14,7 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   if (is_known && known->second.candidate(link.id)) return &known->second;
   if (link.mirrors.all() >= options.mirrors_max) return nullptr;
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
-  if (link.account->places.room() == 0) return nullptr;
+  if (!is_known && link.account->places.room() == 0) return nullptr;
   return &mirrors.try_emplace(key, *this, key).first->second;
 }
 

@@ -49,12 +49,12 @@ void Imports::on_claims(const Now& now) {
 }
 
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
-  if (mirror.candidates().empty() || !mirror.candidates().front().offered) return false;
-  const OfferedTopic& feeder = *mirror.candidates().front().offered;
-  const auto decision =
-      context_.permission(feeder.link(), mirror.key().first, mirror.action_type());
-  return decision && decision->treatment == feeder.treatment() &&
-         !feeder.withholds(mirror.origin());
+  if (mirror.candidates().empty()) return false;
+  const auto& [link, feeder] = mirror.candidates().front();
+  const auto decision = context_.permission(*link, mirror.key().first, mirror.action_type());
+  // Of a lost link the treatment is looked at when it offers the topic again.
+  return decision && (!feeder || (decision->treatment == feeder->treatment() &&
+                                  !feeder->withholds(mirror.origin())));
 }
 
 void Imports::on_policy(const Now& now) {

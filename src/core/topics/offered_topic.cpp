@@ -54,10 +54,11 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
     left_out_.insert(origin.origin);
-    context_.outputs.log_once(link_.account->told, LogLevel::kWarn,
-                              "no more mirrors for " + link_.label() +
-                                  " (mirrors_max, topic_mirrors_max): not all publishers of " +
-                                  key_.first + " exist here");
+    context_.outputs.log_once(
+        link_.account->told, LogLevel::kWarn,
+        "no more mirrors for " + link_.label() +
+            " (mirrors_max, topic_mirrors_max, or what others leave): not all publishers of " +
+            key_.first + " exist here");
     return;
   }
   if (!mirror->add_candidate(*this, origin)) return;  // the peer offers one origin twice

@@ -257,7 +257,7 @@ TEST(OutboxWindow, UrgentHasAReserveAndAcksAreNeverHeldBack) {
   outbox.push_small(AckFrame{1});
   outbox.push_small(TimeRequest{1});
   ASSERT_TRUE(outbox.push_control("{}"));
-  EXPECT_EQ(drain(outbox), "\"{}\"\nack 1 ask\n");
+  EXPECT_EQ(drain(outbox), "ack 1 ask\n\"{}\"\n");
 }
 
 TEST(OutboxWindow, AFragmentLargerThanTheWindowIsCut) {
