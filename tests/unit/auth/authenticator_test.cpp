@@ -109,7 +109,7 @@ TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {
   const Refreshed more = looks(method);
   ASSERT_EQ(more.changes.size(), 1U);
   EXPECT_THAT(more.changes[0].identity.value().groups, ElementsAre("ops"));
-  EXPECT_THAT(more.news, ElementsAre(HasSubstr("1 tokens, 0 withdrawn, 1 with another")));
+  EXPECT_THAT(more.news, ElementsAre(HasSubstr("1 tokens, 0 withdrawn, 1 with changed rights")));
   EXPECT_THAT(looks(method).news, IsEmpty());  // once
   for (const std::string& wrong : {entry("anna") + "- {identity: bert}\n", std::string{}}) {
     write_file("followed.yaml", wrong);
