@@ -146,13 +146,26 @@ void Pacer::judge_queue(TimePoint now) {
     full_ = {now, queue};
   } else {
     full_.queue = std::max(full_.queue, queue);
-    competes_ = competes_ || now - full_.since > 2 * full_.queue + 10 * path_.round_trip();
+    if (!competes_ && now - full_.since > 2 * full_.queue + 10 * path_.round_trip())
+      explain_full(now);
   }
   // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
   if (now - empty_at_ > kEmptyPeriod) {
     drain_end_ = path_.sent_bytes();
     empty_at_ = now;
   }
+}
+
+// Another sender would have filled the path's queue, which is longer than a round trip. What is not
+// is the path itself, which has become longer (another cell, another route). Should it be a queue
+// after all, it is seen the next time that the path is drained.
+void Pacer::explain_full(TimePoint now) {
+  if (full_.queue > path_.round_trip()) {
+    competes_ = true;
+    return;
+  }
+  path_.forget_base();
+  full_ = {now, Duration::zero()};
 }
 
 void Pacer::end_round(bool limited) {

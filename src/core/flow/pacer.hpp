@@ -47,6 +47,7 @@ class Pacer {
   void end_round(bool limited);
   void judge_queue(TimePoint now);
   [[nodiscard]] double gain() const;
+  void explain_full(TimePoint now);
   [[nodiscard]] Duration ask_period() const;
   [[nodiscard]] double target() const;
   [[nodiscard]] double carries() const;

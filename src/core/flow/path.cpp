@@ -41,6 +41,13 @@ void Path::sent(const SentPacket& packet) {
   flight_.push_back(packet);
 }
 
+void Path::forget_base() {
+  one_way_.clear();
+  waited_.clear();
+  waited_most_.clear();
+  queue_ = {};
+}
+
 std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint now) {
   acked_bytes_ = ack.received_bytes;
   std::optional<SentPacket> last;

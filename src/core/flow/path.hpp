@@ -33,6 +33,9 @@ class Path {
   // Everything is acknowledged, and there was nothing more to send.
   [[nodiscard]] bool idle() const { return flight_.empty() && limited_end_ == sent_bytes_; }
 
+  // The path is longer than it was: what the next packets take is its delay without a queue.
+  void forget_base();
+
   // What an acknowledgement covers.
   struct Covered {
     std::uint64_t end = 0;

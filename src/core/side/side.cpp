@@ -138,9 +138,8 @@ void Side::on(QosIncompatible& input, const Now&) {
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
-  // The demand must be sent before the goal.
   if (const std::string* action = service_imports_.goals_of(input.mirror))
-    imports_.expect_goal(*action, now);
+    imports_.expect_goal(*action, now);  // the demand must be sent before the goal
   service_imports_.on_request(input, now);
 }
 
@@ -163,7 +162,8 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
-  link.open() ? send_accepts(link) : exports_.recheck_kept(link, now);
+  if (link.open()) send_accepts(link);
+  exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
 }
 
 // What rules and identities allow now, in both directions.

@@ -81,6 +81,16 @@ TEST(Pacer, ADelayThatShakesIsNotTakenForAQueue) {
   EXPECT_GT(run_bed(options).there.bulk_share, 0.65);
 }
 
+// Another cell, another route: the delay that does not go away is not a queue of somebody else.
+TEST(Pacer, APathThatBecomesLongerStaysWithoutAQueue) {
+  auto options = thin_link();
+  options.there.detour = options.back.detour = 10ms;
+  options.there.detour_at = options.back.detour_at = 4s;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.worst_ms(5s, 15s), 15);
+  EXPECT_GT(there.bulk_share, 0.85);
+}
+
 TEST(Pacer, AVeryThinLinkCarriesBoth) {
   auto options = thin_link();
   options.there.rate = options.back.rate = megabits(2);

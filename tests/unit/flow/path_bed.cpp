@@ -110,16 +110,20 @@ class Wire {
     credit_ = queue_.empty() ? carries : credit_ + carries;
     while (!queue_.empty() && credit_ >= queue_.front().bytes + kHeaders) {
       credit_ -= queue_.front().bytes + kHeaders;
-      flying_.push_back({arrival(now + direction_.delay), queue_.front()});
+      flying_.push_back({arrival(now + delay(now)), queue_.front()});
       queue_.pop_front();
     }
     for (; !flying_.empty() && flying_.front().at <= now; flying_.pop_front()) {
       const BedPacket& packet = flying_.front().packet;
       if (judged) bulk_ += packet.bulk;
       if (judged && packet.urgent)
-        result_.waits.push_back({now, now - *packet.urgent - direction_.delay});
+        result_.waits.push_back({now, now - *packet.urgent - delay(now)});
       arrive(packet);
     }
+  }
+
+  [[nodiscard]] Duration delay(Duration now) const {
+    return direction_.delay + (now < direction_.detour_at ? Duration{} : direction_.detour);
   }
 
   BedResult result() {

@@ -14,6 +14,8 @@ struct BedDirection {
   // Bytes per second at a time since the beginning.
   std::function<double(Duration)> rate;
   Duration delay = std::chrono::milliseconds(10);
+  Duration detour{};  // more delay from detour_at on
+  Duration detour_at{};
   Duration bunch{};            // packets arrive at multiples of this only; zero: at any time
   Duration jitter{};           // on top of the delay, on the average; order is kept
   double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
