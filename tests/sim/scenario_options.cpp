@@ -205,7 +205,7 @@ SideOptions random_options(Rng& rng, Role role, const PathPlan& path) {
   if (rng.chance(50)) o.clock_publish_period = 100ms;
   // Enough for what honest peers do: what is expected of them holds.
   if (rng.chance(100))
-    o.account.memory_bytes_max = static_cast<std::uint64_t>(rng.between(16'000'000, 64'000'000));
+    o.account.memory_bytes_max = static_cast<std::uint64_t>(rng.between(64'000'000, 256'000'000));
   if (rng.chance(100)) o.account.mirrors_at_once = static_cast<int>(rng.between(1, 20));
   return o;
 }

@@ -18,10 +18,14 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   return &mirrors.try_emplace(key, *this, key).first->second;
 }
 
-std::uint64_t ImportContext::mirror_room(const Mirror& mirror) const {
-  const std::uint64_t all = mirror.candidates().front().link->latched.used();
-  const std::uint64_t others = all - std::min(all, mirror.kept_bytes());
-  return options.mirror_bytes_max - std::min(others, options.mirror_bytes_max);
+// What is held counts four times in room(). So with a share of a quarter the mirrors of a link
+// leave at least as much to its messages as they hold themselves.
+std::uint64_t ImportContext::mirror_room(const Mirror& mirror, std::uint64_t share) const {
+  const Budget& latched = mirror.candidates().front().link->latched;
+  const std::uint64_t own = mirror.kept_bytes();
+  const std::uint64_t others = latched.used() - std::min(latched.used(), own);
+  return std::min(options.mirror_bytes_max - std::min(others, options.mirror_bytes_max),
+                  latched.room() / share + own);
 }
 
 void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const {

@@ -31,8 +31,10 @@ struct ImportContext {
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
-  // The bytes that the mirror may keep in addition to the others that its link feeds.
-  [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror) const;
+  // The bytes that the mirror may keep beside the others that its link feeds: within
+  // mirror_bytes_max, and within what it keeps now and this part (1 / share, of 4 or more) of what
+  // is left to the link.
+  [[nodiscard]] std::uint64_t mirror_room(const Mirror& mirror, std::uint64_t share) const;
   // A line about a mirror has words of its peer: it is told once for the identity, and not at all
   // where nobody offers the mirror any longer.
   void tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const;

@@ -20,7 +20,7 @@ constexpr Duration kGoalDemand = std::chrono::seconds(5);
 constexpr Duration kNaming = std::chrono::seconds(2);
 // How often one asks whether it may be made now.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
-// By then subscribers have found a publisher that was made anew: what was kept for them must not
+// By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
 
@@ -341,15 +341,13 @@ void Mirror::charge() {
   if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
 }
 
-// How many samples of this size may be kept, of what the other mirrors of the feeding link leave. A
-// power of two, so that a peer whose samples grow and grow makes the publisher again a few times
-// only.
+// A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
+// only. A single sample may take more of what is left than several.
 std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
-  const std::uint64_t memory = candidates_.front().link->memory.room();
-  // Half of what the link may hold is left to what is under way.
-  const std::uint64_t room = memory == Budget::kNoLimit ? memory : memory / 2 + kept_.amount();
-  const std::uint64_t fitting = std::min(context_.mirror_room(*this), room) / sample_bytes;
-  return fitting >= depth() ? depth() : static_cast<std::uint32_t>(std::bit_floor(fitting));
+  const std::uint64_t several = context_.mirror_room(*this, 8) / sample_bytes;
+  if (several >= depth()) return depth();
+  if (several > 0) return static_cast<std::uint32_t>(std::bit_floor(several));
+  return context_.mirror_room(*this, 4) < sample_bytes ? 0 : 1;
 }
 
 }  // namespace connect_bridge

@@ -80,15 +80,8 @@ struct Fed : topics_test::Actions {
 TEST(Feed, AnAnswerThatWaitsDoesNotKeepItsPacket) {
   Fed s;
   s.request(7, "a");
-  const Bytes raw(2000, 0);
-  const auto packet = std::make_shared<Bytes>(compress(raw, {Codec::kZstd, 3}).value());
-  InMessage message;
-  message.channel = {1};
-  message.subject = CallId{1};
-  message.body = Payload::wrap(packet, *packet);
-  message.codec = Codec::kZstd;
-  message.raw_bytes = 2000;
-  EXPECT_TRUE(s.peer.link.incoming({1})->on_message(std::move(message), ms(0)));
+  const auto packet = std::make_shared<Bytes>();
+  EXPECT_TRUE(s.peer.link.incoming({1})->on_message(topics_test::call_in(packet), ms(0)));
   EXPECT_NE(s.did().find("decompress"), std::string::npos);
   EXPECT_EQ(packet.use_count(), 1);
 }

@@ -137,6 +137,27 @@ TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
   EXPECT_EQ(s.mirror(8).publish(1, sample(larger), ms(0)), std::nullopt);
 }
 
+// They hold no more of their link's share of the memory than they leave to its messages.
+TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
+  Budget memory(1'000'000);
+  OneLink robot(3, std::make_shared<Account>(AccountOptions{}, &memory, nullptr));
+  Script s;
+  PeerTopics peer(s.context, robot.link);
+  s.offer(peer, {origin(1, 7, latched(1000)), origin(2, 8, latched(1000)), origin(3, 9, latched(1)),
+                 origin(4, 10, latched(1))});
+  for (const std::uint8_t publisher : {7, 8}) {
+    for (std::uint64_t number = 1; number <= 2; ++number)
+      static_cast<void>(s.mirror(publisher).publish(number, sample(std::string(996, 'x')), ms(0)));
+    EXPECT_GT(s.mirror(publisher).kept_bytes(), 50'000U) << int{publisher};
+  }
+  EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
+  // Of large samples a single one may take more.
+  EXPECT_EQ(s.mirror(9).publish(1, sample(std::string(60'000, 'x')), ms(0)), std::nullopt);
+  EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
+  EXPECT_EQ(s.mirror(10).publish(1, sample(std::string(100'000, 'x')), ms(0)),
+            DropReason::kQueueBytes);
+}
+
 TEST(Mirror, APeerHasNoMoreThanItsShare) {
   Script s;
   s.options.mirrors_max = 3;

@@ -1,5 +1,7 @@
 #include "unit/topics/one_link.hpp"
 
+#include "core/compress/compress.hpp"
+
 #include <memory>
 #include <utility>
 #include <variant>
@@ -12,7 +14,8 @@ Now ms(std::int64_t at) {
   return flow_test::now_ms(at);
 }
 
-OneLink::OneLink(std::uint32_t n) : link({n}, *this) {
+OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account)
+    : link({n}, *this, std::move(account)) {
   link.node = "/peer";
   link.address = "10.0.0." + std::to_string(n);
   link.accepts = Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}};
@@ -56,6 +59,17 @@ std::string Actions::did() {
 void Actions::finish(Jobs& jobs, std::optional<Payload> result, std::int64_t at) {
   JobDone done{last_job, std::move(result)};
   jobs.on_done(done, ms(at));
+}
+
+InMessage call_in(const std::shared_ptr<Bytes>& packet) {
+  InMessage message;
+  message.channel = {1};
+  message.subject = CallId{1};
+  message.raw_bytes = 2000;
+  message.codec = Codec::kZstd;
+  *packet = compress(Bytes(message.raw_bytes), {Codec::kZstd, 3}).value();
+  message.body = Payload::wrap(packet, *packet);
+  return message;
 }
 
 GraphView picture(const std::vector<Topic>& topics) {

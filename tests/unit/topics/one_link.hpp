@@ -17,7 +17,8 @@ Now ms(std::int64_t at);
 
 // Link n, open: what it would send is read as words. The peer accepts everything.
 struct OneLink final : private LinkUser {
-  explicit OneLink(std::uint32_t n = 1);
+  explicit OneLink(std::uint32_t n = 1,
+                   std::shared_ptr<Account> account = std::make_shared<Account>());
   ~OneLink();
   // One packet per line.
   std::string said(std::int64_t at = 0);
@@ -43,6 +44,9 @@ struct Actions {
   std::string logged;
   JobId last_job;
 };
+
+// Compressed, on channel 1, as it lies in this packet; more than a worker takes at once.
+InMessage call_in(const std::shared_ptr<Bytes>& packet);
 
 GraphView picture(const std::vector<Topic>& topics);
 
