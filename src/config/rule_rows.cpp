@@ -140,11 +140,9 @@ void add_rule_resume(Rows& rows) {
        .key = "rule.<name>.resume",
        .type = ParameterType::kBool,
        .changeable = true,
-       .help =
-           "Whether messages of reliable volatile topics that a lost connection loses are sent "
-           "again (see "
-           "\"After a break\"). Unset: yes, except for what is urgent (also by its type) or has a "
-           "max_age."});
+       .help = "Whether messages of reliable volatile topics that a lost connection loses are sent "
+               "again (see \"After a break\"). Unset: yes, except for what is urgent (also by its "
+               "type) or has a max_age."});
 }
 
 // The same for calls of services.

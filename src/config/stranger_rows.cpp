@@ -19,7 +19,7 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                     .used_by = UsedBy::kServer,
                     .help = std::move(help)});
   };
-  add("limits.strangers_max", core.strangers_max, 8, 10'000,
+  add("limits.strangers_max", core.strangers_max, 8, 1000,
       "Connections without a login. The oldest gives way to one more. When half of them are there "
       "a login must be complete within a second.");
   add("limits.address_strangers_max", 16, 1, 10'000,
@@ -31,8 +31,8 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   add("limits.address_handshakes_per_second", 10, 1, 100'000,
       "The same of one address; what is beyond is dropped. What 3 seconds allow begins at once.");
   add("limits.wrong_logins_per_minute", core.wrong_logins_at_once, 1, 1'000'000,
-      "Wrong logins that are answered at once; what is beyond is answered when the time of its "
-      "login (`login_timeout`) is over. A right login is never counted, and let in at once.");
+      "Wrong logins that are answered at once; what is beyond is answered 3 seconds later. A right "
+      "login is never counted, and let in at once.");
   add("limits.address_wrong_logins_per_minute", core.address_wrong_logins_at_once, 1, 1'000'000,
       "The same of one address.");
   add("limits.offences_per_minute", minute / core.account.offence_period, 1, 1'000'000,

@@ -57,11 +57,8 @@ TlsContext TlsFiles::get(std::string& problem) {
 }
 
 TlsContext TlsFiles::get_fresh(std::string& problem) {
-  if (!context_ || stamp() == read_) return get(problem);
-  read_ = found_ = stamp();
-  std::string unused;
-  if (TlsContext made = make_(unused)) context_ = std::move(made);
-  return context_;
+  if (context_ && stamp() != read_) context_.reset();
+  return get(problem);
 }
 
 std::optional<TlsFiles::News> TlsFiles::check() {

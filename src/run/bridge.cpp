@@ -162,7 +162,8 @@ void Bridge::authenticate(Authenticate&& request) {
   if (parts_.certificate_login) return judge_certificate(request);
   const ConnectionId connection = request.connection;
   if (!login_desk_.ask(std::move(request)))
-    loop_.feed(Authenticated{connection, std::nullopt, "too many logins wait for an answer"});
+    loop_.feed(
+        Authenticated{connection, std::nullopt, "too many logins wait for an answer", false});
 }
 
 // TLS has verified the certificate before the login.

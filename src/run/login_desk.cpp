@@ -96,7 +96,7 @@ void LoginDesk::look_around() {
 
 void LoginDesk::judge(Waiting next) {
   Authenticate& request = next.request;
-  Authenticated answer{request.connection, std::nullopt, "the login method was too slow"};
+  Authenticated answer{request.connection, std::nullopt, "the login method was too slow", false};
   // After the time limit the connection is closed already: later logins must not wait for its
   // answer.
   if (Clock::now() - next.since < options_.time_limit) {
@@ -105,6 +105,7 @@ void LoginDesk::judge(Waiting next) {
     Judgement judged = options_.authenticator->judge(attempt, system_now());
     answer.identity = std::move(judged.identity);
     answer.reason = std::move(judged.reason);
+    answer.judged = true;
     OPENSSL_cleanse(attempt.credential.data(), attempt.credential.size());
   }
   ports_.input(std::move(answer));

@@ -178,8 +178,7 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
   if (!goes_by_pairing(start.parameters)) {
     start.problems.emplace_back(
         "an invitation contains address, certificate and login: leave out url, tls.*, auth.* and "
-        "the "
-        "token in the environment");
+        "the token in the environment");
     return;
   }
   const std::string name = token_name(invitation);

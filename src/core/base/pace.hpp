@@ -25,6 +25,7 @@ class Pace {
     paid_until_ = std::max(paid_until_, now) + period_;
     return turn;
   }
+  [[nodiscard]] Duration period() const { return period_; }
   // All that happened is paid for.
   [[nodiscard]] bool idle(TimePoint now) const { return paid_until_ <= now; }
   // When the next one may happen.

@@ -49,7 +49,7 @@ struct Account {
   // It waits for its next login no longer than that, however often it offends.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
   void note_offence(const Now& now) {
-    if (offences.free_at() < now.steady + kShutOutMax)
+    if (offences.free_at() + offences.period() <= now.steady + kShutOutMax)
       static_cast<void>(offences.reserve(now.steady));
   }
 
@@ -84,12 +84,16 @@ class Accounts {
   [[nodiscard]] Budget& memory() { return memory_; }
   [[nodiscard]] const Budget& memory() const { return memory_; }
   void on_time(const Now& now) {
+    now_ = now.steady;
     for (auto& [name, account] : accounts_) account->told.on_time(now);
   }
 
  private:
+  // But those who must wait for their next login.
   void forget_unused() {
-    std::erase_if(accounts_, [](const auto& entry) { return entry.second.use_count() == 1; });
+    std::erase_if(accounts_, [&](const auto& entry) {
+      return entry.second.use_count() == 1 && entry.second->offences.idle(now_);
+    });
     kept_ = accounts_.size() + kUnusedMax;
   }
 
@@ -97,6 +101,7 @@ class Accounts {
   Budget memory_;
   Budget places_;
   std::size_t kept_ = kUnusedMax;
+  TimePoint now_{};  // as of the last on_time()
   std::map<std::string, std::shared_ptr<Account>> accounts_;
 };
 

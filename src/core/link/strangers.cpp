@@ -11,6 +11,8 @@ namespace {
 
 // When half of the places are taken: who logs in does so within a round trip.
 constexpr Duration kShortLogin = std::chrono::seconds(1);
+// Before the client gives up, whose time is that of ours by default: it shall learn why.
+constexpr Duration kLateAnswer = std::chrono::seconds(3);
 
 }  // namespace
 
@@ -69,10 +71,11 @@ bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now&
   const TimePoint end = place.connection->deadline().value_or(now.steady);
   place.due = std::min(not_before, end);
   if (const std::string why = refusal(answer, now); !why.empty()) {
+    if (!answer.judged) return false;
     ++counts_.wrong_logins;
     if (!is_one_too_many(place, now)) return false;
     ++counts_.wrong_logins_late;
-    place.due = end;
+    place.due = std::min(end, now.steady + kLateAnswer);
     answer.identity.reset();
     answer.reason = why +
                     "; answered late, as wrong logins come faster than "

@@ -171,6 +171,7 @@ struct Authenticated {
   ConnectionId connection;
   std::optional<Identity> identity;
   std::string reason;
+  bool judged = true;  // false: the login method did not come to look at it
 };
 // Server: the present state of credentials that the login method knew before. Links that logged in
 // with one that has no identity any more are closed; the others get the rights of their identity.

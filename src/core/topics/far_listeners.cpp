@@ -82,7 +82,12 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   const bool is_new = listener.permitted && !listener.counts;
   Account& account = *links_.at(key.first).account;
   if (is_new) {
-    if (account.memory.room() < kSubscriptionBytes || !account.listeners.take(now.steady)) {
+    const bool has_room = account.memory.room() >= kSubscriptionBytes;
+    if (!has_room)
+      outputs_.log_once(account.told, LogLevel::kWarn,
+                        "not all listeners of a peer are subscribed for: no memory is left in its "
+                        "share (memory_max)");
+    if (!has_room || !account.listeners.take(now.steady)) {
       if (!due_) due_ = now.steady + kPacing;
       return;
     }

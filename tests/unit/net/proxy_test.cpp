@@ -129,19 +129,30 @@ TEST(Proxy, LimitsCountTheClientsAddress) {
   EXPECT_FALSE(other.ended || second.ended);
 }
 
-TEST(Proxy, ItsHeaderComesBeforeTls) {
-  Authority authority{scratch_folder() + "proxy_"};
+// A server with TLS whose proxies say by the PROXY protocol whom they bring; `name`: of its files.
+ListenOptions behind_header(const std::string& name) {
+  Authority authority{scratch_folder() + name};
   const auto files = authority.sign("robot", "IP:127.0.0.1");
   ListenOptions options = trusting(ToldBy::kProxyProtocol);
   options.tls = ServerTls{files.certificate, files.key, ""};
+  return options;
+}
+
+// A client of it, behind this header.
+std::unique_ptr<RawTls> brought(const Pair& pair, const std::string& header) {
+  auto client = std::make_unique<RawTls>(pair.server.network.listen_port(), [](SSL_CTX*) {});
+  EXPECT_EQ(::send(SSL_get_fd(client->tls()), header.data(), header.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(header.size()));
+  return client;
+}
+
+TEST(Proxy, ItsHeaderComesBeforeTls) {
+  ListenOptions options = behind_header("proxy_");
   options.address_handshakes_at_once = 1;
   options.address_handshake_period = 800s;
   Pair pair{options};
   const auto shakes = [&](const std::string& header) {
-    RawTls client{pair.server.network.listen_port(), [](SSL_CTX*) {}};
-    EXPECT_EQ(::send(SSL_get_fd(client.tls()), header.data(), header.size(), MSG_NOSIGNAL),
-              static_cast<ssize_t>(header.size()));
-    return client.shakes(pair.loop);
+    return brought(pair, header)->shakes(pair.loop);
   };
   EXPECT_TRUE(shakes(kProxied));
   EXPECT_FALSE(shakes(kProxied)) << "handshakes are counted by the client's address";
@@ -151,10 +162,7 @@ TEST(Proxy, ItsHeaderComesBeforeTls) {
 
 // Whom the proxy brings is known only behind its header; then it waits as all others do.
 TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
-  Authority authority{scratch_folder() + "paced_"};
-  const auto files = authority.sign("robot", "IP:127.0.0.1");
-  ListenOptions options = trusting(ToldBy::kProxyProtocol);
-  options.tls = ServerTls{files.certificate, files.key, ""};
+  ListenOptions options = behind_header("paced_");
   options.handshakes_at_once = 1;
   options.handshake_period = 200ms;
   options.handshake_timeout = 300ms;  // of each for itself
@@ -162,11 +170,8 @@ TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
   std::vector<std::unique_ptr<RawTls>> clients;
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 1; i <= 4; ++i) {
-    clients.push_back(std::make_unique<RawTls>(pair.server.network.listen_port(), [](SSL_CTX*) {}));
-    const std::string header =
-        "PROXY TCP4 203.0.113." + std::to_string(i) + " 10.0.0.1 50000 443\r\n";
-    EXPECT_EQ(::send(SSL_get_fd(clients.back()->tls()), header.data(), header.size(), MSG_NOSIGNAL),
-              static_cast<ssize_t>(header.size()));
+    clients.push_back(
+        brought(pair, "PROXY TCP4 203.0.113." + std::to_string(i) + " 10.0.0.1 50000 443\r\n"));
   }
   for (const auto& client : clients) EXPECT_TRUE(client->shakes(pair.loop));
   EXPECT_GE(std::chrono::steady_clock::now() - begin, 600ms);
@@ -176,20 +181,14 @@ TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
 
 // Each address that it tells has a pace of its own, and uses up nothing of what all have.
 TEST(Proxy, AnAddressThatItTellsDoesNotUseUpTheHandshakesOfAll) {
-  Authority authority{scratch_folder() + "shared_"};
-  const auto files = authority.sign("robot", "IP:127.0.0.1");
-  ListenOptions options = trusting(ToldBy::kProxyProtocol);
-  options.tls = ServerTls{files.certificate, files.key, ""};
+  ListenOptions options = behind_header("shared_");
   options.address_handshakes_at_once = 1;
   options.address_handshake_period = 800s;
   options.handshakes_at_once = 2;
   options.handshake_period = 800s;
   Pair pair{options};
   const auto shakes = [&](const std::string& header) {
-    RawTls client{pair.server.network.listen_port(), [](SSL_CTX*) {}};
-    EXPECT_EQ(::send(SSL_get_fd(client.tls()), header.data(), header.size(), MSG_NOSIGNAL),
-              static_cast<ssize_t>(header.size()));
-    return client.shakes(pair.loop);
+    return brought(pair, header)->shakes(pair.loop);
   };
   EXPECT_TRUE(shakes(kProxied));
   for (int i = 0; i < 5; ++i) EXPECT_FALSE(shakes(kProxied));

@@ -21,12 +21,12 @@ class Door {
 
   // Up to the answer of the login method, and what is done then.
   std::string tries(std::uint32_t connection, const std::string& address,
-                    const std::optional<Identity>& who, int share = 1) {
+                    const std::optional<Identity>& who, int share = 1, bool judged = true) {
     s.give(ConnectionOpened{{connection}, address + ":50000", address, share});
     s.binary(connection, encode(Hello{1, 1, Script::peer_id(connection), {}, "/peer"}));
     s.binary(connection, encode(Login{"token", {}}));
     s.did();
-    s.give(Authenticated{{connection}, who, "unknown token"});
+    s.give(Authenticated{{connection}, who, "unknown token", judged});
     return s.did();
   }
 
@@ -59,17 +59,27 @@ TEST(Strangers, WrongLoginsOfAnAddressAreAnsweredLateWhenTheyAreTooMany) {
   EXPECT_EQ(door.s.status().strangers.wrong_logins_late, 1U);
   EXPECT_EQ(door.s.status().strangers.waiting, 1U);
   door.s.lose(5);
-  door.s.pass(4999);
+  door.s.pass(2999);
   EXPECT_EQ(door.s.did(), "");
   door.s.noted.clear();
   door.s.pass(1);
   EXPECT_EQ(door.s.did(), refused(3));
   EXPECT_THAT(door.s.noted, HasSubstr("limits.address_wrong_logins_per_minute"));
   EXPECT_EQ(door.s.status().strangers.waiting, 0U);
-  door.s.pass(15'001);
+  door.s.pass(17'001);
   door.s.did();
   EXPECT_EQ(door.tries(6, "10.0.0.9", {}), refused(6));
   EXPECT_EQ(door.tries(7, "10.0.0.9", {}), "");
+}
+
+// The login method is down, or has too much to do: nobody has shown anything wrong.
+TEST(Strangers, WhatWasNotJudgedIsNoWrongLogin) {
+  Door door(strict());
+  for (std::uint32_t i = 1; i <= 8; ++i) {
+    EXPECT_EQ(door.tries(i, "10.0.0.9", {}, 1, false), refused(i));
+  }
+  EXPECT_EQ(door.s.status().strangers.wrong_logins, 0U);
+  EXPECT_EQ(door.tries(9, "10.0.0.9", {}), refused(9));
 }
 
 TEST(Strangers, AnAddressMayHaveTheShareOfSeveral) {
