@@ -24,6 +24,7 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
     result.participant_bytes = kParticipantBytes;
     result.caller_told = Middleware::CallerTold::kReader;
     result.lost_callback_is_safe = false;
+    result.ignoring_local_is_safe = false;
   } else if (identifier == "rmw_cyclonedds_cpp") {
     result.publisher_told = Middleware::PublisherTold::kHandle;
     result.fills_used_messages = false;

@@ -45,7 +45,8 @@ std::optional<Refusal> Subscription::open() {
   node_ = shared_.proxies.get(create_.node);
   rcl_subscription_options_t options = rcl_subscription_get_default_options();
   options.qos = to_rmw(create_.qos);
-  options.rmw_subscription_options.ignore_local_publications = ignore_local_;
+  options.rmw_subscription_options.ignore_local_publications =
+      ignore_local_ && middleware().ignoring_local_is_safe;
   rcl_ret_t result = rcl_subscription_init(&subscription_, node_.get(), type_.handle.get(),
                                            create_.topic.c_str(), &options);
   std::optional<Refusal> refusal;

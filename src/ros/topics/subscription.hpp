@@ -20,8 +20,8 @@ class Subscription : public Entity {
   using Create = CreateSubscription;
   using Failed = SubscriptionFailed;
 
-  // `ignore_local`: samples of this process are not delivered, as far as the middleware can do
-  // that.
+  // `ignore_local`: the middleware does not deliver samples of this process, if it can be told so.
+  // Those of mirrors are dropped in any case.
   Subscription(Shared& shared, Create create, bool ignore_local = true);
   ~Subscription() override;
 
