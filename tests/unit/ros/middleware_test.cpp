@@ -37,6 +37,7 @@ TEST(Middleware, FastDdsTellsAll) {
   EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kId);
   EXPECT_TRUE(of.tells_callers() && of.tells_servers());
   EXPECT_FALSE(of.lost_callback_is_safe);
+  EXPECT_FALSE(of.ignoring_local_is_safe);
   EXPECT_TRUE(of.fills_used_messages);
   EXPECT_EQ(of.participant_of(counting()), first_twelve());
   PublisherIds ids;
