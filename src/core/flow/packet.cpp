@@ -12,11 +12,12 @@ std::size_t Packet::size() const {
 
 void PacketBuilder::add(const Frame& frame) {
   append_header(frame, head_);
+  ++frames_;
 }
 
 void PacketBuilder::add(const Frame& frame, const Payload& body, std::size_t offset,
                         std::size_t size) {
-  append_header(frame, head_);
+  add(frame);
   if (size <= kCopiedPartBytesMax) {
     const auto part = body.view().subspan(offset, size);
     head_.insert(head_.end(), part.begin(), part.end());
@@ -46,6 +47,7 @@ Packet PacketBuilder::finish() {
   head_.clear();
   referred_.clear();
   referred_bytes_ = 0;
+  frames_ = 0;
   return packet;
 }
 

@@ -34,6 +34,7 @@ class PacketBuilder {
 
   [[nodiscard]] std::size_t size() const { return head_.size() + referred_bytes_; }
   [[nodiscard]] bool empty() const { return head_.empty(); }
+  [[nodiscard]] std::uint32_t frames() const { return frames_; }
   // Returns what was gathered; the builder is empty afterwards.
   Packet finish();
 
@@ -45,6 +46,7 @@ class PacketBuilder {
   Bytes head_;
   std::vector<Referred> referred_;
   std::size_t referred_bytes_ = 0;
+  std::uint32_t frames_ = 0;
 };
 
 }  // namespace connect_bridge

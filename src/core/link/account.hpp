@@ -61,6 +61,11 @@ struct Account {
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
+  // Of control messages, in bytes. Each connection is read no faster than its own rate allows; this
+  // holds for those who come again and again, or with many links.
+  Throttle text{8 << 20, std::chrono::seconds(16)};
+  // An attach may create a client, which takes the middleware about a millisecond.
+  Pace attaches{8192, std::chrono::milliseconds(20)};
   LinePace lines;     // of links that come and go
   LogLimit declines;  // of channels that were declined before
   TellOnce told;

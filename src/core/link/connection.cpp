@@ -115,6 +115,8 @@ void Connection::opened(const Now& now) {
 }
 
 Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
+  if (!user_->hears(text.size(), now))
+    return Error{CloseCode::kTooLarge, "too many bytes of control messages"};
   auto control = decode_control(as_text(text));
   if (!control) return control.error();
   return user_->on_control(control.value(), now);
@@ -123,10 +125,12 @@ Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
 Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
   Acknowledger::Contents contents;
-  for (;;) {
+  for (std::uint32_t frames = 0;; ++frames) {
     auto next = reader.next();
     if (!next) return next.error();
     if (!next.value()) break;
+    if (frames == kPacketFramesMax)
+      return Error{CloseCode::kTooLarge, "more frames in a packet than a side may send"};
     if (std::holds_alternative<AckRequest>(*next.value())) {
       contents.asks = true;
       continue;

@@ -48,6 +48,8 @@ class ConnectionUser {
   [[nodiscard]] virtual bool expects(ChannelId channel) const = 0;
   // Whether a message that begins on it now, for this demand, is of any use.
   [[nodiscard]] virtual bool wants(ChannelId channel, std::uint16_t demand) const = 0;
+  // Before a control message of so many bytes is read. False: the peer says too much.
+  [[nodiscard]] virtual bool hears(std::size_t bytes, const Now& now) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
   virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer has all of a tracked message.

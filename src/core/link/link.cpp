@@ -101,6 +101,12 @@ std::string Link::line_of(const Withdraw& withdraw, const std::string& what) con
   return account->told.first(line) ? line : std::string{};
 }
 
+bool Link::hears(std::size_t bytes, const Now& now) {
+  if (!account->text.ready(now.steady)) return false;
+  account->text.take(static_cast<double>(bytes), now.steady);
+  return true;
+}
+
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
@@ -194,6 +200,8 @@ Result<Nothing> Link::on(Demand& demand, const Now& now) {
     ChannelDemand of_channel{demand.number, demand.resume};
     if (!demand.after.empty()) of_channel.after = demand.after[i];
     channel->on_demand(of_channel, now);
+    if (demand.number == 0 && !note_withdrawal(now))
+      return Error{CloseCode::kTooLarge, "topics are demanded and not demanded too often"};
   }
   return Nothing{};
 }

@@ -181,6 +181,7 @@ class Link final : public ConnectionUser {
     return incoming_.contains(channel);
   }
   [[nodiscard]] bool wants(ChannelId channel, std::uint16_t demand) const override;
+  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override;
   Result<Nothing> on_control(Control& control, const Now& now) override;
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;

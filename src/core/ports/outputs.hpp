@@ -17,6 +17,8 @@ class Outputs {
   void log(LogLevel level, std::string text) { push(Log{level, std::move(text)}); }
   // For what comes back as often as its cause does, and for what several parts say alike.
   void log_once(LogLevel level, const std::string& text) { log_once(told_, level, text); }
+  // What was logged once that is not of one identity.
+  [[nodiscard]] TellOnce& told() { return told_; }
   // For lines with words of a peer: those of its identity, so that it silences nobody else's.
   void log_once(TellOnce& told, LogLevel level, const std::string& text) {
     if (told.first(text)) log(level, text);

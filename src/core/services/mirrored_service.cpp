@@ -60,8 +60,12 @@ bool MirroredService::update(const Now& now) {
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
-  if (*mirror_at_ <= now.steady && !feed.link().account->mirrors.take(now.steady))
-    mirror_at_ = next_turn(now);
+  Account& account = *feed.link().account;
+  if (account.places.room() == 0) {  // as many as the process may have, or this identity
+    give_up({"no place is left for more mirrors of this peer (mirrors_max)", "limit"});
+    return true;
+  }
+  if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) mirror_at_ = next_turn(now);
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
   } else {
@@ -110,6 +114,7 @@ void MirroredService::claim(const Now& now) {
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
+  place_ = feed.link().account->places.hold(1);
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;
   mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
@@ -122,8 +127,13 @@ void MirroredService::destroy_mirror() {
   mirror_at_.reset();
   if (!mirror_) return;
   mirroring_.outputs.push(DestroyServiceMirror{mirror_});
+  forget_mirror();
+}
+
+void MirroredService::forget_mirror() {
   mirroring_.by_mirror.erase(mirror_);
   mirror_ = {};
+  place_.release();
 }
 
 void MirroredService::close() {
@@ -213,15 +223,19 @@ void MirroredService::on_callers_gone(const CallersGone& gone) {
 }
 
 void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
-  mirroring_.by_mirror.erase(mirror_);
-  mirror_ = {};
+  forget_mirror();
+  give_up({failed.reason, failed.code});
+}
+
+// Until the service is offered again.
+void MirroredService::give_up(const Ending& why) {
   failed_ = true;
   if (const Feed* feed = feeding()) {
     mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
                                 "cannot mirror " +
                                     shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
-                                    failed.reason);
-    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
+                                    why.reason);
+    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), why.code, why.reason});
   }
   close();
 }

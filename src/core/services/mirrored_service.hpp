@@ -71,6 +71,8 @@ class MirroredService {
   void claim(const Now& now);
   void create_mirror(const Feed& feed);
   void destroy_mirror();
+  void forget_mirror();
+  void give_up(const Ending& why);
   // The attachment of the feeding link ends, and the mirror.
   void close();
   void remove_feed(LinkId link);
@@ -82,6 +84,7 @@ class MirroredService {
   std::map<LinkId, Feed> feeds_;
   LinkId feeder_;  // the link that is attached
   ServiceMirrorId mirror_;
+  Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
   bool failed_ = false;                 // until it is offered again
 };

@@ -33,8 +33,6 @@ struct ServedLoad {
   Budget calls;
   Budget request_bytes;  // of calls that wait
   Budget answer_bytes;   // of answers that are not known to have arrived
-  // An attach may create a client, which takes the middleware about a millisecond.
-  Pace attaches{12'000, std::chrono::milliseconds(5)};
   LogLimit refusals, timeouts;
 };
 

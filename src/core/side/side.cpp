@@ -301,7 +301,7 @@ void Side::send_offers(Link& link, const Now& now) {
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
   if (!link.may_offer()) {
-    outputs_.log_once(LogLevel::kWarn, "not all interfaces of this side are offered to " +
+    outputs_.log_once(link.account->told, LogLevel::kWarn, "not all interfaces of this side are offered to " +
                                            link.node + ": no more than " +
                                            std::to_string(Link::kOfferedMax) + " at a time");
   }

@@ -243,7 +243,8 @@ void ExportedTopic::unsubscribe() {
 
 void ExportedTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
   const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
-  context_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + reason);
+  TellOnce& told = origins_.empty() ? context_.listeners.told_of(key_) : context_.outputs.told();
+  context_.outputs.log_once(told, LogLevel::kError, "cannot export " + what + ": " + reason);
   forget_subscription();
   unsubscribe();
   failed_ = true;
@@ -251,10 +252,9 @@ void ExportedTopic::on_subscription_failed(const std::string& code, const std::s
 }
 
 void ExportedTopic::warn_mixed() {
-  const auto is_volatile = [](const auto& entry) {
+  const auto volatiles = std::count_if(origins_.begin(), origins_.end(), [](const auto& entry) {
     return entry.second.qos.durability == Durability::kVolatile;
-  };
-  const auto volatiles = std::count_if(origins_.begin(), origins_.end(), is_volatile);
+  });
   if (volatiles == 0 || volatiles == static_cast<std::ptrdiff_t>(origins_.size())) return;
   tell_once(
       " has transient-local and volatile publishers: it is subscribed as volatile, so samples from "

@@ -126,6 +126,12 @@ std::string FarListeners::type_hash_of(const TopicKey& topic) const {
   return known->second.listeners.begin()->second->told.type_hash;
 }
 
+TellOnce& FarListeners::told_of(const TopicKey& topic) const {
+  const auto known = topics_.find(topic);
+  if (known == topics_.end()) return outputs_.told();
+  return links_.at(known->second.listeners.begin()->first.first).account->told;
+}
+
 void FarListeners::show(const TopicKey& topic, bool on) {
   const auto known = topics_.find(topic);
   if (known == topics_.end() || std::exchange(known->second.shown, on) == on) return;

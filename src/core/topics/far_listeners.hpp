@@ -43,6 +43,9 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // Where to note what is logged once about a topic that only listeners have: what their peers make
+  // this side say must not keep other lines out.
+  [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;
   // The type hash that the listeners reported; empty: none.
   [[nodiscard]] std::string type_hash_of(const TopicKey& topic) const;
 

@@ -12,6 +12,9 @@
 namespace connect_bridge {
 namespace {
 
+// Messages behind one that is with a worker: they are published in one turn of the loop.
+constexpr std::size_t kWaitingMax = 1024;
+
 // A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
 // identifier in two bytes, then two bytes of options.
 bool is_serialized(ByteView raw) {
@@ -251,8 +254,9 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
   }
-  if (peer_.decoding().used() + message.body.size() + sizeof(Waiting) >
-      context_.options.decoding_bytes_max) {
+  if (waiting_.size() >= kWaitingMax || peer_.decoding().used() + message.body.size() +
+                                                sizeof(Waiting) >
+                                            context_.options.decoding_bytes_max) {
     dropped_.add(DropReason::kQueueBytes);
     return Nothing{};
   }

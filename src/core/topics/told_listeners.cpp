@@ -65,7 +65,7 @@ void ToldListeners::tell(Link& link) {
   for (const auto& [key, listener] : present) {
     if (told.listeners.contains(key)) continue;
     if (told.listeners.size() >= kListenersMax) {
-      outputs_.log_once(LogLevel::kWarn, "not all who listen here are told to " + link.node +
+      outputs_.log_once(link.account->told, LogLevel::kWarn, "not all who listen here are told to " + link.node +
                                              ": no more than " + std::to_string(kListenersMax));
       break;
     }

@@ -46,6 +46,7 @@ struct Shared {
   // cannot fill the log.
   void tell_not_installed(const std::string& type) {
     const auto name = parse_type_name(type);
+    told_types.on_time(Node::steady_now());
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried "

@@ -302,10 +302,14 @@ void Node::log(LogLevel level, const std::string& text) const {
   rcutils_log(&kNowhere, severity, logger, "%s", text.c_str());
 }
 
-void Node::log(LogLimit& limit, LogLevel level, const std::string& text) const {
+Now Node::steady_now() {
   Now now;
   now.steady = TimePoint(std::chrono::steady_clock::now().time_since_epoch());
-  const auto count = limit.count(now);
+  return now;
+}
+
+void Node::log(LogLimit& limit, LogLevel level, const std::string& text) const {
+  const auto count = limit.count(steady_now());
   if (count)
     log(level,
         *count == 1 ? text : text + " (" + std::to_string(*count) + " times since the last line)");

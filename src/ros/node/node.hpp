@@ -68,6 +68,8 @@ class Node {
   [[nodiscard]] Stamp ros_now() const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.
   void log(LogLevel level, const std::string& text) const;
+  // The loop's time, of which only `steady` is set.
+  [[nodiscard]] static Now steady_now();
   // For lines that a peer or a caller can cause as often as it likes: logged at a limited rate,
   // with a count.
   void log(LogLimit& limit, LogLevel level, const std::string& text) const;

@@ -26,6 +26,27 @@ OutboxOptions one_by_one() {
   return options;
 }
 
+// The receiver handles all frames of a packet in one turn of its loop.
+TEST(OutboxOrder, APacketHasNoMoreFramesThanAPeerTakes) {
+  OutboxOptions options;
+  options.queue_delay_target = {};
+  Outbox outbox(options);
+  QueueOptions all_of_them = queue(Priority::kNormal);
+  all_of_them.depth = 0;
+  outbox.add_channel(kA, all_of_them);
+  for (int n = 0; n < 3000; ++n) outbox.push(kA, message(1), now_ms(0));
+  std::size_t all = 0;
+  while (const auto packet = outbox.next(now_ms(0))) {
+    const Bytes bytes = joined(*packet);
+    FrameReader reader(bytes);
+    std::size_t frames = 0;
+    while (reader.next().value()) ++frames;
+    EXPECT_LE(frames, kPacketFramesMax);
+    all += frames;
+  }
+  EXPECT_EQ(all, 3000U);
+}
+
 TEST(OutboxOrder, NothingIsNoPacket) {
   Outbox outbox(thin());
   EXPECT_EQ(next(outbox), "-");

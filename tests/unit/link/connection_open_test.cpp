@@ -32,6 +32,20 @@ TEST(ConnectionOpen, DataForAForgottenChannelEndsTheLink) {
   EXPECT_EQ(script.binary(part(1, 6)), "failed 4010");
 }
 
+// All frames of a packet are one turn of the loop.
+TEST(ConnectionOpen, APacketOfTooManyFramesEndsTheLink) {
+  auto script = open_client();
+  script.expect(1);
+  Bytes most;
+  for (std::uint32_t frame = 1; frame <= kPacketFramesMax; ++frame)
+    most = std::move(most) + message(1, frame, 0);
+  EXPECT_EQ(script.binary(most).find("failed"), std::string::npos);
+  Bytes more;
+  for (std::uint32_t frame = 1; frame <= kPacketFramesMax + 1; ++frame)
+    more = std::move(more) + message(1, kPacketFramesMax + frame, 0);
+  EXPECT_TRUE(script.binary(more).ends_with("failed 4006"));
+}
+
 TEST(ConnectionOpen, WhatStandsBeforeAWrongFrameIsActedUpon) {
   auto script = open_client();
   script.expect(1);

@@ -74,6 +74,7 @@ class Recorder final : public ConnectionUser {
   [[nodiscard]] bool expects(ChannelId channel) const override {
     return expected.contains(channel);
   }
+  bool hears(std::size_t, const Now&) override { return true; }
   Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
   Result<Nothing> on_message(InMessage message, const Now&) override {
     return note("message " + std::to_string(message.channel.value) + "#" +

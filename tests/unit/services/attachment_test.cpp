@@ -82,6 +82,20 @@ TEST(Attachment, HoldsAClientWhileThePeerIsAttached) {
   EXPECT_EQ(s.did(), "uncall_service 1\n");
 }
 
+// Each may make a client in the graph; a new link of the same identity gets no more.
+TEST(Attachment, WhoAttachesWithoutEndIsEnded) {
+  Served s;
+  s.peer.link.account->attaches = Pace(3, std::chrono::milliseconds(20));
+  const auto attach = [&](std::uint32_t requests, std::int64_t at) {
+    const auto result = s.peer.link.outgoing({1})->on_attach(Attach{{1}, {requests}}, ms(at));
+    if (result) s.peer.link.incoming({requests})->on_withdraw({}, ms(at));
+    return result ? CloseCode::kNormal : result.error().code;
+  };
+  for (std::uint32_t n = 1; n <= 3; ++n) EXPECT_EQ(attach(n, 0), CloseCode::kNormal);
+  EXPECT_EQ(attach(4, 0), CloseCode::kTooLarge);
+  EXPECT_EQ(attach(5, 20), CloseCode::kNormal);
+}
+
 TEST(Attachment, ARequestIsExecutedOnce) {
   Served s;
   s.attach();

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "unit/side/script.hpp"
+#include "unit/topics/one_link.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
@@ -92,6 +93,62 @@ TEST(Shares, ServicesAppearAtABoundedRate) {
   EXPECT_EQ(count(s.did(), "mirror_service "), 5);
   s.pass(300);
   EXPECT_EQ(count(s.did(), "mirror_service "), 10);
+}
+
+// Services that exist here for peers take places as publishers do.
+TEST(Shares, ServicesTakePlaces) {
+  SideOptions options = server({callable()});
+  options.account.mirrors_max = 16;
+  Script s(options);
+  s.graph({});
+  s.pass(3000);
+  s.did();
+  s.login(1, {}, called("busy"));
+  s.say(1, Accepts{});
+  Offer all{{}, true};
+  for (std::uint32_t i = 1; i <= 20; ++i)
+    all.channels.push_back(service_channel(i, "/s" + std::to_string(i)));
+  s.say(1, all);
+  s.said(1);
+  for (std::uint32_t i = 1; i <= 20; ++i) s.say(1, Attached{{i}, {i}, {0}});
+  const auto made = count(s.did(), "mirror_service ");
+  EXPECT_GT(made, 0);
+  EXPECT_LT(made, 16);  // an identity leaves places to others
+  EXPECT_EQ(count(s.said(1), "limit"), 20 - made);
+  s.say(1, Withdraw{{{1}}});
+  s.say(1, Offer{{service_channel(21, "/s21")}, true});
+  s.say(1, Attached{{21}, {21}, {0}});
+  EXPECT_EQ(count(s.did(), "/s21"), 1);
+}
+
+// Reading them costs time in the loop; a new link of the same identity gets no more.
+TEST(Shares, ControlMessagesHaveARate) {
+  const auto account = std::make_shared<Account>();
+  topics_test::OneLink first(1, account), second(2, account);
+  const Now begin = topics_test::ms(1000);
+  for (int mebibyte = 0; mebibyte < 64; ++mebibyte) {
+    EXPECT_TRUE(first.link.hears(1 << 20, begin));
+    EXPECT_TRUE(second.link.hears(1 << 20, begin));
+  }
+  EXPECT_TRUE(first.link.hears(1, begin));
+  EXPECT_FALSE(second.link.hears(1, begin));
+  EXPECT_TRUE(second.link.hears(1, topics_test::ms(1001)));
+}
+
+// Each change costs the exporter a subscription, and what is kept for late ones.
+TEST(Shares, DemandThatIsSwitchedWithoutEndEndsTheLink) {
+  Script s(server({everything()}));
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  const auto ended = [&] { return s.did().find("close 1 4006") != std::string::npos; };
+  for (int n = 0; n < 12'000; ++n) {
+    s.demand(1, 1, true);
+    s.demand(1, 1, false);
+  }
+  EXPECT_FALSE(ended());
+  s.demand(1, 1, true);
+  s.demand(1, 1, false);
+  EXPECT_TRUE(ended());
 }
 
 // What its peer accepts is compared with all that is here, and costs the more the more patterns it

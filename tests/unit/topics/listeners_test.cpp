@@ -111,7 +111,7 @@ struct FarListenersTest : testing::Test {
   FarListenersTest() { s.join(1); }
   void listen(const Listeners& change) { s.say(1, change); }
 
-  Script s{server({rule({"/cmd_vel", "/fib/**"}, {"/scan"})})};
+  Script s{server({rule({"/cmd_vel/**", "/cmd_vel", "/fib/**"}, {"/scan"})})};
 };
 
 TEST_F(FarListenersTest, ATopicThatSomebodyListensToIsSubscribedBeforeAnybodyPublishes) {
@@ -295,6 +295,21 @@ TEST_F(FarListenersTest, ATypeThatIsNotThere) {
   EXPECT_EQ(s.did(), "");
   listen(listening(2, "/cmd_vel"));
   EXPECT_EQ(s.did(), "subscribe 3 /cmd_vel reliable volatile 100\n");
+}
+
+// A peer that names a thousand types keeps no line of others out of the log.
+TEST_F(FarListenersTest, WhatTheyMakeThisSideSayIsToldForTheirIdentity) {
+  for (std::uint32_t n = 1; n <= TellOnce::kToldMax + 1; ++n) {
+    listen(listening(n, "/cmd_vel/x" + std::to_string(n)));
+  }
+  s.did();
+  for (std::uint32_t n = 2; n <= TellOnce::kToldMax + 2; ++n)
+    s.give(SubscriptionFailed{{n}, "type_unknown", "not installed"});
+  s.did();
+  s.logged.clear();
+  s.give(QosIncompatible{{}, "/a", "reliability"});
+  s.did();
+  EXPECT_NE(s.logged.find("/a: a publisher here offers"), std::string::npos) << s.logged;
 }
 
 // A peer whose listeners come and go creates no more subscriptions than that.

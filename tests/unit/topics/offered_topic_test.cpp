@@ -340,6 +340,20 @@ TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
   EXPECT_EQ(s.did(), "decompress 13\n");
 }
 
+// They are published in one turn of the loop when the worker is done.
+TEST(OfferedTopic, NoMoreThanSoManyWaitBehindAJob) {
+  Script s;
+  s.listen();
+  OriginOffer latched = origin(1, 7);
+  latched.qos.durability = Durability::kTransientLocal;
+  s.offer(s.peer, {latched});
+  s.peer.send_demands();
+  s.did();
+  s.give(s.large(1));
+  for (int n = 0; n < 2000; ++n) s.give(s.message("x", 1));
+  EXPECT_EQ(s.dropped(DropReason::kQueueBytes), 2000U - 1023U);
+}
+
 TEST(OfferedTopic, OriginsAreReplacedInOneMessage) {
   Script s;
   s.offer(s.peer, {origin(1, 7)});
