@@ -140,7 +140,7 @@ MUTANTS = [
            "if (candidates_.front().link->account->mirrors.take(now.steady)) return true;",
            "return true;"),
     Mutant("services as fast as they are attached",
-           "!feed.link().account->mirrors.take(now.steady)", "false"),
+           "!account.mirrors.take(now.steady)", "false"),
     Mutant("each change is claimed",
            "if (!changed_ || !pace_.take(now.steady)) return false;",
            "if (!changed_) return false;"),

@@ -9,8 +9,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
-// The rest is for ends of messages, acknowledgements and time.
-constexpr std::uint32_t kGatheredFramesMax = kPacketFramesMax - 64;
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
 // below the size that every receiver accepts.
@@ -214,8 +212,7 @@ bool Outbox::add_data(const Now& now) {
   const std::uint32_t part_max = pacer_.part_bytes(cap_.part_bytes(options_.fragment_bytes));
   const std::uint32_t gather_max = pacer_.part_bytes(cap_.part_bytes(options_.packet_bytes));
   bool added = false;
-  while ((packet_.size() < gather_max && packet_.frames() < kGatheredFramesMax) ||
-         packet_.empty()) {
+  while (packet_.takes_more(gather_max)) {
     auto* queue = next_queue(now);
     if (queue == nullptr) break;
     const auto part = queue->next_part_bytes(part_max);

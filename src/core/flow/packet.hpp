@@ -34,7 +34,11 @@ class PacketBuilder {
 
   [[nodiscard]] std::size_t size() const { return head_.size() + referred_bytes_; }
   [[nodiscard]] bool empty() const { return head_.empty(); }
-  [[nodiscard]] std::uint32_t frames() const { return frames_; }
+  // Whether one more message fits into so many bytes, and the number of frames that a peer takes;
+  // the rest of that is for ends of messages, acknowledgements and time. The first one always fits.
+  [[nodiscard]] bool takes_more(std::size_t bytes_max) const {
+    return empty() || (size() < bytes_max && frames_ < kPacketFramesMax - 64);
+  }
   // Returns what was gathered; the builder is empty afterwards.
   Packet finish();
 

@@ -301,9 +301,9 @@ void Side::send_offers(Link& link, const Now& now) {
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
   if (!link.may_offer()) {
-    outputs_.log_once(link.account->told, LogLevel::kWarn, "not all interfaces of this side are offered to " +
-                                           link.node + ": no more than " +
-                                           std::to_string(Link::kOfferedMax) + " at a time");
+    outputs_.log_once(link.account->told, LogLevel::kWarn,
+                      "not all interfaces of this side are offered to " + link.node +
+                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
   }
   if (offers.empty() && link.offers_complete) return;
   for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));

@@ -254,9 +254,9 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
   }
-  if (waiting_.size() >= kWaitingMax || peer_.decoding().used() + message.body.size() +
-                                                sizeof(Waiting) >
-                                            context_.options.decoding_bytes_max) {
+  if (waiting_.size() >= kWaitingMax ||
+      peer_.decoding().used() + message.body.size() + sizeof(Waiting) >
+          context_.options.decoding_bytes_max) {
     dropped_.add(DropReason::kQueueBytes);
     return Nothing{};
   }

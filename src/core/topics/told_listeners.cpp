@@ -65,8 +65,9 @@ void ToldListeners::tell(Link& link) {
   for (const auto& [key, listener] : present) {
     if (told.listeners.contains(key)) continue;
     if (told.listeners.size() >= kListenersMax) {
-      outputs_.log_once(link.account->told, LogLevel::kWarn, "not all who listen here are told to " + link.node +
-                                             ": no more than " + std::to_string(kListenersMax));
+      outputs_.log_once(link.account->told, LogLevel::kWarn,
+                        "not all who listen here are told to " + link.node + ": no more than " +
+                            std::to_string(kListenersMax));
       break;
     }
     const ListenerId id{++told.last};

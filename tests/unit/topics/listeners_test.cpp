@@ -299,9 +299,8 @@ TEST_F(FarListenersTest, ATypeThatIsNotThere) {
 
 // A peer that names a thousand types keeps no line of others out of the log.
 TEST_F(FarListenersTest, WhatTheyMakeThisSideSayIsToldForTheirIdentity) {
-  for (std::uint32_t n = 1; n <= TellOnce::kToldMax + 1; ++n) {
+  for (std::uint32_t n = 1; n <= TellOnce::kToldMax + 1; ++n)
     listen(listening(n, "/cmd_vel/x" + std::to_string(n)));
-  }
   s.did();
   for (std::uint32_t n = 2; n <= TellOnce::kToldMax + 2; ++n)
     s.give(SubscriptionFailed{{n}, "type_unknown", "not installed"});
