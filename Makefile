@@ -75,8 +75,8 @@ check: packages ## format, arrows between layers, sizes; whether the mutants app
 	@tools/tidy
 	@tests/mutants/run --check
 
-# Real nodes around the programs built with a sanitizer.
-smoke = -R '^e2e_topics$$'
+# Real nodes and hostile peers around the programs built with a sanitizer.
+smoke = -R '^(e2e_topics|peer_peer_(hostile|hostile_topics|hostile_server|refused))$$'
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
 	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)

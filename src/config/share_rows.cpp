@@ -48,8 +48,10 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
        .fallback = whole(50'000),
        .min = 0,
        .max = 1'000'000'000,
-       .help = "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
-               "peer has to wait. A burst of 4 seconds' worth passes at once. 0: no limit."});
+       .help =
+           "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
+           "peer has to wait (`reading_held` in the status). A burst of 4 seconds' worth passes "
+           "at once. 0: no limit."});
   rows.push_back({.section = section,
                   .key = "peer_bytes_per_second",
                   .type = ParameterType::kInteger,

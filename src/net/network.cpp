@@ -3,6 +3,7 @@
 #include <boost/asio/io_context.hpp>
 #include <unordered_map>
 
+#include "core/base/log_limit.hpp"
 #include "net/certified.hpp"
 #include "net/dial.hpp"
 #include "net/listener.hpp"
@@ -24,6 +25,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void abandon();
   void watch_routes();
   void on_routes_changed();
+  void on_held(const std::string& peer);
   void forget(ConnectionId id);
   ConnectionId free_id();
   TlsContext client_tls(const DialOptions& options, std::string& problem);
@@ -40,6 +42,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
+  std::uint64_t held = 0;
+  LogLimit holds;
   bool stopped = false;
 };
 
@@ -77,6 +81,9 @@ void Network::State::add(ConnectionOpened opened, std::shared_ptr<WebSocket> soc
   setup.gone = [weak = weak_from_this()](ConnectionId gone) {
     if (const auto self = weak.lock()) self->forget(gone);
   };
+  setup.held = [weak = weak_from_this()](const std::string& peer) {
+    if (const auto self = weak.lock()) self->on_held(peer);
+  };
   setup.options = sockets;
   setup.pending_slot = pending_slot;
   setup.connection_slot = std::move(connection_slot);
@@ -97,6 +104,18 @@ void Network::State::forget(ConnectionId id) {
   if (found == connections.end()) return;
   past += found->second->traffic();
   connections.erase(found);
+}
+
+void Network::State::on_held(const std::string& peer) {
+  ++held;
+  const TimePoint now(std::chrono::steady_clock::now().time_since_epoch());
+  const auto times = holds.count({now, 0});
+  if (times && events.log)
+    events.log(Log{LogLevel::kWarn,
+                   peer +
+                       " sends more than peer_packets_per_second, peer_bytes_per_second or the "
+                       "rate of control messages allow: reading it waits (" +
+                       std::to_string(*times) + " times since the last line)"});
 }
 
 void Network::State::on_arrival(Listener::Arrival arrival) {
@@ -247,6 +266,7 @@ NetworkCounts Network::counts() const {
     static_cast<DoorCounts&>(counts) = listener->counts();
     counts.pending = listener->pending();
   }
+  counts.held = state_->held;
   for (const auto& entry : state_->connections) {
     if (entry.second->is_open()) ++counts.open;
   }

@@ -50,6 +50,7 @@ struct SocketFacts {
 struct NetworkCounts : DoorCounts {
   std::size_t pending = 0;  // in a handshake now
   std::size_t open = 0;     // open WebSockets now
+  std::uint64_t held = 0;   // times that reading waited: a peer sent more than it may
 };
 
 // Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly

@@ -122,6 +122,7 @@ void Socket::read_on() {
       std::max({packet_rate_.ready_at(), byte_rate_.ready_at(), text_rate_.ready_at()});
   if (at <= steady_now()) return read();
   held_ = true;
+  if (setup_.held) setup_.held(setup_.opened.peer);
   read_at_.expires_at(std::chrono::steady_clock::time_point(at.time_since_epoch()));
   read_at_.async_wait([self = shared_from_this()](ErrorCode) {
     self->held_ = false;

@@ -25,6 +25,7 @@ struct SocketSetup {
   std::shared_ptr<WebSocket> socket;       // after its handshake
   NetworkEvents* events = nullptr;         // lives until abandon() or the end of this object
   std::function<void(ConnectionId)> gone;  // the socket is closed; forget this object
+  std::function<void(const std::string& peer)> held;  // it sends more than is read of it
   SocketOptions options;
   std::shared_ptr<Admission::Pending> pending_slot;  // given back by allow()
   std::shared_ptr<void> connection_slot;             // given back when the TCP connection is gone

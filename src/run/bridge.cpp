@@ -212,7 +212,9 @@ void Bridge::every_second(double lag_ms) {
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   run.types_not_installed = counters.types_not_installed;
   if (audit_log_) run.audit = audit_log_->counts();
-  if (config.role == Role::kServer) run.doors = network_.counts();
+  const NetworkCounts network = network_.counts();
+  run.held = network.held;
+  if (config.role == Role::kServer) run.doors = network;
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }
 

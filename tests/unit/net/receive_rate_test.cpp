@@ -21,6 +21,7 @@ TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   EXPECT_GE(pair.server.packets(id), 20U);
   EXPECT_LT(pair.server.packets(id), 120U);
   EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(id) == 300U; }));
+  EXPECT_GT(pair.server.network.counts().held, 0U);
 
   ASSERT_TRUE(pair.connect(ConnectionId{2}));
   const ConnectionId talker = pair.accepted();
