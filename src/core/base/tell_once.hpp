@@ -15,7 +15,7 @@ namespace connect_bridge {
 // names could silence all later lines.
 class TellOnce {
  public:
-  static constexpr std::size_t kToldMax = 1024;
+  static constexpr std::size_t kToldMax = 256;
   static constexpr Duration kFullTime = std::chrono::minutes(15);
 
   // Whether this is the first time, so that it is to be logged now.
