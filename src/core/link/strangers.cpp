@@ -37,6 +37,7 @@ void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, c
       std::make_unique<Connection>(std::move(options), opened.connection, opened.peer, now);
   place.address = opened.address;
   place.share = opened.share;
+  place.customer = opened.customer;
 }
 
 Connection* Strangers::find(ConnectionId connection) const {
