@@ -21,7 +21,7 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   };
   add("limits.strangers_max", core.strangers_max, 8, 1000,
       "Connections without a login. The oldest gives way to one more. When half of them are there "
-      "a login must be complete within a second.");
+      "a login must be shown within a second.");
   add("limits.address_strangers_max", 16, 1, 10'000,
       "The same of one address. An address of the loopback, where a proxy mostly is, has 8 times "
       "as many, and 8 times what the other limits here give to an address.");
