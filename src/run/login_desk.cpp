@@ -123,7 +123,7 @@ void LoginDesk::judge(Waiting next) {
     Judgement judged = options_.authenticator->judge(attempt, system_now());
     answer.identity = std::move(judged.identity);
     answer.reason = std::move(judged.reason);
-    answer.judged = true;
+    answer.judged = judged.judged;
     OPENSSL_cleanse(attempt.credential.data(), attempt.credential.size());
   }
   ports_.input(std::move(answer));

@@ -14,7 +14,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Answers by the credential: "slow" waits for release(), others are who they say.
+// Answers by the credential: "slow" waits for release(), "unknown" is nobody, of "down" it cannot
+// say, others are who they say.
 class Doorman : public Authenticator {
  public:
   explicit Doorman(unsigned threads) : threads_(threads) {}
@@ -26,6 +27,7 @@ class Doorman : public Authenticator {
     }
     ++judged;
     if (who == "slow") released_.wait();
+    if (who == "unknown" || who == "down") return {std::nullopt, who, who == "unknown"};
     return {Identity{who, {}}, {}};
   }
   Refreshed refresh(Stamp) override {
@@ -214,6 +216,16 @@ TEST(LoginDesk, WhenAllPlacesAreTakenTheNewestOfWhoHasMostGivesWay) {
   EXPECT_EQ(rush.ears.answer(newest_of_first).value().reason, "too many logins wait for an answer");
   rush.doorman.release();
   EXPECT_EQ(name_of(rush.ears.answer(rush.last)), "anna");
+}
+
+TEST(LoginDesk, WhatTheMethodCouldNotJudgeIsToldSo) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
+  desk.ask(login(1, "unknown"));
+  desk.ask(login(2, "down"));
+  EXPECT_TRUE(ears.answer(1).value().judged);
+  EXPECT_FALSE(ears.answer(2).value().judged);
 }
 
 TEST(LoginDesk, TellsWhatTheMethodHasLearned) {
