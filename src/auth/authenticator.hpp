@@ -25,6 +25,7 @@ struct Attempt {
 struct Judgement {
   std::optional<Identity> identity;
   std::string reason;
+  bool judged = true;  // false: the method could not find out; that counts against nobody
 };
 
 // What has changed since the last refresh: for the open links, and for the log.

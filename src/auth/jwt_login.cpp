@@ -136,6 +136,7 @@ Judgement JwtLogin::judge(const Attempt& attempt, Stamp now) {
   bool unknown_key = false;
   Judgement judged = judge_jwt(token, keys_, options_, now, &unknown_key);
   if (unknown_key) source_->wanted();
+  if (unknown_key && keys_.empty()) judged.judged = false;  // they have not come yet
   return judged;
 }
 

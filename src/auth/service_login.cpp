@@ -12,8 +12,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kOk = 200;
-constexpr int kUnauthorized = 401;
-constexpr int kForbidden = 403;
 constexpr Stamp kSecond = 1'000'000'000;
 constexpr double kSecondsMax = 4e9;  // 2096: a later value is not a date
 constexpr std::size_t kGroupsMax = 256;
@@ -22,8 +20,20 @@ Judgement refused(const std::string& why) {
   return {std::nullopt, "login service: " + why};
 }
 
+// It did not say whether the login is right.
+Judgement unanswered(const std::string& why) {
+  Judgement judged = refused(why);
+  judged.judged = false;
+  return judged;
+}
+
+// That the login is wrong, or no login. Other statuses tell of the service or of the way to it.
+bool is_refusal(int status) {
+  return status == 400 || status == 401 || status == 403 || status == 422;
+}
+
 // Fills the identity and returns an empty text, or returns what is wrong with the answer.
-std::string read_identity(const Json& answer, Stamp now, Identity& identity) {
+std::string read_identity(const Json& answer, Identity& identity) {
   if (!answer.is_object()) return "its answer is not a JSON object";
   const auto name = answer.find("identity");
   if (name == answer.end() || !name->is_string()) return "its answer has no \"identity\"";
@@ -42,7 +52,7 @@ std::string read_identity(const Json& answer, Stamp now, Identity& identity) {
   const double seconds = expires->is_number() ? expires->get<double>() : 0;
   if (!(seconds > 0 && seconds <= kSecondsMax)) return "its \"expires\" is not a time";
   identity.expires = static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
-  return identity.expires > now ? "" : "it says that the login has expired";
+  return {};
 }
 
 }  // namespace
@@ -57,12 +67,14 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();
   const HttpAnswer answer = fetch_(request);
   wipe(request.json);
-  if (!answer.problem.empty()) return refused(answer.problem);
-  if (answer.status == kUnauthorized || answer.status == kForbidden) return refused("refused");
-  if (answer.status != kOk) return refused("it answers " + std::to_string(answer.status));
+  if (!answer.problem.empty()) return unanswered(answer.problem);
+  if (is_refusal(answer.status)) return refused("refused (" + std::to_string(answer.status) + ")");
+  if (answer.status != kOk) return unanswered("it answers " + std::to_string(answer.status));
   Identity identity;
-  const std::string wrong = read_identity(Json::parse(answer.body, nullptr, false), now, identity);
-  if (!wrong.empty()) return refused(wrong);
+  const std::string wrong = read_identity(Json::parse(answer.body, nullptr, false), identity);
+  if (!wrong.empty()) return unanswered(wrong);
+  if (identity.expires != 0 && identity.expires <= now)
+    return refused("it says that the login has expired");
   return {std::move(identity), {}};
 }
 

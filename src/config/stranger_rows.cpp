@@ -21,15 +21,16 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   };
   add("limits.strangers_max", core.strangers_max, 8, 1000,
       "Connections without a login. The oldest gives way to one more. When half of them are there "
-      "a login must be complete within a second.");
+      "a login must be shown within a second.");
   add("limits.address_strangers_max", 16, 1, 10'000,
       "The same of one address. An address of the loopback, where a proxy mostly is, has 8 times "
       "as many, and 8 times what the other limits here give to an address.");
   add("limits.handshakes_per_second", 50, 1, 100'000,
-      "TLS handshakes that begin. What 3 seconds allow begins at once, what is beyond waits for "
-      "its turn.");
+      "TLS handshakes that begin. What 3 seconds allow begins at once, what is beyond waits, and "
+      "those who wait take turns.");
   add("limits.address_handshakes_per_second", 10, 1, 100'000,
-      "The same of one address; what is beyond is dropped. What 3 seconds allow begins at once.");
+      "The same of one address, and twice that of the first 56 bits of an IPv6 address; what is "
+      "beyond is dropped. What 3 seconds allow begins at once.");
   add("limits.wrong_logins_per_minute", core.wrong_logins_at_once, 1, 1'000'000,
       "Wrong logins that are answered at once; what is beyond is answered 3 seconds later. A right "
       "login is never counted, and let in at once.");

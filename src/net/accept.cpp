@@ -93,22 +93,23 @@ struct Acceptance::Request {
 };
 
 Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options,
-                       Identify identify)
+                       Identify identify, AwaitTurn await_turn)
     : options_(std::move(options)),
       socket_(std::make_shared<WebSocket>(std::move(socket))),
       request_(std::make_unique<Request>()),
       identify_(std::move(identify)),
+      await_turn_(std::move(await_turn)),
       deadline_(socket_->get_executor()) {
   request_->parser.header_limit(kHeaderBytesMax);
 }
 
 Acceptance::~Acceptance() = default;
 
-void Acceptance::start(TimePoint turn, Done done) {
+void Acceptance::start(Done done) {
   done_ = std::move(done);
+  if (!identify_ || options_->told_by != ToldBy::kProxyProtocol) return line_up();
   set_deadline(options_->timeout);
-  if (identify_ && options_->told_by == ToldBy::kProxyProtocol) return read_proxy();
-  begin_at(turn);
+  read_proxy();
 }
 
 // No byte more than the header: what follows belongs to TLS or HTTP.
@@ -121,7 +122,7 @@ void Acceptance::read_proxy() {
     return fail(notice_);
   }
   if (header.state == ProxyHeader::State::kComplete) {
-    if (const auto turn = identified(header.source)) begin_at(*turn);
+    if (identified(header.source)) line_up();
     return;
   }
   const std::size_t have = proxy_header_.size();
@@ -135,10 +136,10 @@ void Acceptance::read_proxy() {
                    });
 }
 
-std::optional<TimePoint> Acceptance::identified(const std::optional<Source>& source) {
-  const auto turn = identify_(source);
-  if (!turn) fail("dropped, too many handshakes");
-  return turn;
+bool Acceptance::identified(const std::optional<Source>& source) {
+  const bool may_go_on = identify_(source);
+  if (!may_go_on) fail("dropped, too many handshakes");
+  return may_go_on;
 }
 
 bool Acceptance::read_forwarded() {
@@ -155,7 +156,7 @@ bool Acceptance::read_forwarded() {
   if (!source)
     notice_ = std::string{"this trusted proxy tells by no "} + name +
               " for whom it connects: limits count its own address";
-  return identified(source).has_value();
+  return identified(source);
 }
 
 void Acceptance::notice_unheard() {
@@ -167,20 +168,15 @@ void Acceptance::notice_unheard() {
   }
 }
 
-// What it waits does not count: it has all of the time for its handshake when its turn comes.
-void Acceptance::begin_at(TimePoint turn) {
-  const std::chrono::steady_clock::time_point at(turn.time_since_epoch());
-  if (at <= std::chrono::steady_clock::now()) return begin();
-  deadline_.expires_at(at);
-  deadline_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
-    const auto self = weak.lock();
-    if (!self || cancelled || !self->done_) return;
-    self->set_deadline(self->options_->timeout);
-    self->begin();
-  });
+void Acceptance::line_up() {
+  deadline_.cancel();
+  const AwaitTurn await_turn = std::move(await_turn_);  // it may end this one
+  await_turn(shared_from_this());
 }
 
 void Acceptance::begin() {
+  if (!done_) return;
+  set_deadline(options_->timeout);
   if (!options_->tls) return read_request();
   Transport& transport = socket_->next_layer();
   transport.start_tls(options_->tls);
@@ -293,6 +289,7 @@ void Acceptance::fail(std::string problem) {
 void Acceptance::finish(Accepted accepted) {
   deadline_.cancel();
   identify_ = nullptr;
+  await_turn_ = nullptr;
   const Done done = std::move(done_);
   done_ = nullptr;
   slot_.reset();
@@ -303,6 +300,7 @@ void Acceptance::finish(Accepted accepted) {
 void Acceptance::abandon() {
   done_ = nullptr;
   identify_ = nullptr;
+  await_turn_ = nullptr;
   deadline_.cancel();
   slot_.reset();
   if (socket_) socket_->next_layer().abort();

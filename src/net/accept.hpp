@@ -40,15 +40,19 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
  public:
   using Done = std::function<void(Accepted)>;
 
-  // For whom the proxy connects, if it tells. When that one may go on; none: not at all.
-  using Identify = std::function<std::optional<TimePoint>(const std::optional<Source>&)>;
+  // For whom the proxy connects, if it tells. Whether that one may go on.
+  using Identify = std::function<bool(const std::optional<Source>&)>;
+  // It waits for its turn, if it needs one: then begin() is to be called.
+  using AwaitTurn = std::function<void(const std::shared_ptr<Acceptance>&)>;
 
   // `identify`: for a connection from a trusted proxy, else empty.
-  Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify);
+  Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> options, Identify identify,
+             AwaitTurn await_turn);
   ~Acceptance();
-  // Begins when its turn has come. `done` is called once, when the WebSocket is open or the socket
-  // is closed.
-  void start(TimePoint turn, Done done);
+  // `done` is called once, when the WebSocket is open or the socket is closed.
+  void start(Done done);
+  // Its turn has come. What it has waited does not count: it has all of the time for its handshake.
+  void begin();
   // Closes at once; `done` is not called.
   void abandon();
 
@@ -56,10 +60,8 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
   struct Request;
 
   void read_proxy();
-  void begin();
-  void begin_at(TimePoint turn);
-  // Its turn, if it may go on.
-  std::optional<TimePoint> identified(const std::optional<Source>& source);
+  void line_up();
+  bool identified(const std::optional<Source>& source);
   bool read_forwarded();
   void notice_unheard();
   void on_tls(const ErrorCode& error);
@@ -76,6 +78,7 @@ class Acceptance : public std::enable_shared_from_this<Acceptance> {
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Request> request_;
   Identify identify_;
+  AwaitTurn await_turn_;
   Bytes proxy_header_;
   boost::asio::steady_timer deadline_;
   std::shared_ptr<void> slot_;

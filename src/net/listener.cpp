@@ -12,21 +12,26 @@ namespace {
 constexpr std::chrono::milliseconds kRetryTime{100};
 // Behind a proxy, which mostly is at this host, is the whole world.
 constexpr int kProxyShare = 8;
+// What a customer with many addresses may do, in times of what one of them may.
+constexpr int kCustomerShare = 2;
 
 TimePoint steady_now() {
   return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
 }
 
-// The key that limits count by: an IPv6 customer has at least a /64 of addresses.
-std::string limit_key(const asio::ip::address& address) {
+// The first bytes of an IPv6 address, an IPv4 address whole.
+std::string network_of(const asio::ip::address& address, int bytes) {
   if (address.is_v4()) return address.to_string();
-  auto bytes = address.to_v6().to_bytes();
-  std::fill(bytes.begin() + 8, bytes.end(), static_cast<unsigned char>(0));
-  return asio::ip::make_address_v6(bytes).to_string();
+  auto all = address.to_v6().to_bytes();
+  std::fill(all.begin() + bytes, all.end(), static_cast<unsigned char>(0));
+  return asio::ip::make_address_v6(all).to_string();
 }
 
-int share_of(const asio::ip::address& address) {
-  return address.is_loopback() ? kProxyShare : 1;
+// Whom limits count: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
+void set_address(ConnectionOpened& from, const asio::ip::address& address) {
+  from.address = network_of(address, 8);
+  from.customer = network_of(address, 7);
+  from.share = address.is_loopback() ? kProxyShare : 1;
 }
 
 std::string host_text(const asio::ip::address& address) {
@@ -40,7 +45,7 @@ std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
 }  // namespace
 
 Listener::Listener(asio::io_context& io, SocketOptions sockets, Events events)
-    : io_(io), sockets_(std::move(sockets)), events_(std::move(events)) {}
+    : io_(io), sockets_(std::move(sockets)), events_(std::move(events)), next_turn_(io) {}
 
 std::string Listener::open(const ListenOptions& options) {
   auto accept_options = std::make_shared<AcceptOptions>();
@@ -71,7 +76,12 @@ std::string Listener::open(const ListenOptions& options) {
   const std::string problem = open_doors(options);
   if (!problem.empty()) return problem;
   paces_.emplace(options.address_handshakes_at_once, options.address_handshake_period);
+  customer_paces_.emplace(kCustomerShare * options.address_handshakes_at_once,
+                          options.address_handshake_period / kCustomerShare);
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
+  // Fewer than all places, so that those who wait give way by turns, not the oldest first.
+  const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
+  line_ = Turns<std::shared_ptr<Acceptance>>({line_max, line_max});
   for (const DoorPtr& door : doors_) accept(door);
   return {};
 }
@@ -165,6 +175,8 @@ void Listener::close() {
     door->retry.cancel();
   }
   events_ = {};
+  next_turn_.cancel();
+  line_.clear();
   const auto acceptances = std::move(acceptances_);
   acceptances_.clear();
   for (const auto& acceptance : acceptances) acceptance->abandon();
@@ -182,7 +194,7 @@ void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocke
   if (!error) {
     ++counts_.accepted;
     admit(std::move(socket));
-    return accept_at(door, pace_.free_at());
+    return accept(door);
   }
   if (error == asio::error::connection_aborted) return accept(door);
   // Out of file descriptors or memory: the kernel keeps them waiting, and asking again at once
@@ -190,13 +202,11 @@ void Listener::on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocke
   if (const auto tries = no_room_.count({steady_now(), 0}))
     log(LogLevel::kWarn, "cannot accept connections now: " + error.message() +
                              (*tries > 1 ? "; tried " + std::to_string(*tries) + " times" : ""));
-  accept_at(door, steady_now() + kRetryTime);
+  accept_later(door);
 }
 
-// Until then the kernel keeps them waiting.
-void Listener::accept_at(const DoorPtr& door, TimePoint when) {
-  if (when <= steady_now()) return accept(door);
-  door->retry.expires_at(std::chrono::steady_clock::time_point(when.time_since_epoch()));
+void Listener::accept_later(const DoorPtr& door) {
+  door->retry.expires_after(kRetryTime);
   door->retry.async_wait([weak = weak_from_this(), at = std::weak_ptr{door}](ErrorCode cancelled) {
     const auto self = weak.lock();
     const auto waiting = at.lock();
@@ -205,26 +215,39 @@ void Listener::accept_at(const DoorPtr& door, TimePoint when) {
 }
 
 // A TLS handshake costs the loop a signature, a millisecond or ten. Those of one address are
-// limited first, so that it cannot use up what all have together.
-std::optional<TimePoint> Listener::take_handshake(const ConnectionOpened& from) {
-  if (paces_->take(from.address, from.share, steady_now())) return take_turn();
+// limited first, so that it cannot use up what its customer has, nor a customer what all have.
+bool Listener::take_handshake(const ConnectionOpened& from) {
+  const TimePoint now = steady_now();
+  if (paces_->take(from.address, from.share, now) &&
+      customer_paces_->take(from.customer, from.share, now))
+    return true;
   ++counts_.handshakes_dropped;
   log_limit(dropped_, from.peer +
                           ": dropped, its address begins too many TLS handshakes "
                           "(limits.address_handshakes_per_second)");
-  return std::nullopt;
+  return false;
 }
 
-// Those who come when it is nobody's turn wait in the kernel, as nothing is accepted until then;
-// but for the few that are here already.
-TimePoint Listener::take_turn() {
-  const TimePoint now = steady_now();
-  const TimePoint turn = pace_.reserve(now);
-  if (pace_.free_at() > now) {
-    ++counts_.handshakes_waited;
-    log_limit(waited_, "TLS handshakes wait for their turn (limits.handshakes_per_second)");
+// Not in the kernel's queue: there who comes first is served first, whoever fills it.
+void Listener::line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor) {
+  if (!options_->tls || (line_.empty() && pace_.take(steady_now()))) return acceptance->begin();
+  ++counts_.handshakes_waited;
+  log_limit(waited_, "TLS handshakes wait for their turn (limits.handshakes_per_second)");
+  if (const auto left_out = line_.add(visitor.from.customer, acceptance)) {
+    ++counts_.handshakes_dropped;
+    abandon(*left_out);
   }
-  return turn;
+  begin_handshakes();
+}
+
+void Listener::begin_handshakes() {
+  while (!line_.empty() && pace_.take(steady_now())) (*line_.take())->begin();
+  if (line_.empty()) return;
+  next_turn_.expires_at(std::chrono::steady_clock::time_point(pace_.free_at().time_since_epoch()));
+  next_turn_.async_wait([weak = weak_from_this()](ErrorCode cancelled) {
+    const auto self = weak.lock();
+    if (self && !cancelled) self->begin_handshakes();
+  });
 }
 
 void Listener::drop(TcpSocket& socket, const std::string& why) {
@@ -245,16 +268,11 @@ void Listener::admit(TcpSocket socket) {
   from.peer = peer_text(address, remote.port());
   const bool proxy = contain(options_->proxies, address);
   if (proxies_only_ && !proxy) return drop(socket, from.peer + ": dropped, it is no trusted proxy");
-  from.address = limit_key(address);
-  from.share = proxy ? kProxyShare : share_of(address);
-  // Whom a proxy brings is limited when that is known.
-  const bool told_before_tls = proxy && options_->told_by == ToldBy::kProxyProtocol;
-  TimePoint turn{};
-  if (options_->tls && !told_before_tls) {
-    const auto begins = proxy ? take_turn() : take_handshake(from);
-    if (!begins) return drop(socket, from.peer + ": dropped, too many handshakes");
-    turn = *begins;
-  }
+  set_address(from, address);
+  if (proxy) from.share = kProxyShare;
+  // Whom a proxy brings is limited when that is known, if it is before TLS.
+  if (options_->tls && !proxy && !take_handshake(from))
+    return drop(socket, from.peer + ": dropped, too many handshakes");
   visitor->slot =
       proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
   const std::string refused = tune_socket(socket.native_handle(), sockets_);
@@ -262,49 +280,54 @@ void Listener::admit(TcpSocket socket) {
     tuning_told_ = true;
     log(LogLevel::kWarn, "this host refuses socket options: " + refused);
   }
-  start(std::move(socket), turn, visitor, proxy);
+  start(std::move(socket), visitor, proxy);
 }
 
-void Listener::start(TcpSocket socket, TimePoint turn, std::shared_ptr<Visitor> visitor,
-                     bool from_proxy) {
+void Listener::start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy) {
   const auto weak = weak_from_this();
   Acceptance::Identify identify;
   if (from_proxy) {
     identify = [weak, visitor](const std::optional<Source>& source) {
       const auto self = weak.lock();
-      return self ? self->identify(*visitor, source) : std::nullopt;
+      return self && self->identify(*visitor, source);
     };
   }
-  auto acceptance = std::make_shared<Acceptance>(std::move(socket), options_, std::move(identify));
+  const auto await_turn = [weak, visitor](const std::shared_ptr<Acceptance>& waiting) {
+    if (const auto self = weak.lock()) self->line_up(waiting, *visitor);
+  };
+  auto acceptance =
+      std::make_shared<Acceptance>(std::move(socket), options_, std::move(identify), await_turn);
   acceptances_.insert(acceptance);
   visitor->slot->give_way = [weak, handshake = std::weak_ptr{acceptance}] {
-    const auto self = weak.lock();
-    const auto oldest = handshake.lock();
-    if (!self || !oldest) return;
-    ++self->counts_.refused;
-    self->acceptances_.erase(oldest);
-    oldest->abandon();
+    if (const auto self = weak.lock()) self->abandon(handshake);
   };
-  acceptance->start(turn,
-                    [weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
-                      if (const auto self = weak.lock()) {
-                        self->on_done(handshake.lock(), *visitor, std::move(accepted));
-                      }
-                    });
+  acceptance->start([weak, handshake = std::weak_ptr{acceptance}, visitor](Accepted accepted) {
+    if (const auto self = weak.lock()) {
+      self->on_done(handshake.lock(), *visitor, std::move(accepted));
+    }
+  });
 }
 
-std::optional<TimePoint> Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
+void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
+  const auto ended = acceptance.lock();
+  if (!ended) return;
+  ++counts_.refused;
+  acceptances_.erase(ended);
+  line_.erase_if([&](const auto& waiting) { return waiting == ended; });
+  ended->abandon();
+}
+
+bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) {  // who is told of nobody counts as the proxy itself
     from.peer =
         source->port == 0 ? host_text(source->address) : peer_text(source->address, source->port);
-    from.address = limit_key(source->address);
-    from.share = share_of(source->address);
+    set_address(from, source->address);
   }
   const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;
-  const auto turn = before_tls ? take_handshake(from) : TimePoint{};
-  if (turn) admission_->move_pending(*visitor.slot, from.address, from.share);
-  return turn;
+  if (before_tls && !take_handshake(from)) return false;
+  admission_->move_pending(*visitor.slot, from.address, from.share);
+  return true;
 }
 
 void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor,

@@ -12,6 +12,7 @@
 #include "core/base/address_paces.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
+#include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
 #include "net/accept.hpp"
 #include "net/admission.hpp"
@@ -75,15 +76,19 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void accept(const DoorPtr& door);
   void on_accepted(const DoorPtr& door, const ErrorCode& error, TcpSocket socket);
   void admit(TcpSocket socket);
-  // When a handshake with it may begin; then it counts. None: its address has begun too many.
-  std::optional<TimePoint> take_handshake(const ConnectionOpened& from);
-  // The same, whatever its address is.
-  TimePoint take_turn();
-  void accept_at(const DoorPtr& door, TimePoint when);
-  void start(TcpSocket socket, TimePoint turn, std::shared_ptr<Visitor> visitor, bool from_proxy);
+  void accept_later(const DoorPtr& door);
+  // Whether it may begin a handshake; then it counts. False: its address has begun too many.
+  bool take_handshake(const ConnectionOpened& from);
+  // Its handshake begins, or waits for its turn among those of all.
+  void line_up(const std::shared_ptr<Acceptance>& acceptance, const Visitor& visitor);
+  // Those whose turn it is begin.
+  void begin_handshakes();
+  void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const std::string& why);
-  // A proxy tells for whom it connects, or nothing. When that one may go on; none: not at all.
-  std::optional<TimePoint> identify(Visitor& visitor, const std::optional<Source>& source);
+  // It ends without a word, and its place is free.
+  void abandon(const std::weak_ptr<Acceptance>& acceptance);
+  // A proxy tells for whom it connects, or nothing. Whether that one may go on.
+  bool identify(Visitor& visitor, const std::optional<Source>& source);
   void on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor, Accepted accepted);
   void on_gave_way(Admission::Limit limit);
   void log(LogLevel level, const std::string& text);
@@ -100,8 +105,11 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::shared_ptr<const AcceptOptions> options_;
   std::optional<TlsFiles> tls_;
   std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
-  std::optional<AddressPaces> paces_;  // of handshakes, by address
-  Pace pace_{1, Duration::zero()};     // of all of them
+  std::optional<AddressPaces> paces_;            // of handshakes, by address
+  std::optional<AddressPaces> customer_paces_;   // by customer, who may have many addresses
+  Pace pace_{1, Duration::zero()};               // of all of them
+  Turns<std::shared_ptr<Acceptance>> line_{{}};  // those who wait for it, by customer
+  asio::steady_timer next_turn_;
   bool proxies_only_ = false;
   DoorCounts counts_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;

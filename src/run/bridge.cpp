@@ -43,7 +43,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    [this](bool on) { gateway_.set_use_sim_time(on); },
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
-               {[this](Input&& input) { loop_.feed(std::move(input)); },
+               {[this](Input&& input) { on_network(std::move(input)); },
                 [this](ConnectionId id) { return loop_.next_packet(id); },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
@@ -127,22 +127,22 @@ void Bridge::run() {
 }
 
 void Bridge::carry_out(Action&& action) {
-  std::visit(Overloaded{
-                 [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
-                 [&](OpenGate& a) { open_gate(a); },
-                 [&](CloseConnection& a) { network_.close(a.connection, a.code, a.reason); },
-                 [&](Authenticate& a) { authenticate(std::move(a)); },
-                 [&](CompressJob& a) { workers_.add(std::move(a)); },
-                 [&](DecompressJob& a) { workers_.add(std::move(a)); },
-                 [&](CancelJob& a) { workers_.cancel(a.job); },
-                 [&](Log& a) { node_.log(a.level, a.text); },
-                 [&](Audit& a) {
-                   if (audit_log_) audit_log_->add(std::move(a));
-                 },
-                 [&](Stopped&) { network_.stop(); },
-                 [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
-             },
-             action);
+  std::visit(
+      Overloaded{
+          [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
+          [&](OpenGate& a) { open_gate(a); }, [&](CloseConnection& a) { close_connection(a); },
+          [&](Authenticate& a) { authenticate(std::move(a)); },
+          [&](CompressJob& a) { workers_.add(std::move(a)); },
+          [&](DecompressJob& a) { workers_.add(std::move(a)); },
+          [&](CancelJob& a) { workers_.cancel(a.job); },
+          [&](Log& a) { node_.log(a.level, a.text); },
+          [&](Audit& a) {
+            if (audit_log_) audit_log_->add(std::move(a));
+          },
+          [&](Stopped&) { network_.stop(); },
+          [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
+      },
+      action);
 }
 
 void Bridge::open_gate(const OpenGate& gate) {
@@ -158,12 +158,22 @@ void Bridge::open_gate(const OpenGate& gate) {
   loop_.feed(CredentialChanged{std::move(joining.token), "token"});
 }
 
+// A login whose connection is gone takes no other's time.
+void Bridge::on_network(Input&& input) {
+  if (const auto* const closed = std::get_if<ConnectionClosed>(&input))
+    login_desk_.cancel(closed->connection);
+  loop_.feed(std::move(input));
+}
+
+// The network tells of the end only after a peer that may take its time.
+void Bridge::close_connection(const CloseConnection& end) {
+  login_desk_.cancel(end.connection);
+  network_.close(end.connection, end.code, end.reason);
+}
+
 void Bridge::authenticate(Authenticate&& request) {
   if (parts_.certificate_login) return judge_certificate(request);
-  const ConnectionId connection = request.connection;
-  if (!login_desk_.ask(std::move(request)))
-    loop_.feed(
-        Authenticated{connection, std::nullopt, "too many logins wait for an answer", false});
+  login_desk_.ask(std::move(request));
 }
 
 // TLS has verified the certificate before the login.

@@ -60,6 +60,8 @@ class Bridge {
   void note(AuditEvent event, std::string reason = {});
   void carry_out(Action&& action);
   void open_gate(const OpenGate& gate);
+  void on_network(Input&& input);
+  void close_connection(const CloseConnection& end);
   void authenticate(Authenticate&& request);
   void judge_certificate(const Authenticate& request);
   void send();

@@ -3,7 +3,6 @@
 #include <openssl/crypto.h>
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
 
 namespace connect_bridge {
@@ -45,31 +44,54 @@ LoginDesk::~LoginDesk() {
   {
     const std::lock_guard lock(mutex_);
     ending_ = true;
-    waiting_.clear();
+    renewals_.clear();
+    strangers_.clear();
   }
   changed_.notify_all();
   for (auto& thread : threads_) thread.join();
 }
 
-bool LoginDesk::ask(Authenticate request) {
+void LoginDesk::ask(Authenticate request) {
+  if (!options_.authenticator) return refuse(request.connection, "there is no login method");
+  std::optional<Waiting> left_out;
   {
     const std::lock_guard lock(mutex_);
-    if (!options_.authenticator || waiting_.size() >= kWaitingMax) return false;
-    waiting_.push_back({std::move(request), Clock::now()});
+    Turns<Waiting>& waiting = request.renewal ? renewals_ : strangers_;
+    const std::string turn = request.turn;
+    left_out = waiting.add(turn, {std::move(request), Clock::now()});
   }
   changed_.notify_one();
-  return true;
+  if (left_out) refuse(left_out->request.connection, "too many logins wait for an answer");
+}
+
+void LoginDesk::cancel(ConnectionId connection) {
+  const auto is_of_it = [&](const Waiting& waiting) {
+    return waiting.request.connection == connection;
+  };
+  const std::lock_guard lock(mutex_);
+  renewals_.erase_if(is_of_it);
+  strangers_.erase_if(is_of_it);
+}
+
+void LoginDesk::refuse(ConnectionId connection, const std::string& why) {
+  ports_.input(Authenticated{connection, std::nullopt, why, false});
+}
+
+std::optional<LoginDesk::Waiting> LoginDesk::take_next() {
+  const bool renewal =
+      !renewals_.empty() && (strangers_.empty() || renewals_in_a_row_ < kRenewalsInARow);
+  renewals_in_a_row_ = renewal ? std::min(renewals_in_a_row_ + 1, kRenewalsInARow) : 0;
+  return renewal ? renewals_.take() : strangers_.take();
 }
 
 void LoginDesk::judge_all() {
   for (;;) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return ending_ || !waiting_.empty(); });
+    changed_.wait(lock, [this] { return ending_ || anybody_waits(); });
     if (ending_) return;
-    Waiting next = std::move(waiting_.front());
-    waiting_.pop_front();
+    auto next = take_next();
     lock.unlock();
-    judge(std::move(next));
+    if (next) judge(std::move(*next));
   }
 }
 
@@ -77,13 +99,9 @@ void LoginDesk::look_around() {
   auto due = Clock::now() + kLookPeriod;
   for (;;) {
     std::unique_lock lock(mutex_);
-    changed_.wait_until(lock, due, [this] { return ending_ || !waiting_.empty(); });
+    changed_.wait_until(lock, due, [this] { return ending_ || anybody_waits(); });
     if (ending_) return;
-    std::optional<Waiting> next;
-    if (!waiting_.empty()) {
-      next = std::move(waiting_.front());
-      waiting_.pop_front();
-    }
+    auto next = take_next();
     lock.unlock();
     if (next) judge(std::move(*next));
     if (Clock::now() < due) continue;
@@ -105,7 +123,7 @@ void LoginDesk::judge(Waiting next) {
     Judgement judged = options_.authenticator->judge(attempt, system_now());
     answer.identity = std::move(judged.identity);
     answer.reason = std::move(judged.reason);
-    answer.judged = true;
+    answer.judged = judged.judged;
     OPENSSL_cleanse(attempt.credential.data(), attempt.credential.size());
   }
   ports_.input(std::move(answer));

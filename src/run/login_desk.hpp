@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -12,18 +11,25 @@
 
 #include "auth/authenticator.hpp"
 #include "auth/credential.hpp"
+#include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
 
 namespace connect_bridge {
 
-// Server: judges logins in the order in which they come, and follows changes of the login method
-// for open links. Client: follows the file of its credential. Results come in a valid order: a
-// login that was judged before its token was withdrawn is reported before the withdrawal. The
-// results are given to the ports, which are called from the desk's threads.
+// Server: judges logins, and follows changes of the login method for open links. Client: follows
+// the file of its credential. Strangers can make logins as fast as they like, and a method may take
+// long for each: so open links renew theirs first, and customers take turns, as do the identities
+// that renew. Results come in a valid order: a login that was judged before its token was withdrawn
+// is reported before the withdrawal. The results are given to the ports, which are called from the
+// desk's threads.
 class LoginDesk {
  public:
-  // More than the connections without a login that the core keeps, and renewals of as many links.
+  // Strangers, and renewals as well: more than the core keeps, which forgets who goes away.
   static constexpr std::size_t kWaitingMax = 1024;
+  // Of one customer: as many as the connections without a login of an address of the loopback.
+  static constexpr std::size_t kOfOneMax = 128;
+  // Renewals in a row while strangers wait: who has a token does not keep them out either.
+  static constexpr int kRenewalsInARow = 3;
 
   struct Options {
     Authenticator* authenticator = nullptr;  // null: no logins are judged here; outlives the desk
@@ -41,8 +47,10 @@ class LoginDesk {
   LoginDesk(const LoginDesk&) = delete;
   LoginDesk& operator=(const LoginDesk&) = delete;
 
-  // The result comes as an Authenticated. False: too many wait. Any thread.
-  [[nodiscard]] bool ask(Authenticate request);
+  // The result comes as an Authenticated, also where too many wait. Any thread.
+  void ask(Authenticate request);
+  // Its connection is gone: it is not judged, if that has not begun. Any thread.
+  void cancel(ConnectionId connection);
 
  private:
   struct Waiting {
@@ -50,8 +58,11 @@ class LoginDesk {
     std::chrono::steady_clock::time_point since;
   };
 
+  [[nodiscard]] bool anybody_waits() const { return !renewals_.empty() || !strangers_.empty(); }
+  [[nodiscard]] std::optional<Waiting> take_next();
   void judge_all();
   void judge(Waiting next);
+  void refuse(ConnectionId connection, const std::string& why);
   void look_around();
   void tell(Refreshed&& refreshed);
   void tell(Credential&& credential);
@@ -60,7 +71,9 @@ class LoginDesk {
   const Ports ports_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Waiting> waiting_;
+  Turns<Waiting> renewals_{{kWaitingMax, kWaitingMax}};
+  Turns<Waiting> strangers_{{kWaitingMax, kOfOneMax}};
+  int renewals_in_a_row_ = 0;
   bool ending_ = false;
   std::vector<std::thread> threads_;
 };

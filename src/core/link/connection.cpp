@@ -22,7 +22,8 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
     : options_(std::move(options)),
       id_(id),
       state_(options_.server ? State::kAwaitHello : State::kAwaitWelcome),
-      login_deadline_(now.steady + options_.login_timeout),
+      login_answered_by_(now.steady + options_.login_timeout),
+      login_deadline_(now.steady + options_.login_within.value_or(options_.login_timeout)),
       last_heard_(now.steady),
       time_period_(options_.dead_after / 3),
       outbox_(options_.outbox),
@@ -69,6 +70,7 @@ void Connection::on_record(ByteView record, const Now& now) {
       auto login = decode_login(record);
       if (!login) return fail(login.error().code, login.error().message);
       state_ = State::kAuthenticating;
+      login_deadline_ = login_answered_by_;  // what takes time now is this side's login method
       login_ = std::move(login).value();
       return;
     }

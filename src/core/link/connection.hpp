@@ -22,9 +22,10 @@ struct ConnectionOptions {
   Token128 side;     // our own id
   Token128 session;  // client: the session to continue, or zero
   std::string node;
-  std::string login_method;  // client
-  Bytes credential;          // client
-  Duration login_timeout{};
+  std::string login_method;              // client
+  Bytes credential;                      // client
+  Duration login_timeout{};              // until the login is answered
+  std::optional<Duration> login_within;  // server: the peer shows its login sooner than that
   Duration dead_after{};
   OutboxOptions outbox;
   ReassemblyOptions reassembly;
@@ -149,6 +150,7 @@ class Connection {
   std::optional<Error> failure_;
   ConnectionUser* user_ = nullptr;  // null until it carries a link
   Peer peer_;
+  TimePoint login_answered_by_;
   TimePoint login_deadline_;
   TimePoint last_heard_;
   std::optional<TimePoint> probe_ends_at_;

@@ -82,7 +82,7 @@ void Links::look_at(Connection& stranger, const Now& now) {
   const ConnectionId id = stranger.id();
   if (auto login = stranger.take_login())
     outputs_.push(Authenticate{id, stranger.peer().address, std::move(login->method),
-                               std::move(login->credential)});
+                               std::move(login->credential), strangers_.customer_of(id)});
   if (stranger.failure()) return refuse(id, Error(*stranger.failure()), now);
   if (!stranger.open()) return;
   auto welcomed = strangers_.take(id);  // we are a client

@@ -64,7 +64,9 @@ Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs
   outputs.push(Authenticate{link.connection->id(),
                             link.address,
                             renew.method,
-                            {renew.credential.begin(), renew.credential.end()}});
+                            {renew.credential.begin(), renew.credential.end()},
+                            link.identity.name,
+                            true});
   return Nothing{};
 }
 

@@ -9,7 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// When half of the places are taken: who logs in does so within a round trip.
+// When half of the places are taken: who logs in shows its login within a round trip.
 constexpr Duration kShortLogin = std::chrono::seconds(1);
 // Before the client gives up, whose time is that of ours by default: it shall learn why.
 constexpr Duration kLateAnswer = std::chrono::seconds(3);
@@ -31,12 +31,13 @@ void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, c
            {CloseCode::kTooManyConnections, "too many connections without login"}, now);
   }
   if (places_.size() >= options_.strangers_max / 2)
-    options.login_timeout = std::min(options.login_timeout, kShortLogin);
+    options.login_within = std::min(options.login_timeout, kShortLogin);
   Place& place = places_[opened.connection];
   place.connection =
       std::make_unique<Connection>(std::move(options), opened.connection, opened.peer, now);
   place.address = opened.address;
   place.share = opened.share;
+  place.customer = opened.customer;
 }
 
 Connection* Strangers::find(ConnectionId connection) const {

@@ -27,6 +27,10 @@ class Strangers {
   void add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now);
   // Null: it is not among them.
   [[nodiscard]] Connection* find(ConnectionId connection) const;
+  // Of one that is here: with whom it takes turns.
+  [[nodiscard]] const std::string& customer_of(ConnectionId connection) const {
+    return places_.at(connection).customer;
+  }
   // It carries a link from now on, or is gone. Null: it was not among them.
   std::unique_ptr<Connection> take(ConnectionId connection);
   // Closes it. The log says why; the peer is told the same, or only `told`.
@@ -53,6 +57,7 @@ class Strangers {
     std::unique_ptr<Connection> connection;
     std::string address;  // whom limits count; empty: none do
     int share = 1;
+    std::string customer;
     std::optional<Authenticated> answer;  // put off
     TimePoint due{};                      // then it is to be given
   };

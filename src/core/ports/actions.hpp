@@ -108,11 +108,14 @@ struct CloseConnection {
   CloseCode code = CloseCode::kNormal;
   std::string reason;  // at most 120 bytes of UTF-8 (RFC 6455: 123)
 };
+// Open links renew theirs first; strangers take turns, and so do those who renew.
 struct Authenticate {
   ConnectionId connection;
   std::string peer;
   std::string method;
   Bytes credential;
+  std::string turn{};    // whose: of a stranger's customer, or of the link's identity
+  bool renewal = false;  // of an open link
 };
 // Links take turns, so that one with much work does not hold up the others.
 struct CompressJob {

@@ -141,9 +141,10 @@ struct ServiceClientFailed {
 // logs.
 struct ConnectionOpened {
   ConnectionId connection;
-  std::string peer;       // "203.0.113.5:51234"
-  std::string address{};  // server: whom limits count; empty: none do
-  int share = 1;          // how many times what other addresses may do it may
+  std::string peer;        // "203.0.113.5:51234"
+  std::string address{};   // server: whom limits count; empty: none do
+  int share = 1;           // how many times what other addresses may do it may
+  std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
 };
 // A dial ended without a connection.
 struct DialFailed {

@@ -294,6 +294,26 @@ TEST(Jwt, IsRefusedForItsForm) {
 
 // ---- the file
 
+class NoKeys : public KeySource {
+  [[nodiscard]] std::string name() const override { return "none"; }
+  [[nodiscard]] std::optional<std::vector<JwtKey>> changed(std::vector<std::string>&) override {
+    return std::nullopt;
+  }
+};
+
+TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
+  JwtOptions options;
+  options.algorithms = {"HS256"};
+  JwtLogin login(options, std::make_unique<NoKeys>());
+  const auto judged = [&](const std::string& token) {
+    return login.judge({"jwt", Bytes(token.begin(), token.end()), ""}, kNow);
+  };
+  const Judgement first = judged("eyJhbGciOiJIUzI1NiJ9.e30.AAAA");
+  EXPECT_THAT(first.reason, HasSubstr("no key for it"));
+  EXPECT_FALSE(first.judged);
+  EXPECT_TRUE(judged("no token").judged);
+}
+
 TEST(JwtLogin, FollowsItsKeysWholeOrNotAtAll) {
   const std::string file = test::scratch_folder() + "keys.json";
   const auto write = [&](const std::string& text) {

@@ -195,13 +195,56 @@ TEST(Proxy, AnAddressThatItTellsDoesNotUseUpTheHandshakesOfAll) {
   EXPECT_TRUE(shakes("PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
 }
 
+// It has a /56, so 256 of what limits count as an address.
+TEST(Proxy, ACustomerOfManyAddressesHasTheHandshakesOfTwo) {
+  ListenOptions options = behind_header("customer_");
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 800s;
+  Pair pair{options};
+  const auto shakes = [&](const std::string& from) {
+    return brought(pair, "PROXY TCP6 " + from + " 2001:db8::1 50000 443\r\n")->shakes(pair.loop);
+  };
+  EXPECT_TRUE(shakes("2001:db8:0:101::5"));
+  EXPECT_TRUE(shakes("2001:db8:0:102::5"));
+  for (int i = 3; i <= 9; ++i) EXPECT_FALSE(shakes("2001:db8:0:10" + std::to_string(i) + "::5"));
+  EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 7U);
+  EXPECT_TRUE(shakes("2001:db8:0:201::5")) << "it is another customer's";
+}
+
+TEST(Proxy, WhenTooManyHandshakesWaitTheNewestOfWhoHasMostIsDropped) {
+  ListenOptions options = behind_header("crowded_");
+  options.handshakes_at_once = 1;
+  options.handshake_period = 800s;
+  options.pending_max = 6;  // half of them may wait
+  Pair pair{options};
+  const auto bring = [&](const std::string& from) {
+    auto peer = std::make_unique<RawPeer>(pair.server.network.listen_port());
+    peer->send("PROXY TCP4 " + from + " 10.0.0.1 50000 443\r\n");
+    pair.loop.run_for(50ms);
+    return peer;
+  };
+  const auto begun = bring("203.0.113.5");
+  const auto first = bring("203.0.113.5");
+  const auto second = bring("203.0.113.5");
+  const auto other = bring("203.0.113.6");
+  const auto third = bring("203.0.113.7");
+  EXPECT_TRUE(second->ends(pair.loop));
+  for (RawPeer* const waiting : {begun.get(), first.get(), other.get(), third.get()}) {
+    waiting->poll();
+    EXPECT_FALSE(waiting->ended);
+  }
+  EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 1U);
+}
+
 // The core limits wrong logins by it.
 TEST(Proxy, TheLoopIsToldWhomLimitsCount) {
   Pair pair{trusting(ToldBy::kXForwardedFor)};
   RawPeer peer(pair.server.network.listen_port());
-  peer.send(forwarded_for("2001:db8::5"));
+  peer.send(forwarded_for("2001:db8:0:1ff::5"));
   ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
-  EXPECT_EQ(pair.server.openings.back().address, "2001:db8::") << "a customer has a /64 at least";
+  EXPECT_EQ(pair.server.openings.back().address, "2001:db8:0:1ff::")
+      << "a customer has a /64 at least";
+  EXPECT_EQ(pair.server.openings.back().customer, "2001:db8:0:100::") << "and mostly a /56";
   EXPECT_EQ(pair.server.openings.back().share, 1);
   RawPeer untold(pair.server.network.listen_port());
   untold.send(upgrade_request());

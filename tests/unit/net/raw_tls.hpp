@@ -18,7 +18,7 @@ class RawTls {
   using Context = std::unique_ptr<SSL_CTX, decltype(&SSL_CTX_free)>;
   using Configure = std::function<void(SSL_CTX*)>;
 
-  RawTls(std::uint16_t port, const Configure& configure)
+  RawTls(std::uint16_t port, const Configure& configure, const char* from = "127.0.0.1")
       : context_(SSL_CTX_new(TLS_client_method()), &SSL_CTX_free),
         socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     // All that OpenSSL can, however weak.
@@ -28,6 +28,8 @@ class RawTls {
     tls_ = SSL_new(context_.get());
     sockaddr_in address{};
     address.sin_family = AF_INET;
+    ::inet_pton(AF_INET, from, &address.sin_addr);
+    if (::bind(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) failed_ = true;
     address.sin_port = htons(port);
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)

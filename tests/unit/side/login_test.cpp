@@ -49,7 +49,7 @@ TEST(SideLogin, GoesOnWhenItIsRenewedBeforeItExpires) {
   s.did();
   s.pass_to(500);
   s.say(1, Renew{"token", "another-token-of-anna"});
-  EXPECT_EQ(s.did(), "authenticate 1 token\n");
+  EXPECT_EQ(s.did(), "authenticate 1 token renewal turn anna\n");
   s.give(answer(anna(flow_test::at_ms(2000))));
   EXPECT_EQ(s.said(1), "renewed accepted\n");
   s.pass_to(1999);
@@ -83,7 +83,7 @@ TEST(SideLogin, IsRenewedOneAtATimeAndNotInAFlood) {
   s.did();
   s.say(1, Renew{"token", "a"});
   s.say(1, Renew{"token", "b"});
-  EXPECT_EQ(s.did(), "authenticate 1 token\nclose 1 4009\n");
+  EXPECT_EQ(s.did(), "authenticate 1 token renewal turn anna\nclose 1 4009\n");
   s.give(answer(anna()));  // too late: nobody is there
   EXPECT_EQ(s.did(), "");
   s.login(2, {}, anna());

@@ -87,6 +87,22 @@ TEST(Side, ALoginMustBeQuickWhenManyWait) {
   EXPECT_NE(s.did().find("close 1 4004\n"), std::string::npos);
 }
 
+// The login method may need its time: who has shown its login is not the one who holds a place.
+TEST(Side, ALoginThatIsJudgedHasItsWholeTimeHoweverManyWait) {
+  Script s(server());
+  for (std::uint32_t i = 1; i <= 128; ++i) s.give(ConnectionOpened{{i}, "10.0.0.9"});
+  s.give(ConnectionOpened{{129}, "10.0.0.8"});
+  s.binary(129, encode(Hello{1, 1, Script::peer_id(129), {}, "/peer"}));
+  s.pass(900);
+  s.did();
+  s.binary(129, encode(Login{"token", {}}));
+  EXPECT_EQ(s.did(), "authenticate 129 token\n");
+  s.pass(4099);
+  EXPECT_EQ(s.did().find("close 129"), std::string::npos);
+  s.pass(1);
+  EXPECT_NE(s.did().find("close 129 4004\n"), std::string::npos);
+}
+
 TEST(Side, OneIdentityDoesNotTakeAllPlaces) {
   auto options = server();
   options.links_max = 5;

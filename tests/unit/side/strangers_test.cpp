@@ -72,6 +72,16 @@ TEST(Strangers, WrongLoginsOfAnAddressAreAnsweredLateWhenTheyAreTooMany) {
   EXPECT_EQ(door.tries(7, "10.0.0.9", {}), "");
 }
 
+// Of several addresses that are one customer's, all in one line.
+TEST(Strangers, WhoLogsInTakesTurnsByItsCustomer) {
+  Script s(server());
+  s.give(ConnectionOpened{{1}, "[2001:db8:0:5::1]:50000", "2001:db8:0:5::", 1, "2001:db8::/56"});
+  s.binary(1, encode(Hello{1, 1, Script::peer_id(1), {}, "/peer"}));
+  s.did();
+  s.binary(1, encode(Login{"token", {}}));
+  EXPECT_EQ(s.did(), "authenticate 1 token turn 2001:db8::/56\n");
+}
+
 // The login method is down, or has too much to do: nobody has shown anything wrong.
 TEST(Strangers, WhatWasNotJudgedIsNoWrongLogin) {
   Door door(strict());

@@ -81,7 +81,8 @@ std::string word_of(const Action& action) {
             return "close " + id(a.connection) + " " + std::to_string(static_cast<int>(a.code));
           },
           [&](const Authenticate& a) {
-            return "authenticate " + id(a.connection) + " " + a.method;
+            return "authenticate " + id(a.connection) + " " + a.method +
+                   (a.renewal ? " renewal" : "") + (a.turn.empty() ? "" : " turn " + a.turn);
           },
           [&](const CompressJob& a) { return "compress " + id(a.job); },
           [&](const DecompressJob& a) { return "decompress " + id(a.job); },
