@@ -174,7 +174,7 @@ void Mirror::create(const Now& now) {
   if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
   if (context_.options.matching > Duration::zero() || !first_.empty())
-    first_.wait(context_.timers.set(now.steady + context_.options.matching, this));
+    first_.wait(context_.timers, *this, now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
   qos.depth = depth();
@@ -205,7 +205,7 @@ void Mirror::vanish() {
 
 void Mirror::drop_first() {
   if (!first_.empty()) last_number_ = before_first_;
-  first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered);
+  first_.drop(feeder());
 }
 
 void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
@@ -228,7 +228,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
-  if (first_.are_due(now)) first_.publish(context_.outputs, id_);
+  first_.publish_due(context_.outputs, id_, feeder(), now);
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
@@ -290,9 +290,7 @@ void Mirror::expect_subscriber(const Now& now) {
 // The feeding link's channel may be demanded for other origins already: then nobody sends the last
 // samples of this one by itself.
 void Mirror::ask_for_last_samples(const Now& now) const {
-  if (candidates_.empty()) return;
-  OfferedTopic* feeder = candidates_.front().offered;
-  if (is_latched() && feeder && feeder->demanded()) feeder->demand_again(now);
+  if (is_latched() && feeder() && feeder()->demanded()) feeder()->demand_again(now);
 }
 
 // ---- data
@@ -309,7 +307,7 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 // the feeding one, it may be behind the first. The number is the origin's own, so it does not
 // depend on the sample's path.
 std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
-                                          const Now& now) {
+                                          TimePoint expires, const Now& now) {
   if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
   if (keeps_samples() && raw.size() > sample_bytes_) {
     const std::uint32_t fitting = depth_for(raw.size());
@@ -328,9 +326,9 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   last_number_ = std::max(last_number_, number);
   // Samples that the middleware keeps for late subscribers need not wait or be displaced.
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
-  if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
+  if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
-  first_.publish(context_.outputs, id_);
+  first_.publish(context_.outputs, id_, feeder(), now);
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }

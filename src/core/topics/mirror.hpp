@@ -86,8 +86,9 @@ class Mirror {
   // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
   // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
   // with less depth, and the exporter is asked for the last samples.
+  // What has to wait is lost if it cannot be published before it expires.
   [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
-                                                  const Now& now);
+                                                  TimePoint expires, const Now& now);
   // What the middleware may keep for late subscribers, by the largest sample seen.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
@@ -107,6 +108,9 @@ class Mirror {
   void vanish();
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
+  [[nodiscard]] OfferedTopic* feeder() const {
+    return candidates_.empty() ? nullptr : candidates_.front().offered;
+  }
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
