@@ -1,5 +1,6 @@
 #include "core/graph/claim_message.hpp"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
@@ -10,14 +11,14 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::string_view kMark = "connect_bridge claims 1";
-constexpr std::size_t kClaimOriginsMax = 65536;
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
 }  // namespace
 
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
-  for (const auto& origin : claim.origins) text += ' ' + to_hex(origin.bytes);
+  const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);
+  for (std::size_t i = 0; i < count; ++i) text += ' ' + to_hex(claim.origins[i].bytes);
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
       .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))

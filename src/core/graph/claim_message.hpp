@@ -1,6 +1,7 @@
 // A claim as a message: what a bridge publishes for the other bridges of its graph.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -9,6 +10,10 @@
 #include "core/base/time.hpp"
 
 namespace connect_bridge {
+
+// A claim names no more, so that its message is no larger than this.
+inline constexpr std::size_t kClaimOriginsMax = 65536;
+inline constexpr std::size_t kClaimBytesMax = 256 + 49 * kClaimOriginsMax;
 
 struct Claim {
   Token128 side;

@@ -38,6 +38,13 @@ TEST(Claims, RoundTrip) {
   }
 }
 
+TEST(Claims, NamesSoManyOriginsAtMost) {
+  const Claim claim{side(1), std::vector<Gid>(kClaimOriginsMax + 1)};
+  const auto payload = serialize(claim, 0);
+  EXPECT_LE(payload.size(), kClaimBytesMax);
+  EXPECT_EQ(parse_claim(payload.view())->origins.size(), kClaimOriginsMax);
+}
+
 TEST(Claims, IsALogMessageInCdr) {
   const auto payload = serialize({side(0x01), {}}, 0x0102'0304LL * 1'000'000'000 + 5);
   const auto bytes = payload.view();
