@@ -1,7 +1,6 @@
 #include "core/topics/mirror.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
@@ -154,7 +153,7 @@ bool Mirror::may_be_made(const Now& now) {
 
 bool Mirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;
-  if (context_.claims.taken(key_.second)) return false;
+  if (context_.claims.taken(key_.second, feeds_)) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
   const auto& connection = candidates_.front().link->connection;
@@ -173,6 +172,7 @@ void Mirror::create(const Now& now) {
   const auto& arrived = candidates_.front().link->arrived;
   if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  feeds_ = !settles_;
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(context_.timers, *this, now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
@@ -197,6 +197,7 @@ void Mirror::vanish() {
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
+  feeds_ = false;
   kept_.release();
   settles_.cancel();
   unnamed_.cancel();
@@ -215,6 +216,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   context_.tell_once(*this, LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
+  feeds_ = false;
   kept_.release();
   settles_.cancel();
   drop_first();
@@ -232,13 +234,15 @@ void Mirror::on_time(const Now& now) {
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
+  if (settles_ && settles_.at() <= now.steady && !std::exchange(feeds_, true))
+    context_.claim_changed = true;
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
     if (!*timer || timer->at() > now.steady) continue;
     timer->cancel();
     changed = true;
   }
-  if (changed) update_demands(now);
+  if (changed) update(now);
 }
 
 Qos Mirror::qos_under(const Treatment& treatment) const {
@@ -310,7 +314,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
                                           TimePoint expires, const Now& now) {
   if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
   if (keeps_samples() && raw.size() > sample_bytes_) {
-    const std::uint32_t fitting = depth_for(raw.size());
+    const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
     if (fitting == 0) return DropReason::kQueueBytes;
     if (fitting < depth()) {
       depth_max_ = fitting;
@@ -337,15 +341,6 @@ void Mirror::charge() {
   kept_.release();
   first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
   if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
-}
-
-// A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
-// only. A single sample may take more of what is left than several.
-std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
-  const std::uint64_t several = context_.mirror_room(*this, 8) / sample_bytes;
-  if (several >= depth()) return depth();
-  if (several > 0) return static_cast<std::uint32_t>(std::bit_floor(several));
-  return context_.mirror_room(*this, 4) < sample_bytes ? 0 : 1;
 }
 
 }  // namespace connect_bridge

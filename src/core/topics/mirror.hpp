@@ -96,6 +96,8 @@ class Mirror {
 
   // Something waits for its publisher to be found.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
+  // It has settled once since it was made: bridges whose mirror of the origin has not give way.
+  [[nodiscard]] bool feeds() const { return feeds_; }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
@@ -117,7 +119,6 @@ class Mirror {
   void update_demands(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
-  [[nodiscard]] std::uint32_t depth_for(std::uint64_t sample_bytes) const;
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
   [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }
 
@@ -142,6 +143,7 @@ class Mirror {
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
+  bool feeds_ = false;
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again
 };
