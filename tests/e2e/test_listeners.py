@@ -2,6 +2,7 @@
 
 import time
 
+import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_msgs.msg import Int32, String
 
@@ -118,9 +119,11 @@ def fresh_publishers(pair, name, collector, count, settings):
     return took
 
 
-def test_the_first_message_of_each_publisher_arrives(make_pair):
+@pytest.mark.parametrize("treatment", [{}, {"max_age": 1.0}])
+def test_the_first_message_of_each_publisher_arrives(make_pair, treatment):
     """The link takes a tenth of a second each way, so demand comes long after the message."""
-    pair = make_pair(start=False)
+    rule = {"import_topics": ["/o/**"], **treatment}
+    pair = make_pair(start=False, server={"rules": ["all"], "rule": {"all": rule}})
     relay = Relay(pair.bridge.port, delay=DELAY)
     try:
         url = f"ws://127.0.0.1:{relay.port}"

@@ -1,5 +1,4 @@
 #include "ros/gateway.hpp"
-#include "core/graph/graph_view.hpp"
 
 #include <cstdlib>
 #include <filesystem>
@@ -229,26 +228,6 @@ TEST_F(GatewayTest, ReportsIncompatibleQos) {
   ASSERT_TRUE(report);
   EXPECT_EQ(topic("a"), report->topic);
   EXPECT_EQ("reliability", report->policy);
-}
-
-TEST_F(GatewayTest, DropsWhatIsTooLarge) {
-  TestNode talker("talker");
-  GatewayOptions options;
-  options.message_bytes_max = 100;
-  TestSide side("connect_server", options);
-  RawPublisher publisher(talker, topic("chatter"));
-  subscribe(side, topic("chatter"));
-  ASSERT_TRUE(side.until([&] { return publisher.matched() == 1; }));
-  publisher.publish(string_message(std::string(200, 'x')));
-  publisher.publish(string_message("small"));
-  const auto lost = side.next<MessagesLost>();
-  ASSERT_TRUE(lost);
-  EXPECT_EQ(kSubscription, lost->subscription);
-  EXPECT_EQ(1u, lost->count);
-  EXPECT_TRUE(lost->too_large);
-  const auto message = side.next<MessageTaken>();
-  ASSERT_TRUE(message);
-  EXPECT_EQ(string_message("small"), bytes_of(message->payload));
 }
 
 TEST_F(GatewayTest, TakesInTurnsAndBounded) {

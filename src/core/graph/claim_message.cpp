@@ -1,5 +1,6 @@
 #include "core/graph/claim_message.hpp"
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
@@ -9,15 +10,19 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::string_view kMark = "connect_bridge claims 1";
-constexpr std::size_t kClaimOriginsMax = 65536;
+constexpr std::string_view kMark = "connect_bridge claims 2";
+constexpr char kFeeds = '+';         // follows an origin
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
 }  // namespace
 
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
-  for (const auto& origin : claim.origins) text += ' ' + to_hex(origin.bytes);
+  const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);
+  for (std::size_t i = 0; i < count; ++i) {
+    text += ' ' + to_hex(claim.origins[i].gid.bytes);
+    if (claim.origins[i].feeds) text += kFeeds;
+  }
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
       .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))
@@ -43,9 +48,12 @@ std::optional<Claim> parse_claim(ByteView cdr) {
   if (!from_hex(rest.substr(0, rest.find(' ')), claim.side.bytes)) return std::nullopt;
   while (rest.find(' ') != std::string_view::npos && claim.origins.size() < kClaimOriginsMax) {
     rest.remove_prefix(rest.find(' ') + 1);
-    Gid gid;
-    if (!from_hex(rest.substr(0, rest.find(' ')), gid.bytes)) return std::nullopt;
-    claim.origins.push_back(gid);
+    std::string_view word = rest.substr(0, rest.find(' '));
+    ClaimedOrigin origin;
+    origin.feeds = word.ends_with(kFeeds);
+    if (origin.feeds) word.remove_suffix(1);
+    if (!from_hex(word, origin.gid.bytes)) return std::nullopt;
+    claim.origins.push_back(origin);
   }
   return claim;
 }

@@ -1,6 +1,7 @@
 // A claim as a message: what a bridge publishes for the other bridges of its graph.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -10,9 +11,20 @@
 
 namespace connect_bridge {
 
+// A claim names no more, so that its message is no larger than this.
+inline constexpr std::size_t kClaimOriginsMax = 65536;
+inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimOriginsMax;
+
+struct ClaimedOrigin {
+  Gid gid;
+  bool feeds = false;  // its mirror has settled: who has not gives way
+
+  friend bool operator==(const ClaimedOrigin&, const ClaimedOrigin&) = default;
+};
+
 struct Claim {
   Token128 side;
-  std::vector<Gid> origins;
+  std::vector<ClaimedOrigin> origins;
 };
 
 // The claim as a serialized rcl_interfaces/msg/Log (a type that every ROS 2 has); the text is in

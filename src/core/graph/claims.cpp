@@ -46,12 +46,24 @@ bool Claims::is_here(const Token128& side) const {
                      [&](const auto& entry) { return entry.second.side == side; });
 }
 
+bool Claims::taken(const Gid& origin, bool feeds) const {
+  const auto it = claimed_.find(origin);
+  if (it == claimed_.end()) return false;
+  const Others& others = it->second;
+  if (feeds) return others.smaller_feeding;
+  return others.feeding || others.smaller;
+}
+
 void Claims::rebuild() {
   claimed_.clear();
-  taken_.clear();
   for (const auto& [publisher, claim] : by_publisher_) {
-    claimed_.insert(claim.origins.begin(), claim.origins.end());
-    if (claim.side < own_) taken_.insert(claim.origins.begin(), claim.origins.end());
+    const bool smaller = claim.side < own_;
+    for (const auto& [gid, feeds] : claim.origins) {
+      Others& others = claimed_[gid];
+      others.feeding |= feeds;
+      others.smaller |= smaller;
+      others.smaller_feeding |= smaller && feeds;
+    }
   }
 }
 

@@ -1,5 +1,7 @@
 // Which bridge mirrors which origin in the local graph, so that two bridges between the same two
-// graphs duplicate nothing: of several claims the one with the smallest side id wins.
+// graphs duplicate nothing. Of several claims that of a bridge that feeds wins: a newcomer would
+// take the origin from it, and lose what is published until it has settled. Else the one with the
+// smallest side id wins.
 #pragma once
 
 #include <string_view>
@@ -28,16 +30,23 @@ class Claims {
   [[nodiscard]] bool is_here(const Token128& side) const;
   // Another bridge mirrors this, whatever its side id.
   [[nodiscard]] bool claimed(const Gid& origin) const { return claimed_.contains(origin); }
-  // Another bridge with a smaller side id mirrors this origin already.
-  [[nodiscard]] bool taken(const Gid& origin) const { return taken_.contains(origin); }
+  // Another bridge has the better claim to this origin. `feeds`: our own claim says that we feed.
+  [[nodiscard]] bool taken(const Gid& origin, bool feeds) const;
 
  private:
+  // The bridges that claim an origin: whether one of them feeds, has a smaller side id than ours,
+  // or both.
+  struct Others {
+    bool feeding = false;
+    bool smaller = false;
+    bool smaller_feeding = false;
+  };
+
   void rebuild();
 
   Token128 own_;
   std::unordered_map<Gid, Claim> by_publisher_;
-  std::unordered_set<Gid> claimed_;
-  std::unordered_set<Gid> taken_;  // a part of them
+  std::unordered_map<Gid, Others> claimed_;
 };
 
 }  // namespace connect_bridge

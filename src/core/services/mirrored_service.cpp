@@ -88,7 +88,7 @@ void MirroredService::take_over() {
 bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_) return false;
   const Gid gid = service_gid(key_.first);
-  if (mirroring_.claims.taken(gid)) return false;
+  if (mirroring_.claims.taken(gid, bool(mirror_))) return false;
   // Our own parameter services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
@@ -117,6 +117,7 @@ void MirroredService::create_mirror(const Feed& feed) {
   place_ = feed.link().account->places.hold(1);
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;
+  mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror
   mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
                                               mirroring_.graph_options.owner_of(feed.node())});
 }

@@ -107,9 +107,9 @@ std::optional<TimePoint> ServiceImports::deadline() const {
   return earliest(mirroring_.settles_at, mirroring_.timers.deadline());
 }
 
-void ServiceImports::add_mirrored(std::vector<Gid>& claim) const {
+void ServiceImports::add_mirrored(std::vector<ClaimedOrigin>& claim) const {
   for (const auto& [key, service] : mirroring_.services)
-    if (service->is_claimed()) claim.push_back(service_gid(key.first));
+    if (service->is_claimed()) claim.push_back({service_gid(key.first), bool(service->mirror())});
 }
 
 void ServiceImports::add_status(const Link& link, LinkStatus& status) const {

@@ -43,7 +43,7 @@ class ServiceImports {
   // The entries of our own claim for the services mirrored here. take_claim_change(): true once
   // after every change.
   bool take_claim_change() { return std::exchange(mirroring_.claim_changed, false); }
-  void add_mirrored(std::vector<Gid>& claim) const;
+  void add_mirrored(std::vector<ClaimedOrigin>& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   void add_status(const Link& link, LinkStatus& status) const;

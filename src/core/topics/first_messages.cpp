@@ -1,46 +1,96 @@
 #include "core/topics/first_messages.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/topics/offered_topic.hpp"
 
 namespace connect_bridge {
+namespace {
 
-bool FirstMessages::keep(const Payload& raw, OfferedTopic* feeder) {
-  // Messages with a max_age are better lost than late.
-  if (!feeder || feeder->treatment().max_age != kForever) return false;
+// A loop that comes to a message a little after its time must not find it too old.
+constexpr Duration kEarly = std::chrono::milliseconds(5);
+
+}  // namespace
+
+TimePoint FirstMessages::Waiting::leaves() const {
+  return expires - kEarly;
+}
+
+void FirstMessages::wait(Timers<Mirror*>& timers, Mirror& mirror, TimePoint found) {
+  timers_ = &timers;
+  mirror_ = &mirror;
+  found_ = found;
+  set_due();
+}
+
+void FirstMessages::set_due() {
+  TimePoint at = found_;
+  for (const Waiting& message : messages_) at = std::min(at, message.leaves());
+  due_ = timers_->set(at, mirror_);
+}
+
+bool FirstMessages::keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder) {
+  if (!feeder) return false;
   if (raw.size() > kBytesMax || raw.size() > feeder->link().memory.room()) return false;
   bytes_ += raw.size();
   // A slice must not keep its whole packet while it waits.
-  messages_.push_back(Payload::copy_of(raw.view()));
+  messages_.push_back({Payload::copy_of(raw.view()), expires});
   while (messages_.size() > kMessagesMax || bytes_ > kBytesMax) {
-    bytes_ -= messages_.front().size();
-    messages_.pop_front();
+    take();
     feeder->on_lost(1, DropReason::kQueueDepth);
   }
   held_.resize(bytes_);
+  if (due_ && messages_.back().leaves() < due_.at()) set_due();
   return true;
 }
 
-std::deque<Payload> FirstMessages::take() {
-  bytes_ = 0;
-  held_.resize(0);
-  return std::exchange(messages_, {});
+Payload FirstMessages::take() {
+  Payload first = std::move(messages_.front().raw);
+  messages_.pop_front();
+  bytes_ -= first.size();
+  return first;
 }
 
-bool FirstMessages::are_due(const Now& now) {
-  if (!until_ || until_.at() > now.steady) return false;
-  until_.cancel();
-  return true;
+void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
+                                const Now& now) {
+  if (!due_ || due_.at() > now.steady) return;
+  if (found_ <= now.steady) {
+    due_.cancel();
+    return publish(outputs, mirror, feeder, now);
+  }
+  const auto last = std::find_if(messages_.rbegin(), messages_.rend(), [&](const Waiting& message) {
+    return message.leaves() <= now.steady;
+  });
+  publish_first(messages_.rend() - last, outputs, mirror, feeder, now);
+  set_due();
 }
 
-void FirstMessages::publish(Outputs& outputs, MirrorId mirror) {
-  for (const auto& raw : take()) outputs.push(Publish{mirror, raw});
+void FirstMessages::publish(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
+                            const Now& now) {
+  publish_first(std::ssize(messages_), outputs, mirror, feeder, now);
+}
+
+void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror,
+                                  OfferedTopic* feeder, const Now& now) {
+  for (; count > 0; --count) {
+    const bool fresh = messages_.front().expires >= now.steady;
+    Payload raw = take();
+    if (fresh) {
+      outputs.push(Publish{mirror, std::move(raw)});
+    } else if (feeder) {
+      feeder->on_lost(1, DropReason::kMaxAge);
+    }
+  }
+  held_.resize(bytes_);
 }
 
 void FirstMessages::drop(OfferedTopic* feeder) {
-  until_.cancel();
-  const std::size_t count = take().size();
+  due_.cancel();
+  const std::size_t count = messages_.size();
+  messages_.clear();
+  bytes_ = 0;
+  held_.resize(0);
   if (feeder) feeder->on_lost(count, DropReason::kNoDemand);
 }
 

@@ -15,27 +15,30 @@ class Mirror;
 class OfferedTopic;
 
 // They wait until the mirror exists (its origin's node may have no name yet), and then until the
-// subscribers here have found it: they would not receive what is published before that. `feeder`
-// offers the mirror's origin and counts what is lost after all; null: no link offers it now.
-// Single-threaded.
+// subscribers here have found it: they would not receive what is published before that. One that
+// may not become older (max_age) leaves before it is too old, with those before it; one that is too
+// old already is lost. `feeder` offers the mirror's origin and counts what is lost after all; null:
+// no link offers it now. Single-threaded.
 class FirstMessages {
  public:
-  // Sets when the subscribers have found the mirror.
-  void wait(Timers<Mirror*>::Timer until) { until_ = std::move(until); }
-  [[nodiscard]] bool waits() const { return bool(until_); }
+  // The mirror exists now, and the subscribers have found it at `found`: `timers` call it then, or
+  // earlier for a message that cannot wait so long.
+  void wait(Timers<Mirror*>& timers, Mirror& mirror, TimePoint found);
+  [[nodiscard]] bool waits() const { return bool(due_); }
   [[nodiscard]] bool empty() const { return messages_.empty(); }
   // Whether one more fits without displacing others.
   [[nodiscard]] bool fits(std::size_t bytes) const {
     return messages_.size() < kMessagesMax && bytes_ + bytes <= kBytesMax;
   }
-  // Keeps it, and drops the oldest if need be. False: it is too large, or must not be late.
-  bool keep(const Payload& raw, OfferedTopic* feeder);
+  // Keeps it, and drops the oldest if need be. False: it is too large.
+  bool keep(const Payload& raw, TimePoint expires, OfferedTopic* feeder);
   // From now on they count in the budget of the feeder's link.
   void draw_from(Budget* memory) { held_ = memory ? memory->hold(bytes_) : Budget::Hold(); }
-  // Whether the time to publish them has come; then later ones need not wait.
-  [[nodiscard]] bool are_due(const Now& now);
+  // Publishes, in order, what is due: when the subscribers have found the mirror all of them, and
+  // later ones need not wait.
+  void publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
   // Publishes all of them, in order.
-  void publish(Outputs& outputs, MirrorId mirror);
+  void publish(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
   void drop(OfferedTopic* feeder);
 
  private:
@@ -43,10 +46,22 @@ class FirstMessages {
   static constexpr std::size_t kMessagesMax = 100;
   static constexpr std::size_t kBytesMax = 32 << 10;
 
-  std::deque<Payload> take();
+  struct Waiting {
+    Payload raw;
+    TimePoint expires;
+    [[nodiscard]] TimePoint leaves() const;
+  };
 
-  Timers<Mirror*>::Timer until_;
-  std::deque<Payload> messages_;
+  void set_due();
+  Payload take();
+  void publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror, OfferedTopic* feeder,
+                     const Now& now);
+
+  Timers<Mirror*>* timers_ = nullptr;  // with mirror_ and found_: of the last wait()
+  Mirror* mirror_ = nullptr;
+  TimePoint found_{};
+  Timers<Mirror*>::Timer due_;
+  std::deque<Waiting> messages_;
   std::size_t bytes_ = 0;
   Budget::Hold held_;
 };

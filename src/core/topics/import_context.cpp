@@ -1,6 +1,7 @@
 #include "core/topics/import_context.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/policy/interface.hpp"
 
@@ -26,6 +27,16 @@ std::uint64_t ImportContext::mirror_room(const Mirror& mirror, std::uint64_t sha
   const std::uint64_t others = latched.used() - std::min(latched.used(), own);
   return std::min(options.mirror_bytes_max - std::min(others, options.mirror_bytes_max),
                   latched.room() / share + own);
+}
+
+// A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
+// only. A single sample may take more of what is left than several.
+std::uint32_t ImportContext::mirror_depth(const Mirror& mirror, std::uint32_t depth,
+                                          std::uint64_t sample_bytes) const {
+  const std::uint64_t several = mirror_room(mirror, 8) / sample_bytes;
+  if (several >= depth) return depth;
+  if (several > 0) return static_cast<std::uint32_t>(std::bit_floor(several));
+  return mirror_room(mirror, 4) < sample_bytes ? 0 : 1;
 }
 
 void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const {

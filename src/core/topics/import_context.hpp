@@ -31,6 +31,10 @@ struct ImportContext {
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
+  // How many samples of this size the mirror may keep of those that it keeps for late subscribers
+  // (`depth`).
+  [[nodiscard]] std::uint32_t mirror_depth(const Mirror& mirror, std::uint32_t depth,
+                                           std::uint64_t sample_bytes) const;
   // The bytes that the mirror may keep beside the others that its link feeds: within
   // mirror_bytes_max, and within what it keeps now and this part (1 / share, of 4 or more) of what
   // is left to the link.

@@ -117,10 +117,10 @@ void Imports::send_demands() {
   for (auto& [link, peer] : peers_) peer.send_demands();
 }
 
-std::vector<Gid> Imports::mirrored() const {
-  std::vector<Gid> origins;
+std::vector<ClaimedOrigin> Imports::mirrored() const {
+  std::vector<ClaimedOrigin> origins;
   for (const auto& [key, mirror] : context_.mirrors)
-    if (mirror.id()) origins.push_back(key.second);
+    if (mirror.id()) origins.push_back({key.second, mirror.feeds()});
   return origins;
 }
 

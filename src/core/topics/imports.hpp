@@ -46,7 +46,7 @@ class Imports {
   void send_demands();
   // The origins mirrored here, for our own claim; true once after every change.
   bool take_claim_change() { return std::exchange(context_.claim_changed, false); }
-  [[nodiscard]] std::vector<Gid> mirrored() const;
+  [[nodiscard]] std::vector<ClaimedOrigin> mirrored() const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;

@@ -1,7 +1,6 @@
 #include "core/topics/mirror.hpp"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
@@ -154,7 +153,7 @@ bool Mirror::may_be_made(const Now& now) {
 
 bool Mirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;
-  if (context_.claims.taken(key_.second)) return false;
+  if (context_.claims.taken(key_.second, feeds_)) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
   const auto& connection = candidates_.front().link->connection;
@@ -173,8 +172,9 @@ void Mirror::create(const Now& now) {
   const auto& arrived = candidates_.front().link->arrived;
   if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
   if (settled > now.steady) settles_ = context_.timers.set(settled, this);
+  feeds_ = !settles_;
   if (context_.options.matching > Duration::zero() || !first_.empty())
-    first_.wait(context_.timers.set(now.steady + context_.options.matching, this));
+    first_.wait(context_.timers, *this, now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
   Qos qos = qos_;
   qos.depth = depth();
@@ -197,6 +197,7 @@ void Mirror::vanish() {
   if (!id_) return;
   context_.outputs.push(DestroyMirror{id_});
   id_ = {};
+  feeds_ = false;
   kept_.release();
   settles_.cancel();
   unnamed_.cancel();
@@ -205,7 +206,7 @@ void Mirror::vanish() {
 
 void Mirror::drop_first() {
   if (!first_.empty()) last_number_ = before_first_;
-  first_.drop(candidates_.empty() ? nullptr : candidates_.front().offered);
+  first_.drop(feeder());
 }
 
 void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
@@ -215,6 +216,7 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
   context_.tell_once(*this, LogLevel::kError, "cannot mirror " + what + ": " + reason);
   failed_ = true;
   id_ = {};
+  feeds_ = false;
   kept_.release();
   settles_.cancel();
   drop_first();
@@ -228,17 +230,19 @@ void Mirror::on_failed(const std::string& code, const std::string& reason, const
 
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
-  if (first_.are_due(now)) first_.publish(context_.outputs, id_);
+  first_.publish_due(context_.outputs, id_, feeder(), now);
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
+  if (settles_ && settles_.at() <= now.steady && !std::exchange(feeds_, true))
+    context_.claim_changed = true;
   bool changed = false;
   for (Timer* timer : {&settles_, &expected_}) {
     if (!*timer || timer->at() > now.steady) continue;
     timer->cancel();
     changed = true;
   }
-  if (changed) update_demands(now);
+  if (changed) update(now);
 }
 
 Qos Mirror::qos_under(const Treatment& treatment) const {
@@ -290,9 +294,7 @@ void Mirror::expect_subscriber(const Now& now) {
 // The feeding link's channel may be demanded for other origins already: then nobody sends the last
 // samples of this one by itself.
 void Mirror::ask_for_last_samples(const Now& now) const {
-  if (candidates_.empty()) return;
-  OfferedTopic* feeder = candidates_.front().offered;
-  if (is_latched() && feeder && feeder->demanded()) feeder->demand_again(now);
+  if (is_latched() && feeder() && feeder()->demanded()) feeder()->demand_again(now);
 }
 
 // ---- data
@@ -309,10 +311,10 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 // the feeding one, it may be behind the first. The number is the origin's own, so it does not
 // depend on the sample's path.
 std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
-                                          const Now& now) {
+                                          TimePoint expires, const Now& now) {
   if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
   if (keeps_samples() && raw.size() > sample_bytes_) {
-    const std::uint32_t fitting = depth_for(raw.size());
+    const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
     if (fitting == 0) return DropReason::kQueueBytes;
     if (fitting < depth()) {
       depth_max_ = fitting;
@@ -328,9 +330,9 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   last_number_ = std::max(last_number_, number);
   // Samples that the middleware keeps for late subscribers need not wait or be displaced.
   const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
-  if (waits && first_.keep(raw, candidates_.front().offered)) return std::nullopt;
+  if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
-  first_.publish(context_.outputs, id_);
+  first_.publish(context_.outputs, id_, feeder(), now);
   context_.outputs.push(Publish{id_, raw});
   return std::nullopt;
 }
@@ -339,15 +341,6 @@ void Mirror::charge() {
   kept_.release();
   first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
   if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
-}
-
-// A power of two, so that a peer whose samples grow and grow makes the publisher again a few times
-// only. A single sample may take more of what is left than several.
-std::uint32_t Mirror::depth_for(std::uint64_t sample_bytes) const {
-  const std::uint64_t several = context_.mirror_room(*this, 8) / sample_bytes;
-  if (several >= depth()) return depth();
-  if (several > 0) return static_cast<std::uint32_t>(std::bit_floor(several));
-  return context_.mirror_room(*this, 4) < sample_bytes ? 0 : 1;
 }
 
 }  // namespace connect_bridge

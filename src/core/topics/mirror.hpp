@@ -86,8 +86,9 @@ class Mirror {
   // Publishes, or returns why not: it was published before, or exceeds what may be kept for late
   // subscribers. If fewer samples of its size may be kept than now, the publisher is created again
   // with less depth, and the exporter is asked for the last samples.
+  // What has to wait is lost if it cannot be published before it expires.
   [[nodiscard]] std::optional<DropReason> publish(std::uint64_t number, const Payload& raw,
-                                                  const Now& now);
+                                                  TimePoint expires, const Now& now);
   // What the middleware may keep for late subscribers, by the largest sample seen.
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
@@ -95,6 +96,8 @@ class Mirror {
 
   // Something waits for its publisher to be found.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
+  // It has settled once since it was made: bridges whose mirror of the origin has not give way.
+  [[nodiscard]] bool feeds() const { return feeds_; }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
@@ -107,13 +110,15 @@ class Mirror {
   void vanish();
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
+  [[nodiscard]] OfferedTopic* feeder() const {
+    return candidates_.empty() ? nullptr : candidates_.front().offered;
+  }
   [[nodiscard]] bool may_exist() const;
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
   [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
-  [[nodiscard]] std::uint32_t depth_for(std::uint64_t sample_bytes) const;
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
   [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }
 
@@ -138,6 +143,7 @@ class Mirror {
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
+  bool feeds_ = false;
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again
 };

@@ -338,13 +338,18 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
                                         context_.graph_options.names, context_.graph.find(key_)))
     return dropped_.add(DropReason::kNotPermitted);
   const ClockEstimate* clock = link_.connection ? &link_.clock() : nullptr;
+  Duration age{0};
   if (clock && clock->known() && is_plausible(message.stamp)) {
-    const Duration age(now.system - (message.stamp - clock->offset().count()));
+    age = Duration(now.system - (message.stamp - clock->offset().count()));
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
   if (!link_.admits(key_, treatment(), raw.size(), now)) return dropped_.add(DropReason::kRate);
-  if (const auto reason = mirror.publish(message.number, raw, now)) return dropped_.add(*reason);
+  const Duration max_age = treatment().max_age;
+  const TimePoint expires =
+      max_age == kForever ? TimePoint::max() : now.steady + max_age - std::max(age, Duration(0));
+  if (const auto reason = mirror.publish(message.number, raw, expires, now))
+    return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
 }

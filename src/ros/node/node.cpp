@@ -126,8 +126,8 @@ struct Node::State {
   void read_arguments(const NodeOptions& options);
   void open_publisher_ids();
   void open_parameter_events();
-  // False: the id that it has in the graph is not known.
-  bool add_own(const rcl_publisher_t& publisher);
+  // nullopt: the id that it has in the graph is not known.
+  std::optional<Gid> add_own(const rcl_publisher_t& publisher);
   ~State();
 };
 
@@ -192,19 +192,20 @@ void Node::State::open_publisher_ids() {
   publisher_ids.emplace([publishers] { return publishers->changes(); });
 }
 
-bool Node::State::add_own(const rcl_publisher_t& publisher) {
+std::optional<Gid> Node::State::add_own(const rcl_publisher_t& publisher) {
   const rmw_publisher_t* handle = rcl_publisher_get_rmw_handle(&publisher);
   rmw_gid_t told{};
   if (handle == nullptr || rmw_get_gid_for_publisher(handle, &told) != RMW_RET_OK) {
     rmw_reset_error();
-    return false;
+    return std::nullopt;
   }
   const Gid gid = distro::gid_of(told.data);
   const Gid id = publisher_ids->id_of(gid);
   const bool unknown = middleware().publisher_told == Middleware::PublisherTold::kHandle &&
                        (id == gid || id == Gid{});
-  if (!unknown) own.add(id);
-  return !unknown;
+  if (unknown) return std::nullopt;
+  own.add(id);
+  return id;
 }
 
 // It is opened here because its id is the first one that identifies our own endpoints.
@@ -333,8 +334,8 @@ OwnEndpoints& Node::own() const {
 PublisherIds& Node::publisher_ids() const {
   return *state_->publisher_ids;
 }
-void Node::add_own(const rcl_publisher_s& publisher) const {
-  state_->add_own(publisher);
+std::optional<Gid> Node::add_own(const rcl_publisher_s& publisher) const {
+  return state_->add_own(publisher);
 }
 
 }  // namespace connect_bridge::ros

@@ -3,10 +3,12 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/base/ids.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/time.hpp"
 #include "core/ports/ports.hpp"
@@ -82,8 +84,9 @@ class Node {
   [[nodiscard]] OwnEndpoints& own() const;
   // Thread of this and the next function: the loop's.
   [[nodiscard]] PublisherIds& publisher_ids() const;
-  // From now on this publisher is known to be ours.
-  void add_own(const rcl_publisher_s& publisher) const;
+  // From now on this publisher is known to be ours. Its id, for own().remove(); nullopt: the
+  // middleware does not tell it.
+  std::optional<Gid> add_own(const rcl_publisher_s& publisher) const;
 
  private:
   struct State;

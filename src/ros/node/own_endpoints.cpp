@@ -12,17 +12,22 @@ void OwnEndpoints::add(const Gid& gid) {
     prefix_known_ = true;
     return;
   }
-  if (!ids_.insert(gid).second) return;
-  order_.push_back(gid);
-  if (order_.size() > kIdsMax) {
-    ids_.erase(order_.front());
-    order_.pop_front();
+  ids_.insert(gid);
+}
+
+void OwnEndpoints::remove(const Gid& gid) {
+  const std::lock_guard lock(mutex_);
+  if (ids_.erase(gid) == 0 || !ended_.insert(gid).second) return;
+  ended_order_.push_back(gid);
+  if (ended_order_.size() > kEndedMax) {
+    ended_.erase(ended_order_.front());
+    ended_order_.pop_front();
   }
 }
 
 bool OwnEndpoints::contains(const Gid& gid) const {
   const std::lock_guard lock(mutex_);
-  if (prefix_size_ == 0) return ids_.count(gid) != 0;
+  if (prefix_size_ == 0) return ids_.contains(gid) || ended_.contains(gid);
   return prefix_known_ &&
          std::equal(gid.bytes.begin(), gid.bytes.begin() + prefix_size_, prefix_.bytes.begin());
 }

@@ -20,8 +20,10 @@ class OwnEndpoints {
   // participant_bytes: see Middleware.
   explicit OwnEndpoints(std::size_t participant_bytes) : prefix_size_(participant_bytes) {}
 
-  // The id of an endpoint of ours.
+  // The id of an endpoint of ours; it has ended. Its last samples may still arrive, so that it
+  // stays known for a while.
   void add(const Gid& gid);
+  void remove(const Gid& gid);
   [[nodiscard]] bool contains(const Gid& gid) const;
   // A node of ours with this name is about to enter or leave the graph; is in it; has left it.
   void announce_node(const std::string& full_name);
@@ -34,16 +36,16 @@ class OwnEndpoints {
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
 
  private:
-  // Twice as many as there may be mirrors (core/topics/options.hpp): their samples arrive after
-  // they are gone, so ids stay known for a while.
-  static constexpr std::size_t kIdsMax = 32'768;
+  // More than there may be mirrors of several peers (core/topics/options.hpp).
+  static constexpr std::size_t kEndedMax = 32'768;
 
   const std::size_t prefix_size_;
   mutable std::mutex mutex_;
   bool prefix_known_ = false;
   Gid prefix_;
   std::unordered_set<Gid> ids_;
-  std::deque<Gid> order_;
+  std::unordered_set<Gid> ended_;
+  std::deque<Gid> ended_order_;
   std::map<std::string, std::uint64_t> nodes_;
   std::uint64_t last_settled_ = kUnsettled;
 };

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/topics/topic_types.hpp"
@@ -22,6 +23,7 @@ Mirror::Mirror(Shared& shared, Create create)
 Mirror::~Mirror() {
   if (!open_) return;
   ignore_error(rcl_publisher_fini(&publisher_, node_.get()));
+  if (own_id_) shared_.node.own().remove(*own_id_);
 }
 
 std::optional<Refusal> Mirror::open() {
@@ -36,7 +38,7 @@ std::optional<Refusal> Mirror::open() {
   if (result != RCL_RET_OK)
     return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
-  shared_.node.add_own(publisher_);
+  own_id_ = shared_.node.add_own(publisher_);
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   return std::nullopt;
 }

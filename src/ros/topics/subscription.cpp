@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "core/graph/claim_message.hpp"
+#include "core/graph/graph_view.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/middleware.hpp"
@@ -109,9 +111,14 @@ std::optional<Input> Subscription::step(Batch& batch) {
   invalid_in_row_ = 0;
   batch.bytes += message.payload.size();
   if (shared_.node.own().contains(message.origin)) return std::nullopt;
-  if (message.payload.size() > shared_.message_bytes_max) return MessagesLost{create_.id, 1, true};
+  if (message.payload.size() > bytes_max()) return MessagesLost{create_.id, 1, true};
   ++shared_.counters.taken;
   return Input{std::move(message)};
+}
+
+// What other bridges claim is not sent to peers. Without it two bridges would feed the same.
+std::size_t Subscription::bytes_max() const {
+  return create_.topic == kClaimsTopic ? kClaimBytesMax : shared_.message_bytes_max;
 }
 
 std::optional<Input> Subscription::on_invalid() {

@@ -39,6 +39,7 @@ class Subscription : public Entity {
   // Whether it only represents a node of the other side, so that no samples are taken from it.
   [[nodiscard]] bool is_shown_only() const { return !create_.node.empty(); }
   void close();
+  [[nodiscard]] std::size_t bytes_max() const;
   std::optional<Input> on_invalid();
   void ask_for_lost();
   std::uint64_t take_lost();

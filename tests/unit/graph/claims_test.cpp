@@ -30,12 +30,19 @@ TEST(Claims, RoundTrip) {
   for (const std::size_t count : {0, 1, 2, 1000}) {
     Claim claim{side(0xab), {}};
     for (std::size_t i = 0; i < count; ++i)
-      claim.origins.push_back(gid(static_cast<std::uint8_t>(i)));
+      claim.origins.push_back({gid(static_cast<std::uint8_t>(i)), i % 3 == 0});
     const auto back = through(claim);
     ASSERT_TRUE(back);
     EXPECT_EQ(back->side, claim.side);
     EXPECT_EQ(back->origins, claim.origins);
   }
+}
+
+TEST(Claims, NamesSoManyOriginsAtMost) {
+  const Claim claim{side(1), std::vector<ClaimedOrigin>(kClaimOriginsMax + 1, {gid(1), true})};
+  const auto payload = serialize(claim, 0);
+  EXPECT_LE(payload.size(), kClaimBytesMax);
+  EXPECT_EQ(parse_claim(payload.view())->origins.size(), kClaimOriginsMax);
 }
 
 TEST(Claims, IsALogMessageInCdr) {
@@ -50,7 +57,7 @@ TEST(Claims, IsALogMessageInCdr) {
 }
 
 TEST(Claims, CutShortItIsNoneOrASmallerOne) {
-  const auto payload = serialize({side(7), {gid(1), gid(2)}}, 0);
+  const auto payload = serialize({side(7), {{gid(1)}, {gid(2)}}}, 0);
   // The name and the text come after the other fields of a Log; without them there is no claim.
   const std::size_t text_end = 20 + 24 + 4 + 32 + 2 * 49 + 1;
   for (std::size_t size = 0; size < payload.size(); ++size)
@@ -59,7 +66,7 @@ TEST(Claims, CutShortItIsNoneOrASmallerOne) {
 
 TEST(Claims, GarbageIsNone) {
   Random random(1);
-  const auto payload = serialize({side(7), {gid(1), gid(2)}}, 0);
+  const auto payload = serialize({side(7), {{gid(1)}, {gid(2)}}}, 0);
   for (int i = 0; i < 20'000; ++i) {
     Bytes bytes(payload.view().begin(), payload.view().end());
     for (int changes = 0; changes < 3; ++changes)
@@ -75,68 +82,94 @@ TEST(Claims, GarbageIsNone) {
 }
 
 TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
-  const auto payload = serialize({side(7), {gid(1)}}, 0);
+  const auto payload = serialize({side(7), {{gid(1)}}}, 0);
   const auto changed = [&](std::size_t at, std::uint8_t value) {
     Bytes bytes(payload.view().begin(), payload.view().end());
     bytes[at] = value;
     return parse_claim(bytes).has_value();
   };
   EXPECT_FALSE(changed(1, 0));          // big-endian
-  EXPECT_FALSE(changed(20 + 22, '2'));  // "connect_bridge claims 2"
+  EXPECT_FALSE(changed(20 + 22, '3'));  // "connect_bridge claims 3"
   EXPECT_FALSE(changed(16, 0));         // an empty string has length 1
   EXPECT_FALSE(changed(19, 0xff));      // a length beyond everything
   EXPECT_FALSE(changed(48, 'A'));       // upper case
   EXPECT_FALSE(changed(48, ' '));
-  EXPECT_TRUE(changed(12, 20));  // the level means nothing
+  EXPECT_FALSE(changed(81, '+'));  // in place of the first origin
+  EXPECT_TRUE(changed(12, 20));    // the level means nothing
 }
 
 TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
   Claims claims(side(5));
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {gid(1)}}));
-  EXPECT_TRUE(claims.update(gid(101), {side(6), {gid(2)}}));
-  EXPECT_TRUE(claims.taken(gid(1)));
-  EXPECT_FALSE(claims.taken(gid(2)));
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}));
+  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}));
+  EXPECT_TRUE(claims.taken(gid(1), false));
+  EXPECT_FALSE(claims.taken(gid(2), false));
   EXPECT_TRUE(claims.is_here(side(4)));
   EXPECT_TRUE(claims.is_here(side(6)));
   EXPECT_FALSE(claims.is_here(side(7)));
 }
 
+TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}});
+  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}});
+  const auto taken = [&](std::uint8_t origin, bool feeds) {
+    return claims.taken(gid(origin), feeds);
+  };
+  EXPECT_TRUE(taken(1, false));
+  EXPECT_FALSE(taken(1, true));
+  EXPECT_TRUE(taken(2, false));
+  EXPECT_TRUE(taken(2, true));
+  EXPECT_FALSE(taken(3, false));
+  EXPECT_FALSE(taken(3, true));
+  EXPECT_TRUE(taken(4, false));
+  EXPECT_FALSE(taken(4, true));
+}
+
+TEST(Claims, OfSeveralOneMayFeedAndAnotherHaveTheSmallerId) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {{gid(1)}}});
+  claims.update(gid(101), {side(6), {{gid(1), true}}});
+  EXPECT_TRUE(claims.taken(gid(1), false));
+  EXPECT_FALSE(claims.taken(gid(1), true));
+}
+
 TEST(Claims, ANewClaimReplacesTheOldOne) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {gid(1), gid(2)}});
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {gid(2), gid(3)}}));
-  EXPECT_FALSE(claims.taken(gid(1)));
-  EXPECT_TRUE(claims.taken(gid(2)));
-  EXPECT_TRUE(claims.taken(gid(3)));
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}});
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}));
+  EXPECT_FALSE(claims.taken(gid(1), false));
+  EXPECT_TRUE(claims.taken(gid(2), false));
+  EXPECT_TRUE(claims.taken(gid(3), false));
 }
 
 TEST(Claims, OurOwnIsNoOther) {
   Claims claims(side(5));
-  EXPECT_FALSE(claims.update(gid(100), {side(5), {gid(1)}}));
-  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}));
+  EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(5)));
 }
 
 TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(3), {gid(1)}});
-  claims.update(gid(101), {side(4), {gid(1)}});
+  claims.update(gid(100), {side(3), {{gid(1)}}});
+  claims.update(gid(101), {side(4), {{gid(1)}}});
   EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}));
-  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_TRUE(claims.retain({gid(101)}, {}));
-  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {gid(1)}});
+  claims.update(gid(100), {side(4), {{gid(1)}}});
   EXPECT_FALSE(claims.retain({}, {}));
-  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.retain({}, {gid(100)}));
   EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}));
-  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_TRUE(claims.retain({gid(100)}, {}));
-  EXPECT_FALSE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(4)));
 }
 
@@ -149,18 +182,18 @@ TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
     return result;
   };
   for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update(bridge(i), {side(4), {}}));
-  EXPECT_FALSE(claims.update(bridge(256), {side(4), {gid(1)}}));
-  EXPECT_TRUE(claims.update(bridge(255), {side(4), {gid(1)}}));
-  EXPECT_TRUE(claims.taken(gid(1)));
+  EXPECT_FALSE(claims.update(bridge(256), {side(4), {{gid(1)}}}));
+  EXPECT_TRUE(claims.update(bridge(255), {side(4), {{gid(1)}}}));
+  EXPECT_TRUE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {gid(1)}});
-  claims.update(gid(101), {side(6), {gid(2)}});
+  claims.update(gid(100), {side(4), {{gid(1)}}});
+  claims.update(gid(101), {side(6), {{gid(2)}}});
   EXPECT_TRUE(claims.claimed(gid(1)));
   EXPECT_TRUE(claims.claimed(gid(2)));
-  EXPECT_FALSE(claims.taken(gid(2)));
+  EXPECT_FALSE(claims.taken(gid(2), false));
   EXPECT_FALSE(claims.claimed(gid(3)));
 }
 

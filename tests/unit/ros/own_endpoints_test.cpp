@@ -20,5 +20,30 @@ TEST(OwnEndpoints, WhereIdsHaveNoPrefixThoseOfAllMirrorsAreKnown) {
   EXPECT_FALSE(own.contains(id(20'001)));
 }
 
+// Mirrors that come and go must not make it forget one that stays.
+TEST(OwnEndpoints, WhereIdsHaveNoPrefixOnlyThoseThatEndedAreForgotten) {
+  OwnEndpoints own(0);
+  own.add(id(1));
+  for (std::uint32_t n = 2; n <= 100'000; ++n) {
+    own.add(id(n));
+    own.remove(id(n));
+  }
+  EXPECT_TRUE(own.contains(id(1)));
+  EXPECT_TRUE(own.contains(id(100'000)));  // its last samples may be under way
+  EXPECT_FALSE(own.contains(id(2)));
+}
+
+TEST(OwnEndpoints, AnIdThatComesAgainStays) {
+  OwnEndpoints own(0);
+  own.add(id(1));
+  own.remove(id(1));
+  own.add(id(1));
+  for (std::uint32_t n = 2; n <= 100'000; ++n) {
+    own.add(id(n));
+    own.remove(id(n));
+  }
+  EXPECT_TRUE(own.contains(id(1)));
+}
+
 }  // namespace
 }  // namespace connect_bridge::ros

@@ -1,10 +1,17 @@
 // A peer's services: mirrored while they can be called, each call answered to its caller or ended.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "unit/services/calls_script.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
+
+// The claim to /s, before and after it has a mirror.
+std::string claim(bool feeds) {
+  return "claim [" + std::to_string(service_gid("/s").bytes[0]) + (feeds ? "" : "?") + "]\n";
+}
 
 TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
   Script s(server({callable()}));
@@ -13,9 +20,9 @@ TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
   s.pass(kDiscovered);
   s.say(1, Offer{{service_channel(1, "/s")}, true});
   EXPECT_EQ(s.said(1), "attach 1 1\n");
-  EXPECT_EQ(s.did(), "claim [" + std::to_string(service_gid("/s").bytes[0]) + "]\n");
+  EXPECT_EQ(s.did(), claim(false));
   s.say(1, Attached{{1}, {1}, {0}, {}, "hash"});
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
   s.say(1, Withdraw{{{1}}});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
   EXPECT_EQ(s.said(1), "withdraw 1\n");  // of the requests
@@ -33,7 +40,7 @@ TEST(ServiceImports, NoMirrorBeforeTheGraphIsDiscovered) {
   s.pass(kDiscovered - 1);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
 }
 
 TEST(ServiceImports, OnlyWhatARuleAllowsIsImported) {
@@ -63,7 +70,7 @@ TEST(ServiceImports, AnotherEpochIsAnotherServer) {
   s.said(2);
   EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
   s.say(2, Attached{{1}, {2}, {0}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
   EXPECT_EQ(s.said(2), "");  // the call is gone
 }
 
@@ -107,7 +114,7 @@ TEST(ServiceImports, ARealServerHereMakesTheMirrorGo) {
   s.say(1, Attached{{1}, {1}, {1}});  // the answer to the first one
   s.did();
   s.say(1, Attached{{1}, {3}, {1}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
 }
 
 TEST(ServiceImports, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
@@ -122,7 +129,7 @@ TEST(ServiceImports, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
   s.did();
   EXPECT_EQ(s.said(2), "attach 1 1\n");
   s.say(2, Attached{{1}, {1}, {0}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
 }
 
 TEST(ServiceImports, ARestartedClientTakesOverFromItsOldConnection) {
@@ -137,11 +144,10 @@ TEST(ServiceImports, ARestartedClientTakesOverFromItsOldConnection) {
     EXPECT_EQ(s.said(n), "attach 1 1\n");
     s.say(n, Attached{{1}, {1}, {0}});
   }
-  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim [" + std::to_string(service_gid("/s").bytes[0]) +
-                         "]\nmirror_service 2 /s\n");
+  EXPECT_EQ(s.did(), "unmirror_service 1\n" + claim(false) + "mirror_service 2 /s\n" + claim(true));
 }
 
-TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrors) {
+TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrorsUnlessTheOtherDoes) {
   Script s(server({callable()}));
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")});
   s.join(1);
@@ -158,9 +164,13 @@ TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrors) {
   s.pass(149);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
-  s.claim(9, 255, {service_gid("/s")});  // a larger id: it is the one to give way
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
+  s.claim(9, 255, {service_gid("/s")}, true);  // a larger id: it is the one to give way
   EXPECT_EQ(s.did(), "");
+  s.claim(9, 0, {service_gid("/s")});  // it has no mirror yet
+  EXPECT_EQ(s.did(), "");
+  s.claim(9, 0, {service_gid("/s")}, true);
+  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 
 // Whoever finds it ready sends a goal at once: its feedback must flow by then.
@@ -182,7 +192,9 @@ TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
   s.pass(249);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /fib/_action/send_goal\n");
+  const int goal = service_gid("/fib/_action/send_goal").bytes[0];
+  EXPECT_EQ(s.did(),
+            "mirror_service 1 /fib/_action/send_goal\nclaim [11 " + std::to_string(goal) + "]\n");
   s.said(1);
   request(s, 11, "goal");
   EXPECT_EQ(s.said(1).substr(0, 12), "demand 1 on\n");

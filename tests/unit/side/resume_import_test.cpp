@@ -39,11 +39,12 @@ TEST(SideResume, AMirrorIsMadeAnewAndGoesOnBehindWhatArrived) {
   s.pass(30'000);
   EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
   EXPECT_EQ(s.come_back(), "");  // its subscribers have to find it
-  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11]\n");
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11?]\n");
   s.pass(199);
   EXPECT_EQ(s.said(2), "");
   s.pass(1);
   EXPECT_EQ(s.said(2), "demand 5 on resume after 2\n");
+  EXPECT_EQ(s.did(), "claim [11]\n");
   s.message(2, 5, 3, "c");
   EXPECT_EQ(s.did(), "publish 3 c\n");
 }

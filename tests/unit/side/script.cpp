@@ -49,10 +49,12 @@ void Script::take(std::uint32_t subscription, std::uint8_t n, const std::string&
   give(MessageTaken{{subscription}, gid(n), stamp, sample(text), number});
 }
 
-void Script::claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins) {
-  Token128 token;
-  token.bytes.fill(side_id);
-  give(MessageTaken{{1}, gid(publisher), 0, serialize(Claim{token, std::move(origins)}, 0)});
+void Script::claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins,
+                   bool feeds) {
+  Claim claim;
+  claim.side.bytes.fill(side_id);
+  for (const Gid& origin : origins) claim.origins.push_back({origin, feeds});
+  give(MessageTaken{{1}, gid(publisher), 0, serialize(claim, 0)});
 }
 
 void Script::binary(std::uint32_t connection, const Bytes& packet) {

@@ -31,7 +31,9 @@ class Script {
   // A sample of publisher n; its stamp is `stamp_ms`, or the present.
   void take(std::uint32_t subscription, std::uint8_t n, const std::string& text,
             std::int64_t stamp_ms = -1, std::uint64_t number = 0);
-  void claim(std::uint8_t publisher, std::uint8_t side_id, std::vector<Gid> origins);
+  // Another bridge's claim to origins that it feeds, or does not feed yet.
+  void claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins,
+             bool feeds = false);
   void binary(std::uint32_t connection, const Bytes& packet);
   void say(std::uint32_t connection, const Control& control);
   void demand(std::uint32_t connection, std::uint32_t channel, bool on = true);

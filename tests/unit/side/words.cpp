@@ -30,6 +30,17 @@ std::string text_of(ByteView raw) {
   return {raw.begin() + 4, raw.end()};
 }
 
+namespace {
+
+std::string words_of(const std::vector<ClaimedOrigin>& claimed) {
+  std::string words;
+  for (const auto& [gid, feeds] : claimed)
+    words += (words.empty() ? "" : " ") + std::to_string(gid.bytes[0]) + (feeds ? "" : "?");
+  return words;
+}
+
+}  // namespace
+
 std::string word_of(const Action& action) {
   const auto id = [](auto i) { return std::to_string(i.value); };
   return std::visit(
@@ -46,8 +57,7 @@ std::string word_of(const Action& action) {
           [&](const Publish& a) {
             const auto claim = parse_claim(a.payload.view());
             if (!claim) return "publish " + id(a.mirror) + " " + text_of(a.payload.view());
-            return "claim [" + list_of(claim->origins, [](const Gid& g) { return g.bytes[0]; }) +
-                   "]";
+            return "claim [" + words_of(claim->origins) + "]";
           },
           [&](const CreateServiceMirror& a) {
             return "mirror_service " + id(a.id) + " " + a.service;

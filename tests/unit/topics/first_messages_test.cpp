@@ -9,9 +9,12 @@
 namespace connect_bridge::side_test {
 namespace {
 
+using std::chrono::milliseconds;
+
 // Link 1 offers /a of publisher 7, which a subscriber here wants; mirrors wait for 60 ms.
 struct Listening : Script {
-  explicit Listening(const Qos& settings = qos()) : Script(waiting()) {
+  explicit Listening(const Qos& settings = qos(), Duration max_age = kForever)
+      : Script(waiting(max_age)) {
     graph({topic("/a").sub(5, settings)});
     pass(1000);
     be_welcomed(1);
@@ -19,10 +22,20 @@ struct Listening : Script {
     say(1, Offer{{channel(1, "/a", {origin(1, 7, settings)})}, true});
     said(1);
   }
-  static SideOptions waiting() {
-    auto options = client();
-    options.matching = std::chrono::milliseconds(60);
+  static SideOptions waiting(Duration max_age) {
+    Rule all = everything();
+    all.treatment.max_age = max_age;
+    auto options = client({all});
+    options.matching = milliseconds(60);
     return options;
+  }
+  // From now on the age of messages is known.
+  void tell_clock() {
+    give(TimePassed{});  // it asks
+    const Stamp now = flow_test::at_ms(at);
+    Bytes reply;
+    append_header(TimeReply{now, now, now, 0}, reply);
+    binary(1, reply);
   }
 };
 
@@ -47,6 +60,68 @@ TEST(MirrorOfAFirstMessage, OfALatchedTopicAllArePublished) {
   const std::string did = s.did();
   EXPECT_EQ(did.substr(0, 13), "publish 2 m1\n");
   EXPECT_EQ(std::count(did.begin(), did.end(), '\n'), 103);
+}
+
+TEST(MirrorOfAFirstMessage, WaitsAlsoUnderARuleWithAMaxAge) {
+  Listening s(qos(), milliseconds(300));
+  s.message(1, 1, 1, "first");
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [7]\n");
+  s.pass(60);
+  EXPECT_EQ(s.did(), "publish 2 first\n");
+}
+
+// It is 10 ms old and may become 30: it leaves while it is fresh, and what came before it too.
+TEST(MirrorOfAFirstMessage, WaitsNoLongerThanItIsFresh) {
+  Listening s(qos(), milliseconds(30));
+  s.tell_clock();
+  s.did();
+  s.message(1, 1, 1, "newer");
+  s.message(1, 1, 1, "older", s.at - 10);
+  s.message(1, 1, 1, "too old", s.at - 31);
+  EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
+  s.pass(10);
+  s.message(1, 1, 1, "next");
+  EXPECT_EQ(s.did(), "");
+  s.pass(10);
+  EXPECT_EQ(s.did(), "publish 2 newer\npublish 2 older\n");
+  s.pass(10);
+  EXPECT_EQ(s.did(), "");
+  s.pass(10);
+  EXPECT_EQ(s.did(), "publish 2 next\n");
+  EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
+}
+
+// A loop that comes to it a little after its time must not find it too old.
+TEST(MirrorOfAFirstMessage, LeavesSomeMillisecondsBeforeItIsTooOld) {
+  Listening s(qos(), milliseconds(30));
+  s.did();
+  s.message(1, 1, 1, "first");
+  s.at += 29;
+  s.give(TimePassed{});
+  EXPECT_EQ(s.did(), "publish 2 first\n");
+  s.message(1, 1, 1, "second");
+  s.at += 31;  // the loop stood still
+  s.give(TimePassed{});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
+}
+
+TEST(MirrorOfAFirstMessage, IsLostWhereThePublisherIsMadeTooLate) {
+  auto options = Listening::waiting(milliseconds(300));
+  options.proxy_nodes = true;
+  Script s(std::move(options));
+  s.graph({topic("/a").sub(5)});
+  s.pass(1000);
+  s.be_welcomed(1);
+  OriginOffer unnamed = origin(1, 7);
+  unnamed.node.clear();
+  s.say(1, Offer{{channel(1, "/a", {unnamed, origin(2, 8)})}, true});  // the other one is demanded
+  s.said(1);
+  s.message(1, 1, 1, "first");
+  s.did();
+  s.pass(2000);
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [7 8]\n");
+  EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
 }
 
 // It waits for its node's name, and another bridge is there first.

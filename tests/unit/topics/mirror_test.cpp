@@ -89,10 +89,12 @@ TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
 TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
   Script s;
   s.offer(s.one, {origin(1, 7, latched())});
-  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), ms(0)), std::nullopt);
-  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), ms(0)), DropReason::kDuplicate);
-  EXPECT_EQ(s.mirror(7).publish(4, sample("four"), ms(0)), DropReason::kDuplicate);
-  EXPECT_EQ(s.mirror(7).publish(6, sample("six"), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), TimePoint::max(), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).publish(5, sample("five"), TimePoint::max(), ms(0)),
+            DropReason::kDuplicate);
+  EXPECT_EQ(s.mirror(7).publish(4, sample("four"), TimePoint::max(), ms(0)),
+            DropReason::kDuplicate);
+  EXPECT_EQ(s.mirror(7).publish(6, sample("six"), TimePoint::max(), ms(0)), std::nullopt);
 }
 
 // A peer must not make the middleware keep everything, or monitor periods of a nanosecond.
@@ -121,20 +123,22 @@ TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
   s.demanded();
   EXPECT_EQ(s.did(), "mirror 1 /a reliable latched 100\nmirror 2 /a reliable latched 100\n");
   const std::string ten(6, 'x');  // with the header of a sample
-  EXPECT_EQ(s.mirror(7).publish(1, sample(ten), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).publish(1, sample(ten), TimePoint::max(), ms(0)), std::nullopt);
   EXPECT_EQ(s.mirror(7).kept_bytes(), 1000U);
-  EXPECT_EQ(s.mirror(8).publish(1, sample(ten), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.mirror(8).publish(1, sample(ten), TimePoint::max(), ms(0)), DropReason::kQueueBytes);
   EXPECT_EQ(s.did(), "publish 1 " + ten + "\n");
   // A larger one takes the place of several; the exporter is asked to send the last ones again.
   const std::string larger(96, 'x');
-  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), TimePoint::max(), ms(0)),
+            DropReason::kQueueBytes);
   EXPECT_EQ(s.did(), "unmirror 1\nmirror 3 /a reliable latched 8\n");
   EXPECT_EQ(s.demanded(), "1: demand 1 off\n2: ");
-  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(7).publish(2, sample(larger), TimePoint::max(), ms(0)), std::nullopt);
   EXPECT_EQ(s.mirror(7).kept_bytes(), 800U);
-  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), ms(0)), DropReason::kQueueBytes);
+  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), TimePoint::max(), ms(0)),
+            DropReason::kQueueBytes);
   EXPECT_EQ(s.did(), "publish 3 " + larger + "\nunmirror 2\nmirror 4 /a reliable latched 2\n");
-  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(8).publish(1, sample(larger), TimePoint::max(), ms(0)), std::nullopt);
 }
 
 // They hold no more of their link's share of the memory than they leave to its messages.
@@ -147,14 +151,16 @@ TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
                  origin(4, 10, latched(1))});
   for (const std::uint8_t publisher : {7, 8}) {
     for (std::uint64_t number = 1; number <= 2; ++number)
-      static_cast<void>(s.mirror(publisher).publish(number, sample(std::string(996, 'x')), ms(0)));
+      static_cast<void>(s.mirror(publisher).publish(number, sample(std::string(996, 'x')),
+                                                    TimePoint::max(), ms(0)));
     EXPECT_GT(s.mirror(publisher).kept_bytes(), 50'000U) << int{publisher};
   }
   EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
   // Of large samples a single one may take more.
-  EXPECT_EQ(s.mirror(9).publish(1, sample(std::string(60'000, 'x')), ms(0)), std::nullopt);
+  EXPECT_EQ(s.mirror(9).publish(1, sample(std::string(60'000, 'x')), TimePoint::max(), ms(0)),
+            std::nullopt);
   EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
-  EXPECT_EQ(s.mirror(10).publish(1, sample(std::string(100'000, 'x')), ms(0)),
+  EXPECT_EQ(s.mirror(10).publish(1, sample(std::string(100'000, 'x')), TimePoint::max(), ms(0)),
             DropReason::kQueueBytes);
 }
 

@@ -1,24 +1,10 @@
-// How long mirrors live: losses, returns, two links with one origin, other bridges.
+// How long mirrors live: losses, returns, two links with one origin.
 #include <gtest/gtest.h>
 
-#include "unit/side/script.hpp"
+#include "unit/topics/mirrors_script.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
-
-// Link 1 has offered /map of publisher 11, demanded by a local subscriber through mirror 2.
-struct Mirrors : Script {
-  explicit Mirrors(const Qos& q = latched(), SideOptions options = server())
-      : Script(std::move(options)) {
-    graph({topic("/map").sub(1)});
-    pass(1000);
-    session = join(1);
-    say(1, Offer{{channel(1, "/map", {origin(1, 11, q)})}, true});
-    EXPECT_EQ(said(1), "demand 1 on\n");
-    did();
-  }
-  Token128 session;
-};
 
 TEST(SideMirrors, StayForDeadAfterWhenTheLinkIsLost) {
   Mirrors s;
@@ -211,42 +197,6 @@ TEST(SideMirrors, LikewiseWhenTheFirstWithdraws) {
   EXPECT_EQ(s.said(2), "demand 7 off\n");
   s.pass(250);
   EXPECT_EQ(s.said(2), "demand 7 on\n");
-}
-
-TEST(SideMirrors, AnotherBridgesClaimIsRespected) {
-  Mirrors s;
-  s.claim(9, 0, {gid(11)});  // the smallest side id
-  EXPECT_EQ(s.did(), "unmirror 2\nclaim []\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, OriginsChanged{{1}, {origin(2, 12)}, {}});  // of this one it says nothing
-  EXPECT_EQ(s.did(), "mirror 3 /map reliable volatile 10\nclaim [12]\n");
-  s.pass(250);
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-  s.graph({topic("/map").sub(1)});  // the other bridge is gone
-  EXPECT_EQ(s.did(), "mirror 4 /map reliable latched 1\nclaim [11 12]\n");
-  EXPECT_EQ(s.said(1), "demand 1 off\n");  // so that the last samples come again
-  s.pass(250);
-  EXPECT_EQ(s.said(1), "demand 1 on\n");
-}
-
-TEST(SideMirrors, AClaimOfALargerSideIdIsNot) {
-  Mirrors s;
-  s.claim(9, 255, {gid(11)});
-  EXPECT_EQ(s.did(), "");
-  EXPECT_EQ(s.said(1), "");
-}
-
-TEST(SideMirrors, BesideAnotherBridgeANewMirrorWaitsForItsClaim) {
-  Mirrors s;
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1)});
-  s.say(1, Offer{{channel(3, "/b", {origin(1, 13)})}, false});
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/map").sub(1), topic("/b").sub(1)});
-  s.did();
-  s.pass(249);
-  EXPECT_EQ(s.said(1), "");
-  s.pass(1);
-  EXPECT_EQ(s.said(1), "demand 3 on\n");
 }
 
 TEST(SideMirrors, BothEndsInOneGraphMirrorNothing) {
