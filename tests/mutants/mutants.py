@@ -145,7 +145,7 @@ MUTANTS = [
            "if (!changed_ || !pace_.take(now.steady)) return false;",
            "if (!changed_) return false;"),
     Mutant("what is small costs nothing while it waits",
-           "auto bytes = peer_.decoding().hold(message.body.size() + sizeof(Waiting));",
+           "auto bytes = peer_.decoding().hold(cost);",
            "auto bytes = peer_.decoding().hold(message.body.size());"),
     Mutant("a first message keeps its packet",
            "messages_.push_back({Payload::copy_of(raw.view()), expires});",

@@ -11,6 +11,12 @@
 
 namespace connect_bridge {
 
+// A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
+// identifier in two bytes, then two bytes of options.
+[[nodiscard]] inline bool is_serialized(ByteView raw) {
+  return raw.size() >= 4 && raw[0] == 0 && raw[1] <= 0x0b;
+}
+
 // Alignment counts from the end of the 4-byte encapsulation header; as that has 4 bytes, the total
 // size can be used for fields of up to 4 bytes.
 class CdrWriter {

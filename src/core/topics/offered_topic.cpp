@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/cdr.hpp"
 #include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
@@ -14,12 +15,6 @@ namespace {
 
 // Messages behind one that is with a worker: they are published in one turn of the loop.
 constexpr std::size_t kWaitingMax = 1024;
-
-// A serialized sample begins with its encapsulation (RTPS 2.3 section 10.2): a known representation
-// identifier in two bytes, then two bytes of options.
-bool is_serialized(ByteView raw) {
-  return raw.size() >= 4 && raw[0] == 0 && raw[1] <= 0x0b;
-}
 
 }  // namespace
 
@@ -254,20 +249,20 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     publish(message, Payload::adopt(std::move(raw).value()), now);
     return Nothing{};
   }
+  const std::uint64_t cost = message.body.size() + sizeof(Waiting);
   if (waiting_.size() >= kWaitingMax ||
-      peer_.decoding().used() + message.body.size() + sizeof(Waiting) >
-          context_.options.decoding_bytes_max) {
+      peer_.decoding().used() + cost > context_.options.decoding_bytes_max) {
     dropped_.add(DropReason::kQueueBytes);
     return Nothing{};
   }
-  if (message.body.size() + sizeof(Waiting) > link_.memory.room()) {
+  if (cost > link_.memory.room()) {
     dropped_.add(DropReason::kMemory);
     return Nothing{};
   }
   // A message of one part is a slice: it must not keep its whole packet while it waits.
   if (message.body.size() <= kPacketBytesMax) message.body = Payload::copy_of(message.body.view());
   make_room(message);
-  auto bytes = peer_.decoding().hold(message.body.size() + sizeof(Waiting));
+  auto bytes = peer_.decoding().hold(cost);
   waiting_.push_back({std::move(message), std::move(bytes)});
   if (!job_) start_job();
   return Nothing{};
