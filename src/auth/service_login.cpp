@@ -29,7 +29,8 @@ Judgement unanswered(const std::string& why) {
 
 // That the login is wrong, or no login. Other statuses tell of the service or of the way to it.
 bool is_refusal(int status) {
-  return status == 400 || status == 401 || status == 403 || status == 422;
+  const bool later = status == 408 || status == 425 || status == 429;
+  return status >= 400 && status < 500 && status != 404 && !later;
 }
 
 // Fills the identity and returns an empty text, or returns what is wrong with the answer.

@@ -169,7 +169,7 @@ void Acceptance::notice_unheard() {
 }
 
 void Acceptance::line_up() {
-  deadline_.cancel();
+  set_deadline(options_->timeout);                      // of the wait; another one follows it
   const AwaitTurn await_turn = std::move(await_turn_);  // it may end this one
   await_turn(shared_from_this());
 }

@@ -223,7 +223,7 @@ bool Listener::take_handshake(const ConnectionOpened& from) {
     return true;
   ++counts_.handshakes_dropped;
   log_limit(dropped_, from.peer +
-                          ": dropped, its address begins too many TLS handshakes "
+                          ": dropped, its address or its network begins too many TLS handshakes "
                           "(limits.address_handshakes_per_second)");
   return false;
 }

@@ -1,9 +1,10 @@
 // What waits, in lines that take turns: nobody waits for long because another one brings much.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
-#include <map>
+#include <list>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,25 +25,27 @@ class Turns {
 
   // What finds no place, if any: the new one, or one that has waited.
   [[nodiscard]] std::optional<Item> add(const std::string& line, Item item) {
-    const auto own = lines_.try_emplace(line).first;
-    own->second.push_back(std::move(item));
+    auto own = std::find_if(lines_.begin(), lines_.end(),
+                            [&](const Line& other) { return other.name == line; });
+    if (own == lines_.end()) own = lines_.insert(own, Line{line, {}});
+    own->items.push_back(std::move(item));
     ++size_;
-    if (own->second.size() > bounds_.of_line) return take_newest(own);
+    if (own->items.size() > bounds_.of_line) return take_newest(own);
     if (size_ <= bounds_.all) return std::nullopt;
     auto longest = own;
     for (auto it = lines_.begin(); it != lines_.end(); ++it)
-      if (it->second.size() > longest->second.size()) longest = it;
+      if (it->items.size() > longest->items.size()) longest = it;
     return take_newest(longest);
   }
 
-  // The oldest of the line after the last one that had its turn.
+  // The oldest of the line that has waited longest for its turn: of all that come later, each has
+  // one turn at most before it.
   std::optional<Item> take() {
     if (lines_.empty()) return std::nullopt;
-    auto next = lines_.upper_bound(last_);
-    if (next == lines_.end()) next = lines_.begin();
-    last_ = next->first;
-    Item item = std::move(next->second.front());
-    next->second.pop_front();
+    const auto next = lines_.begin();
+    Item item = std::move(next->items.front());
+    next->items.pop_front();
+    lines_.splice(lines_.end(), lines_, next);
     shrink(next);
     return item;
   }
@@ -50,8 +53,8 @@ class Turns {
   template <class Which>
   void erase_if(Which which) {
     for (auto it = lines_.begin(); it != lines_.end();) {
-      size_ -= std::erase_if(it->second, which);
-      it = it->second.empty() ? lines_.erase(it) : std::next(it);
+      size_ -= std::erase_if(it->items, which);
+      it = it->items.empty() ? lines_.erase(it) : std::next(it);
     }
   }
 
@@ -63,22 +66,25 @@ class Turns {
   [[nodiscard]] bool empty() const { return size_ == 0; }
 
  private:
-  using Lines = std::map<std::string, std::deque<Item>>;  // none is empty
+  struct Line {
+    std::string name;
+    std::deque<Item> items;  // never empty
+  };
+  using Lines = std::list<Line>;  // in the order of their turns
 
   Item take_newest(typename Lines::iterator line) {
-    Item item = std::move(line->second.back());
-    line->second.pop_back();
+    Item item = std::move(line->items.back());
+    line->items.pop_back();
     shrink(line);
     return item;
   }
   void shrink(typename Lines::iterator line) {
     --size_;
-    if (line->second.empty()) lines_.erase(line);
+    if (line->items.empty()) lines_.erase(line);
   }
 
   Bounds bounds_;
   Lines lines_;
-  std::string last_;
   std::size_t size_ = 0;
 };
 

@@ -176,7 +176,7 @@ std::optional<Packet> Outbox::next(const Now& now) {
   if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
     return next_control(now);
   small_.leave(packet_);
-  const bool holds_data = controls_.empty() && add_data(now);
+  const bool holds_data = controls_.empty() && !small_.aborts_wait() && add_data(now);
   if (packet_.empty()) return std::nullopt;
   cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
   // Data that the cap holds back does not wait for the path, so nothing about the path's rate can

@@ -1,6 +1,7 @@
 // The frames that overtake all data on a connection: acknowledgements, time frames, aborts.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <optional>
@@ -16,6 +17,8 @@ namespace connect_bridge {
 
 // Time frames that wait; a newer one displaces the oldest (a peer may ask faster than it reads).
 inline constexpr std::size_t kTimeFramesMax = 16;
+// Of a packet, whose frames are limited (kPacketFramesMax).
+inline constexpr std::size_t kPacketAbortsMax = 512;
 
 // Belongs to an Outbox.
 class SmallFrames {
@@ -38,13 +41,18 @@ class SmallFrames {
 
   // Whether an ack or time frame does.
   [[nodiscard]] bool waits() const { return ack_ || !times_.empty(); }
-  // Moves all of them into the packet. Aborts are among them, so that they leave before their
-  // channel's next message.
+  // Aborts wait for the next packet, and data behind them: they must leave before their channel's
+  // next message.
+  [[nodiscard]] bool aborts_wait() const { return !aborts_.empty(); }
+  // Moves them into the packet, of aborts as many as it may have.
   void leave(PacketBuilder& packet) {
     if (ack_) packet.add(*ack_);
     for (const auto& frame : times_) packet.add(frame);
-    for (const auto channel : aborts_) packet.add(PartFrame{channel, true, {}});
-    clear();
+    ack_.reset();
+    times_.clear();
+    const auto count = std::min(aborts_.size(), kPacketAbortsMax);
+    for (std::size_t i = 0; i < count; ++i) packet.add(PartFrame{aborts_[i], true, {}});
+    aborts_.erase(aborts_.begin(), aborts_.begin() + static_cast<std::ptrdiff_t>(count));
   }
   void clear() {
     ack_.reset();

@@ -23,7 +23,7 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // Publishers here of which all peers together may be the origins.
+  // Publishers here of which all peers together may be the origins; and as many services.
   std::uint64_t mirrors_max = 16384;
   // What all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
@@ -38,10 +38,12 @@ struct Account {
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
 
-  Account() : Account({}, nullptr, nullptr) {}  // of nobody else
-  Account(const AccountOptions& options, Budget* all_memory, Budget* all_places)
+  Account() : Account({}, nullptr, nullptr, nullptr) {}  // of nobody else
+  Account(const AccountOptions& options, Budget* all_memory, Budget* all_places,
+          Budget* all_service_places)
       : memory(all_memory),
         places(all_places),
+        service_places(all_service_places),
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period) {}
@@ -53,8 +55,9 @@ struct Account {
       static_cast<void>(offences.reserve(now.steady));
   }
 
-  Budget memory;  // what its links hold
-  Budget places;  // its publishers here
+  Budget memory;          // what its links hold
+  Budget places;          // its publishers here
+  Budget service_places;  // its services here
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
@@ -63,11 +66,12 @@ struct Account {
   Throttle accepts{100, std::chrono::seconds(40)};
   // Of control messages, in bytes. Each connection is read no faster than its own rate allows; this
   // holds for those who come again and again, or with many links.
-  Throttle text{8 << 20, std::chrono::seconds(16)};
-  // An attach may create a client, which takes the middleware about a millisecond.
-  Pace attaches{8192, std::chrono::milliseconds(20)};
-  LinePace lines;     // of links that come and go
-  LogLimit declines;  // of channels that were declined before
+  Throttle text{8 << 20, std::chrono::seconds(64)};
+  // That create a client, which takes the middleware about a millisecond.
+  Pace attaches{12'000, std::chrono::milliseconds(5)};
+  Pace demands{131'072, std::chrono::milliseconds(1)};  // that ended
+  LinePace lines;                                       // of links that come and go
+  LogLimit declines;                                    // of channels that were declined before
   TellOnce told;
 };
 
@@ -78,12 +82,16 @@ class Accounts {
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
 
   explicit Accounts(const AccountOptions& options)
-      : options_(options), memory_(options.memory_bytes_max), places_(options.mirrors_max) {}
+      : options_(options),
+        memory_(options.memory_bytes_max),
+        places_(options.mirrors_max),
+        service_places_(options.mirrors_max) {}
 
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account) account = std::make_shared<Account>(options_, &memory_, &places_);
+    if (!account)
+      account = std::make_shared<Account>(options_, &memory_, &places_, &service_places_);
     return account;
   }
   [[nodiscard]] Budget& memory() { return memory_; }
@@ -105,6 +113,7 @@ class Accounts {
   AccountOptions options_;
   Budget memory_;
   Budget places_;
+  Budget service_places_;
   std::size_t kept_ = kUnusedMax;
   TimePoint now_{};  // as of the last on_time()
   std::map<std::string, std::shared_ptr<Account>> accounts_;

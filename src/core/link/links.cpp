@@ -115,6 +115,9 @@ void Links::on(Authenticated& input, const Now& now) {
 
 void Links::answer_login(Authenticated& answer, const Now& now) {
   const ConnectionId id = answer.connection;
+  if (!answer.judged)
+    return refuse(id, {CloseCode::kTooManyConnections, "login not judged: " + answer.reason}, now,
+                  "the login could not be judged, try again later");
   if (const std::string why = refusal(answer, now); !why.empty())
     return refuse(id, {CloseCode::kLoginRefused, "login refused: " + why}, now, "login refused");
   const Identity& identity = *answer.identity;

@@ -176,7 +176,7 @@ void Attachment::on_decline(const Decline& decline, const Now& now) {
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   if (requests_) return Error{CloseCode::kIllegal, "attached to a service twice"};
-  if (!link_.account->attaches.take(now.steady))
+  if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
   link_.expect(attach.requests, this);
   not_back_.cancel();

@@ -61,11 +61,14 @@ bool MirroredService::update(const Now& now) {
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
   Account& account = *feed.link().account;
-  if (account.places.room() == 0) {  // as many as the process may have, or this identity
-    give_up({"no place is left for more mirrors of this peer (mirrors_max)", "limit"});
-    return true;
+  if (account.service_places.room() == 0) {
+    mirror_at_ = next_turn(now);
+    mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
+                                "no place is left for more services of " + feed.link().label() +
+                                    ": not all of them exist here");
+  } else if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) {
+    mirror_at_ = next_turn(now);
   }
-  if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) mirror_at_ = next_turn(now);
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
   } else {
@@ -114,7 +117,7 @@ void MirroredService::claim(const Now& now) {
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
-  place_ = feed.link().account->places.hold(1);
+  place_ = feed.link().account->service_places.hold(1);
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;
   mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror

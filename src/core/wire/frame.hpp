@@ -74,12 +74,12 @@ inline constexpr std::size_t kTimeRequestBytes = 16;
 inline constexpr std::size_t kTimeReplyBytes = 40;
 inline constexpr std::size_t kAckRequestBytes = 8;
 
-// Reads the frames of one packet in order. Parts refer to the packet's bytes. Never allocates
-// except for an error text.
 // More in a packet would keep the receiver's loop busy for too long at a time
-// (docs/protocol.md, section 8).
+// (docs/protocol.md, section 6).
 inline constexpr std::uint32_t kPacketFramesMax = 1024;
 
+// Reads the frames of one packet in order. Parts refer to the packet's bytes. Never allocates
+// except for an error text.
 class FrameReader {
  public:
   explicit FrameReader(ByteView packet) : rest_(packet) {}

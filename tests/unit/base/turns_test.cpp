@@ -29,6 +29,16 @@ TEST(Turns, LinesTakeTurnsAndEachHasItsOrder) {
   EXPECT_FALSE(waiting.take());
 }
 
+// Whoever has many names does not get in front of one that waits.
+TEST(Turns, LinesThatComeLaterWaitBehind) {
+  auto waiting = turns();
+  EXPECT_FALSE(waiting.add("m", 1));
+  EXPECT_FALSE(waiting.add("z", 2));
+  EXPECT_EQ(waiting.take(), 1);
+  for (int i = 3; i <= 9; ++i) EXPECT_FALSE(waiting.add("n" + std::to_string(i), i));
+  EXPECT_EQ(waiting.take(), 2);
+}
+
 TEST(Turns, OfAFullLineTheNewestFindsNoPlace) {
   auto waiting = turns(100, 2);
   EXPECT_FALSE(waiting.add("a", 1));

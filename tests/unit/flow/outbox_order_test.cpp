@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "unit/flow/script.hpp"
@@ -45,6 +46,29 @@ TEST(OutboxOrder, APacketHasNoMoreFramesThanAPeerTakes) {
     all += frames;
   }
   EXPECT_EQ(all, 3000U);
+}
+
+TEST(OutboxOrder, ManyEndsOfMessagesTakeSeveralPackets) {
+  OutboxOptions options = thin();
+  options.unacknowledged_bytes_max = 16 << 20;
+  Outbox outbox(options);
+  constexpr std::uint32_t kChannels = 2000;
+  for (std::uint32_t n = 1; n <= kChannels; ++n) {
+    outbox.add_channel({n}, queue(Priority::kNormal));
+    outbox.push({n}, message(1000), now_ms(0));
+  }
+  for (std::uint32_t n = 0; n < kChannels; ++n) next(outbox);  // a part of each
+  for (std::uint32_t n = 1; n <= kChannels; ++n) outbox.clear_channel({n});
+  outbox.push(kA, message(12), now_ms(0));
+  std::size_t ends = 0;
+  std::string line;
+  while ((line = next(outbox)) != "-") {
+    const auto in_this = static_cast<std::size_t>(std::count(line.begin(), line.end(), '!'));
+    EXPECT_LE(in_this, kPacketFramesMax);
+    EXPECT_TRUE(ends + in_this >= kChannels || line.find(':') == std::string::npos) << line;
+    ends += in_this;
+  }
+  EXPECT_GT(ends, kPacketFramesMax);
 }
 
 TEST(OutboxOrder, NothingIsNoPacket) {

@@ -145,6 +145,9 @@ struct Rush {
     desk.ask(login(1, "slow"));
     while (doorman.judged == 0) std::this_thread::yield();
   }
+  ~Rush() {
+    if (!released) doorman.release();
+  }
   // Asks, as the customer or identity that takes turns with itself.
   void ask(const std::string& who, const std::string& turn, bool renewal = false) {
     Authenticate request = login(++last, who);
@@ -155,6 +158,7 @@ struct Rush {
   // Who is judged, in that order, once the slow one is done.
   std::string order() {
     doorman.release();
+    released = true;
     for (std::uint64_t i = 1; i <= last; ++i) ears.answer(i);
     std::string text;
     for (const auto& who : doorman.who()) text += (text.empty() ? "" : " ") + who;
@@ -162,6 +166,7 @@ struct Rush {
   }
 
   std::uint64_t last = 1;
+  bool released = false;
   Doorman doorman{1};
   Ears ears;
   LoginDesk desk{{&doorman, std::nullopt, 60s}, ears.ports()};

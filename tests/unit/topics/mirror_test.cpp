@@ -144,7 +144,7 @@ TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
 // They hold no more of their link's share of the memory than they leave to its messages.
 TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
   Budget memory(1'000'000);
-  OneLink robot(3, std::make_shared<Account>(AccountOptions{}, &memory, nullptr));
+  OneLink robot(3, std::make_shared<Account>(AccountOptions{}, &memory, nullptr, nullptr));
   Script s;
   PeerTopics peer(s.context, robot.link);
   s.offer(peer, {origin(1, 7, latched(1000)), origin(2, 8, latched(1000)), origin(3, 9, latched(1)),
