@@ -82,6 +82,9 @@ std::optional<Refusal> refusal_of(const HttpRequest& request, const AcceptOption
 
 }  // namespace
 
+// Handshakes wait for their turn for as long as so many may take.
+constexpr int kWaitTimes = 4;
+
 bool names_subprotocol(beast::string_view list) {
   return http::token_list{list}.exists(kSubprotocol);
 }
@@ -169,7 +172,7 @@ void Acceptance::notice_unheard() {
 }
 
 void Acceptance::line_up() {
-  set_deadline(options_->timeout);                      // of the wait; another one follows it
+  set_deadline(kWaitTimes * options_->timeout);
   const AwaitTurn await_turn = std::move(await_turn_);  // it may end this one
   await_turn(shared_from_this());
 }
