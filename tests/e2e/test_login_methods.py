@@ -224,7 +224,7 @@ def test_an_address_of_another_authority_gives_no_keys(sides, tmp_path, https, a
     server = sides.serve(method="jwt", jwt_keys=https.url, https_ca=ca, **of_issuer)
     server.wait_for("auth.jwt_keys https://localhost:.*TLS")
     anna = sides.dial("anna", method="jwt", token=rs256(key, 60))
-    anna.wait_for("login refused")
+    anna.wait_for("the login could not be judged, try again later")
 
 
 def test_a_service_decides(sides, https, authority):
@@ -255,5 +255,5 @@ def test_a_service_that_hangs_delays_nobody_else(sides, https, authority):
     https.delay = 0
     anna = sides.dial("anna", method="service", token="the-right-one-for-anna")
     anna.wait_linked(4)
-    slow.wait_for("login refused|no answer|too slow", 15)
+    slow.wait_for("the login could not be judged|no complete login", 15)
     server.stop(timeout=8)
