@@ -70,6 +70,7 @@ def test_the_good_peer_was_served_all_the_time(served):
         (4009, [dict(type="ack", received_bytes=1 << 40, arrived=1)]),
         (4002, [dict(message(1, 1, b"\x10a"), codec="lz4", raw_bytes=5)]),
         (4002, [dict(message(1, 1, b"abcd"), codec="zstd", raw_bytes=5)]),
+        (4006, [dict(type="time_request", t1=1)] * 1025),
     ],
     ids=[
         "unknown channel",
@@ -84,6 +85,7 @@ def test_the_good_peer_was_served_all_the_time(served):
         "ack of too much",
         "broken lz4",
         "broken zstd",
+        "too many frames",
     ],
 )
 def test_refused_by_state(world, served, code, frames):
