@@ -313,8 +313,12 @@ void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
   if (!ended) return;
   ++counts_.refused;
   acceptances_.erase(ended);
-  line_.erase_if([&](const auto& waiting) { return waiting == ended; });
+  leave_line(ended);
   ended->abandon();
+}
+
+void Listener::leave_line(const std::shared_ptr<Acceptance>& acceptance) {
+  line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
 }
 
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
@@ -333,6 +337,7 @@ bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
 void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& visitor,
                        Accepted accepted) {
   acceptances_.erase(acceptance);
+  leave_line(acceptance);
   const auto slot = std::move(visitor.slot);
   if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
   if (!accepted.socket) {
