@@ -317,10 +317,6 @@ void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
   ended->abandon();
 }
 
-void Listener::leave_line(const std::shared_ptr<Acceptance>& acceptance) {
-  line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
-}
-
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) {  // who is told of nobody counts as the proxy itself

@@ -86,7 +86,9 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const std::string& why);
   // It ends without a word, and its place is free.
-  void leave_line(const std::shared_ptr<Acceptance>& acceptance);
+  void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
+    line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
+  }
   void abandon(const std::weak_ptr<Acceptance>& acceptance);
   // A proxy tells for whom it connects, or nothing. Whether that one may go on.
   bool identify(Visitor& visitor, const std::optional<Source>& source);
