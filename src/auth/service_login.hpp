@@ -7,7 +7,8 @@ namespace connect_bridge {
 
 // Request: POST of {"credential": TEXT, "peer": "203.0.113.5:51234"}. Answer: 200 with {"identity":
 // NAME, "groups": [NAME...], "expires": SECONDS}, the last two optional, seconds since 1970; 401 or
-// 403: refused, as 400 and 422. Everything else lets nobody in either, but counts as no judgement.
+// another 4xx but 404, 408, 425 and 429: refused. Everything else lets nobody in either, but counts
+// as no judgement.
 class ServiceLogin : public Authenticator {
  public:
   ServiceLogin(HttpAddress service, HttpFetch fetch)

@@ -80,10 +80,10 @@ std::optional<Refusal> refusal_of(const HttpRequest& request, const AcceptOption
   return std::nullopt;
 }
 
-}  // namespace
-
 // Handshakes wait for their turn for as long as so many may take.
 constexpr int kWaitTimes = 4;
+
+}  // namespace
 
 bool names_subprotocol(beast::string_view list) {
   return http::token_list{list}.exists(kSubprotocol);

@@ -5,6 +5,7 @@
 #include <boost/asio/ip/v6_only.hpp>
 
 #include "net/socket_tuning.hpp"
+#include "net/steady_now.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -14,10 +15,6 @@ constexpr std::chrono::milliseconds kRetryTime{100};
 constexpr int kProxyShare = 8;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
-
-TimePoint steady_now() {
-  return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
-}
 
 // The first bytes of an IPv6 address, an IPv4 address whole.
 std::string network_of(const asio::ip::address& address, int bytes) {
@@ -81,7 +78,7 @@ std::string Listener::open(const ListenOptions& options) {
   pace_ = Pace(options.handshakes_at_once, options.handshake_period);
   // Fewer than all places, so that those who wait give way by turns, not the oldest first.
   const std::size_t line_max = std::max<std::size_t>(options.pending_max / 2, 1);
-  line_ = Turns<std::shared_ptr<Acceptance>>({line_max, line_max});
+  line_ = decltype(line_)({line_max, line_max});
   for (const DoorPtr& door : doors_) accept(door);
   return {};
 }

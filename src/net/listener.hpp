@@ -85,10 +85,10 @@ class Listener : public std::enable_shared_from_this<Listener> {
   void begin_handshakes();
   void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
   void drop(TcpSocket& socket, const std::string& why);
-  // It ends without a word, and its place is free.
   void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
     line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
   }
+  // It ends without a word, and its place is free.
   void abandon(const std::weak_ptr<Acceptance>& acceptance);
   // A proxy tells for whom it connects, or nothing. Whether that one may go on.
   bool identify(Visitor& visitor, const std::optional<Source>& source);
@@ -108,10 +108,10 @@ class Listener : public std::enable_shared_from_this<Listener> {
   std::shared_ptr<const AcceptOptions> options_;
   std::optional<TlsFiles> tls_;
   std::unordered_set<std::shared_ptr<Acceptance>> acceptances_;
-  std::optional<AddressPaces> paces_;            // of handshakes, by address
-  std::optional<AddressPaces> customer_paces_;   // by customer, who may have many addresses
-  Pace pace_{1, Duration::zero()};               // of all of them
-  Turns<std::shared_ptr<Acceptance>> line_{{}};  // those who wait for it, by customer
+  std::optional<AddressPaces> paces_;           // of handshakes, by address
+  std::optional<AddressPaces> customer_paces_;  // by customer, who may have many addresses
+  Pace pace_{1, Duration::zero()};              // of all of them
+  Turns<std::string, std::shared_ptr<Acceptance>> line_;  // those who wait for it, by customer
   asio::steady_timer next_turn_;
   bool proxies_only_ = false;
   DoorCounts counts_;

@@ -9,6 +9,7 @@
 #include "net/listener.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket.hpp"
+#include "net/steady_now.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {
@@ -108,8 +109,7 @@ void Network::State::forget(ConnectionId id) {
 
 void Network::State::on_held(const std::string& peer) {
   ++held;
-  const TimePoint now(std::chrono::steady_clock::now().time_since_epoch());
-  const auto times = holds.count({now, 0});
+  const auto times = holds.count({steady_now(), 0});
   if (times && events.log)
     events.log(Log{LogLevel::kWarn,
                    peer +

@@ -6,6 +6,7 @@
 #include "net/certified.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
+#include "net/steady_now.hpp"
 #include "net/tls.hpp"
 #include "net/websocket.hpp"
 
@@ -23,10 +24,6 @@ constexpr std::size_t kCloseReasonBytesMax = 120;
 // its bytes do, and the kernel takes 64 at a time (IOV handling of Asio).
 constexpr std::size_t kFlatBytesMax = 16384;
 constexpr std::size_t kPiecesMax = 32;
-
-TimePoint steady_now() {
-  return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
-}
 
 // At most `limit` bytes, not ending inside a UTF-8 character.
 std::string cut(const std::string& text, std::size_t limit) {

@@ -56,7 +56,7 @@ void LoginDesk::ask(Authenticate request) {
   std::optional<Waiting> left_out;
   {
     const std::lock_guard lock(mutex_);
-    Turns<Waiting>& waiting = request.renewal ? renewals_ : strangers_;
+    auto& waiting = request.renewal ? renewals_ : strangers_;
     const std::string turn = request.turn;
     left_out = waiting.add(turn, {std::move(request), Clock::now()});
   }

@@ -71,8 +71,8 @@ class LoginDesk {
   const Ports ports_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  Turns<Waiting> renewals_{{kWaitingMax, kWaitingMax}};
-  Turns<Waiting> strangers_{{kWaitingMax, kOfOneMax}};
+  Turns<std::string, Waiting> renewals_{{kWaitingMax, kWaitingMax}};
+  Turns<std::string, Waiting> strangers_{{kWaitingMax, kOfOneMax}};
   int renewals_in_a_row_ = 0;
   bool ending_ = false;
   std::vector<std::thread> threads_;

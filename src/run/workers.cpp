@@ -45,29 +45,16 @@ void Workers::add(Job job) {
   {
     const std::lock_guard lock(mutex_);
     const LinkId turn = std::visit([](const auto& j) { return j.turn; }, job);
-    waiting_[turn].push_back(std::move(job));
+    static_cast<void>(waiting_.add(turn, std::move(job)));  // never full
   }
   changed_.notify_one();
 }
 
 void Workers::cancel(JobId job) {
   const std::lock_guard lock(mutex_);
-  for (auto& [turn, jobs] : waiting_)
-    std::erase_if(jobs, [job](const Job& waiting) {
-      return std::visit([job](const auto& j) { return j.job == job; }, waiting);
-    });
-  std::erase_if(waiting_, [](const auto& entry) { return entry.second.empty(); });
-}
-
-// A job of the link after the last one that had a turn.
-Workers::Job Workers::take_next() {
-  auto next = waiting_.upper_bound(last_turn_);
-  if (next == waiting_.end()) next = waiting_.begin();
-  last_turn_ = next->first;
-  Job job = std::move(next->second.front());
-  next->second.pop_front();
-  if (next->second.empty()) waiting_.erase(next);
-  return job;
+  waiting_.erase_if([job](const Job& waiting) {
+    return std::visit([job](const auto& j) { return j.job == job; }, waiting);
+  });
 }
 
 void Workers::handled(const JobDone& done) {
@@ -85,7 +72,7 @@ void Workers::run() {
       return ending_ || (!waiting_.empty() && unhandled_bytes_ < kUnhandledBytesMax);
     });
     if (ending_) return;
-    const Job job = take_next();
+    const Job job = *waiting_.take();
     lock.unlock();
     JobDone done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
     lock.lock();

@@ -4,14 +4,13 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <deque>
 #include <functional>
-#include <map>
 #include <mutex>
 #include <thread>
 #include <variant>
 #include <vector>
 
+#include "core/base/turns.hpp"
 #include "core/ports/ports.hpp"
 
 namespace connect_bridge {
@@ -40,13 +39,11 @@ class Workers {
 
  private:
   void run();
-  [[nodiscard]] Job take_next();
 
   std::function<void(JobDone)> done_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::map<LinkId, std::deque<Job>> waiting_;  // by link, for turns; no queue is empty
-  LinkId last_turn_;
+  Turns<LinkId, Job> waiting_;
   std::size_t unhandled_bytes_ = 0;
   std::atomic<bool> ending_ = false;
   std::vector<std::thread> threads_;

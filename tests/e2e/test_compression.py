@@ -143,6 +143,7 @@ def test_on_a_long_path(make_pair, name):
     assert small <= KINDS[name][2] * plain
 
 
+@pytest.mark.alone
 def test_nothing_on_a_short_one(make_pair):
     small, plain = send_all(make_pair(server=SERVER), "tf")
-    assert small >= 0.9 * plain  # a busy machine makes the path slow for a moment
+    assert small == plain

@@ -4,29 +4,30 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <limits>
 #include <list>
 #include <optional>
-#include <string>
 #include <utility>
 
 namespace connect_bridge {
 
-// Bounded. Who finds no place is the newest of a line: of its own if that is full; where all places
-// are taken, of the longest. Not thread-safe.
-template <class Item>
+// Who finds no place is the newest of a line: of its own if that is full; where all places are
+// taken, of the longest. A line is found by looking at all of them. Not thread-safe.
+template <class Key, class Item>
 class Turns {
  public:
   struct Bounds {
-    std::size_t all = 0;
-    std::size_t of_line = 0;
+    std::size_t all = std::numeric_limits<std::size_t>::max();
+    std::size_t of_line = all;
   };
 
+  Turns() = default;  // unbounded
   explicit Turns(Bounds bounds) : bounds_(bounds) {}
 
   // What finds no place, if any: the new one, or one that has waited.
-  [[nodiscard]] std::optional<Item> add(const std::string& line, Item item) {
+  [[nodiscard]] std::optional<Item> add(const Key& line, Item item) {
     auto own = std::find_if(lines_.begin(), lines_.end(),
-                            [&](const Line& other) { return other.name == line; });
+                            [&](const Line& other) { return other.key == line; });
     if (own == lines_.end()) own = lines_.insert(own, Line{line, {}});
     own->items.push_back(std::move(item));
     ++size_;
@@ -38,8 +39,8 @@ class Turns {
     return take_newest(longest);
   }
 
-  // The oldest of the line that has waited longest for its turn: of all that come later, each has
-  // one turn at most before it.
+  // The oldest of the line that has waited longest for its turn: every other line has one turn at
+  // most before it, and a line that comes later has none.
   std::optional<Item> take() {
     if (lines_.empty()) return std::nullopt;
     const auto next = lines_.begin();
@@ -67,7 +68,7 @@ class Turns {
 
  private:
   struct Line {
-    std::string name;
+    Key key;
     std::deque<Item> items;  // never empty
   };
   using Lines = std::list<Line>;  // in the order of their turns

@@ -67,7 +67,7 @@ struct Account {
   // Of control messages, in bytes. Each connection is read no faster than its own rate allows; this
   // holds for those who come again and again, or with many links.
   Throttle text{8 << 20, std::chrono::seconds(64)};
-  // That create a client, which takes the middleware about a millisecond.
+  // Those that create a client, which takes the middleware about a millisecond.
   Pace attaches{12'000, std::chrono::milliseconds(5)};
   Pace demands{131'072, std::chrono::milliseconds(1)};  // that ended
   LinePace lines;                                       // of links that come and go

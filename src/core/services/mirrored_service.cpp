@@ -14,10 +14,12 @@ namespace {
 // What comes and goes in the graph costs every process there: where its identity makes too many, a
 // mirror asks again after this time.
 constexpr Duration kPacing = std::chrono::milliseconds(100);
+// The same where no place is left for it: places become free rarely, and many may wait.
+constexpr Duration kPlacePacing = std::chrono::seconds(2);
 
-// All who wait for their pace look again together.
-TimePoint next_turn(const Now& now) {
-  return now.steady - now.steady.time_since_epoch() % kPacing + kPacing;
+// All who wait for the same look again together.
+TimePoint next_turn(const Now& now, Duration pacing) {
+  return now.steady - now.steady.time_since_epoch() % pacing + pacing;
 }
 
 std::string action_of_goals(const ServiceKey& key) {
@@ -62,12 +64,12 @@ bool MirroredService::update(const Now& now) {
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
-    mirror_at_ = next_turn(now);
+    mirror_at_ = next_turn(now, kPlacePacing);
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
   } else if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) {
-    mirror_at_ = next_turn(now);
+    mirror_at_ = next_turn(now, kPacing);
   }
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);
@@ -228,18 +230,13 @@ void MirroredService::on_callers_gone(const CallersGone& gone) {
 
 void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
   forget_mirror();
-  give_up({failed.reason, failed.code});
-}
-
-// Until the service is offered again.
-void MirroredService::give_up(const Ending& why) {
   failed_ = true;
   if (const Feed* feed = feeding()) {
     mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
                                 "cannot mirror " +
                                     shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
-                                    why.reason);
-    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), why.code, why.reason});
+                                    failed.reason);
+    if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
   }
   close();
 }

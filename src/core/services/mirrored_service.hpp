@@ -72,7 +72,6 @@ class MirroredService {
   void create_mirror(const Feed& feed);
   void destroy_mirror();
   void forget_mirror();
-  void give_up(const Ending& why);
   // The attachment of the feeding link ends, and the mirror.
   void close();
   void remove_feed(LinkId link);

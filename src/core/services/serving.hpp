@@ -8,7 +8,6 @@
 
 #include "core/base/budget.hpp"
 #include "core/base/log_limit.hpp"
-#include "core/base/pace.hpp"
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/actions.hpp"

@@ -76,13 +76,14 @@ TEST(ServiceLogin, WhatItDoesNotAnswerIsNoWrongLogin) {
     return world.judge().judged;
   };
   EXPECT_FALSE(judged({0, {}, {}, "no answer in time"}));
-  for (const int status : {302, 404, 408, 429, 500, 502, 503, 504})
+  for (const int status : {302, 404, 408, 425, 429, 500, 502, 503, 504})
     EXPECT_FALSE(judged({status, {}, {}, {}})) << status;
   EXPECT_FALSE(judged({200, "<html>", {}, {}}));
   EXPECT_FALSE(judged({200, R"({"identity":7})", {}, {}}));
   EXPECT_TRUE(judged({200, R"({"identity":"a","expires":1799999999})", {}, {}}));
   EXPECT_TRUE(judged({200, R"({"identity":"anna"})", {}, {}}));
-  for (const int status : {400, 401, 403, 422}) EXPECT_TRUE(judged({status, {}, {}, {}})) << status;
+  for (const int status : {400, 401, 403, 413, 415, 422, 431})
+    EXPECT_TRUE(judged({status, {}, {}, {}})) << status;
   EXPECT_TRUE(World().judge("short").judged);
 }
 

@@ -5,12 +5,14 @@
 namespace connect_bridge {
 namespace {
 
-Turns<int> turns(std::size_t all = 100, std::size_t of_line = 100) {
-  return Turns<int>({all, of_line});
+using Waiting = Turns<std::string, int>;
+
+Waiting turns(std::size_t all = 100, std::size_t of_line = 100) {
+  return Waiting({all, of_line});
 }
 
 // In the order of their turns.
-std::string all_of(Turns<int>& waiting) {
+std::string all_of(Waiting& waiting) {
   std::string text;
   while (const auto next = waiting.take()) text += std::to_string(*next) + " ";
   return text;
@@ -57,6 +59,12 @@ TEST(Turns, WhereAllPlacesAreTakenTheNewestOfTheLongestLineGivesWay) {
   EXPECT_EQ(waiting.add("d", 31), 12);
   EXPECT_EQ(waiting.add("e", 41), 41) << "none has more than it";
   EXPECT_EQ(all_of(waiting), "1 11 21 31 ");
+}
+
+TEST(Turns, WithoutBoundsAllFindPlace) {
+  Waiting waiting;
+  for (int i = 0; i < 10'000; ++i) EXPECT_FALSE(waiting.add("a", i));
+  EXPECT_EQ(waiting.size(), 10'000U);
 }
 
 TEST(Turns, WhatIsErasedWaitsNoLonger) {

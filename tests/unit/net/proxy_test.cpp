@@ -146,18 +146,24 @@ std::unique_ptr<RawTls> brought(const Pair& pair, const std::string& header) {
   return client;
 }
 
-TEST(Proxy, ItsHeaderComesBeforeTls) {
-  ListenOptions options = behind_header("proxy_");
+bool shakes(Pair& pair, const std::string& header) {
+  return brought(pair, header)->shakes(pair.loop);
+}
+
+// The same server, where an address may begin one handshake.
+ListenOptions for_one_each(const std::string& name) {
+  ListenOptions options = behind_header(name);
   options.address_handshakes_at_once = 1;
   options.address_handshake_period = 800s;
-  Pair pair{options};
-  const auto shakes = [&](const std::string& header) {
-    return brought(pair, header)->shakes(pair.loop);
-  };
-  EXPECT_TRUE(shakes(kProxied));
-  EXPECT_FALSE(shakes(kProxied)) << "handshakes are counted by the client's address";
-  EXPECT_TRUE(shakes("PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
-  EXPECT_FALSE(shakes("")) << "there is no header";
+  return options;
+}
+
+TEST(Proxy, ItsHeaderComesBeforeTls) {
+  Pair pair{for_one_each("proxy_")};
+  EXPECT_TRUE(shakes(pair, kProxied));
+  EXPECT_FALSE(shakes(pair, kProxied)) << "handshakes are counted by the client's address";
+  EXPECT_TRUE(shakes(pair, "PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
+  EXPECT_FALSE(shakes(pair, "")) << "there is no header";
 }
 
 // Whom the proxy brings is known only behind its header; then it waits as all others do.
@@ -181,34 +187,27 @@ TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
 
 // Each address that it tells has a pace of its own, and uses up nothing of what all have.
 TEST(Proxy, AnAddressThatItTellsDoesNotUseUpTheHandshakesOfAll) {
-  ListenOptions options = behind_header("shared_");
-  options.address_handshakes_at_once = 1;
-  options.address_handshake_period = 800s;
+  ListenOptions options = for_one_each("shared_");
   options.handshakes_at_once = 2;
   options.handshake_period = 800s;
   Pair pair{options};
-  const auto shakes = [&](const std::string& header) {
-    return brought(pair, header)->shakes(pair.loop);
-  };
-  EXPECT_TRUE(shakes(kProxied));
-  for (int i = 0; i < 5; ++i) EXPECT_FALSE(shakes(kProxied));
-  EXPECT_TRUE(shakes("PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
+  EXPECT_TRUE(shakes(pair, kProxied));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(shakes(pair, kProxied));
+  EXPECT_TRUE(shakes(pair, "PROXY TCP4 203.0.113.6 10.0.0.1 50000 443\r\n"));
 }
 
 // It has a /56, so 256 of what limits count as an address.
 TEST(Proxy, ACustomerOfManyAddressesHasTheHandshakesOfTwo) {
-  ListenOptions options = behind_header("customer_");
-  options.address_handshakes_at_once = 1;
-  options.address_handshake_period = 800s;
-  Pair pair{options};
-  const auto shakes = [&](const std::string& from) {
-    return brought(pair, "PROXY TCP6 " + from + " 2001:db8::1 50000 443\r\n")->shakes(pair.loop);
+  Pair pair{for_one_each("customer_")};
+  const auto shakes_from = [&](const std::string& from) {
+    return shakes(pair, "PROXY TCP6 " + from + " 2001:db8::1 50000 443\r\n");
   };
-  EXPECT_TRUE(shakes("2001:db8:0:101::5"));
-  EXPECT_TRUE(shakes("2001:db8:0:102::5"));
-  for (int i = 3; i <= 9; ++i) EXPECT_FALSE(shakes("2001:db8:0:10" + std::to_string(i) + "::5"));
+  EXPECT_TRUE(shakes_from("2001:db8:0:101::5"));
+  EXPECT_TRUE(shakes_from("2001:db8:0:102::5"));
+  for (int i = 3; i <= 9; ++i)
+    EXPECT_FALSE(shakes_from("2001:db8:0:10" + std::to_string(i) + "::5"));
   EXPECT_EQ(pair.server.network.counts().handshakes_dropped, 7U);
-  EXPECT_TRUE(shakes("2001:db8:0:201::5")) << "it is another customer's";
+  EXPECT_TRUE(shakes_from("2001:db8:0:201::5")) << "it is another customer's";
 }
 
 TEST(Proxy, WhenTooManyHandshakesWaitTheNewestOfWhoHasMostIsDropped) {

@@ -117,7 +117,7 @@ TEST(Shares, ServicesTakePlaces) {
   EXPECT_EQ(s.did(), "");
   s.say(1, Withdraw{{{1}}});
   s.did();
-  s.pass(200);
+  s.pass(2000);
   EXPECT_EQ(count(s.did(), "mirror_service "), 1);
 }
 

@@ -92,6 +92,26 @@ TEST(MirrorOfAFirstMessage, WaitsNoLongerThanItIsFresh) {
 }
 
 // A loop that comes to it a little after its time must not find it too old.
+// The same, but the mirror waits for the name of its origin's node.
+struct Unnamed : Script {
+  explicit Unnamed(SideOptions options, std::vector<OriginOffer> others = {})
+      : Script(as_nodes(std::move(options))) {
+    graph({topic("/a").sub(5)});
+    pass(1000);
+    be_welcomed(1);
+    OriginOffer unnamed = origin(1, 7);
+    unnamed.node.clear();
+    others.insert(others.begin(), unnamed);
+    say(1, Offer{{channel(1, "/a", std::move(others))}, true});
+    said(1);
+    message(1, 1, 1, "first");
+  }
+  static SideOptions as_nodes(SideOptions options) {
+    options.proxy_nodes = true;
+    return options;
+  }
+};
+
 TEST(MirrorOfAFirstMessage, LeavesSomeMillisecondsBeforeItIsTooOld) {
   Listening s(qos(), milliseconds(30));
   s.did();
@@ -107,17 +127,7 @@ TEST(MirrorOfAFirstMessage, LeavesSomeMillisecondsBeforeItIsTooOld) {
 }
 
 TEST(MirrorOfAFirstMessage, IsLostWhereThePublisherIsMadeTooLate) {
-  auto options = Listening::waiting(milliseconds(300));
-  options.proxy_nodes = true;
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  OriginOffer unnamed = origin(1, 7);
-  unnamed.node.clear();
-  s.say(1, Offer{{channel(1, "/a", {unnamed, origin(2, 8)})}, true});  // the other one is demanded
-  s.said(1);
-  s.message(1, 1, 1, "first");
+  Unnamed s(Listening::waiting(milliseconds(300)), {origin(2, 8)});  // which is demanded
   s.did();
   s.pass(2000);
   EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [7 8]\n");
@@ -126,17 +136,7 @@ TEST(MirrorOfAFirstMessage, IsLostWhereThePublisherIsMadeTooLate) {
 
 // It waits for its node's name, and another bridge is there first.
 TEST(MirrorOfAFirstMessage, IsDroppedWhereTheMirrorMayNotExistAnyMore) {
-  auto options = client();
-  options.proxy_nodes = true;
-  Script s(std::move(options));
-  s.graph({topic("/a").sub(5)});
-  s.pass(1000);
-  s.be_welcomed(1);
-  OriginOffer unnamed = origin(1, 7);
-  unnamed.node.clear();
-  s.say(1, Offer{{channel(1, "/a", {unnamed})}, true});
-  s.said(1);
-  s.message(1, 1, 1, "first");
+  Unnamed s(client());
   s.graph({topic("/a").sub(5).pub(7)});  // both ends are in one graph
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
   s.graph({topic("/a").sub(5)});
