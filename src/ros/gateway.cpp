@@ -35,7 +35,8 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     if (failed != nullptr) subscriptions_.destroy(failed->subscription);
     sink(std::move(*input));
   }
-  return !shared_.ready.idle() || !reports.empty();
+  const bool ending = shared_.ended.free_some();
+  return ending || !shared_.ready.idle() || !reports.empty();
 }
 
 void Gateway::apply(const Publish& action) {

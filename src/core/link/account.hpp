@@ -1,7 +1,9 @@
 // What the links of one identity have together.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -29,6 +31,24 @@ struct AccountOptions {
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
+// What all identities share. Single-threaded.
+struct Shares {
+  explicit Shares(const AccountOptions& options)
+      : memory(options.memory_bytes_max),
+        places(options.mirrors_max),
+        service_places(options.mirrors_max) {}
+
+  // By then the loop has begun its next step.
+  static constexpr Duration kNextStep = std::chrono::milliseconds(1);
+
+  Budget memory;
+  Budget places;
+  Budget service_places;
+  // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
+  // appear in one step of the loop.
+  Pace appearing{8, std::chrono::microseconds(250)};
+};
+
 // It outlives the links, so that logging in again and again, or with many links, does not give
 // more. Single-threaded.
 struct Account {
@@ -37,22 +57,48 @@ struct Account {
   // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
+  // The loop stands while it publishes such a sample, some 0.8 ms for each MiB: larger ones count
+  // up to eight times, so that one of 64 MiB comes in 8 s.
+  static constexpr std::uint64_t kQuicklyPublished = 2 << 20;
+  static constexpr std::uint64_t kSlownessMax = 8;
+  // Who must wait for its pace asks again after this time.
+  static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
-  Account() : Account({}, nullptr, nullptr, nullptr) {}  // of nobody else
-  Account(const AccountOptions& options, Budget* all_memory, Budget* all_places,
-          Budget* all_service_places)
-      : memory(all_memory),
-        places(all_places),
-        service_places(all_service_places),
+  explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
+      : memory(all ? &all->memory : nullptr),
+        places(all ? &all->places : nullptr),
+        service_places(all ? &all->service_places : nullptr),
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
-        offences(options.offences_at_once, options.offence_period) {}
+        offences(options.offences_at_once, options.offence_period),
+        all_(all) {}
 
   // It waits for its next login no longer than that, however often it offends.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
   void note_offence(const Now& now) {
     if (offences.free_at() + offences.period() <= now.steady + kShutOutMax)
       static_cast<void>(offences.reserve(now.steady));
+  }
+
+  // Whether a message of this size, whose body has so many bytes, may be decompressed now; if so,
+  // what it grows beyond the usual is counted.
+  [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
+    const std::uint64_t usual = kUsualRatioMax * body_bytes;
+    if (raw_bytes <= usual) return true;
+    if (!inflation.ready(now)) return false;
+    const std::uint64_t slowness =
+        std::clamp<std::uint64_t>(raw_bytes / kQuicklyPublished, 1, kSlownessMax);
+    inflation.take(static_cast<double>(slowness * (raw_bytes - usual)), now);
+    return true;
+  }
+
+  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
+  // and it is counted; else it may ask again after that time.
+  [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
+    if (pace.free_at() > now) return kPacing;
+    if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;
+    static_cast<void>(pace.take(now));
+    return Duration::zero();
   }
 
   Budget memory;          // what its links hold
@@ -73,6 +119,9 @@ struct Account {
   LinePace lines;                                       // of links that come and go
   LogLimit declines;                                    // of channels that were declined before
   TellOnce told;
+
+ private:
+  Shares* all_;
 };
 
 // The accounts of a side by the names of their identities. All identities without a name share one
@@ -81,21 +130,16 @@ class Accounts {
  public:
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
 
-  explicit Accounts(const AccountOptions& options)
-      : options_(options),
-        memory_(options.memory_bytes_max),
-        places_(options.mirrors_max),
-        service_places_(options.mirrors_max) {}
+  explicit Accounts(const AccountOptions& options) : options_(options), shares_(options) {}
 
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account)
-      account = std::make_shared<Account>(options_, &memory_, &places_, &service_places_);
+    if (!account) account = std::make_shared<Account>(options_, &shares_);
     return account;
   }
-  [[nodiscard]] Budget& memory() { return memory_; }
-  [[nodiscard]] const Budget& memory() const { return memory_; }
+  [[nodiscard]] Budget& memory() { return shares_.memory; }
+  [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {
     now_ = now.steady;
     for (auto& [name, account] : accounts_) account->told.on_time(now);
@@ -111,9 +155,7 @@ class Accounts {
   }
 
   AccountOptions options_;
-  Budget memory_;
-  Budget places_;
-  Budget service_places_;
+  Shares shares_;
   std::size_t kept_ = kUnusedMax;
   TimePoint now_{};  // as of the last on_time()
   std::map<std::string, std::shared_ptr<Account>> accounts_;

@@ -96,11 +96,8 @@ class Link final : public ConnectionUser {
                             const Treatment& treatment, std::size_t bytes, const Now& now);
   // Whether a body may be decompressed now; then it counts.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
-    const std::uint64_t usual = Account::kUsualRatioMax * message.body.size();
-    if (message.codec == Codec::kNone || message.raw_bytes <= usual) return true;
-    if (!account->inflation.ready(now.steady)) return false;
-    account->inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
-    return true;
+    return message.codec == Codec::kNone ||
+           account->may_inflate(message.raw_bytes, message.body.size(), now.steady);
   }
 
   // ---- while there is a connection

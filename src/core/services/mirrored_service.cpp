@@ -11,10 +11,7 @@
 namespace connect_bridge {
 namespace {
 
-// What comes and goes in the graph costs every process there: where its identity makes too many, a
-// mirror asks again after this time.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
-// The same where no place is left for it: places become free rarely, and many may wait.
+// Who finds no place asks again after this time: places become free rarely, and many may wait.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
 
 // All who wait for the same look again together.
@@ -68,8 +65,9 @@ bool MirroredService::update(const Now& now) {
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
-  } else if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) {
-    mirror_at_ = next_turn(now, kPacing);
+  } else if (*mirror_at_ <= now.steady) {
+    const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
+    if (wait > Duration::zero()) mirror_at_ = next_turn(now, wait);
   }
   if (*mirror_at_ <= now.steady) {
     create_mirror(feed);

@@ -5,8 +5,6 @@
 namespace connect_bridge {
 namespace {
 
-// How often listeners beyond the rate are looked at.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
 // What the subscription to a topic that nobody publishes costs the middleware, roughly.
 constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
 
@@ -87,8 +85,10 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
       outputs_.log_once(account.told, LogLevel::kWarn,
                         "not all listeners of a peer are subscribed for: no memory is left in its "
                         "share (memory_max)");
-    if (!has_room || !account.listeners.take(now.steady)) {
-      if (!due_) due_ = now.steady + kPacing;
+    const Duration wait =
+        has_room ? account.wait_to_appear(account.listeners, now.steady) : Account::kPacing;
+    if (wait > Duration::zero()) {
+      due_ = earliest(due_, now.steady + wait);
       return;
     }
     listener.held = account.memory.hold(kSubscriptionBytes);

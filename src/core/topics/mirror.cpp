@@ -17,8 +17,6 @@ constexpr Duration kLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
-// How often one asks whether it may be made now.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
 // By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
@@ -146,8 +144,10 @@ bool Mirror::has_waited_for_name(const Now& now) {
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   paced_.cancel();
-  if (candidates_.front().link->account->mirrors.take(now.steady)) return true;
-  paced_ = context_.timers.set(now.steady + kPacing, this);
+  Account& account = *candidates_.front().link->account;
+  const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
+  if (wait == Duration::zero()) return true;
+  paced_ = context_.timers.set(now.steady + wait, this);
   return false;
 }
 

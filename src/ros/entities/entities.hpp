@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 
 #include "core/base/check.hpp"
 #include "ros/entities/shared.hpp"
@@ -31,8 +32,15 @@ class Entities {
     CONNECT_CHECK(is_new);
     return true;
   }
-  // Returns whether there was one.
-  bool destroy(Id id) { return entities_.erase(id) > 0; }
+  // It is silent at once, and leaves the graph when its turn comes (Ended). Returns whether there
+  // was one.
+  bool destroy(Id id) {
+    auto found = entities_.extract(id);
+    if (!found) return false;
+    shared_.ended.add(std::move(found.mapped()));
+    shared_.ready.wake();
+    return true;
+  }
   // nullptr: there is none.
   [[nodiscard]] T* find(Id id) const {
     const auto found = entities_.find(id);

@@ -22,6 +22,8 @@ class Entity {
   // Handles one of the ready things, and calls done() when no more of its kind is left; counts the
   // bytes that it takes. Returns an input for the core, if there is one.
   virtual std::optional<Input> step(Batch& batch) = 0;
+  // From here on it gets no turn.
+  void mute() { slot_->own = slot_->to_do = 0; }
 
  protected:
   [[nodiscard]] ReadyList::Slot* slot() const { return slot_; }

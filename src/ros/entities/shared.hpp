@@ -12,6 +12,7 @@
 #include "core/base/tell_once.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/counters.hpp"
+#include "ros/entities/ended.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/node/proxy_nodes.hpp"
@@ -67,6 +68,7 @@ struct Shared {
   LogLimit refusals;     // of requests and responses
   LogLimit unpublished;  // samples
   TellOnce told_types;   // that are not installed
+  Ended ended;           // last: they use the others
 };
 
 }  // namespace connect_bridge::ros

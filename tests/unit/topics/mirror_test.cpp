@@ -143,8 +143,10 @@ TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
 
 // They hold no more of their link's share of the memory than they leave to its messages.
 TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
-  Budget memory(1'000'000);
-  OneLink robot(3, std::make_shared<Account>(AccountOptions{}, &memory, nullptr, nullptr));
+  AccountOptions options;
+  options.memory_bytes_max = 1'000'000;
+  Shares all(options);
+  OneLink robot(3, std::make_shared<Account>(options, &all));
   Script s;
   PeerTopics peer(s.context, robot.link);
   s.offer(peer, {origin(1, 7, latched(1000)), origin(2, 8, latched(1000)), origin(3, 9, latched(1)),
