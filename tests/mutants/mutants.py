@@ -246,7 +246,7 @@ MUTANTS = [
            "if (link.mirrors.all() >= options.mirrors_max) return nullptr;", ""),
     Mutant("what mirrors keep without limit",
            "if (keeps_samples() && raw.size() > sample_bytes_)", "if (raw.size() == SIZE_MAX)"),
-    Mutant("bombs decompressed", "if (!account->inflation.ready(now.steady)) return false;", ""),
+    Mutant("bombs decompressed", "if (!inflation.ready(now)) return false;", ""),
     Mutant("the newest stranger refused",
            "refuse(places_.begin()->first, {CloseCode::kTooManyConnections, ...}, now);",
            "outputs_.push(CloseConnection{opened.connection, CloseCode::kTooManyConnections, {}});"
@@ -376,5 +376,11 @@ MUTANTS = [
            "context_.outputs.told()"),
     Mutant("a login that is judged has the time of one that is not shown",
            "login_deadline_ = login_answered_by_;", ""),
+    Mutant("any number appears in one step",
+           "if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;", ""),
+    Mutant("large bombs count like small ones", "slowness * (raw_bytes - usual)",
+           "raw_bytes - usual"),
+    Mutant("all that ends leaves at one go",
+           "!entities_.empty() && std::chrono::steady_clock::now() < end", "!entities_.empty()"),
     Mutant("lines do not take turns", "lines_.splice(lines_.end(), lines_, next);", ""),
 ]
