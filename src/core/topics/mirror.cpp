@@ -145,10 +145,12 @@ bool Mirror::has_waited_for_name(const Now& now) {
 // order in which they came, as all wait equally long.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
+  Link& link = *candidates_.front().link;
+  const bool made = link.account->mirrors.take(now.steady);
+  if (!made && !paced_) ++link.mirrors_waited;
   paced_.cancel();
-  if (candidates_.front().link->account->mirrors.take(now.steady)) return true;
-  paced_ = context_.timers.set(now.steady + kPacing, this);
-  return false;
+  if (!made) paced_ = context_.timers.set(now.steady + kPacing, this);
+  return made;
 }
 
 bool Mirror::may_exist() const {
