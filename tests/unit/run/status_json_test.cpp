@@ -93,14 +93,14 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   service.response_bytes = 11;
   service.declined = "no such type";
   link.services = {service};
-  const Status status{.links = {link}};
+  Status status;
+  status.links = {link};
   EXPECT_EQ(Json::parse(to_json(status, {})).at("links"), Json::parse(R"([{
     "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
     "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
     "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
     "path_queue_ms": 1.5,
-    "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25},
-    "topics": [
+    "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
        "declined": "no such type"},
