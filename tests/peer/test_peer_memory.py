@@ -3,7 +3,6 @@
 import contextlib
 import time
 
-import pytest
 from graph import until
 from std_msgs.msg import String, UInt8MultiArray
 
@@ -20,7 +19,6 @@ TOPICS = [f"/o/hoard{n}" for n in range(16)]
 BESIDE = 64 * MIB + 2 * MESSAGE_MAX + 30 * MIB + 64 * MIB
 
 
-@pytest.mark.alone
 def test_greedy_peers_use_no_more_than_there_is(tmp_path):
     own = World(
         tmp_path,

@@ -100,7 +100,7 @@ def of_ratio_25(size):
 @without_zstd
 def test_one_peers_jobs_do_not_stand_before_anothers(world, login, collect):
     """B5. Large bodies on many channels, and then a small one of another peer: it has its turn, and
-    need not wait for all of them. The other peer may be too late; not every time."""
+    need not wait for all of them. Now and then it comes too late, or before them."""
     names = [f"/o/turns_junk{n}" for n in range(10)]
     junk = [collect(JointState, name, raw=True) for name in names]
     middle, small = collect(String, "/o/turns_middle"), collect(String, "/o/turns_small")
@@ -119,7 +119,8 @@ def test_one_peers_jobs_do_not_stand_before_anothers(world, login, collect):
     assert large[0] / 32 < len(large[1]) < 1_000_000
     text = cdr_string(random.Random(2).randbytes(20_000).hex())
     text = len(text), zstd_compress(text)
-    for turn in range(1, 9):
+    before = 0
+    for turn in range(1, 10):
         packets = [
             compressed(c, turn, *(text if c == channels[5] else large), hostile.demanded[c])
             for c in channels
@@ -130,10 +131,10 @@ def test_one_peers_jobs_do_not_stand_before_anothers(world, login, collect):
         calm.send_raw(last)
         for each in (small, middle):
             each.wait(turn)
-        if small.times[-1] < middle.times[-1]:
-            break
+        before += small.times[-1] < middle.times[-1]
         answer_time(hostile)
-    assert small.times[-1] < middle.times[-1]
+    print(f"{before} of 9 times before what came earlier")
+    assert before >= 6
     assert not any(each.messages for each in junk)
 
 
