@@ -14,6 +14,7 @@
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/text_limit.hpp"
 
 namespace connect_bridge {
 
@@ -25,8 +26,13 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // Publishers here of which all peers together may be the origins; and as many services.
+  // Control messages, in bytes a second; what 64 seconds allow passes at once.
+  std::uint64_t control_bytes_per_second = 8 << 20;
+  // What its peers take back of what this side has made for them; a minute's worth at once.
+  int channels_per_second = 200;
+  // Publishers here of which all peers together may be the origins; and services.
   std::uint64_t mirrors_max = 16384;
+  std::uint64_t services_max = 16384;
   // What all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
@@ -36,7 +42,7 @@ struct Shares {
   explicit Shares(const AccountOptions& options)
       : memory(options.memory_bytes_max),
         places(options.mirrors_max),
-        service_places(options.mirrors_max) {}
+        service_places(options.services_max) {}
 
   // By then the loop has begun its next step.
   static constexpr Duration kNextStep = std::chrono::milliseconds(1);
@@ -71,7 +77,18 @@ struct Account {
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
         offences(options.offences_at_once, options.offence_period),
+        text(static_cast<double>(options.control_bytes_per_second)),
+        withdrawals(kMinute * options.channels_per_second,
+                    Duration(std::chrono::seconds(1)) / options.channels_per_second),
+        attaches(withdrawals),
+        demands(kDemandTime * kDemandShare * options.channels_per_second,
+                withdrawals.period() / kDemandShare),
         all_(all) {}
+
+  static constexpr int kMinute = 60;
+  // A demand that ends costs less than a channel, and one message may end 65,536 of them.
+  static constexpr int kDemandShare = 5;
+  static constexpr int kDemandTime = 132;  // seconds whose worth may come at once
 
   // It waits for its next login no longer than that, however often it offends.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
@@ -110,14 +127,14 @@ struct Account {
   Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
-  // Of control messages, in bytes. Each connection is read no faster than its own rate allows; this
-  // holds for those who come again and again, or with many links.
-  Throttle text{8 << 20, std::chrono::seconds(64)};
-  // Those that create a client, which takes the middleware about a millisecond.
-  Pace attaches{12'000, std::chrono::milliseconds(5)};
-  Pace demands{131'072, std::chrono::milliseconds(1)};  // that ended
-  LinePace lines;                                       // of links that come and go
-  LogLimit declines;                                    // of channels that were declined before
+  // Of control messages. Each connection is read no faster than its own rate allows; this holds for
+  // those who come again and again, or with many links.
+  TextLimit text;
+  Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
+  Pace attaches;      // those that create a client, which takes the middleware about a millisecond
+  Pace demands;       // that ended
+  LinePace lines;     // of links that come and go
+  LogLimit declines;  // of channels that were declined before
   TellOnce told;
 
  private:

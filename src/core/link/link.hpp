@@ -17,6 +17,7 @@
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/link/mirror_count.hpp"
+#include "core/policy/peer_accepts.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -57,7 +58,7 @@ class Link final : public ConnectionUser {
   bool renewing = false;  // a new login on the open connection is being looked at
   Pace renewals{16, std::chrono::seconds(1)};
   std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
-  std::optional<Accepts> accepts;       // what the peer would import; known after its first message
+  std::optional<PeerAccepts> accepts;   // what the peer would import; known after its first message
   bool offers_complete = false;         // our first round of offers has been sent
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
@@ -67,6 +68,8 @@ class Link final : public ConnectionUser {
   bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
+  // Of what appears here because of the peer: how much had to wait, as its identity makes too many.
+  std::uint64_t mirrors_waited = 0;
   MirrorCount mirrors{account->places};  // of origins that it offers, or is expected to offer again
   // What our rules have let through, by topic and type: who offers a topic anew gets no more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
@@ -178,7 +181,9 @@ class Link final : public ConnectionUser {
     return incoming_.contains(channel);
   }
   [[nodiscard]] bool wants(ChannelId channel, std::uint16_t demand) const override;
-  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override;
+  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override {
+    return account->text.take(id, bytes, now.steady);
+  }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
@@ -225,9 +230,15 @@ class Link final : public ConnectionUser {
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
   // go.
-  Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
+  Pace withdrawals_{account->withdrawals};
 };
 
 using LinkTable = std::map<LinkId, Link>;
+
+[[nodiscard]] inline std::vector<Link*> all_of(LinkTable& links) {
+  std::vector<Link*> all;
+  for (auto& [id, link] : links) all.push_back(&link);
+  return all;
+}
 
 }  // namespace connect_bridge

@@ -61,15 +61,18 @@ bool MirroredService::update(const Now& now) {
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
+    note_waiting(feed);
     mirror_at_ = next_turn(now, kPlacePacing);
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
   } else if (*mirror_at_ <= now.steady) {
     const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
+    if (wait == Account::kPacing) note_waiting(feed);
     if (wait > Duration::zero()) mirror_at_ = next_turn(now, wait);
   }
   if (*mirror_at_ <= now.steady) {
+    waits_ = false;
     create_mirror(feed);
   } else {
     mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);

@@ -69,6 +69,10 @@ class MirroredService {
   void take_over();
   [[nodiscard]] bool may_exist(const Feed& feed);
   void claim(const Now& now);
+  // It is counted once, however long it waits.
+  void note_waiting(const Feed& feed) {
+    if (!std::exchange(waits_, true)) ++feed.link().mirrors_waited;
+  }
   void create_mirror(const Feed& feed);
   void destroy_mirror();
   void forget_mirror();
@@ -85,6 +89,7 @@ class MirroredService {
   ServiceMirrorId mirror_;
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
+  bool waits_ = false;                  // because its identity makes too many
   bool failed_ = false;                 // until it is offered again
 };
 

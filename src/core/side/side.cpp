@@ -54,6 +54,8 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
+    if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
+      recheck(links, now);
     imports_.send_demands();
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
@@ -68,15 +70,7 @@ void Side::settle(const Now& now) {
 // A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
 // is one. Nothing else uses it, so /clock is followed only then.
 void Side::follow_clock() {
-  bool follows = false;
-  for (const auto& [id, link] : links_.all()) {
-    if (!link.open() || !link.accepts || !link.accepts->ros_time) continue;
-    const TopicState* clock = graph_.find({"/clock", kClockType});
-    const auto wire_name = options_.names.to_wire("/clock");
-    follows = follows || (clock && !clock->publishers.empty() && wire_name &&
-                          policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                         kClockType, link.identity));
-  }
+  const bool follows = exports_.want_clock(links_.all());
   if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
@@ -195,8 +189,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), accepts_review_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -270,33 +265,28 @@ void Side::send_accepts(Link& link) const {
 }
 
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
-  link.accepts = std::move(accepts);
-  service_exports_.hold();
-  service_exports_.recheck(link, now);
-  hold_actions(now);
-  exports_.recheck(link, now);
-  send_offers(link, now);
-  service_exports_.go_on(now);
+  link.accepts.emplace(std::move(accepts));
+  recheck({&link}, now);
   return Nothing{};
 }
 
 // Rights are checked link by link, and no call starts before all are checked. Services come first:
 // a topic that they release is then not subscribed again. Calls of lost connections too.
-void Side::recheck(const Now& now) {
+void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   service_exports_.hold();
-  for (auto& [id, link] : links_.all()) service_exports_.recheck(link, now);
+  for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
-  for (auto& [id, link] : links_.all()) exports_.recheck(link, now);
-  send_offers(now);
+  for (Link* link : links) exports_.recheck(*link, now);
+  for (Link* link : links) send_offers(*link, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all())
-    if (link.open() && link.accepts) send_offers(link, now);
+  for (auto& [id, link] : links_.all()) send_offers(link, now);
 }
 
 void Side::send_offers(Link& link, const Now& now) {
+  if (!link.open() || !link.accepts) return;
   std::vector<ChannelOffer> offers;
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
@@ -305,9 +295,10 @@ void Side::send_offers(Link& link, const Now& now) {
                       "not all interfaces of this side are offered to " + link.node +
                           ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
   }
-  if (offers.empty() && link.offers_complete) return;
-  for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));
-  link.offers_complete = true;
+  const bool completes = !link.offers_complete && !link.accepts->lacks();
+  if (offers.empty() && !completes) return;
+  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
+  link.offers_complete |= completes;
 }
 
 Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
@@ -13,6 +14,7 @@
 #include "core/graph/claims_topic.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/jobs/jobs.hpp"
+#include "core/link/accepts_review.hpp"
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
@@ -108,7 +110,8 @@ class Side final : private LinksUser {
   void follow_clock();
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
-  void recheck(const Now& now);
+  void recheck(const std::vector<Link*>& links, const Now& now);
+  void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
   void send_accepts(Link& link) const;
   void tell_rights(Link& link, const Now& now);
@@ -127,6 +130,7 @@ class Side final : private LinksUser {
   Claims claims_;
   LocalActions actions_;
   Links links_;
+  AcceptsReview accepts_review_;
   Exports exports_;
   Imports imports_;
   ToldListeners told_listeners_;

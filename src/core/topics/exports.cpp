@@ -1,8 +1,10 @@
 #include "core/topics/exports.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/policy/interface.hpp"
+#include "core/topics/clock_publisher.hpp"
 
 namespace connect_bridge {
 
@@ -18,6 +20,18 @@ void Exports::recheck(const Link& link, const Now& now) {
   context_.listeners.recheck(link, now);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.recheck(link, now);
+}
+
+bool Exports::want_clock(const LinkTable& links) const {
+  const TopicState* clock = context_.graph.find({"/clock", kClockType});
+  const auto wire_name = context_.graph_options.names.to_wire("/clock");
+  if (!clock || clock->publishers.empty() || !wire_name) return false;
+  return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
+    const Link& link = entry.second;
+    return link.open() && link.accepts && link.accepts->told().ros_time &&
+           context_.policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
+                                  link.identity);
+  });
 }
 
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {

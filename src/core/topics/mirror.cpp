@@ -143,12 +143,13 @@ bool Mirror::has_waited_for_name(const Now& now) {
 // order in which they came, as all wait equally long.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
+  Link& link = *candidates_.front().link;
+  const Duration wait = link.account->wait_to_appear(link.account->mirrors, now.steady);
+  if (wait == Account::kPacing && !waits_) ++link.mirrors_waited;
   paced_.cancel();
-  Account& account = *candidates_.front().link->account;
-  const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
-  if (wait == Duration::zero()) return true;
-  paced_ = context_.timers.set(now.steady + wait, this);
-  return false;
+  if (wait > Duration::zero()) paced_ = context_.timers.set(now.steady + wait, this);
+  waits_ = wait == Account::kPacing || (waits_ && wait > Duration::zero());
+  return wait == Duration::zero();
 }
 
 bool Mirror::may_exist() const {

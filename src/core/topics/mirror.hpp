@@ -135,7 +135,7 @@ class Mirror {
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name
-  Timer paced_;     // until then it is not made: its identity makes too many
+  Timer paced_;     // until then it is not made: too many are made
   Timer unnamed_;   // what a warning would name has no name yet; then it is told without
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
@@ -144,6 +144,7 @@ class Mirror {
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool feeds_ = false;
+  bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again
 };

@@ -44,15 +44,16 @@ std::optional<Decision> TopicOffer::permission() const {
   if (!decision) return std::nullopt;
   const auto& [name, type] = topic_.key();
   const std::string wire_name = *context_.graph_options.names.to_wire(name);
-  const Accepts& accepts = *link_.accepts;
   if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
-    const bool accepted = std::any_of(accepts.rules.begin(), accepts.rules.end(),
+    const auto& rules = link_.accepts->told().rules;
+    const bool accepted = std::any_of(rules.begin(), rules.end(),
                                       [](const auto& rule) { return !rule.parameters.empty(); });
     return accepted ? decision : std::nullopt;
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   const Interface what{InterfaceKind::kTopic, wire_name, type, *action_type};
-  return accepted_by(accepts, what) ? decision : std::nullopt;
+  // As long as that is not known an open channel stays.
+  return link_.accepts->takes(what).value_or(is_open()) ? decision : std::nullopt;
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
@@ -65,7 +66,7 @@ bool TopicOffer::opens(std::string_view node) const {
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
   return context_.policy.decide(Direction::kExport, what, link_.identity) &&
-         accepted_by(*link_.accepts, what);
+         link_.accepts->takes(what).value_or(false);
 }
 
 // An event may name any node, and not every middleware identifies the publisher.

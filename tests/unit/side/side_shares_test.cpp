@@ -116,7 +116,7 @@ TEST(Shares, ServicesAppearAtABoundedRate) {
 // They take places as publishers do, but not theirs; who finds none waits for one.
 TEST(Shares, ServicesTakePlaces) {
   SideOptions options = server({callable()});
-  options.account.mirrors_max = 16;
+  options.account.services_max = 16;
   Script s(options);
   s.graph({});
   s.pass(3000);
@@ -149,8 +149,8 @@ TEST(Shares, ControlMessagesHaveARate) {
     EXPECT_TRUE(second.link.hears(1 << 20, begin));
   }
   EXPECT_TRUE(first.link.hears(1, begin));
-  EXPECT_FALSE(second.link.hears(1, begin));
-  EXPECT_TRUE(second.link.hears(1, topics_test::ms(1001)));
+  EXPECT_FALSE(first.link.hears(1, begin));
+  EXPECT_TRUE(first.link.hears(1, topics_test::ms(1001)));
 }
 
 // Each change costs the exporter a subscription, and what is kept for late ones.
