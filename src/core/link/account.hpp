@@ -69,9 +69,11 @@ struct Account {
   Throttle text{8 << 20, std::chrono::seconds(64)};
   // Those that create a client, which takes the middleware about a millisecond.
   Pace attaches{12'000, std::chrono::milliseconds(5)};
-  Pace demands{131'072, std::chrono::milliseconds(1)};  // that ended
-  LinePace lines;                                       // of links that come and go
-  LogLimit declines;                                    // of channels that were declined before
+  Pace demands{131'072, std::chrono::milliseconds(1)};   // that ended
+  Pace describes{4096, std::chrono::milliseconds(10)};   // of types that it asks for
+  Pace nodes_asked{512, std::chrono::milliseconds(50)};  // about their types, for it
+  LinePace lines;                                        // of links that come and go
+  LogLimit declines;                                     // of channels that were declined before
   TellOnce told;
 };
 

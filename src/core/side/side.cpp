@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "core/link/standing.hpp"
+#include "core/topics/clock_wish.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -20,8 +21,9 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       claims_(side_),
       links_(options_, side_, random_, outputs_, *this),
+      types_(outputs_),
       exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
-      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
+      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_, types_.peers),
       told_listeners_(options_, policy_, graph_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
@@ -35,6 +37,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;
   if (!started_) start(now);
+  types_.handle(input, now);
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
 }
@@ -58,26 +61,12 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  follow_clock();
+  const bool clock = wants_clock(links_.all(), graph_, options_, policy_);
+  if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
-}
-
-// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
-// is one. Nothing else uses it, so /clock is followed only then.
-void Side::follow_clock() {
-  bool follows = false;
-  for (const auto& [id, link] : links_.all()) {
-    if (!link.open() || !link.accepts || !link.accepts->ros_time) continue;
-    const TopicState* clock = graph_.find({"/clock", kClockType});
-    const auto wire_name = options_.names.to_wire("/clock");
-    follows = follows || (clock && !clock->publishers.empty() && wire_name &&
-                          policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                         kClockType, link.identity));
-  }
-  if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -195,8 +184,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -225,6 +215,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
+  types_.on_link_lost(link);
   imports_.on_link_lost(link.id, now);
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -232,6 +223,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
+  types_.peers.on_link_dead(link.id);
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
   clock_publisher_.stop(outputs_);

@@ -23,6 +23,7 @@
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
 #include "core/topics/told_listeners.hpp"
+#include "core/types/types.hpp"
 
 namespace connect_bridge {
 
@@ -59,6 +60,8 @@ class Side final : private LinksUser {
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
   void on(QosIncompatible& input, const Now& now);
   void on(RequestTaken& input, const Now& now);
+  void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
+  void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
   void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
   void on(ResponseTaken& input, const Now& now) { service_exports_.on_response(input, now); }
@@ -88,6 +91,12 @@ class Side final : private LinksUser {
   Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {
     return exports_.on_listeners(link, listeners, now);
   }
+  Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) override {
+    return types_.answers.on_describe(link, describe, now);
+  }
+  Result<Nothing> on_description(Link& link, const Description& told, const Now&) override {
+    return types_.peers.on_description(link, told);
+  }
   Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
   void on_renewed(Link& link, const Renewed& renewed) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
@@ -105,7 +114,6 @@ class Side final : private LinksUser {
   void start(const Now& now);
   void settle(const Now& now);
   void hold_actions(const Now& now);
-  void follow_clock();
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const Now& now);
@@ -127,6 +135,7 @@ class Side final : private LinksUser {
   Claims claims_;
   LocalActions actions_;
   Links links_;
+  Types types_;
   Exports exports_;
   Imports imports_;
   ToldListeners told_listeners_;

@@ -140,6 +140,17 @@ void put(const Forget& message, Json& json) {
   json["calls"] = json_of(message.calls);
 }
 
+void put(const Describe& message, Json& json) {
+  json["type"] = "describe";
+  json["channels"] = json_of(message.channels);
+}
+
+void put(const Description& message, Json& json) {
+  json["type"] = "description";
+  json["channel"] = message.channel.value;
+  if (!message.text.empty()) json["text"] = message.text;
+}
+
 void put(const Renew& message, Json& json) {
   json["type"] = "renew";
   json["method"] = message.method;
