@@ -4,7 +4,6 @@
 #include <variant>
 
 #include "core/link/standing.hpp"
-#include "core/topics/clock_wish.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -75,6 +75,22 @@ const rosidl_message_type_support_t* BareMessageType::with_hash(const std::strin
   return &found->second;
 }
 
+void BareMessageType::describe(const std::string& hash, std::unique_ptr<DescribedFields> fields) {
+  const auto found = handles_.find(hash);
+  if (found != handles_.end()) found->second.fields = std::move(fields);
+}
+
+bool BareMessageType::is_described() const {
+  return std::any_of(handles_.begin(), handles_.end(),
+                     [](const auto& entry) { return entry.second.fields != nullptr; });
+}
+
+const rosidl_message_type_support_t* BareMessageType::fields_of(
+    const rosidl_message_type_support_t& handle) {
+  const auto& fields = static_cast<const Handle&>(handle).fields;
+  return fields ? &fields->introspection() : nullptr;
+}
+
 const rosidl_message_type_support_t* BareMessageType::find(
     const rosidl_message_type_support_t* handle, const char* identifier) {
   if (std::strcmp(identifier, typesupport_identifier) == 0) return handle;
@@ -106,6 +122,13 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
   return std::shared_ptr<const rosidl_message_type_support_t>(std::move(found), handle);
 }
 
+void BareTypes::describe(const TypeName& name, const std::string& hash,
+                         std::unique_ptr<DescribedFields> fields) {
+  const auto found = types_.find(name.full());
+  const auto type = found == types_.end() ? nullptr : found->second.lock();
+  if (type) type->describe(hash, std::move(fields));
+}
+
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
   const auto parsed = parse_type_hash(hash);
   if (!parsed) return no_hash(name, hash);
@@ -135,6 +158,14 @@ bool BareTypes::uses(std::string_view package) const {
        ++at)
     if (!at->second.expired()) return true;
   return false;
+}
+
+std::size_t BareTypes::described() const {
+  return static_cast<std::size_t>(
+      std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
+        const auto type = entry.second.lock();
+        return type && type->is_described();
+      }));
 }
 
 std::size_t BareTypes::size() const {

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/types/described_fields.hpp"
 #include "ros/types/hashed.hpp"
 #include "ros/types/service_type.hpp"
 #include "ros/types/type_name.hpp"
@@ -30,9 +31,18 @@ class BareMessageType {
 
   // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
   const rosidl_message_type_support_t* with_hash(const std::string& text, const TypeHash& hash);
+  // What one of them is made of. Without a user of that hash it is ignored.
+  void describe(const std::string& hash, std::unique_ptr<DescribedFields> fields);
+  [[nodiscard]] bool is_described() const;
+  // The fields behind such a type support; nullptr: not known.
+  static const rosidl_message_type_support_t* fields_of(
+      const rosidl_message_type_support_t& handle);
 
  private:
-  using Handle = Hashed<rosidl_message_type_support_t>;
+  struct Handle : Hashed<rosidl_message_type_support_t> {
+    using Hashed::Hashed;
+    std::unique_ptr<DescribedFields> fields;
+  };
   // The object behind `data` of a handle. The second part is for middlewares that read it
   // (distro.hpp).
   struct Callbacks : message_type_support_callbacks_t {
@@ -60,11 +70,18 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
+  // The type of this name and hash is made of these fields, as long as it is in use. Of another one
+  // it is ignored.
+  void describe(const TypeName& name, const std::string& hash,
+                std::unique_ptr<DescribedFields> fields);
+
   // Whether a type of this package is in use. If so, the package's other types must be made at run
   // time too: installed types and these must not be mixed in a service.
   [[nodiscard]] bool uses(std::string_view package) const;
   // How many types of messages are in use, those of requests and responses among them.
   [[nodiscard]] std::size_t size() const;
+  // Of how many of them the fields are known.
+  [[nodiscard]] std::size_t described() const;
 
  private:
   std::shared_ptr<BareMessageType> type(const TypeName& name);
