@@ -40,8 +40,9 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
 
 void PeerTypes::drop_source(Types::iterator at, const Link& link, ChannelId channel) {
   auto& [name, type] = *at;
-  std::erase_if(type.sources,
-                [&](const Source& s) { return s.link == &link && s.channel == channel; });
+  const auto dropped = std::erase_if(
+      type.sources, [&](const Source& s) { return s.link == &link && s.channel == channel; });
+  if (dropped == 0) return;  // it went with the connection
   if (!type.sources.empty()) {
     if (type.holder == link.id) hold(type);
     if (type.needed || mismatches_.waits_for(name)) ask(name, type);

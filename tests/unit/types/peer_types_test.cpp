@@ -44,7 +44,7 @@ struct PeerTypes : Script {
   }
   [[nodiscard]] std::size_t times(const std::string& words) const {
     std::size_t count = 0;
-    for (auto at = logged.find(words); at != std::string::npos; at = logged.find(words, at + 1))
+    for (auto i = logged.find(words); i != std::string::npos; i = logged.find(words, i + 1))
       ++count;
     return count;
   }
@@ -168,12 +168,13 @@ TEST(PeerTypes, AMismatchIsOneLineWithTheDifference) {
   PeerTypes s;
   s.refuses(2);
   EXPECT_EQ(s.said(1), "describe 1\ndecline 1 type_mismatch\n");
-  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kHere) + "\n");
+  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kHere) + "\nclaim []\n");
   s.say(1, Description{{1}, kText});
   s.give(TypeLookedUp{{1}, kHere});
   s.did();
-  EXPECT_THAT(s.logged, HasSubstr("cannot mirror /a: the definition of p/msg/T here (" +
-                                  type_hash_of(kHere).substr(0, 15) + "...) is not that of "));
+  EXPECT_THAT(s.logged,
+              HasSubstr("cannot mirror /a of /peer_node: the definition of p/msg/T here (" +
+                        type_hash_of(kHere).substr(0, 15) + "...) is not that of "));
   EXPECT_THAT(s.logged, HasSubstr(": 'id' is int64 here and int32 there. "));
   EXPECT_THAT(s.logged, HasSubstr("allow_type_mismatch"));
   EXPECT_EQ(s.times("cannot mirror"), 1U);
@@ -207,7 +208,7 @@ TEST(PeerTypes, ARuleMayUseATypeNevertheless) {
   s.say(1, Description{{1}, kText});
   s.give(TypeLookedUp{{1}, kHere});
   s.did();
-  EXPECT_THAT(s.logged, HasSubstr("/a: the definition of p/msg/T here"));
+  EXPECT_THAT(s.logged, HasSubstr("\n/a of /peer_node: the definition of p/msg/T here"));
   EXPECT_THAT(s.logged, HasSubstr("Messages that do not fit"));
 }
 
