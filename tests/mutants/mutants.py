@@ -377,4 +377,16 @@ MUTANTS = [
     Mutant("a login that is judged has the time of one that is not shown",
            "login_deadline_ = login_answered_by_;", ""),
     Mutant("lines do not take turns", "lines_.splice(lines_.end(), lines_, next);", ""),
+
+#-- -- types
+    Mutant("a peer is believed about a type",
+           "if (type_hash_of(description.text) != name->second)", "if (false)"),
+    Mutant("a node is believed about a type",
+           "const bool right = !text.empty() && type_hash_of(text) == asked.type.hash;",
+           "const bool right = !text.empty();"),
+    Mutant("any number of types is asked for at a time",
+           "if (questions.open.size() >= kDescribesMax)", "if (false)"),
+    Mutant("a break forgets which types are needed",
+           "if (!type.needed) types_.erase(at);", "types_.erase(at);"),
+    Mutant("types may contain themselves", 'if (depth == kOpen) return wrong(...);', ""),
 ]
