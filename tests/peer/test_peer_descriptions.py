@@ -88,7 +88,9 @@ def test_what_cannot_be_used_is_not_known(world, served, mine, known):
 
 
 @pytest.mark.parametrize(
-    "told, code", [(POINT + " ", 4002), ("x", 4002), ("x" * 262_145, 4006)], ids=len
+    "told, code",
+    [(POINT + " ", 4002), ("x", 4002), ("x" * 262_145, 4006)],
+    ids=["a blank more", "no JSON", "too long"],
 )
 def test_another_text_than_the_hash_has_is_refused(world, served, mine, told, code):
     mine.known = {hash_of(POINT): told}
