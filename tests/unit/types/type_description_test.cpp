@@ -76,7 +76,7 @@ TEST(TypeDescription, NamesKindsAndCapacitiesAreChecked) {
   };
   EXPECT_EQ(of_field(kNumber), "");
   EXPECT_THAT(problem_of(description("a/A", {kNumber})), HasSubstr("name of a type"));
-  EXPECT_THAT(problem_of(description("a/msg/A\n", {kNumber})), HasSubstr("no JSON"));
+  EXPECT_THAT(problem_of(description("a/msg/A\n", {kNumber})), HasSubstr("name of a type"));
   EXPECT_THAT(problem_of(description("a/msg/" + std::string(kNameBytesMax, 'A'), {kNumber})),
               HasSubstr("name of a type"));
   EXPECT_THAT(of_field(field("a b", FieldKind::kInt32)), HasSubstr("name of a field"));
