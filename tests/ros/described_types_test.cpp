@@ -111,6 +111,57 @@ TEST(DescribedTypes, HugeArraysAreNoTrouble) {
   EXPECT_NE(std::nullopt, check_cdr(bytes, fields->introspection(), sample_limits(bytes.size())));
 }
 
+// A peer chooses the fields and the bytes: what the check costs is in proportion to these.
+TEST(DescribedTypes, MessagesInMessagesForEveryByteAreRefused) {
+  TypeDescription deep{
+      {kThing, {{"f", FieldKind::kNested, FieldShape::kSequence, 0, 0, "a/msg/A0"}}}, {}};
+  for (int depth = 0; depth < 30; ++depth)
+    deep.nested.push_back({"a/msg/A" + std::to_string(depth),
+                           {{"f", FieldKind::kNested, FieldShape::kSingle, 0, 0,
+                             "a/msg/A" + std::to_string(depth + 1)}}});
+  deep.nested.push_back({"a/msg/A30", {{"f", FieldKind::kUint8}}});
+  std::sort(deep.nested.begin(), deep.nested.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
+  const auto fields = DescribedFields::make(deep);
+  ASSERT_TRUE(fields);
+  const Bytes bytes = Cdr{}.u32(250'000).zeros(250'000).bytes();
+  const auto problem = check_cdr(bytes, fields->introspection(), described_limits(bytes.size()));
+  ASSERT_TRUE(problem);
+  EXPECT_THAT(*problem, testing::StartsWith("more messages within it than allowed"));
+  EXPECT_LT(problem->size(), 1000U);
+  EXPECT_EQ(check_cdr(bytes, fields->introspection(), sample_limits(bytes.size())), std::nullopt);
+}
+
+// The fields of a hash go with its last user, not with the last one of the name.
+TEST_F(DescribedTypesTest, FieldsAreFreedWithTheLastUserOfTheirHash) {
+  TypeSupports types(true);
+  const std::string text = thing_text(), hash = type_hash_of(text);
+  const auto other = types.message(kThing, "RIHS01_" + std::string(64, 'a'));
+  {
+    const auto first = types.message(kThing, hash);
+    types.describe(kThing, hash, text);
+    EXPECT_EQ(types.described(), 1U);
+    EXPECT_NE(std::get<0>(first).fields(), nullptr);
+    // Who comes later knows them, too.
+    EXPECT_NE(std::get<0>(types.message(kThing, hash)).fields(), nullptr);
+  }
+  EXPECT_EQ(types.made(), 1U);
+  EXPECT_EQ(types.described(), 0U);
+  EXPECT_EQ(std::get<0>(types.message(kThing, hash)).fields(), nullptr);
+}
+
+TEST_F(DescribedTypesTest, OfManyMirrorsTheFirstAsksForTheFields) {
+  const std::string text = thing_text();
+  TestSide side("connect_client");
+  for (std::uint32_t id : {1, 2}) {
+    side.gateway.apply(
+        CreateMirror{MirrorId{id}, topic("thing"), kThing, type_hash_of(text), qos_of_depth(10)});
+    if (id == 1) side.gateway.apply(DescribeType{kThing, type_hash_of(text), text});
+  }
+  EXPECT_TRUE(side.next<TypeDiffers>());
+  EXPECT_FALSE(side.next<TypeDiffers>(200ms));
+}
+
 TEST_F(DescribedTypesTest, SamplesAreCheckedFromThenOn) {
   const std::string text = thing_text();
   TestSide side("connect_client");

@@ -40,7 +40,8 @@ std::optional<Refusal> Mirror::open() {
   open_ = true;
   own_id_ = shared_.node.add_own(publisher_);
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
-  const bool differs = type_.is_bare || !type_.other_hash.empty();
+  // Of many mirrors of one type the first asks for its fields.
+  const bool differs = (type_.is_bare && !type_.fields()) || !type_.other_hash.empty();
   if (differs && !create_.type_hash.empty())
     shared_.report(TypeDiffers{create_.id, type_.other_hash});
   return std::nullopt;
@@ -50,7 +51,9 @@ void Mirror::publish(ByteView bytes) {
   const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
   const auto* fields = small ? nullptr : type_.fields();
   if (fields != nullptr) {
-    if (const auto problem = check_cdr(bytes, *fields, sample_limits(bytes.size())))
+    const CdrLimits limits =
+        type_.is_bare ? described_limits(bytes.size()) : sample_limits(bytes.size());
+    if (const auto problem = check_cdr(bytes, *fields, limits))
       return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
                     *problem);
   }

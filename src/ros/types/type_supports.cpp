@@ -86,7 +86,8 @@ TypeSupports::Message TypeSupports::message(const std::string& type, const std::
   MessageType here = *std::get<0>(found);
   if (hash.empty()) return here;
   auto refusal = mismatch(type, distro::type_hash_of(*here.handle), hash);
-  if (refusal && !any_definition) return *std::move(refusal);
+  // What another definition brings must be checked.
+  if (refusal && (!any_definition || !here.introspection)) return *std::move(refusal);
   if (refusal) here.other_hash = refusal->hash_here;
   return here;
 }
@@ -101,10 +102,10 @@ std::string TypeSupports::description(const std::string& type, const std::string
 void TypeSupports::describe(const std::string& type, const std::string& hash,
                             const std::string& text) {
   const auto name = parse_type_name(type);
-  auto description = parse_description(text);
-  if (!name || !description) return;
-  if (auto fields = DescribedFields::make(std::move(description).value()))
-    bare_.describe(*name, hash, std::move(fields));
+  const auto use = name ? bare_.in_use(*name, hash) : nullptr;
+  if (!use || use->fields) return;
+  if (auto description = parse_description(text))
+    use->fields = DescribedFields::make(std::move(description).value());
 }
 
 TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash,
