@@ -221,6 +221,7 @@ void Bridge::every_second(double lag_ms) {
   run.today = usage_file_.usage().of_day(day);
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   run.types_not_installed = counters.types_not_installed;
+  run.types_described = counters.types_described;
   if (audit_log_) run.audit = audit_log_->counts();
   const NetworkCounts network = network_.counts();
   run.held = network.held;

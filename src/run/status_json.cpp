@@ -108,6 +108,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"published", run.published},
                {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
                {"types_not_installed", run.types_not_installed},
+               {"types_described", run.types_described},
                {"reading_held", run.held},
                {"extra_frames", run.extra_frames},
                {"last_failure", status.last_failure}};

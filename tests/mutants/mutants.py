@@ -1,19 +1,6 @@
-"""Small faults, each of which a test must notice.
+"""The faults that tests/mutants/run tries."""
 
-A fault is bound to code, not to a place: `find` is searched for in all of src/core, without
-comments and white space; `...` in it stands for anything inside one statement. It must be found
-exactly once. Where the same code stands in several functions, `within` names the one that is meant,
-with its class if need be. So code may move to another file, and lines may be wrapped differently.
-"""
-from typing import NamedTuple
-
-
-class Mutant(NamedTuple):
-    name: str
-    find: str
-    put: str
-    within: str = ""
-
+from mutant import Mutant
 
 MUTANTS = [
 #-- -- over connections
@@ -395,4 +382,16 @@ MUTANTS = [
     Mutant("large bombs count like small ones", "slowness * (raw_bytes - usual)",
            "raw_bytes - usual"),
     Mutant("lines do not take turns", "lines_.splice(lines_.end(), lines_, next);", ""),
+
+#-- -- types
+    Mutant("a peer is believed about a type",
+           "if (type_hash_of(description.text) != name->second)", "if (false)"),
+    Mutant("a node is believed about a type",
+           "const bool right = !text.empty() && type_hash_of(text) == asked.type.hash;",
+           "const bool right = !text.empty();"),
+    Mutant("any number of types is asked for at a time",
+           "if (questions.open.size() >= kDescribesMax)", "if (false)"),
+    Mutant("a break forgets which types are needed",
+           "if (!type.needed) types_.erase(at);", "types_.erase(at);"),
+    Mutant("types may contain themselves", 'if (depth == kOpen) return wrong(...);', ""),
 ]

@@ -80,6 +80,7 @@ void Host::act(const CreateMirror& action) {
   mirrors_[action.id] = MirrorInfo{writer, action};
   tell("mirrors " + action.topic + " as publisher " + std::to_string(writer));
   world_.checker.on_mirror(*this, mirrors_[action.id]);
+  compare_types(action);
 }
 
 void Host::act(const DestroyMirror& action) {

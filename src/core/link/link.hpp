@@ -30,6 +30,9 @@ class LinkUser {
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) = 0;
+  virtual Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) = 0;
+  virtual Result<Nothing> on_description(Link& link, const Description& description,
+                                         const Now& now) = 0;
   virtual Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) = 0;
   virtual void on_renewed(Link& link, const Renewed& renewed) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
@@ -204,6 +207,12 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Forget& forget, const Now& now);
   Result<Nothing> on(Listeners& listeners, const Now& now) {
     return user_.on_listeners(*this, listeners, now);
+  }
+  Result<Nothing> on(Describe& describe, const Now& now) {
+    return user_.on_describe(*this, describe, now);
+  }
+  Result<Nothing> on(Description& description, const Now& now) {
+    return user_.on_description(*this, description, now);
   }
   Result<Nothing> on(Renew& renew, const Now& now) { return user_.on_renew(*this, renew, now); }
   Result<Nothing> on(Renewed& renewed, const Now&) {

@@ -125,7 +125,8 @@ void MirroredService::create_mirror(const Feed& feed) {
   mirroring_.by_mirror[mirror_] = this;
   mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror
   mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
-                                              mirroring_.graph_options.owner_of(feed.node())});
+                                              mirroring_.graph_options.owner_of(feed.node()),
+                                              feed.any_definition()});
 }
 
 void MirroredService::destroy_mirror() {

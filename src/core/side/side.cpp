@@ -20,8 +20,9 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       claims_(side_),
       links_(options_, side_, random_, outputs_, *this),
+      types_(outputs_),
       exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
-      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
+      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_, types_.peers),
       told_listeners_(options_, policy_, graph_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
@@ -35,6 +36,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;
   if (!started_) start(now);
+  types_.handle(input, now);
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
 }
@@ -60,18 +62,12 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  follow_clock();
+  const bool clock = wants_clock(links_.all(), graph_, options_, policy_);
+  if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
-}
-
-// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
-// is one. Nothing else uses it, so /clock is followed only then.
-void Side::follow_clock() {
-  const bool follows = exports_.want_clock(links_.all());
-  if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -189,9 +185,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next :
-       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), accepts_review_.deadline()})
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline(),
+                           accepts_review_.deadline(), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -220,6 +216,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
+  types_.on_link_lost(link);
   imports_.on_link_lost(link.id, now);
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -227,13 +224,10 @@ void Side::on_link_lost(Link& link, const Now& now) {
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
+  types_.peers.on_link_dead(link.id);
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
   clock_publisher_.stop(outputs_);
-}
-
-bool Side::resumes(const Link& link) const {
-  return !link.arrived.empty() || exports_.keeps(link.id);
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
@@ -243,8 +237,7 @@ void Side::on_link_forgotten(Link& link, const Now& now) {
 
 void Side::on_peer_replaced(Link& link, const Now& now) {
   end_calls(link, now);
-  link.arrived.clear();
-  exports_.end_kept(link, now);
+  on_link_forgotten(link, now);
 }
 
 void Side::end_calls(Link& link, const Now& now) {
@@ -290,11 +283,10 @@ void Side::send_offers(Link& link, const Now& now) {
   std::vector<ChannelOffer> offers;
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
-  if (!link.may_offer()) {
+  if (!link.may_offer())
     outputs_.log_once(link.account->told, LogLevel::kWarn,
                       "not all interfaces of this side are offered to " + link.node +
                           ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  }
   const bool completes = !link.offers_complete && !link.accepts->lacks();
   if (offers.empty() && !completes) return;
   for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));

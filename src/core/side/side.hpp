@@ -25,6 +25,7 @@
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
 #include "core/topics/told_listeners.hpp"
+#include "core/types/types.hpp"
 
 namespace connect_bridge {
 
@@ -61,6 +62,8 @@ class Side final : private LinksUser {
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
   void on(QosIncompatible& input, const Now& now);
   void on(RequestTaken& input, const Now& now);
+  void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
+  void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
   void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
   void on(ResponseTaken& input, const Now& now) { service_exports_.on_response(input, now); }
@@ -90,6 +93,12 @@ class Side final : private LinksUser {
   Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {
     return exports_.on_listeners(link, listeners, now);
   }
+  Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) override {
+    return types_.answers.on_describe(link, describe, now);
+  }
+  Result<Nothing> on_description(Link& link, const Description& told, const Now&) override {
+    return types_.peers.on_description(link, told);
+  }
   Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
   void on_renewed(Link& link, const Renewed& renewed) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
@@ -100,14 +109,15 @@ class Side final : private LinksUser {
   void on_peer_replaced(Link& link, const Now& now) override;
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
-  [[nodiscard]] bool resumes(const Link& link) const override;
+  [[nodiscard]] bool resumes(const Link& link) const override {
+    return !link.arrived.empty() || exports_.keeps(link.id);
+  }
   void on_link_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
   void start(const Now& now);
   void settle(const Now& now);
   void hold_actions(const Now& now);
-  void follow_clock();
   void publish_claim(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const std::vector<Link*>& links, const Now& now);
@@ -131,6 +141,7 @@ class Side final : private LinksUser {
   LocalActions actions_;
   Links links_;
   AcceptsReview accepts_review_;
+  Types types_;
   Exports exports_;
   Imports imports_;
   ToldListeners told_listeners_;

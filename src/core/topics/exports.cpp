@@ -22,18 +22,6 @@ void Exports::recheck(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_) topic.recheck(link, now);
 }
 
-bool Exports::want_clock(const LinkTable& links) const {
-  const TopicState* clock = context_.graph.find({"/clock", kClockType});
-  const auto wire_name = context_.graph_options.names.to_wire("/clock");
-  if (!clock || clock->publishers.empty() || !wire_name) return false;
-  return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
-    const Link& link = entry.second;
-    return link.open() && link.accepts && link.accepts->told().ros_time &&
-           context_.policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
-                                  link.identity);
-  });
-}
-
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
   for (auto& [key, topic] : topics_)
     if (auto offer = link.may_offer() ? topic.offer_to(link) : std::nullopt)

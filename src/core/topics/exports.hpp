@@ -23,8 +23,6 @@ class Exports {
   // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
   // treated differently now; the latter may be offered again.
   void recheck(const Link& link, const Now& now);
-  // Whether a peer publishes our ROS time, may have it, and there is a /clock to take it from.
-  [[nodiscard]] bool want_clock(const LinkTable& links) const;
   // Adds the topics that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers);
   // The connection is about to be lost, and another one may follow: keeps what is to be resumed on

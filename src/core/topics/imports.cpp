@@ -95,7 +95,14 @@ Mirror* Imports::find(MirrorId id) {
 }
 
 void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
-  if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed.code, failed.reason, now);
+  if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed, now);
+}
+
+void Imports::on_type_differs(const TypeDiffers& differs, const Now& now) {
+  const Mirror* mirror = find(differs.mirror);
+  if (!mirror) return;
+  if (differs.hash_here.empty()) return context_.types.need(mirror->definition());
+  context_.tell_used(*mirror, differs.hash_here, now);
 }
 
 void Imports::on_publish_failed(const PublishFailed& failed) {

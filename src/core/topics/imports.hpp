@@ -17,8 +17,9 @@ namespace connect_bridge {
 class Imports {
  public:
   Imports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
-          const GraphView& graph, const Claims& claims, Jobs& jobs, Outputs& outputs)
-      : context_{options, graph_options, policy, graph, claims, jobs, outputs} {}
+          const GraphView& graph, const Claims& claims, Jobs& jobs, Outputs& outputs,
+          PeerTypes& types)
+      : context_{options, graph_options, policy, graph, claims, jobs, outputs, types} {}
 
   // The caller has checked that the number is unused and registered it at the link. Also declines
   // unknown kinds of channels.
@@ -39,6 +40,7 @@ class Imports {
   // shows the client's subscriptions.
   void expect_goal(const std::string& action, const Now& now);
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
+  void on_type_differs(const TypeDiffers& differs, const Now& now);
   void on_publish_failed(const PublishFailed& failed);
   void on_time(const Now& now);
 

@@ -50,9 +50,11 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   origin_.node = node;
   type_hash_ = offered.type_hash();
   action_type_ = offered.action_type();
+  const bool any = offered.treatment().allow_type_mismatch;
   const Qos qos = qos_under(offered.treatment());
   // A rule was changed meanwhile, or the node has a name now.
-  if (id_ && (qos != qos_ || moved)) destroy();
+  if (id_ && (qos != qos_ || moved || any != any_definition_)) destroy();
+  any_definition_ = any;
   qos_ = qos;
   return true;
 }
@@ -180,7 +182,8 @@ void Mirror::create(const Now& now) {
   Qos qos = qos_;
   qos.depth = depth();
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
-                                     context_.graph_options.owner_of(origin_.node)});
+                                     context_.graph_options.owner_of(origin_.node),
+                                     any_definition_});
   context_.claim_changed = true;
   warn_incompatible(now);
 }
@@ -193,10 +196,10 @@ void Mirror::destroy() {
   vanish();
 }
 
-void Mirror::vanish() {
+void Mirror::vanish(bool exists) {
   drop_first();
   if (!id_) return;
-  context_.outputs.push(DestroyMirror{id_});
+  if (exists) context_.outputs.push(DestroyMirror{id_});
   id_ = {};
   feeds_ = false;
   kept_.release();
@@ -210,22 +213,14 @@ void Mirror::drop_first() {
   first_.drop(feeder());
 }
 
-void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
-  const auto& [topic, type] = key_.first;
-  std::string what = shown(InterfaceKind::kTopic, topic, type);
-  if (code == "type_mismatch" && !origin_.node.empty()) what += " of " + origin_.node;
-  context_.tell_once(*this, LogLevel::kError, "cannot mirror " + what + ": " + reason);
+void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
+  context_.tell_failed(*this, failed, now);
   failed_ = true;
-  id_ = {};
-  feeds_ = false;
-  kept_.release();
-  settles_.cancel();
-  drop_first();
-  context_.claim_changed = true;
+  vanish(false);
   for (const auto& [link, offered] : candidates_) {
     if (!offered) continue;
     offered->update_demand(now);
-    link->send(Decline{offered->number(), code, reason});
+    link->send(Decline{offered->number(), failed.code, failed.reason});
   }
 }
 
@@ -250,12 +245,15 @@ Qos Mirror::qos_under(const Treatment& treatment) const {
   return mirror_qos(origin_.qos, treatment.qos, context_.options);
 }
 
-bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
+bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
+  if (candidates_.front().link != &offered.link()) return false;
   const Qos qos = qos_under(offered.treatment());
-  if (candidates_.front().link != &offered.link() || qos == qos_) return false;
+  const bool any = offered.treatment().allow_type_mismatch;
+  if (qos == qos_ && any == any_definition_) return false;
   const bool existed = bool(id_);
   destroy();
   qos_ = qos;
+  if (std::exchange(any_definition_, any) != any) failed_ = false;
   update(now);
   return existed;
 }

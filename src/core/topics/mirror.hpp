@@ -14,6 +14,7 @@
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
 #include "core/topics/mirror_qos.hpp"
+#include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
 
@@ -61,13 +62,13 @@ class Mirror {
   // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may require another QoS now. True: the publisher was created again.
-  bool adopt_qos(const OfferedTopic& offered, const Now& now);
+  bool adopt(const OfferedTopic& offered, const Now& now);
   void destroy();
   // What waits for its publisher to be found is not published, and may come again.
   void drop_first();
   // The origin's last samples are asked for again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
-  void on_failed(const std::string& code, const std::string& reason, const Now& now);
+  void on_failed(const MirrorFailed& failed, const Now& now);
   void on_time(const Now& now);
   // Logs once each subscriber here that cannot receive from it because of its QoS.
   void warn_incompatible(const Now& now);
@@ -102,12 +103,13 @@ class Mirror {
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] Definition definition() const { return {key_.first.second, type_hash_}; }
 
  private:
   using Timer = Timers<Mirror*>::Timer;
 
   void create(const Now& now);
-  void vanish();
+  void vanish(bool exists = true);
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
   [[nodiscard]] OfferedTopic* feeder() const {
@@ -129,6 +131,7 @@ class Mirror {
   Qos qos_;
   std::string type_hash_;
   std::string action_type_;
+  bool any_definition_ = false;        // whether the rules allow that
   std::vector<Candidate> candidates_;  // the feeding one first
   Timer settles_;                      // no demand before
   FirstMessages first_;

@@ -104,13 +104,21 @@ std::optional<ChannelOffer> TopicOffer::open() {
   offer.name = wire_name.value_or(name);
   offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
   offer.type = type;
-  offer.type_hash = topic_.type_hash();
+  offer.type_hash = type_hash_ = topic_.type_hash();
   offer.priority = priority();
   offer.newest_only = is_clock(topic_.key());
   for (const auto& [gid, origin] : topic_.origins())
     if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
   note(AuditEvent::kChannelOpened);
   return offer;
+}
+
+std::optional<ChannelType> TopicOffer::type() const {
+  if (type_hash_.empty()) return std::nullopt;
+  ChannelType type{topic_.key().second, type_hash_, {}};
+  for (const auto& [gid, origin] : topic_.origins())
+    if (type.node.empty() && !withheld_.contains(origin.id)) type.node = origin.node;
+  return type;
 }
 
 // A node outside our prefix has no name on the wire but its own.

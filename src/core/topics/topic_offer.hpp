@@ -40,6 +40,7 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
+  [[nodiscard]] std::optional<ChannelType> type() const override;
 
   // ---- over connections
   // Whether the topic may be resumed, and whether the peer asked for it.
@@ -103,6 +104,7 @@ class TopicOffer final : public OutgoingChannel {
   Link& link_;
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
+  std::string type_hash_;     // as it was offered
   std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
   bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;

@@ -3,6 +3,7 @@
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/control_accepts.hpp"
 #include "core/wire/control_listeners.hpp"
 #include "core/wire/control_qos.hpp"
 #include "core/wire/control_reader.hpp"
@@ -82,19 +83,6 @@ std::vector<IdType> read_ids(Reader& reader, const Json& json, const char* key,
   return ids;
 }
 
-std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key,
-                                      bool optional = false) {
-  std::vector<std::string> strings;
-  if (optional && reader.find(json, key, true) == nullptr) return strings;
-  const Json* list = reader.array(json, key, kPatternsMax);
-  if (list == nullptr) return strings;
-  for (const Json& entry : *list) {
-    strings.push_back(reader.string_of(entry, key, kNameBytesMax));
-    if (reader.failed()) break;
-  }
-  return strings;
-}
-
 Offer read_offer(Reader& reader, const Json& json) {
   Offer offer;
   offer.complete = reader.flag(json, "complete", true);
@@ -139,30 +127,6 @@ Demand read_demand(Reader& reader, const Json& json) {
   return demand;
 }
 
-Accepts read_accepts(Reader& reader, const Json& json) {
-  Accepts accepts;
-  accepts.deny = read_strings(reader, json, "deny");
-  accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
-  accepts.ros_time = reader.flag(json, "ros_time", true);
-  const Json* list = reader.array(json, "rules", kAcceptRulesMax);
-  if (list == nullptr) return accepts;
-  for (const Json& entry : *list) {
-    const Json& object = reader.object(entry, "rules");
-    AcceptedNames names;
-    names.topics = read_strings(reader, object, "topics");
-    names.services = read_strings(reader, object, "services", true);
-    names.actions = read_strings(reader, object, "actions", true);
-    names.parameters = read_strings(reader, object, "parameters", true);
-    names.types = read_strings(reader, object, "types");
-    if (reader.failed()) break;
-    accepts.rules.push_back(std::move(names));
-  }
-  if (patterns_of(accepts) > kPatternsMax) {
-    reader.fail("rules", "and \"deny\" have too many entries together", CloseCode::kTooLarge);
-  }
-  return accepts;
-}
-
 Decline read_decline(Reader& reader, const Json& json) {
   Decline decline;
   decline.channel.value = reader.id(json, "channel");
@@ -196,6 +160,10 @@ Forget read_forget(Reader& reader, const Json& json) {
   return {{reader.id(json, "channel")}, read_ids<CallId>(reader, json, "calls", kCallIdsMax)};
 }
 
+Description read_description(Reader& reader, const Json& json) {
+  return {{reader.id(json, "channel")}, reader.optional_string(json, "text", kDescriptionBytesMax)};
+}
+
 Renew read_renew(Reader& reader, const Json& json) {
   return {reader.identifier(json, "method"),
           reader.string(json, "credential", kCredentialBytesMax)};
@@ -213,6 +181,9 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
   if (type == "attached") return read_attached(reader, json);
   if (type == "refuse") return read_refuse(reader, json);
   if (type == "forget") return read_forget(reader, json);
+  if (type == "describe")
+    return Describe{read_ids<ChannelId>(reader, json, "channels", kDescribesMax)};
+  if (type == "description") return read_description(reader, json);
   if (type == "renew") return read_renew(reader, json);
   if (type == "renewed") return Renewed{reader.flag(json, "accepted", false)};
   return std::nullopt;

@@ -24,8 +24,10 @@ class Entities {
   bool create(const typename T::Create& action) {
     auto made = std::make_unique<T>(shared_, action);
     if (auto refusal = made->open()) {
-      shared_.report(
-          typename T::Failed{action.id, std::move(refusal->code), std::move(refusal->reason)});
+      typename T::Failed failed{action.id, std::move(refusal->code), std::move(refusal->reason)};
+      if constexpr (requires { failed.hash_here; })
+        failed.hash_here = std::move(refusal->hash_here);
+      shared_.report(std::move(failed));
       return false;
     }
     const bool is_new = entities_.emplace(action.id, std::move(made)).second;

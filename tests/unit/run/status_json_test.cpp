@@ -25,7 +25,8 @@ TEST(StatusJson, WithoutLinks) {
       Json::parse(to_json(status, {"/connect", "client", 1.5, 2, 3, 4, {5, 6}, {7, 8}}));
   EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
-    "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0, "extra_frames": 0,
+     "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
+     "extra_frames": 0,
     "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
               "month": {"sent_bytes": 7, "received_bytes": 8}},
     "last_failure": "refused", "links": []})"));

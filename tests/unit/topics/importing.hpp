@@ -43,7 +43,8 @@ struct Importing : Actions {
   GraphView graph;
   Claims claims{Token128{}};
   Jobs jobs{{1000}, outputs};
-  ImportContext context{options, names, policy, graph, claims, jobs, outputs};
+  PeerTypes types{outputs};
+  ImportContext context{options, names, policy, graph, claims, jobs, outputs, types};
 };
 
 }  // namespace connect_bridge::topics_test

@@ -214,7 +214,7 @@ TEST(Mirror, ThatCannotBeMadeIsDeclinedAtEachLink) {
   s.offer(s.one, {origin(1, 7)});
   s.offer(s.two, {origin(1, 7)});
   s.demanded();
-  s.mirror(7).on_failed("unknown_type", "no such type", ms(0));
+  s.mirror(7).on_failed({{}, "unknown_type", "no such type"}, ms(0));
   EXPECT_EQ(s.demanded(), "1: decline 1 unknown_type\ndemand 1 off\n2: decline 1 unknown_type\n");
   s.did();
   EXPECT_EQ(s.logged, "cannot mirror /a: no such type\n");

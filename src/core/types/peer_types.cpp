@@ -1,0 +1,200 @@
+#include "core/types/peer_types.hpp"
+
+#include <algorithm>
+
+#include "core/types/type_description.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// What an entry takes besides the text.
+constexpr std::uint64_t kOverheadBytes = 512;
+
+}  // namespace
+
+// ---- who offers them
+
+void PeerTypes::add(Link& link, ChannelId channel, const Definition& name) {
+  if (name.second.empty()) return;
+  PeerType& type = types_[name];
+  type.sources.push_back({&link, channel});
+  if (type.needed || mismatches_.waits_for(name)) ask(name, type);
+}
+
+void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
+  const auto type = types_.find(name);
+  if (type == types_.end()) return;
+  const auto questions = questions_.find(link.id);
+  if (questions != questions_.end() && questions->second.open.contains(channel)) {
+    // The answer still comes, but for a channel that the peer has withdrawn.
+    if (link.expects(channel)) {
+      questions->second.open[channel].reset();
+    } else {
+      questions->second.open.erase(channel);
+    }
+    type->second.waits = false;
+  }
+  drop_source(type, link, channel);
+  if (!link.expects(channel)) ask_next(link);
+}
+
+void PeerTypes::drop_source(Types::iterator at, const Link& link, ChannelId channel) {
+  auto& [name, type] = *at;
+  const auto dropped = std::erase_if(
+      type.sources, [&](const Source& s) { return s.link == &link && s.channel == channel; });
+  if (dropped == 0) return;  // it went with the connection
+  if (!type.sources.empty()) {
+    if (type.holder == link.id) hold(type);
+    if (type.needed || mismatches_.waits_for(name)) ask(name, type);
+    return;
+  }
+  mismatches_.on_there(name, {});
+  types_.erase(at);
+}
+
+void PeerTypes::on_link_lost(Link& link) {
+  if (const auto lost = questions_.extract(link.id); !lost.empty())
+    for (const Definition& name : lost.mapped().waiting)
+      if (const auto at = types_.find(name); at != types_.end()) at->second.waits = false;
+  for (auto it = types_.begin(); it != types_.end();) {
+    const auto at = it++;
+    auto& [name, type] = *at;
+    const bool asked =
+        std::erase_if(type.sources, [&](const Source& s) { return s.link == &link; }) > 0;
+    if (!asked) continue;
+    type.waits = false;
+    if (!type.sources.empty()) {
+      if (type.holder == link.id) hold(type);
+      if (type.needed || mismatches_.waits_for(name)) ask(name, type);
+      continue;
+    }
+    mismatches_.on_there(name, {});
+    type.text.clear();
+    type.bytes.release();
+    type.holder = {};
+    type.last = link.id;
+    if (!type.needed) types_.erase(at);
+  }
+}
+
+void PeerTypes::on_link_dead(LinkId link) {
+  std::erase_if(types_, [&](const auto& entry) {
+    return entry.second.sources.empty() && entry.second.last == link;
+  });
+}
+
+// ---- who needs them
+
+void PeerTypes::need(const Definition& name) {
+  const auto at = types_.find(name);
+  if (at == types_.end()) return;
+  PeerType& type = at->second;
+  type.needed = true;
+  if (!type.text.empty()) {
+    outputs_.push(DescribeType{name.first, name.second, type.text});
+  } else {
+    ask(name, type);
+  }
+}
+
+void PeerTypes::explain(Mismatch mismatch, const Now& now) {
+  const Definition name = mismatch.there;
+  if (!mismatches_.begin(std::move(mismatch), now)) return;
+  const auto at = types_.find(name);
+  if (at == types_.end()) return mismatches_.on_there(name, {});
+  if (!at->second.text.empty()) return mismatches_.on_there(name, at->second.text);
+  ask(name, at->second);
+}
+
+// ---- questions and answers
+
+void PeerTypes::forget_withdrawn(const Link& link, Questions& questions) {
+  std::erase_if(questions.open,
+                [&](const auto& entry) { return !entry.second && !link.expects(entry.first); });
+}
+
+// Asks one of those who offer it and were not asked before.
+void PeerTypes::ask(const Definition& name, PeerType& type) {
+  if (type.waits || !type.text.empty()) return;
+  for (Source& source : type.sources) {
+    if (source.asked) continue;
+    Questions& questions = questions_[source.link->id];
+    type.waits = true;
+    forget_withdrawn(*source.link, questions);
+    if (questions.open.size() >= kDescribesMax) {
+      questions.waiting.push_back(name);
+      return;
+    }
+    source.asked = true;
+    questions.open[source.channel] = name;
+    source.link->send(Describe{{source.channel}});
+    return;
+  }
+  mismatches_.on_there(name, {});
+}
+
+void PeerTypes::ask_next(Link& link) {
+  const auto found = questions_.find(link.id);
+  if (found == questions_.end()) return;
+  Questions& questions = found->second;
+  forget_withdrawn(link, questions);
+  while (!questions.waiting.empty() && questions.open.size() < kDescribesMax) {
+    const Definition name = std::move(questions.waiting.front());
+    questions.waiting.pop_front();
+    const auto at = types_.find(name);
+    if (at == types_.end()) continue;
+    at->second.waits = false;
+    ask(name, at->second);
+  }
+}
+
+Result<Nothing> PeerTypes::on_description(Link& link, const Description& description) {
+  if (!link.expects(description.channel))
+    return Error{CloseCode::kUnknownChannel, "the description of a channel that does not exist"};
+  Questions& questions = questions_[link.id];
+  const auto question = questions.open.find(description.channel);
+  if (question == questions.open.end())
+    return Error{CloseCode::kIllegal, "a description that was not asked for"};
+  const std::optional<Definition> name = std::move(question->second);
+  questions.open.erase(question);
+  const auto at = name ? types_.find(*name) : types_.end();
+  if (at != types_.end()) {
+    PeerType& type = at->second;
+    type.waits = false;
+    if (!description.text.empty()) {
+      if (type_hash_of(description.text) != name->second)
+        return Error{CloseCode::kMalformed, "a description that does not have the type's hash"};
+      keep(*name, type, link, description.text);
+    }
+    if (type.text.empty()) ask(*name, type);  // another link
+  }
+  ask_next(link);
+  return Nothing{};
+}
+
+// What is right but beyond the limits here is as good as not known.
+void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const std::string& text) {
+  const auto read = parse_description(text);
+  if (!read || read.value().type.name != name.first) return;
+  if (text.size() + kOverheadBytes > link.memory.room()) return;
+  type.text = text;
+  type.holder = link.id;
+  type.bytes = link.memory.hold(text.size() + kOverheadBytes);
+  if (type.needed) outputs_.push(DescribeType{name.first, name.second, text});
+  mismatches_.on_there(name, text);
+}
+
+// The link that gave it does not offer it any longer: it counts for one that does.
+void PeerTypes::hold(PeerType& type) {
+  Link& link = *type.sources.front().link;
+  type.holder = link.id;
+  type.bytes = link.memory.hold(type.text.size() + kOverheadBytes);
+}
+
+std::uint64_t PeerTypes::bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [name, type] : types_) bytes += type.bytes.amount();
+  return bytes;
+}
+
+}  // namespace connect_bridge

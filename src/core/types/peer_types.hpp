@@ -1,0 +1,87 @@
+// The types of the topics that peers offer, as far as they are not the types that are installed
+// here.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/link/link.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+#include "core/types/mismatches.hpp"
+
+namespace connect_bridge {
+
+// Asks the peers for the descriptions that something here needs, checks them against their hashes,
+// and keeps them as long as a channel with that type and hash is offered. Whoever gives one of them
+// first gives it for all links: it is the same for all that have the hash. What is kept counts in
+// the memory of the link that gave it. Single-threaded; owned by the side.
+class PeerTypes {
+ public:
+  explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs) {}
+  PeerTypes(const PeerTypes&) = delete;
+  PeerTypes& operator=(const PeerTypes&) = delete;
+
+  // A channel with this definition is offered, or ends. Without a hash neither does anything.
+  void add(Link& link, ChannelId channel, const Definition& type);
+  void remove(Link& link, ChannelId channel, const Definition& type);
+  // Its channels are about to end; those that the link offers again go on.
+  void on_link_lost(Link& link);
+  void on_link_dead(LinkId link);
+
+  // Something here has a type that is not installed: DescribeType follows, when it is known.
+  void need(const Definition& type);
+  // The same to explain why the type here is not the peer's: one line for the log, at the latest
+  // after Mismatches::kPatience.
+  void explain(Mismatch mismatch, const Now& now);
+
+  // An error ends the connection with its code.
+  Result<Nothing> on_description(Link& link, const Description& description);
+  void on_looked_up(const TypeLookedUp& found) { mismatches_.on_looked_up(found); }
+  void on_time(const Now& now) { mismatches_.on_time(now); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return mismatches_.deadline(); }
+
+  // Definitions that are offered or waited for, and the bytes of their descriptions.
+  [[nodiscard]] std::size_t size() const { return types_.size(); }
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  struct Source {
+    Link* link = nullptr;
+    ChannelId channel;
+    bool asked = false;  // whatever the answer was, or will be
+  };
+  struct PeerType {
+    std::vector<Source> sources;
+    bool needed = false;  // by what has the type here
+    bool waits = false;   // for a question that is under way, or that has to wait
+    std::string text;     // empty: not known
+    LinkId holder;        // whose memory it counts in
+    Budget::Hold bytes;
+    LinkId last;  // without sources: the link that may bring one again
+  };
+  struct Questions {
+    // Under way; without a type: nobody waits for the answer any longer.
+    std::map<ChannelId, std::optional<Definition>> open;
+    std::deque<Definition> waiting;
+  };
+  using Types = std::map<Definition, PeerType>;
+
+  void ask(const Definition& name, PeerType& type);
+  void ask_next(Link& link);
+  static void forget_withdrawn(const Link& link, Questions& questions);
+  void keep(const Definition& name, PeerType& type, Link& link, const std::string& text);
+  void drop_source(Types::iterator type, const Link& link, ChannelId channel);
+  void hold(PeerType& type);
+
+  Outputs& outputs_;
+  Mismatches mismatches_;
+  Types types_;
+  std::map<LinkId, Questions> questions_;
+};
+
+}  // namespace connect_bridge

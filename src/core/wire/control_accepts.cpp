@@ -1,0 +1,66 @@
+#include "core/wire/control_accepts.hpp"
+
+#include <utility>
+
+namespace connect_bridge {
+namespace {
+
+using Json = ControlReader::Json;
+
+std::vector<std::string> read_strings(ControlReader& reader, const Json& json, const char* key,
+                                      bool optional = false) {
+  std::vector<std::string> strings;
+  if (optional && reader.find(json, key, true) == nullptr) return strings;
+  const Json* list = reader.array(json, key, kPatternsMax);
+  if (list == nullptr) return strings;
+  for (const Json& entry : *list) {
+    strings.push_back(reader.string_of(entry, key, kNameBytesMax));
+    if (reader.failed()) break;
+  }
+  return strings;
+}
+
+}  // namespace
+
+Accepts read_accepts(ControlReader& reader, const Json& json) {
+  Accepts accepts;
+  accepts.deny = read_strings(reader, json, "deny");
+  accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
+  accepts.ros_time = reader.flag(json, "ros_time", true);
+  const Json* list = reader.array(json, "rules", kAcceptRulesMax);
+  if (list == nullptr) return accepts;
+  for (const Json& entry : *list) {
+    const Json& object = reader.object(entry, "rules");
+    AcceptedNames names;
+    names.topics = read_strings(reader, object, "topics");
+    names.services = read_strings(reader, object, "services", true);
+    names.actions = read_strings(reader, object, "actions", true);
+    names.parameters = read_strings(reader, object, "parameters", true);
+    names.types = read_strings(reader, object, "types");
+    if (reader.failed()) break;
+    accepts.rules.push_back(std::move(names));
+  }
+  if (patterns_of(accepts) > kPatternsMax) {
+    reader.fail("rules", "and \"deny\" have too many entries together", CloseCode::kTooLarge);
+  }
+  return accepts;
+}
+
+void put(const Accepts& message, nlohmann::ordered_json& json) {
+  json["type"] = "accepts";
+  auto& rules = json["rules"] = nlohmann::ordered_json::array();
+  for (const auto& rule : message.rules) {
+    nlohmann::ordered_json entry;
+    entry["topics"] = rule.topics;
+    if (!rule.services.empty()) entry["services"] = rule.services;
+    if (!rule.actions.empty()) entry["actions"] = rule.actions;
+    if (!rule.parameters.empty()) entry["parameters"] = rule.parameters;
+    entry["types"] = rule.types;
+    rules.push_back(std::move(entry));
+  }
+  json["deny"] = message.deny;
+  if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
+  if (message.ros_time) json["ros_time"] = true;
+}
+
+}  // namespace connect_bridge
