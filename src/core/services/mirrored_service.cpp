@@ -175,7 +175,12 @@ void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
     if (auto decision = permission(feed)) {
+      const bool any = feed.any_definition();
       feed.on_decision(std::move(*decision));
+      if (any != feed.any_definition() && feeding() == &feed) {
+        close();
+        failed_ = false;
+      }
       continue;
     }
     Link& link = feed.link();

@@ -4,7 +4,6 @@
 
 #include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
-#include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -27,9 +26,8 @@ constexpr Duration kMatching = std::chrono::milliseconds(200);
 
 bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   Link& link = offered.link();
-  const auto own = std::find_if(candidates_.begin(), candidates_.end(),
-                                [&](const Candidate& c) { return c.link == &link; });
-  if (own == candidates_.end()) {
+  Candidate* own = find_candidate(candidates_, link.id);
+  if (!own) {
     candidates_.push_back({&link, &offered});
     link.mirrors.add(key_.first);
     // A client that was restarted while its old connection seems alive: nothing comes on that.
@@ -37,7 +35,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
       std::swap(candidates_.front(), candidates_.back());
     charge();
   } else if (!own->offered) {
-    own->offered = &offered;
+    *own = {&link, &offered};
   } else {
     return false;
   }
@@ -48,15 +46,30 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
   origin_ = origin;
   origin_.node = node;
-  type_hash_ = offered.type_hash();
-  action_type_ = offered.action_type();
-  const bool any = offered.treatment().allow_type_mismatch;
-  const Qos qos = qos_under(offered.treatment());
-  // A rule was changed meanwhile, or the node has a name now.
-  if (id_ && (qos != qos_ || moved || any != any_definition_)) destroy();
-  any_definition_ = any;
+  if (id_ && moved) destroy();
+  return true;
+}
+
+// What the feeding link offers, as the rules have it for that link: nothing of another one, which
+// may be allowed more.
+bool Mirror::follow_feeder() {
+  if (!feeder()) return false;
+  action_type_ = feeder()->action_type();
+  const Treatment& treatment = feeder()->treatment();
+  const Qos qos = mirror_qos(origin_.qos, treatment.qos, context_.options);
+  const bool same_type = is_of_its_type(*feeder());
+  if (qos == qos_ && same_type) return false;
+  destroy();
+  failed_ = failed_ && same_type;
+  type_hash_ = feeder()->type_hash();
+  any_definition_ = treatment.allow_type_mismatch;
   qos_ = qos;
   return true;
+}
+
+bool Mirror::is_of_its_type(const OfferedTopic& offered) const {
+  return offered.type_hash() == type_hash_ &&
+         offered.treatment().allow_type_mismatch == any_definition_;
 }
 
 // A mirror that is to belong to its origin's node is made when that has a name, or made again.
@@ -69,8 +82,7 @@ void Mirror::name_node(const std::string& node, const Now& now) {
 }
 
 void Mirror::lose_topic(LinkId link, const Now& now) {
-  for (auto& candidate : candidates_)
-    if (candidate.link->id == link) candidate.offered = nullptr;
+  if (Candidate* lost = find_candidate(candidates_, link)) lost->offered = nullptr;
   update(now);
 }
 
@@ -93,12 +105,6 @@ void Mirror::lose_link(LinkId link) {
   if (alone) vanish();
 }
 
-const Mirror::Candidate* Mirror::candidate(LinkId link) const {
-  const auto it = std::find_if(candidates_.begin(), candidates_.end(),
-                               [&](const Candidate& c) { return c.link->id == link; });
-  return it == candidates_.end() ? nullptr : &*it;
-}
-
 // ---- what follows from what is known
 
 // The first candidate feeds the mirror for as long as it can: every change of the feeding link may
@@ -109,13 +115,14 @@ bool Mirror::refresh(const Now& now) {
   if (candidates_.empty()) return false;  // it lingers
   bool taken_over = false;
   const auto present = std::find_if(candidates_.begin(), candidates_.end(),
-                                    [](const Candidate& c) { return c.offered != nullptr; });
-  if (!candidates_.front().offered && present != candidates_.end()) {
+                                    [](const Candidate& c) { return c.is_usable(); });
+  if (!candidates_.front().is_usable() && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
     present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
     charge();
     taken_over = true;
   }
+  follow_feeder();
   // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
   // either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
@@ -217,11 +224,14 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   context_.tell_failed(*this, failed, now);
   failed_ = true;
   vanish(false);
-  for (const auto& [link, offered] : candidates_) {
-    if (!offered) continue;
+  const bool of_type = failed.code == "type_mismatch";
+  for (auto& [link, offered, declined] : candidates_) {
+    if (!offered || (of_type && !is_of_its_type(*offered))) continue;
+    declined = of_type;
     offered->update_demand(now);
     link->send(Decline{offered->number(), failed.code, failed.reason});
   }
+  update(now);  // one with another definition may feed it
 }
 
 void Mirror::on_time(const Now& now) {
@@ -241,21 +251,13 @@ void Mirror::on_time(const Now& now) {
   if (changed) update(now);
 }
 
-Qos Mirror::qos_under(const Treatment& treatment) const {
-  return mirror_qos(origin_.qos, treatment.qos, context_.options);
-}
-
 bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
-  if (candidates_.front().link != &offered.link()) return false;
-  const Qos qos = qos_under(offered.treatment());
-  const bool any = offered.treatment().allow_type_mismatch;
-  if (qos == qos_ && any == any_definition_) return false;
+  if (offered.treatment().allow_type_mismatch)
+    find_candidate(candidates_, offered.link().id)->declined = false;
   const bool existed = bool(id_);
-  destroy();
-  qos_ = qos;
-  if (std::exchange(any_definition_, any) != any) failed_ = false;
-  update(now);
-  return existed;
+  const bool changed = feeder() == &offered && follow_feeder();
+  if (changed || failed_) update(now);
+  return changed && existed;
 }
 
 void Mirror::warn_incompatible(const Now& now) {
@@ -271,8 +273,8 @@ void Mirror::warn_incompatible(const Now& now) {
 // ---- demand
 
 void Mirror::update_demands(const Now& now) const {
-  for (const auto& [link, offered] : candidates_)
-    if (offered) offered->update_demand(now);
+  for (const Candidate& c : candidates_)
+    if (c.offered) c.offered->update_demand(now);
 }
 
 bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {

@@ -10,16 +10,15 @@
 
 #include "core/base/timers.hpp"
 #include "core/graph/graph_view.hpp"
-#include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
+#include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
 #include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
 
 struct ImportContext;
-class OfferedTopic;
 
 using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 
@@ -28,11 +27,7 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 // origin is in the graph itself, or another bridge mirrors it. Single-threaded.
 class Mirror {
  public:
-  // A link that offers the origin. Without a topic: it is lost, or has not offered it again.
-  struct Candidate {
-    Link* link = nullptr;
-    OfferedTopic* offered = nullptr;
-  };
+  using Candidate = MirrorCandidate;
 
   Mirror(ImportContext& context, MirrorKey key) : context_(context), key_(std::move(key)) {}
   Mirror(const Mirror&) = delete;
@@ -51,7 +46,9 @@ class Mirror {
   // After this the mirror may be over (ImportContext::remove_candidate checks).
   void remove_candidate(LinkId link, const Now& now);
   // Null: the link does not offer the origin.
-  [[nodiscard]] const Candidate* candidate(LinkId link) const;
+  [[nodiscard]] const Candidate* candidate(LinkId link) const {
+    return find_candidate(candidates_, link);
+  }
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
   [[nodiscard]] bool is_over() const { return candidates_.empty() && !id_; }
 
@@ -119,7 +116,9 @@ class Mirror {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
+  // True: what the feeding link offers is not what the publisher is for.
+  bool follow_feeder();
+  [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
   [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }

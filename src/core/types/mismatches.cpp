@@ -1,6 +1,7 @@
 #include "core/types/mismatches.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 #include "core/types/type_difference.hpp"
 #include "core/wire/text.hpp"
@@ -14,13 +15,22 @@ std::string shortened(const std::string& hash) {
   return hash.size() <= kShownMax ? hash : to_text(hash, kShownMax) + "...";
 }
 
+std::string_view why_unknown(bool asked, bool here) {
+  if (!asked) return "too many such lines wait for definitions";
+  return here ? "the peer does not tell its definition" : "this side does not tell its definition";
+}
+
 }  // namespace
 
 bool Mismatches::begin(Mismatch mismatch, const Now& now) {
   const auto& [type, hash] = mismatch.there;
-  if (!mismatch.account->told.first("type_mismatch " + type + " " + hash)) return false;
+  const std::string key = mismatch.used ? "type_mismatch_used " : "type_mismatch ";
+  if (!mismatch.account->told.first(key + type + " " + hash)) return false;
+  const auto own = std::count_if(lines_.begin(), lines_.end(), [&](const Line& line) {
+    return line.mismatch.account == mismatch.account;
+  });
   Line line{std::move(mismatch), {}, now.steady + kPatience, {}, {}};
-  if (lines_.size() >= kWaitingMax) {
+  if (lines_.size() >= kWaitingMax || static_cast<std::size_t>(own) >= kAccountWaitingMax) {
     write(line);
     return false;
   }
@@ -39,6 +49,14 @@ void Mismatches::on_there(const Definition& there, const std::string& text) {
   for (Line& line : lines_)
     if (!line.there && line.mismatch.there == there) line.there = text;
   write_complete();
+}
+
+void Mismatches::on_gone(const Definition& there) {
+  std::erase_if(lines_, [&](const Line& line) {
+    if (line.mismatch.there != there) return false;
+    write(line);
+    return true;
+  });
 }
 
 void Mismatches::on_looked_up(const TypeLookedUp& found) {
@@ -75,10 +93,9 @@ void Mismatches::write(const Line& line) {
   std::string text = told.what + ": the definition of " + told.there.first + " here (" +
                      shortened(told.hash_here) + ") is not that of " + told.peer + " (" +
                      shortened(told.there.second) + "): ";
-  text += here && there
-              ? difference(here.value(), there.value())
-              : "how they differ is not known, because " +
-                    std::string{here ? "the peer" : "this side"} + " does not tell its definition";
+  text += here && there ? difference(here.value(), there.value())
+                        : "how they differ is not known, because " +
+                              std::string{why_unknown(bool(line.lookup), bool(here))};
   text += told.used ? ". Messages that do not fit the definition here are dropped"
                     : ". Install the same version of its package on both sides, or set "
                       "allow_type_mismatch in the rule";

@@ -30,7 +30,8 @@ struct Mismatch {
 class Mismatches {
  public:
   static constexpr Duration kPatience = std::chrono::seconds(5);
-  static constexpr std::size_t kWaitingMax = 256;  // lines; further ones do not wait
+  static constexpr std::size_t kWaitingMax = 256;        // lines; further ones do not wait
+  static constexpr std::size_t kAccountWaitingMax = 32;  // the same of one identity
 
   explicit Mismatches(Outputs& outputs) : outputs_(outputs) {}
 
@@ -39,6 +40,8 @@ class Mismatches {
   [[nodiscard]] bool waits_for(const Definition& there) const;
   // The peer's description; empty: it will not come.
   void on_there(const Definition& there, const std::string& text);
+  // Nobody offers that any longer: nothing of its description is kept.
+  void on_gone(const Definition& there);
   void on_looked_up(const TypeLookedUp& found);
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -46,7 +49,7 @@ class Mismatches {
  private:
   struct Line {
     Mismatch mismatch;
-    LookupId lookup;
+    LookupId lookup;  // none: neither side is asked
     TimePoint until;
     std::optional<std::string> here, there;  // descriptions; none: not known yet
   };

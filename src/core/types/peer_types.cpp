@@ -32,8 +32,9 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
     } else {
       questions->second.open.erase(channel);
     }
-    type->second.waits = false;
   }
+  if (type->second.asked == std::pair{link.id, channel}) type->second.asked.reset();
+  if (type->second.turn && type->second.turn->first == link.id) leave_line(type->second);
   drop_source(type, link, channel);
   if (!link.expects(channel)) ask_next(link);
 }
@@ -48,28 +49,29 @@ void PeerTypes::drop_source(Types::iterator at, const Link& link, ChannelId chan
     if (type.needed || mismatches_.waits_for(name)) ask(name, type);
     return;
   }
-  mismatches_.on_there(name, {});
+  mismatches_.on_gone(name);
   types_.erase(at);
 }
 
 void PeerTypes::on_link_lost(Link& link) {
-  if (const auto lost = questions_.extract(link.id); !lost.empty())
-    for (const Definition& name : lost.mapped().waiting)
-      if (const auto at = types_.find(name); at != types_.end()) at->second.waits = false;
+  questions_.erase(link.id);
   for (auto it = types_.begin(); it != types_.end();) {
     const auto at = it++;
     auto& [name, type] = *at;
-    const bool asked =
+    const bool offered =
         std::erase_if(type.sources, [&](const Source& s) { return s.link == &link; }) > 0;
-    if (!asked) continue;
-    type.waits = false;
+    if (!offered) continue;
+    if (type.asked && type.asked->first == link.id) type.asked.reset();
+    if (type.turn && type.turn->first == link.id) type.turn.reset();
     if (!type.sources.empty()) {
       if (type.holder == link.id) hold(type);
       if (type.needed || mismatches_.waits_for(name)) ask(name, type);
       continue;
     }
-    mismatches_.on_there(name, {});
+    mismatches_.on_gone(name);
+    type.next.cancel();
     type.text.clear();
+    type.text.shrink_to_fit();
     type.bytes.release();
     type.holder = {};
     type.last = link.id;
@@ -113,24 +115,51 @@ void PeerTypes::forget_withdrawn(const Link& link, Questions& questions) {
                 [&](const auto& entry) { return !entry.second && !link.expects(entry.first); });
 }
 
-// Asks one of those who offer it and were not asked before.
+// Asks one of those who offer it and were not asked before, or were long ago. A peer that leaves
+// its questions unanswered keeps none of them from the others.
 void PeerTypes::ask(const Definition& name, PeerType& type) {
-  if (type.waits || !type.text.empty()) return;
+  if (type.asked || !type.text.empty()) return;
+  const Link* full = nullptr;
+  std::optional<TimePoint> again;
   for (Source& source : type.sources) {
-    if (source.asked) continue;
     Questions& questions = questions_[source.link->id];
-    type.waits = true;
+    if (source.asks >= kAsksMax || questions.open.contains(source.channel)) continue;
+    if (source.again > now_) {
+      again = earliest(again, source.again);
+      continue;
+    }
     forget_withdrawn(*source.link, questions);
     if (questions.open.size() >= kDescribesMax) {
-      questions.waiting.push_back(name);
-      return;
+      if (!full) full = source.link;
+      continue;
     }
-    source.asked = true;
+    leave_line(type);
+    ++source.asks;
+    source.again = now_ + kAskAgain;
+    type.asked = {source.link->id, source.channel};
+    type.next = timers_.set(now_ + kPatience, name);
     questions.open[source.channel] = name;
     source.link->send(Describe{{source.channel}});
     return;
   }
+  if (full) return queue(name, type, *full);
   mismatches_.on_there(name, {});
+  type.next.cancel();
+  if (type.needed && again) type.next = timers_.set(*again, name);
+}
+
+void PeerTypes::queue(const Definition& name, PeerType& type, const Link& link) {
+  type.next = timers_.set(now_ + kPatience, name);
+  if (type.turn) return;
+  type.turn = {link.id, ++last_turn_};
+  questions_[link.id].waiting[last_turn_] = name;
+}
+
+void PeerTypes::leave_line(PeerType& type) {
+  if (!type.turn) return;
+  const auto line = questions_.find(type.turn->first);
+  if (line != questions_.end()) line->second.waiting.erase(type.turn->second);
+  type.turn.reset();
 }
 
 void PeerTypes::ask_next(Link& link) {
@@ -139,13 +168,22 @@ void PeerTypes::ask_next(Link& link) {
   Questions& questions = found->second;
   forget_withdrawn(link, questions);
   while (!questions.waiting.empty() && questions.open.size() < kDescribesMax) {
-    const Definition name = std::move(questions.waiting.front());
-    questions.waiting.pop_front();
-    const auto at = types_.find(name);
-    if (at == types_.end()) continue;
-    at->second.waits = false;
-    ask(name, at->second);
+    const Definition name = questions.waiting.begin()->second;
+    PeerType& type = types_.at(name);
+    leave_line(type);
+    ask(name, type);
   }
+}
+
+// The answer may come still, and is taken then.
+void PeerTypes::on_time(const Now& now) {
+  while (const auto name = timers_.take_due(now.steady)) {
+    PeerType& type = types_.at(*name);
+    type.next.cancel();
+    type.asked.reset();
+    ask(*name, type);
+  }
+  mismatches_.on_time(now);
 }
 
 Result<Nothing> PeerTypes::on_description(Link& link, const Description& description) {
@@ -160,7 +198,7 @@ Result<Nothing> PeerTypes::on_description(Link& link, const Description& descrip
   const auto at = name ? types_.find(*name) : types_.end();
   if (at != types_.end()) {
     PeerType& type = at->second;
-    type.waits = false;
+    if (type.asked == std::pair{link.id, description.channel}) type.asked.reset();
     if (!description.text.empty()) {
       if (type_hash_of(description.text) != name->second)
         return Error{CloseCode::kMalformed, "a description that does not have the type's hash"};
@@ -178,6 +216,9 @@ void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const s
   if (!read || read.value().type.name != name.first) return;
   if (text.size() + kOverheadBytes > link.memory.room()) return;
   type.text = text;
+  type.asked.reset();
+  type.next.cancel();
+  leave_line(type);
   type.holder = link.id;
   type.bytes = link.memory.hold(text.size() + kOverheadBytes);
   if (type.needed) outputs_.push(DescribeType{name.first, name.second, text});

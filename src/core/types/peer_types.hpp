@@ -2,13 +2,14 @@
 // here.
 #pragma once
 
-#include <deque>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/base/timers.hpp"
 #include "core/link/link.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
@@ -22,9 +23,18 @@ namespace connect_bridge {
 // the memory of the link that gave it. Single-threaded; owned by the side.
 class PeerTypes {
  public:
+  // Whoever has not answered by then is not waited for; another one is asked.
+  static constexpr Duration kPatience = std::chrono::seconds(5);
+  // Who did not know it may know it later: its node may not have been discovered yet.
+  static constexpr Duration kAskAgain = std::chrono::seconds(10);
+  static constexpr int kAsksMax = 3;  // about one channel of a connection
+
   explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs) {}
   PeerTypes(const PeerTypes&) = delete;
   PeerTypes& operator=(const PeerTypes&) = delete;
+
+  // Before every input: the present.
+  void begin(const Now& now) { now_ = now.steady; }
 
   // A channel with this definition is offered, or ends. Without a hash neither does anything.
   void add(Link& link, ChannelId channel, const Definition& type);
@@ -42,8 +52,10 @@ class PeerTypes {
   // An error ends the connection with its code.
   Result<Nothing> on_description(Link& link, const Description& description);
   void on_looked_up(const TypeLookedUp& found) { mismatches_.on_looked_up(found); }
-  void on_time(const Now& now) { mismatches_.on_time(now); }
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return mismatches_.deadline(); }
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(timers_.deadline(), mismatches_.deadline());
+  }
 
   // Definitions that are offered or waited for, and the bytes of their descriptions.
   [[nodiscard]] std::size_t size() const { return types_.size(); }
@@ -53,25 +65,32 @@ class PeerTypes {
   struct Source {
     Link* link = nullptr;
     ChannelId channel;
-    bool asked = false;  // whatever the answer was, or will be
+    int asks = 0;       // whatever the answers were
+    TimePoint again{};  // not before
   };
   struct PeerType {
     std::vector<Source> sources;
     bool needed = false;  // by what has the type here
-    bool waits = false;   // for a question that is under way, or that has to wait
-    std::string text;     // empty: not known
-    LinkId holder;        // whose memory it counts in
+    // The answer that it waits for.
+    std::optional<std::pair<LinkId, ChannelId>> asked;
+    // Its place in the line of a link, when all that may be asked have enough questions.
+    std::optional<std::pair<LinkId, std::uint64_t>> turn;
+    Timers<Definition>::Timer next;  // then another one is asked
+    std::string text;                // empty: not known
+    LinkId holder;                   // whose memory it counts in
     Budget::Hold bytes;
     LinkId last;  // without sources: the link that may bring one again
   };
   struct Questions {
     // Under way; without a type: nobody waits for the answer any longer.
     std::map<ChannelId, std::optional<Definition>> open;
-    std::deque<Definition> waiting;
+    std::map<std::uint64_t, Definition> waiting;  // each type in one line at the most
   };
   using Types = std::map<Definition, PeerType>;
 
   void ask(const Definition& name, PeerType& type);
+  void queue(const Definition& name, PeerType& type, const Link& link);
+  void leave_line(PeerType& type);
   void ask_next(Link& link);
   static void forget_withdrawn(const Link& link, Questions& questions);
   void keep(const Definition& name, PeerType& type, Link& link, const std::string& text);
@@ -80,6 +99,9 @@ class PeerTypes {
 
   Outputs& outputs_;
   Mismatches mismatches_;
+  TimePoint now_{};
+  std::uint64_t last_turn_ = 0;
+  Timers<Definition> timers_;
   Types types_;
   std::map<LinkId, Questions> questions_;
 };

@@ -6,6 +6,7 @@ namespace connect_bridge {
 
 // A client of a service belongs to the calls of peers, or asks a node about a type.
 void Types::handle(const Input& input, const Now& now) {
+  peers.begin(now);
   if (const auto* found = std::get_if<TypeLookedUp>(&input)) {
     peers.on_looked_up(*found);
     answers.on_looked_up(*found, now);

@@ -222,5 +222,114 @@ TEST(PeerTypes, TheMirrorIsMadeWhenTheRuleAllowsIt) {
   EXPECT_THAT(s.did(), HasSubstr("mirror 3 /a"));
 }
 
+TEST(PeerTypes, WhatIsWithdrawnLosesItsPlaceInTheLine) {
+  PeerTypes s;
+  const auto text = [](std::uint32_t i) {
+    return canonical_text(description(kType, {field("f" + std::to_string(i), FieldKind::kInt8)}));
+  };
+  for (std::uint32_t i = 2; i <= 11; ++i) {
+    s.offer(1, i, "/x" + std::to_string(i), static_cast<std::uint8_t>(20 + i), text(i));
+    s.lacks(i + 1);
+  }
+  s.said(1);
+  s.say(1, Withdraw{{{10}}});
+  s.offer(1, 12, "/y", 40, text(10));
+  s.pass(300);
+  s.lacks(13);
+  s.say(1, Description{{2}, text(2)});
+  EXPECT_EQ(s.said(1), "describe 11\n");
+}
+
+TEST(PeerTypes, TheLossOfAnotherLinkChangesNothing) {
+  PeerTypes s;
+  s.join(2);
+  s.offer(2, 1, "/a", 12);
+  s.did();
+  s.refuses(2);
+  s.give(TypeLookedUp{{1}, kHere});
+  s.lose(2);
+  s.say(1, Description{{1}, kText});
+  s.did();
+  EXPECT_THAT(s.logged, HasSubstr(": 'id' is int64 here and int32 there. "));
+}
+
+TEST(PeerTypes, ASilentPeerDoesNotKeepTheAnswerOfAnother) {
+  PeerTypes s;
+  s.join(2);
+  s.offer(2, 1, "/a", 12);
+  s.lacks(2);
+  EXPECT_EQ(s.said(1), "describe 1\n");
+  s.said(2);
+  s.pass(5000);
+  EXPECT_EQ(s.said(2), "describe 1\n");
+  s.did();
+  s.say(1, Description{{1}, kText});  // late, but right
+  EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
+}
+
+TEST(PeerTypes, WhoDidNotKnowIsAskedTwiceMore) {
+  PeerTypes s;
+  s.lacks(2);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(s.said(1), "describe 1\n");
+    s.say(1, Description{{1}, ""});
+    s.pass(9000);
+    EXPECT_EQ(s.said(1), "");
+    s.pass(1000);
+  }
+  s.pass(60'000);
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(PeerTypes, ThatWhatDoesNotFitIsDroppedIsToldWhenTheRuleAllowsIt) {
+  PeerTypes s;
+  s.refuses(2);
+  Rule brave = everything();
+  brave.treatment.allow_type_mismatch = true;
+  s.give(PolicyChanged{Policy{{brave}}});
+  s.lacks(3, type_hash_of(kHere));
+  s.pass(6000);
+  s.did();
+  EXPECT_THAT(s.logged, HasSubstr("Messages that do not fit"));
+}
+
+TEST(PeerTypes, OneIdentitysLinesDoNotAllWait) {
+  PeerTypes s;
+  for (std::uint32_t i = 2; i <= 40; ++i) {
+    s.offer(1, i, "/x" + std::to_string(i), static_cast<std::uint8_t>(20 + i),
+            canonical_text(description(kType, {field("f" + std::to_string(i), FieldKind::kInt8)})));
+    s.refuses(i + 1);
+  }
+  s.did();
+  EXPECT_EQ(s.times("too many such lines wait for definitions"), 7U);
+}
+
+// Two links offer one publisher, and the rule of the second one does not allow another definition.
+TEST(PeerTypes, ALinkFeedsByItsOwnRightOnly) {
+  Rule brave = everything();
+  brave.identities = {"brave"};
+  brave.treatment.allow_type_mismatch = true;
+  Script s(server({brave, everything()}));
+  s.graph({});
+  s.pass(1000);
+  const auto session = s.login(1, {}, Identity{"brave", {}, 0, ""});
+  s.login(2);
+  s.did();
+  s.say(1, Offer{{typed(1, "/a", 11)}, true});
+  EXPECT_THAT(s.did(), HasSubstr("mirror 2 /a"));
+  s.say(2, Offer{{typed(1, "/a", 11, kHere)}, true});
+  EXPECT_EQ(s.did(), "");  // it stands by
+  s.lose(1);
+  EXPECT_THAT(s.did(), HasSubstr("unmirror 2\nmirror 3 /a"));
+  s.give(MirrorFailed{{3}, "type_mismatch", "other hash", type_hash_of(kText)});
+  EXPECT_THAT(s.said(2), HasSubstr("decline 1 type_mismatch"));
+  s.did();
+  s.login(3, session, Identity{"brave", {}, 0, ""});
+  s.did();
+  s.say(3, Offer{{typed(1, "/a", 11)}, true});
+  EXPECT_THAT(s.did(), HasSubstr("mirror 4 /a"));
+  EXPECT_THAT(s.said(3), testing::Not(HasSubstr("decline")));
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test
