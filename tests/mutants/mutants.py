@@ -38,7 +38,7 @@ MUTANTS = [
     Mutant("best effort is replayed",
            "promised = origin.qos.reliability == Reliability::kReliable;", "promised = true;"),
     Mutant("another process goes on",
-           "end_calls(link, now); link.arrived.clear(); exports_.end_kept(link, now);",
+           "end_calls(link, now); on_link_forgotten(link, now);",
            "end_calls(link, now);"),
     Mutant("what was kept is sent to whom does not go on",
            "if (!demand.after.empty()) of_channel.after = demand.after[i];",

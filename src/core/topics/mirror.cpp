@@ -123,8 +123,7 @@ bool Mirror::refresh(const Now& now) {
     taken_over = true;
   }
   follow_feeder();
-  // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
-  // either.
+  // A local publisher that has just ended may be offered for a moment longer: no mirror either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
   if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {

@@ -7,8 +7,10 @@
 namespace connect_bridge {
 namespace {
 
-// What an entry takes besides the text.
-constexpr std::uint64_t kOverheadBytes = 512;
+// What an entry takes: the text, the fields that the gateway makes of it, and the rest.
+std::uint64_t cost_of(const std::string& text) {
+  return 4 * text.size() + 512;
+}
 
 }  // namespace
 
@@ -214,13 +216,13 @@ Result<Nothing> PeerTypes::on_description(Link& link, const Description& descrip
 void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const std::string& text) {
   const auto read = parse_description(text);
   if (!read || read.value().type.name != name.first) return;
-  if (text.size() + kOverheadBytes > link.memory.room()) return;
+  if (cost_of(text) > link.memory.room()) return;
   type.text = text;
   type.asked.reset();
   type.next.cancel();
   leave_line(type);
   type.holder = link.id;
-  type.bytes = link.memory.hold(text.size() + kOverheadBytes);
+  type.bytes = link.memory.hold(cost_of(text));
   if (type.needed) outputs_.push(DescribeType{name.first, name.second, text});
   mismatches_.on_there(name, text);
 }
@@ -229,7 +231,7 @@ void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const s
 void PeerTypes::hold(PeerType& type) {
   Link& link = *type.sources.front().link;
   type.holder = link.id;
-  type.bytes = link.memory.hold(type.text.size() + kOverheadBytes);
+  type.bytes = link.memory.hold(cost_of(type.text));
 }
 
 std::uint64_t PeerTypes::bytes() const {

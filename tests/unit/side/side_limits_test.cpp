@@ -35,7 +35,7 @@ TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
 TEST(Limits, SoHaveAttachmentsAndDemandsOfAllLinksOfAnIdentity) {
   AccountOptions options;
   options.channels_per_second = 2;
-  Account account(options, nullptr, nullptr, nullptr);
+  Account account(options);
   const TimePoint begin = topics_test::ms(1000).steady;
   for (int n = 0; n < 120; ++n) EXPECT_TRUE(account.attaches.take(begin));
   EXPECT_FALSE(account.attaches.take(begin));

@@ -34,6 +34,7 @@ struct PeerTypes : Script {
   void offer(std::uint32_t connection, std::uint32_t id, const std::string& name,
              std::uint8_t publisher, const std::string& text = kText) {
     say(connection, Offer{{typed(id, name, publisher, text)}, id == 1});
+    pass(1);  // only a few mirrors appear in one step
   }
   // The gateway has not installed the type of this mirror, or has another definition.
   void lacks(std::uint32_t mirror, const std::string& hash_here = "") {
