@@ -150,18 +150,6 @@ TEST_F(DescribedTypesTest, FieldsAreFreedWithTheLastUserOfTheirHash) {
   EXPECT_EQ(std::get<0>(types.message(kThing, hash)).fields(), nullptr);
 }
 
-TEST_F(DescribedTypesTest, OfManyMirrorsTheFirstAsksForTheFields) {
-  const std::string text = thing_text();
-  TestSide side("connect_client");
-  for (std::uint32_t id : {1, 2}) {
-    side.gateway.apply(
-        CreateMirror{MirrorId{id}, topic("thing"), kThing, type_hash_of(text), qos_of_depth(10)});
-    if (id == 1) side.gateway.apply(DescribeType{kThing, type_hash_of(text), text});
-  }
-  EXPECT_TRUE(side.next<TypeDiffers>());
-  EXPECT_FALSE(side.next<TypeDiffers>(200ms));
-}
-
 TEST_F(DescribedTypesTest, SamplesAreCheckedFromThenOn) {
   const std::string text = thing_text();
   TestSide side("connect_client");

@@ -51,6 +51,17 @@ TEST_F(GatewayTest, TakesWhatOthersPublish) {
   EXPECT_EQ(3u, side.gateway.counters().taken);
 }
 
+// A process of Fast DDS has one type for a topic: what has ended must not be in the way.
+TEST_F(GatewayTest, AnotherTypeTakesATopicAtOnce) {
+  TestSide side("connect_server");
+  subscribe(side, topic("chatter"));
+  side.gateway.apply(DestroySubscription{kSubscription});
+  side.gateway.apply(CreateSubscription{SubscriptionId{8}, topic("chatter"),
+                                        "rcl_interfaces/msg/Log", "", qos_of_depth(1)});
+  EXPECT_FALSE(side.next<SubscriptionFailed>(200ms));
+  EXPECT_EQ(1u, side.gateway.counters().subscriptions);
+}
+
 // When a link is lost there can be thousands: others get their turns in between.
 TEST_F(GatewayTest, ManyThatEndLeaveTheGraphAFewAtATime) {
   TestNode onlooker("onlooker");

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/timers.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/link.hpp"
 
@@ -19,19 +20,23 @@ class AcceptsReview {
   static constexpr double kPerSecond = 12.5e6;
   static constexpr Duration kAtOnce = std::chrono::milliseconds(80);
   static constexpr Duration kPeriod = std::chrono::milliseconds(40);
+  // Of each link's turn.
+  static constexpr double kTurn = 250e3;
+  // After a link was done. All interfaces are looked at again for it, so answers come together.
+  static constexpr Duration kPause = std::chrono::milliseconds(250);
 
   // Goes on, if it is time to. The links of which nothing is left to compare since then: what their
   // peers take is to be offered.
   [[nodiscard]] std::vector<Link*> take_done(LinkTable& links, const Now& now);
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
+  [[nodiscard]] std::optional<TimePoint> deadline(const LinkTable& links) const;
 
  private:
-  // Whether nothing of it is left.
-  bool compare(PeerAccepts& accepts, const Now& now);
+  [[nodiscard]] Link* in_turn(LinkTable& links, const Now& now) const;
+  void compare(PeerAccepts& accepts, const Now& now);
 
   Throttle pace_{kPerSecond, kAtOnce};
-  std::optional<TimePoint> due_;  // something is left
-  LinkId last_;                   // whose turn was the last
+  TimePoint due_{};  // not before
+  LinkId last_;      // whose turn was the last
 };
 
 }  // namespace connect_bridge

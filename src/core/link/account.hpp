@@ -63,6 +63,8 @@ struct Account {
   // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
+  // The maps that a robot has latched come together.
+  static constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
   // The loop stands while it publishes such a sample, some 0.8 ms for each MiB: larger ones count
   // up to eight times, so that one of 64 MiB comes in 8 s.
   static constexpr std::uint64_t kQuicklyPublished = 2 << 20;
@@ -124,7 +126,7 @@ struct Account {
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
-  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
+  Throttle inflation{kInflatedBytesPerSecond, kInflatedAtOnce};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
   // Of control messages. Each connection is read no faster than its own rate allows; this holds for

@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint64_t kPatternCost = 16;
 // Interfaces that come and go: when there are more, all are compared anew.
 constexpr std::size_t kKnownMax = 65'536;
+// What one of them takes beside its texts, which are there twice.
+constexpr std::uint64_t kKnownBytes = 300;
 
 std::uint64_t cost_of(const std::vector<std::string>& patterns) {
   std::uint64_t cost = 0;
@@ -28,7 +30,9 @@ std::string key_of(const Interface& what) {
 
 }  // namespace
 
-PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)), cost_(cost_of(told_.deny)) {
+PeerAccepts::PeerAccepts(Accepts told, Budget* memory)
+    : told_(std::move(told)), cost_(cost_of(told_.deny)), memory_(memory) {
+  if (memory_) held_ = memory_->hold(0);
   for (const auto& rule : told_.rules)
     for (const auto* names :
          {&rule.topics, &rule.services, &rule.actions, &rule.parameters, &rule.types})
@@ -39,10 +43,13 @@ std::optional<bool> PeerAccepts::takes(const Interface& what) const {
   if (cost_ <= kSmall) return accepted_by(told_, what);
   std::string key = key_of(what);
   if (const auto known = known_.find(key); known != known_.end()) return known->second;
-  if (known_.size() >= kKnownMax) {
+  const std::uint64_t bytes = 2 * key.size() + kKnownBytes;
+  if (known_.size() >= kKnownMax || (memory_ && memory_->room() < bytes)) {
     known_.clear();
     noted_.clear();
+    held_.resize(0);
   }
+  held_.resize(held_.amount() + bytes);
   known_.emplace(std::move(key), std::nullopt);
   noted_.push_back({what.kind, std::string(what.name), std::string(what.type),
                     std::string(what.action_type), std::string(what.node)});

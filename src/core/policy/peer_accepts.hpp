@@ -7,6 +7,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "core/base/budget.hpp"
+#include "core/base/time.hpp"
 #include "core/policy/interface.hpp"
 #include "core/wire/control.hpp"
 
@@ -20,7 +22,8 @@ class PeerAccepts {
   // Lists up to this cost are compared at once, and nothing is kept of that.
   static constexpr std::uint64_t kSmall = 4096;
 
-  explicit PeerAccepts(Accepts told);
+  // What is remembered of comparisons counts in `memory`; null: nowhere. It outlives this.
+  explicit PeerAccepts(Accepts told, Budget* memory = nullptr);
 
   [[nodiscard]] const Accepts& told() const { return told_; }
   // Of one comparison, roughly in bytes of the patterns that are looked at.
@@ -32,6 +35,9 @@ class PeerAccepts {
   [[nodiscard]] bool lacks() const { return !noted_.empty(); }
   // Compares the first that is noted.
   void compare();
+  // It is not to be compared before; for AcceptsReview.
+  void rest_until(TimePoint until) { rests_until_ = until; }
+  [[nodiscard]] TimePoint rests_until() const { return rests_until_; }
 
  private:
   struct Noted {
@@ -41,9 +47,12 @@ class PeerAccepts {
 
   Accepts told_;
   std::uint64_t cost_ = 0;
+  TimePoint rests_until_{};
   // By the interface; without a value it is noted.
   mutable std::unordered_map<std::string, std::optional<bool>> known_;
   mutable std::deque<Noted> noted_;
+  Budget* memory_;
+  mutable Budget::Hold held_;  // for both
 };
 
 }  // namespace connect_bridge

@@ -187,7 +187,7 @@ std::optional<TimePoint> Side::next_deadline() const {
   std::optional<TimePoint> first = links_.deadline();
   for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
                            service_imports_.deadline(), claims_topic_.deadline(),
-                           accepts_review_.deadline(), types_.deadline()})
+                           accepts_review_.deadline(links_.all()), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -258,7 +258,7 @@ void Side::send_accepts(Link& link) const {
 }
 
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
-  link.accepts.emplace(std::move(accepts));
+  link.accepts.emplace(std::move(accepts), &link.memory);
   recheck({&link}, now);
   return Nothing{};
 }

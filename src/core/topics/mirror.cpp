@@ -147,8 +147,7 @@ bool Mirror::has_waited_for_name(const Now& now) {
   return naming_.at() <= now.steady;
 }
 
-// Endpoints that come and go cost every process in the graph. Waiting mirrors ask again in the
-// order in which they came, as all wait equally long.
+// Endpoints that come and go cost every process in the graph.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   Link& link = *candidates_.front().link;
@@ -206,6 +205,7 @@ void Mirror::vanish(bool exists) {
   drop_first();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
+  context_.types.release(id_);
   id_ = {};
   feeds_ = false;
   kept_.release();
@@ -226,7 +226,7 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   const bool of_type = failed.code == "type_mismatch";
   for (auto& [link, offered, declined] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
-    declined = of_type;
+    declined = declined || of_type;
     offered->update_demand(now);
     link->send(Decline{offered->number(), failed.code, failed.reason});
   }

@@ -42,18 +42,20 @@ std::optional<Decision> TopicOffer::own_permission() const {
 std::optional<Decision> TopicOffer::permission() const {
   auto decision = own_permission();
   if (!decision) return std::nullopt;
+  // As long as that is not known an open channel stays.
+  return is_accepted().value_or(is_open()) ? decision : std::nullopt;
+}
+
+std::optional<bool> TopicOffer::is_accepted() const {
   const auto& [name, type] = topic_.key();
   const std::string wire_name = *context_.graph_options.names.to_wire(name);
   if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
     const auto& rules = link_.accepts->told().rules;
-    const bool accepted = std::any_of(rules.begin(), rules.end(),
-                                      [](const auto& rule) { return !rule.parameters.empty(); });
-    return accepted ? decision : std::nullopt;
+    return std::any_of(rules.begin(), rules.end(),
+                       [](const auto& rule) { return !rule.parameters.empty(); });
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
-  const Interface what{InterfaceKind::kTopic, wire_name, type, *action_type};
-  // As long as that is not known an open channel stays.
-  return link_.accepts->takes(what).value_or(is_open()) ? decision : std::nullopt;
+  return link_.accepts->takes({InterfaceKind::kTopic, wire_name, type, *action_type});
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {

@@ -1,7 +1,5 @@
 #include "core/types/peer_types.hpp"
 
-#include <algorithm>
-
 #include "core/types/type_description.hpp"
 
 namespace connect_bridge {
@@ -19,13 +17,16 @@ std::uint64_t cost_of(const std::string& text) {
 void PeerTypes::add(Link& link, ChannelId channel, const Definition& name) {
   if (name.second.empty()) return;
   PeerType& type = types_[name];
-  type.sources.push_back({&link, channel});
-  if (type.needed || mismatches_.waits_for(name)) ask(name, type);
+  Source& source = type.sources[link.id];
+  source.link = &link;
+  source.channels.insert(channel);
+  if (wants(name, type)) ask(name, type);
 }
 
 void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
-  const auto type = types_.find(name);
-  if (type == types_.end()) return;
+  const auto at = types_.find(name);
+  if (at == types_.end()) return;
+  PeerType& type = at->second;
   const auto questions = questions_.find(link.id);
   if (questions != questions_.end() && questions->second.open.contains(channel)) {
     // The answer still comes, but for a channel that the peer has withdrawn.
@@ -35,70 +36,79 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
       questions->second.open.erase(channel);
     }
   }
-  if (type->second.asked == std::pair{link.id, channel}) type->second.asked.reset();
-  if (type->second.turn && type->second.turn->first == link.id) leave_line(type->second);
-  drop_source(type, link, channel);
+  if (type.asked == std::pair{link.id, channel}) type.asked.reset();
+  const auto source = type.sources.find(link.id);
+  if (source == type.sources.end() || source->second.channels.erase(channel) == 0)
+    return;  // it went with the connection
+  if (source->second.channels.empty()) {
+    if (type.turn && type.turn->first == link.id) leave_line(type);
+    type.sources.erase(source);
+    if (type.holder == link.id) hold(type);
+  }
+  if (type.sources.empty()) {
+    mismatches_.on_gone(name);
+    drop_unused(at);
+  } else if (wants(name, type)) {
+    ask(name, type);
+  }
   if (!link.expects(channel)) ask_next(link);
 }
 
-void PeerTypes::drop_source(Types::iterator at, const Link& link, ChannelId channel) {
-  auto& [name, type] = *at;
-  const auto dropped = std::erase_if(
-      type.sources, [&](const Source& s) { return s.link == &link && s.channel == channel; });
-  if (dropped == 0) return;  // it went with the connection
-  if (!type.sources.empty()) {
-    if (type.holder == link.id) hold(type);
-    if (type.needed || mismatches_.waits_for(name)) ask(name, type);
-    return;
-  }
-  mismatches_.on_gone(name);
-  types_.erase(at);
-}
-
-void PeerTypes::on_link_lost(Link& link) {
+void PeerTypes::on_link_lost(const Link& link) {
   questions_.erase(link.id);
   for (auto it = types_.begin(); it != types_.end();) {
     const auto at = it++;
     auto& [name, type] = *at;
-    const bool offered =
-        std::erase_if(type.sources, [&](const Source& s) { return s.link == &link; }) > 0;
-    if (!offered) continue;
+    if (type.sources.erase(link.id) == 0) continue;
     if (type.asked && type.asked->first == link.id) type.asked.reset();
     if (type.turn && type.turn->first == link.id) type.turn.reset();
-    if (!type.sources.empty()) {
-      if (type.holder == link.id) hold(type);
-      if (type.needed || mismatches_.waits_for(name)) ask(name, type);
-      continue;
+    if (type.holder == link.id) hold(type);
+    if (type.sources.empty()) {
+      type.next.cancel();
+      drop_unused(at);
+    } else if (wants(name, type)) {
+      ask(name, type);
     }
-    mismatches_.on_gone(name);
-    type.next.cancel();
+  }
+}
+
+// Its mirrors are about to end, too.
+void PeerTypes::on_link_dead(LinkId link) {
+  for (auto& [name, type] : types_) {
+    if (type.holder != link) continue;
     type.text.clear();
     type.text.shrink_to_fit();
     type.bytes.release();
     type.holder = {};
-    type.last = link.id;
-    if (!type.needed) types_.erase(at);
   }
 }
 
-void PeerTypes::on_link_dead(LinkId link) {
-  std::erase_if(types_, [&](const auto& entry) {
-    return entry.second.sources.empty() && entry.second.last == link;
-  });
+void PeerTypes::drop_unused(Types::iterator type) {
+  if (!type->second.sources.empty() || type->second.users > 0) return;
+  leave_line(type->second);
+  types_.erase(type);
 }
 
 // ---- who needs them
 
-void PeerTypes::need(const Definition& name) {
-  const auto at = types_.find(name);
-  if (at == types_.end()) return;
-  PeerType& type = at->second;
-  type.needed = true;
-  if (!type.text.empty()) {
-    outputs_.push(DescribeType{name.first, name.second, type.text});
-  } else {
-    ask(name, type);
-  }
+bool PeerTypes::wants(const Definition& name, const PeerType& type) const {
+  return type.users > 0 || mismatches_.waits_for(name);
+}
+
+void PeerTypes::need(const Definition& name, MirrorId mirror) {
+  if (!users_.try_emplace(mirror, name).second) return;
+  PeerType& type = types_[name];
+  const bool is_first = ++type.users == 1;
+  if (type.text.empty()) return ask(name, type);
+  if (is_first) outputs_.push(DescribeType{name.first, name.second, type.text});
+}
+
+void PeerTypes::release(MirrorId mirror) {
+  const auto user = users_.extract(mirror);
+  if (!user) return;
+  const auto type = types_.find(user.mapped());
+  --type->second.users;
+  drop_unused(type);
 }
 
 void PeerTypes::explain(Mismatch mismatch, const Now& now) {
@@ -121,11 +131,17 @@ void PeerTypes::forget_withdrawn(const Link& link, Questions& questions) {
 // its questions unanswered keeps none of them from the others.
 void PeerTypes::ask(const Definition& name, PeerType& type) {
   if (type.asked || !type.text.empty()) return;
+  type.next.cancel();
+  if (type.unusable || !wants(name, type)) {
+    leave_line(type);
+    return mismatches_.on_there(name, {});
+  }
   const Link* full = nullptr;
   std::optional<TimePoint> again;
-  for (Source& source : type.sources) {
-    Questions& questions = questions_[source.link->id];
-    if (source.asks >= kAsksMax || questions.open.contains(source.channel)) continue;
+  for (auto& [link, source] : type.sources) {
+    Questions& questions = questions_[link];
+    const ChannelId channel = *source.channels.begin();
+    if (source.asks >= kAsksMax || questions.open.contains(channel)) continue;
     if (source.again > now_) {
       again = earliest(again, source.again);
       continue;
@@ -138,16 +154,15 @@ void PeerTypes::ask(const Definition& name, PeerType& type) {
     leave_line(type);
     ++source.asks;
     source.again = now_ + kAskAgain;
-    type.asked = {source.link->id, source.channel};
+    type.asked = {link, channel};
     type.next = timers_.set(now_ + kPatience, name);
-    questions.open[source.channel] = name;
-    source.link->send(Describe{{source.channel}});
+    questions.open[channel] = name;
+    source.link->send(Describe{{channel}});
     return;
   }
   if (full) return queue(name, type, *full);
   mismatches_.on_there(name, {});
-  type.next.cancel();
-  if (type.needed && again) type.next = timers_.set(*again, name);
+  if (type.users > 0 && again) type.next = timers_.set(*again, name);
 }
 
 void PeerTypes::queue(const Definition& name, PeerType& type, const Link& link) {
@@ -179,13 +194,13 @@ void PeerTypes::ask_next(Link& link) {
 
 // The answer may come still, and is taken then.
 void PeerTypes::on_time(const Now& now) {
+  mismatches_.on_time(now);
   while (const auto name = timers_.take_due(now.steady)) {
     PeerType& type = types_.at(*name);
     type.next.cancel();
     type.asked.reset();
     ask(*name, type);
   }
-  mismatches_.on_time(now);
 }
 
 Result<Nothing> PeerTypes::on_description(Link& link, const Description& description) {
@@ -215,7 +230,8 @@ Result<Nothing> PeerTypes::on_description(Link& link, const Description& descrip
 // What is right but beyond the limits here is as good as not known.
 void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const std::string& text) {
   const auto read = parse_description(text);
-  if (!read || read.value().type.name != name.first) return;
+  type.unusable = !read || read.value().type.name != name.first;
+  if (type.unusable) return;
   if (cost_of(text) > link.memory.room()) return;
   type.text = text;
   type.asked.reset();
@@ -223,13 +239,14 @@ void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const s
   leave_line(type);
   type.holder = link.id;
   type.bytes = link.memory.hold(cost_of(text));
-  if (type.needed) outputs_.push(DescribeType{name.first, name.second, text});
+  if (type.users > 0) outputs_.push(DescribeType{name.first, name.second, text});
   mismatches_.on_there(name, text);
 }
 
-// The link that gave it does not offer it any longer: it counts for one that does.
+// The link that gave it does not offer it any longer: it counts for one that does, if there is one.
 void PeerTypes::hold(PeerType& type) {
-  Link& link = *type.sources.front().link;
+  if (type.sources.empty()) return;
+  Link& link = *type.sources.begin()->second.link;
   type.holder = link.id;
   type.bytes = link.memory.hold(cost_of(type.text));
 }

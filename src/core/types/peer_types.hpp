@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/base/timers.hpp"
 #include "core/link/link.hpp"
@@ -18,16 +18,17 @@
 namespace connect_bridge {
 
 // Asks the peers for the descriptions that something here needs, checks them against their hashes,
-// and keeps them as long as a channel with that type and hash is offered. Whoever gives one of them
-// first gives it for all links: it is the same for all that have the hash. What is kept counts in
-// the memory of the link that gave it. Single-threaded; owned by the side.
+// and keeps them as long as a channel with that type and hash is offered, or a mirror here has it.
+// Whoever gives one of them first gives it for all links: it is the same for all that have the
+// hash. What is kept counts in the memory of the link that gave it. Single-threaded; owned by the
+// side.
 class PeerTypes {
  public:
   // Whoever has not answered by then is not waited for; another one is asked.
   static constexpr Duration kPatience = std::chrono::seconds(5);
   // Who did not know it may know it later: its node may not have been discovered yet.
   static constexpr Duration kAskAgain = std::chrono::seconds(10);
-  static constexpr int kAsksMax = 3;  // about one channel of a connection
+  static constexpr int kAsksMax = 3;  // one connection about one type
 
   explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs) {}
   PeerTypes(const PeerTypes&) = delete;
@@ -40,11 +41,14 @@ class PeerTypes {
   void add(Link& link, ChannelId channel, const Definition& type);
   void remove(Link& link, ChannelId channel, const Definition& type);
   // Its channels are about to end; those that the link offers again go on.
-  void on_link_lost(Link& link);
+  void on_link_lost(const Link& link);
   void on_link_dead(LinkId link);
 
-  // Something here has a type that is not installed: DescribeType follows, when it is known.
-  void need(const Definition& type);
+  // A mirror has a type that is not installed: DescribeType follows for the first one of a type,
+  // when it is known.
+  void need(const Definition& type, MirrorId mirror);
+  // The mirror ends. Of others nothing is known here.
+  void release(MirrorId mirror);
   // The same to explain why the type here is not the peer's: one line for the log, at the latest
   // after Mismatches::kPatience.
   void explain(Mismatch mismatch, const Now& now);
@@ -62,15 +66,17 @@ class PeerTypes {
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
+  // A link that offers it.
   struct Source {
     Link* link = nullptr;
-    ChannelId channel;
+    std::set<ChannelId> channels;
     int asks = 0;       // whatever the answers were
     TimePoint again{};  // not before
   };
   struct PeerType {
-    std::vector<Source> sources;
-    bool needed = false;  // by what has the type here
+    std::map<LinkId, Source> sources;
+    std::size_t users = 0;  // mirrors
+    bool unusable = false;  // the description, whoever gives it
     // The answer that it waits for.
     std::optional<std::pair<LinkId, ChannelId>> asked;
     // Its place in the line of a link, when all that may be asked have enough questions.
@@ -79,7 +85,6 @@ class PeerTypes {
     std::string text;                // empty: not known
     LinkId holder;                   // whose memory it counts in
     Budget::Hold bytes;
-    LinkId last;  // without sources: the link that may bring one again
   };
   struct Questions {
     // Under way; without a type: nobody waits for the answer any longer.
@@ -94,8 +99,9 @@ class PeerTypes {
   void ask_next(Link& link);
   static void forget_withdrawn(const Link& link, Questions& questions);
   void keep(const Definition& name, PeerType& type, Link& link, const std::string& text);
-  void drop_source(Types::iterator type, const Link& link, ChannelId channel);
-  void hold(PeerType& type);
+  [[nodiscard]] bool wants(const Definition& name, const PeerType& type) const;
+  void drop_unused(Types::iterator type);
+  static void hold(PeerType& type);
 
   Outputs& outputs_;
   Mismatches mismatches_;
@@ -103,6 +109,7 @@ class PeerTypes {
   std::uint64_t last_turn_ = 0;
   Timers<Definition> timers_;
   Types types_;
+  std::map<MirrorId, Definition> users_;
   std::map<LinkId, Questions> questions_;
 };
 

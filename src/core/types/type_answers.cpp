@@ -98,10 +98,11 @@ void TypeAnswers::on_failed(ServiceClientId client) {
 }
 
 // The node may be wrong about its type, and the peer ends the connection for a text that has not
-// the hash.
+// the hash, or is too large.
 void TypeAnswers::answer(Questions::iterator question, const std::string& text) {
   const Question& asked = question->second;
-  const bool right = !text.empty() && type_hash_of(text) == asked.type.hash;
+  const bool right =
+      !text.empty() && text.size() <= kDescriptionBytesMax && type_hash_of(text) == asked.type.hash;
   if (asked.link->outgoing(asked.channel))
     asked.link->send(Description{asked.channel, right ? text : std::string{}});
   end(question);

@@ -22,6 +22,12 @@ class Ended {
     entity->mute();
     entities_.push_back(std::move(entity));
   }
+  // Returns whether there were any.
+  bool free_all() {
+    const bool some = !entities_.empty();
+    entities_.clear();
+    return some;
+  }
   // Returns whether some are left.
   bool free_some() {
     const auto end = std::chrono::steady_clock::now() + kTurn;

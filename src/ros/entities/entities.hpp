@@ -23,7 +23,14 @@ class Entities {
   // Returns whether it exists now.
   bool create(const typename T::Create& action) {
     auto made = std::make_unique<T>(shared_, action);
-    if (auto refusal = made->open()) {
+    auto refusal = made->open();
+    // What has ended may be in its way: a process of Fast DDS can have one type for a topic.
+    if (refusal && shared_.ended.free_all()) {
+      made.reset();
+      made = std::make_unique<T>(shared_, action);
+      refusal = made->open();
+    }
+    if (refusal) {
       typename T::Failed failed{action.id, std::move(refusal->code), std::move(refusal->reason)};
       if constexpr (requires { failed.hash_here; })
         failed.hash_here = std::move(refusal->hash_here);

@@ -40,8 +40,7 @@ std::optional<Refusal> Mirror::open() {
   open_ = true;
   own_id_ = shared_.node.add_own(publisher_);
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
-  // Of many mirrors of one type the first asks for its fields.
-  const bool differs = (type_.is_bare && !type_.fields()) || !type_.other_hash.empty();
+  const bool differs = type_.is_bare || !type_.other_hash.empty();
   if (differs && !create_.type_hash.empty())
     shared_.report(TypeDiffers{create_.id, type_.other_hash});
   return std::nullopt;

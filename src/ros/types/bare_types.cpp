@@ -84,7 +84,7 @@ std::shared_ptr<BareMessageType::Use> BareMessageType::use(const std::string& ha
                                                            std::shared_ptr<BareMessageType> self) {
   auto used = in_use(hash);
   if (!used) {
-    used = std::make_shared<Use>(Use{std::move(self), nullptr});
+    used = std::make_shared<Use>(Use{std::move(self)});
     handles_.at(hash).use = used;
   }
   return used;

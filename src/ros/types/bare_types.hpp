@@ -33,7 +33,8 @@ class BareMessageType {
   // before the last user of the name.
   struct Use {
     std::shared_ptr<BareMessageType> type;
-    std::unique_ptr<DescribedFields> fields;  // null: not known
+    std::unique_ptr<DescribedFields> fields = nullptr;  // null: not known, or not how to read them
+    bool is_described = false;
   };
 
   // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.

@@ -44,12 +44,12 @@ inline CdrLimits sample_limits(std::size_t bytes) {
 }
 
 // For a sample whose type the peer has described: it chose the fields, too, so that what the check
-// costs must be in proportion to the bytes. Messages of less than a byte each, and of more than two
-// fields in a byte, are none that anybody defines.
+// costs must be in proportion to the bytes. More than two messages or four fields for each byte are
+// in none that anybody defines.
 inline CdrLimits described_limits(std::size_t bytes) {
   CdrLimits limits = sample_limits(bytes);
-  limits.nested = std::min<std::size_t>(1'000'000, 1000 + bytes);
-  limits.fields = std::min<std::size_t>(8'000'000, 10'000 + 2 * bytes);
+  limits.nested = std::min<std::size_t>(limits.nested, 1000 + 2 * bytes);
+  limits.fields = std::min<std::size_t>(16'000'000, 10'000 + 4 * bytes);
   return limits;
 }
 

@@ -103,7 +103,7 @@ void TypeSupports::describe(const std::string& type, const std::string& hash,
                             const std::string& text) {
   const auto name = parse_type_name(type);
   const auto use = name ? bare_.in_use(*name, hash) : nullptr;
-  if (!use || use->fields) return;
+  if (!use || std::exchange(use->is_described, true)) return;
   if (auto description = parse_description(text))
     use->fields = DescribedFields::make(std::move(description).value());
 }

@@ -193,6 +193,24 @@ TEST(LongAccepts, AreComparedALittleAtATime) {
   EXPECT_EQ(offered(s.said(1)), 39U);
 }
 
+// Turns are equal in what they cost: who has a list that is a little longer waits a little longer.
+TEST(LongAccepts, OfOneDoNotHoldUpThoseOfAnother) {
+  Script s(server());
+  s.graph(many_topics(200));
+  s.login(1, {}, called("busy"));
+  s.say(1, long_list("/t1"));
+  s.login(2, {}, called("calm"));
+  Accepts longer{{{{"/**"}, {}}}, {}};
+  for (int i = 1; i <= 100; ++i)
+    longer.deny.push_back("/y" + std::to_string(i) + std::string(30, 'y'));
+  s.say(2, longer);
+  s.said(1);
+  s.said(2);
+  s.pass(1000);
+  EXPECT_EQ(offered(s.said(2)), 200U);
+  EXPECT_EQ(offered(s.said(1)), 0U);
+}
+
 TEST(LongAccepts, EndNothingBeforeTheyAreCompared) {
   Script s(server());
   s.graph(many_topics(20));

@@ -62,10 +62,12 @@ TEST(PeerTypes, ATypeThatIsNotInstalledIsAskedForOnce) {
   EXPECT_EQ(s.said(1), "");
   s.say(1, Description{{1}, kText});
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
-  // Known for whoever needs it next.
-  s.lacks(3);
+  // It is told once for all mirrors of the type.
+  s.offer(1, 3, "/c", 13);
+  s.did();
+  s.lacks(4);
   EXPECT_EQ(s.said(1), "");
-  EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
+  EXPECT_EQ(s.did(), "");
 }
 
 TEST(PeerTypes, IsNotAskedForWithoutNeed) {
