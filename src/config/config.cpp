@@ -18,10 +18,6 @@ namespace {
 
 constexpr std::size_t kGoodTokenBytes = 16;
 
-std::uint32_t to_u32(std::int64_t value) {
-  return static_cast<std::uint32_t>(value);
-}
-
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
  public:
@@ -52,7 +48,7 @@ class ConfigMaker {
       warn(
           "memory_max: less than 3 times max_message_size, so there is no room for the largest "
           "messages");
-    config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
+    config_.socket.not_sent_bytes = values_.u32("not_sent_bytes");
     config_.socket.packets_per_second = values_.whole("peer_packets_per_second");
     config_.socket.bytes_per_second = values_.whole("peer_bytes_per_second");
     config_.socket.congestion_control = values_.text("congestion_control");
@@ -95,7 +91,7 @@ class ConfigMaker {
     config_.listen.path = values_.text("listen.path");
     config_.listen.trusted_proxies = values_.list("listen.trusted_proxies");
     config_.listen.proxy_header = values_.text("listen.proxy_header");
-    config_.listen.address_strangers_max = to_u32(values_.whole("limits.address_strangers_max"));
+    config_.listen.address_strangers_max = values_.u32("limits.address_strangers_max");
     config_.listen.handshakes_per_second =
         static_cast<int>(values_.whole("limits.handshakes_per_second"));
     config_.listen.address_handshakes_per_second =
@@ -178,7 +174,7 @@ class ConfigMaker {
     config_.audit.file = values_.text("audit.file");
     config_.audit.file_bytes_max =
         static_cast<std::uint64_t>(values_.whole("audit.file_bytes_max"));
-    config_.audit.files_kept = to_u32(values_.whole("audit.files_kept"));
+    config_.audit.files_kept = values_.u32("audit.files_kept");
   }
 
   void read_names() {

@@ -155,8 +155,8 @@ void add_rule_types(Rows& rows) {
        .changeable = true,
        .help = "Whether what is imported is used although the definition of its type here is not "
                "the peer's (another type hash). Messages that do not fit the one here are dropped, "
-               "the others may mean something else. Otherwise it is declined, and the log says how "
-               "the definitions differ."});
+               "the others may mean something else. Otherwise it is declined, and for a topic the "
+               "log says how the definitions differ."});
 }
 
 // The same for calls of services.

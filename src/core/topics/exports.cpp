@@ -1,10 +1,8 @@
 #include "core/topics/exports.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/policy/interface.hpp"
-#include "core/topics/clock_publisher.hpp"
 
 namespace connect_bridge {
 

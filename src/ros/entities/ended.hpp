@@ -4,6 +4,7 @@
 #include <chrono>
 #include <deque>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "ros/entities/entity.hpp"
@@ -22,14 +23,13 @@ class Ended {
     entity->mute();
     entities_.push_back(std::move(entity));
   }
-  // Returns whether there were any.
-  bool free_all() {
-    const bool some = !entities_.empty();
-    entities_.clear();
-    return some;
+  // Those of one topic or service go at once. Returns whether there were any.
+  bool free(const std::string& name) {
+    return std::erase_if(entities_, [&](const auto& entity) { return entity->name() == name; }) > 0;
   }
   // Returns whether some are left.
   bool free_some() {
+    if (entities_.empty()) return false;
     const auto end = std::chrono::steady_clock::now() + kTurn;
     while (!entities_.empty() && std::chrono::steady_clock::now() < end) entities_.pop_front();
     return !entities_.empty();

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -25,11 +26,12 @@ class Entities {
     auto made = std::make_unique<T>(shared_, action);
     auto refusal = made->open();
     // What has ended may be in its way: a process of Fast DDS can have one type for a topic.
-    if (refusal && shared_.ended.free_all()) {
+    if (refusal && shared_.ended.free(name_of(action))) {
       made.reset();
       made = std::make_unique<T>(shared_, action);
       refusal = made->open();
     }
+    made->set_name(name_of(action));
     if (refusal) {
       typename T::Failed failed{action.id, std::move(refusal->code), std::move(refusal->reason)};
       if constexpr (requires { failed.hash_here; })
@@ -61,6 +63,14 @@ class Entities {
   [[nodiscard]] auto end() const { return entities_.end(); }
 
  private:
+  static const std::string& name_of(const typename T::Create& action) {
+    if constexpr (requires { action.topic; }) {
+      return action.topic;
+    } else {
+      return action.service;
+    }
+  }
+
   Shared& shared_;
   std::unordered_map<Id, std::unique_ptr<T>> entities_;
 };

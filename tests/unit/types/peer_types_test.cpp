@@ -9,6 +9,7 @@ namespace connect_bridge::side_test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 const std::string kText = canonical_text(
     description(kType, {field("id", FieldKind::kInt32), field("name", FieldKind::kString)}));
@@ -49,6 +50,12 @@ struct PeerTypes : Script {
       ++count;
     return count;
   }
+  // Peer 2 offers the same type for another publisher on its channel 1: mirror 3.
+  void join_second() {
+    join(2);
+    offer(2, 1, "/a", 12);
+    did();
+  }
   Token128 session;
 };
 
@@ -77,9 +84,7 @@ TEST(PeerTypes, IsNotAskedForWithoutNeed) {
 
 TEST(PeerTypes, AnotherPeerIsAskedWhenOneDoesNotKnow) {
   PeerTypes s;
-  s.join(2);
-  s.offer(2, 1, "/a", 12);
-  s.did();
+  s.join_second();
   s.lacks(2);
   EXPECT_EQ(s.said(1), "describe 1\n");
   s.say(1, Description{{1}, ""});
@@ -109,6 +114,34 @@ TEST(PeerTypes, IsAskedForAgainAfterABreak) {
   s.did();
   s.say(3, Description{{1}, kText});
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
+}
+
+// The mirror lives on, and what is made of the description with it.
+TEST(PeerTypes, WhatIsOfferedAgainAtOnceIsKnownAndCounts) {
+  PeerTypes s;
+  const auto before = s.status().shared_bytes;
+  s.lacks(2);
+  s.say(1, Description{{1}, kText});
+  s.said(1);
+  s.did();
+  s.say(1, Withdraw{{{1}}});
+  s.offer(1, 2, "/a", 11);
+  EXPECT_THAT(s.did(), Not(HasSubstr("mirror ")));
+  EXPECT_EQ(s.said(1), "");
+  EXPECT_GE(s.status().shared_bytes, before + 4 * kText.size());
+  s.say(1, Withdraw{{{2}}});
+  s.pass(1000);
+  EXPECT_LT(s.status().shared_bytes, before + kText.size());
+}
+
+TEST(PeerTypes, ABreakForgetsNothingThatAMirrorHas) {
+  PeerTypes s;
+  s.lacks(2);
+  s.say(1, Description{{1}, kText});
+  s.lose(1);
+  s.join(3, s.session);
+  s.offer(3, 1, "/a", 11);
+  EXPECT_THAT(s.said(3), Not(HasSubstr("describe")));
 }
 
 TEST(PeerTypes, MemoryIsFreeWhenTheLastChannelIsGone) {
@@ -164,6 +197,8 @@ TEST(PeerTypes, WhatIsRightButUnusableIsNotKnown) {
   EXPECT_EQ(s.said(1), "describe 2\n");
   s.say(1, Description{{2}, other});
   EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(1), "");
+  s.pass(30'000);  // nor later: the hash stands for this text alone
   EXPECT_EQ(s.said(1), "");
 }
 
@@ -245,9 +280,7 @@ TEST(PeerTypes, WhatIsWithdrawnLosesItsPlaceInTheLine) {
 
 TEST(PeerTypes, TheLossOfAnotherLinkChangesNothing) {
   PeerTypes s;
-  s.join(2);
-  s.offer(2, 1, "/a", 12);
-  s.did();
+  s.join_second();
   s.refuses(2);
   s.give(TypeLookedUp{{1}, kHere});
   s.lose(2);

@@ -64,6 +64,21 @@ TEST(TypeAnswers, FromTheInstalledPackage) {
   EXPECT_EQ(s.did(), "");
 }
 
+// The peer would end the connection.
+TEST(TypeAnswers, WhatIsTooLongIsNotKnown) {
+  const std::string text(kDescriptionBytesMax + 1, 'x');
+  Script s(server());
+  Topic large = topic("/a").pub(1);
+  large.type_hash = type_hash_of(text);
+  s.graph({large});
+  s.pass(1000);
+  s.join(1);
+  s.said(1);
+  s.say(1, Describe{{{1}}});
+  s.give(TypeLookedUp{{1}, text});
+  EXPECT_EQ(s.said(1), "description 1 unknown\n");
+}
+
 TEST(TypeAnswers, FromTheNodeThatHasTheType) {
   TypeAnswers s;
   s.say(1, Describe{{{1}}});
