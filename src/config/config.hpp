@@ -68,7 +68,7 @@ struct SocketConfig {
   std::uint32_t not_sent_bytes = 0;     // TCP_NOTSENT_LOWAT; 0: leave it to the host
   std::int64_t packets_per_second = 0;  // read from a peer; 0: no limit
   std::int64_t bytes_per_second = 0;    // likewise
-  // TCP_CONGESTION: "auto" (bbr where the host allows it), "host" (leave it), or an algorithm.
+  // TCP_CONGESTION: "auto" (what suits the path), "host" (leave it), or an algorithm.
   std::string congestion_control;
 };
 

@@ -4,6 +4,7 @@
 
 #include <boost/asio/ip/v6_only.hpp>
 
+#include "net/endpoint_text.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
@@ -28,14 +29,6 @@ void set_address(ConnectionOpened& from, const asio::ip::address& address) {
   from.address = network_of(address, 8);
   from.customer = network_of(address, 7);
   from.share = address.is_loopback() ? kProxyShare : 1;
-}
-
-std::string host_text(const asio::ip::address& address) {
-  return address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-}
-
-std::string peer_text(const asio::ip::address& address, std::uint16_t port) {
-  return host_text(address) + ":" + std::to_string(port);
 }
 
 }  // namespace
@@ -107,7 +100,7 @@ std::vector<std::string> Listener::addresses() const {
   for (const DoorPtr& door : doors_) {
     ErrorCode ignored;
     const Endpoint endpoint = door->acceptor.local_endpoint(ignored);
-    texts.push_back(peer_text(endpoint.address(), endpoint.port()));
+    texts.push_back(endpoint_text(endpoint.address(), endpoint.port()));
   }
   return texts;
 }
@@ -139,7 +132,7 @@ std::string Listener::bind(const std::string& address, std::uint16_t port) {
   }
   if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(Acceptor::max_listen_connections, error);
-  if (error) return "cannot listen on " + peer_text(parsed, port) + ": " + error.message();
+  if (error) return "cannot listen on " + endpoint_text(parsed, port) + ": " + error.message();
   doors_.push_back(door);
   return {};
 }
@@ -262,7 +255,7 @@ void Listener::admit(TcpSocket socket) {
   const auto address = plain_address(remote.address());
   const auto visitor = std::make_shared<Visitor>();
   ConnectionOpened& from = visitor->from;
-  from.peer = peer_text(address, remote.port());
+  from.peer = endpoint_text(address, remote.port());
   const bool proxy = contain(options_->proxies, address);
   if (proxies_only_ && !proxy) return drop(socket, from.peer + ": dropped, it is no trusted proxy");
   set_address(from, address);
@@ -317,8 +310,8 @@ void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) {  // who is told of nobody counts as the proxy itself
-    from.peer =
-        source->port == 0 ? host_text(source->address) : peer_text(source->address, source->port);
+    from.peer = source->port == 0 ? host_text(source->address)
+                                  : endpoint_text(source->address, source->port);
     set_address(from, source->address);
   }
   const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;

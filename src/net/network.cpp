@@ -256,6 +256,10 @@ Certified Network::certified(ConnectionId connection) const {
   return found && found->is_open() ? found->certified() : certified_by(nullptr);
 }
 
+void Network::choose_congestion_control() {
+  for (const auto& entry : state_->connections) entry.second->choose_congestion_control();
+}
+
 Traffic Network::traffic() const {
   Traffic sum = state_->past;
   for (const auto& entry : state_->connections) sum += entry.second->traffic();

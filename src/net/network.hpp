@@ -105,6 +105,8 @@ class Network {
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
+  // Gives each connection what suits its path, where that is left to us. Once a second.
+  void choose_congestion_control();
   // Of all WebSockets since the start; a handshake that failed is not among them.
   [[nodiscard]] Traffic traffic() const;
 

@@ -42,7 +42,8 @@ struct SocketOptions {
   std::uint32_t unsent_bytes_max = 16384;
   // Bytes a client masks and sends in one go.
   std::uint32_t write_buffer_bytes = 128 << 10;
-  // "bbr", "cubic", ...; "auto": bbr where the host allows it; empty or "host": the host's default
+  // "bbr", "cubic", ...; "auto": what suits the path (CongestionChoice); empty or "host": the
+  // host's
   std::string congestion_control;
   // What is read from a connection per second; beyond it reading pauses, and the sender has to
   // wait. 0: no limit. A burst of receive_burst passes at once.

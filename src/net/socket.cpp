@@ -4,6 +4,7 @@
 #include <span>
 
 #include "net/certified.hpp"
+#include "net/endpoint_text.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
@@ -31,12 +32,6 @@ std::string cut(const std::string& text, std::size_t limit) {
   std::size_t end = limit;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   return text.substr(0, end);
-}
-
-std::string endpoint_text(const asio::ip::tcp::endpoint& endpoint) {
-  const auto address = endpoint.address();
-  const std::string host = address.is_v6() ? "[" + address.to_string() + "]" : address.to_string();
-  return host + ":" + std::to_string(endpoint.port());
 }
 
 }  // namespace
@@ -342,6 +337,11 @@ void Socket::check_address() {
     end(std::nullopt, "the address " + address + " of this machine is gone", false);
 }
 
+void Socket::choose_congestion_control() {
+  if (state_ == State::kOpen && setup_.options.congestion_control == "auto")
+    retune(socket_->next_layer().socket().native_handle(), congestion_choice_, steady_now());
+}
+
 Certified Socket::certified() const {
   return certified_by(socket_->next_layer().tls());
 }
@@ -360,7 +360,7 @@ SocketFacts Socket::facts() const {
   const int native = transport.socket().native_handle();
   ErrorCode error;
   const auto local = transport.socket().local_endpoint(error);
-  if (!error) facts.local = endpoint_text(local);
+  if (!error) facts.local = endpoint_text(local.address(), local.port());
   facts.peer = setup_.opened.peer;
   facts.tls = tls_text(transport.tls());
   facts.congestion_control = congestion_control_of(native);

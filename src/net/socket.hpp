@@ -11,6 +11,7 @@
 
 #include "core/flow/rate_limit.hpp"
 #include "net/admission.hpp"
+#include "net/congestion_choice.hpp"
 #include "net/extra_frames.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
@@ -50,6 +51,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void give_way();
   // Closes it if the machine has lost the address that it is bound to: nothing can arrive any more.
   void check_address();
+
+  // Gives TCP what suits the path. Once a second.
+  void choose_congestion_control();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.
@@ -112,6 +116,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   Bytes flat_;
   std::uint64_t sent_bytes_ = 0;
   Traffic traffic_;
+  CongestionChoice congestion_choice_;
 
   std::string closing_reason_;
   bool deadline_set_ = false;

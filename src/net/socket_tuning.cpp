@@ -9,6 +9,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 
 namespace connect_bridge {
 namespace {
@@ -17,7 +18,7 @@ bool set(int socket, int level, int option, int value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-bool set_congestion_control(int socket, const std::string& name) {
+bool set_congestion_control(int socket, std::string_view name) {
   return ::setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(),
                       static_cast<socklen_t>(name.size())) == 0;
 }
@@ -48,7 +49,7 @@ std::string tune_socket(int socket, const SocketOptions& options) {
   }
   const std::string& congestion = options.congestion_control;
   if (congestion == "auto") {
-    set_congestion_control(socket, "bbr");  // where the host allows it
+    set_congestion_control(socket, CongestionChoice::kFirst);  // any host allows it
   } else if (!congestion.empty() && congestion != "host" &&
              !set_congestion_control(socket, congestion)) {
     note("congestion control " + congestion);
@@ -64,6 +65,12 @@ std::uint32_t unsent_bytes(int socket) {
   int bytes = 0;
   if (::ioctl(socket, SIOCOUTQNSD, &bytes) != 0 || bytes < 0) return 0;
   return static_cast<std::uint32_t>(bytes);
+}
+
+void retune(int socket, CongestionChoice& choice, TimePoint now) {
+  const auto counts = tcp_counts_of(socket);
+  const auto changed = counts ? choice.next(*counts, now) : std::nullopt;
+  if (changed) set_congestion_control(socket, *changed);
 }
 
 std::string congestion_control_of(int socket) {

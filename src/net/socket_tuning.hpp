@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "net/congestion_choice.hpp"
 #include "net/options.hpp"
 
 namespace connect_bridge {
@@ -18,6 +19,8 @@ void set_unsent_bytes_max(int socket, std::uint32_t bytes);
 // Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 if the kernel does not support it.
 std::uint32_t unsent_bytes(int socket);
 
+// Sets what the choice says, as far as the host allows it. Once a second.
+void retune(int socket, CongestionChoice& choice, TimePoint now);
 std::string congestion_control_of(int socket);
 std::uint32_t round_trip_us_of(int socket);  // smoothed; 0: not known
 

@@ -4,6 +4,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cstddef>
 
 namespace connect_bridge {
@@ -21,17 +22,33 @@ bool is_ipv6(int socket) {
          address.sin6_family == AF_INET6 && !IN6_IS_ADDR_V4MAPPED(&address.sin6_addr);
 }
 
+// Nullopt: not all of it up to `end` is known.
+std::optional<tcp_info> info_of(int socket, std::size_t end) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0 || size < end)
+    return std::nullopt;
+  return info;
+}
+
 }  // namespace
 
 Traffic traffic_of(int socket) {
-  tcp_info info{};
-  socklen_t size = sizeof info;
-  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0 ||
-      size < offsetof(tcp_info, tcpi_bytes_sent) + sizeof info.tcpi_bytes_sent)
-    return {};
+  const auto info =
+      info_of(socket, offsetof(tcp_info, tcpi_bytes_sent) + sizeof(tcp_info::tcpi_bytes_sent));
+  if (!info) return {};
   const std::uint64_t header = kTcpHeader + (is_ipv6(socket) ? kIpv6Header : kIpv4Header);
-  return {info.tcpi_bytes_sent + header * info.tcpi_segs_out,
-          info.tcpi_bytes_received + header * info.tcpi_segs_in};
+  return {info->tcpi_bytes_sent + header * info->tcpi_segs_out,
+          info->tcpi_bytes_received + header * info->tcpi_segs_in};
+}
+
+std::optional<TcpCounts> tcp_counts_of(int socket) {
+  const auto info =
+      info_of(socket, offsetof(tcp_info, tcpi_dsack_dups) + sizeof(tcp_info::tcpi_dsack_dups));
+  if (!info) return std::nullopt;
+  const auto repeated = info->tcpi_total_retrans;
+  return TcpCounts{info->tcpi_data_segs_out, repeated - std::min(info->tcpi_dsack_dups, repeated),
+                   info->tcpi_rtt, info->tcpi_min_rtt};
 }
 
 }  // namespace connect_bridge

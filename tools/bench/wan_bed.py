@@ -117,11 +117,13 @@ class Bed:
         for worker in (*self.talks.values(), *self.listens.values(), self.ping):
             worker.ready()
 
-    def plain(self):
-        """Raw TCP in both directions: what the network itself allows."""
+    def plain(self, congestion=None):
+        """Raw TCP in both directions: what the network itself allows. Without a word it has what the bridge has; beside `auto` that is bbr,
+        which is the better one where packets are lost."""
+        congestion = congestion or ("bbr" if self.congestion == "auto" else self.congestion)
         tools = {}
         for name, here, there in (("up", ROBOT, OPERATOR), ("down", OPERATOR, ROBOT)):
-            common = ("kind=tcp", f"address={ADDRESS[there]}", f"congestion={self.congestion}")
+            common = ("kind=tcp", f"address={ADDRESS[there]}", f"congestion={congestion}")
             echo = self.worker(there, "ws_bench", "echo", *common)
             port = f"port={echo.ready()['port']}"
             tools[name] = self.worker(here, "ws_bench", "ping", *common, port)

@@ -176,7 +176,7 @@ def foreign(bed, effort, raw):
     """Beside a foreign bulk flow: its share and ours, and what raw TCP pings would have there."""
     seconds = effort["seconds"]
     bed.wan.set(**NET)
-    plain = bed.plain()
+    plain = bed.plain("cubic")  # what nearly everybody has
     flood = f"flood size={LARGE} seconds="
     pings = bed.plain()["down"]  # dials from the operator, as pings do
     plain["up"].say(flood + str(seconds + 2))

@@ -67,11 +67,21 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
              replay_.takes(message, bytes_max(), now.steady)) {
     replay_.add(body_bytes);
   } else if (options_.depth > 0 && !options_.keep) {
-    while (waiting_.size() - replay_.count() >= options_.depth)
-      drop_waiting_at(replay_.count(), DropReason::kQueueDepth);
-    while (!has_room(body_bytes, now)) drop_waiting_at(replay_.count(), DropReason::kQueueBytes);
+    make_room(body_bytes, now);
   }
   enqueue(std::move(message), arrival, now);
+}
+
+void ChannelQueue::make_room(std::size_t body_bytes, const Now& now) {
+  const auto first = replay_.count();  // of those that may be dropped
+  const auto drop = [&](DropReason reason) {
+    drop_waiting_at(first, reason);
+    overload_.dropped();
+  };
+  if (empty()) overload_.emptied();
+  while (waiting_.size() - first >= options_.depth) drop(DropReason::kQueueDepth);
+  while (!has_room(body_bytes, now) || (overload_.newest_only() && waiting_.size() > first))
+    drop(DropReason::kQueueBytes);
 }
 
 void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
@@ -181,7 +191,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
 
 ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
-  Open next{take_waiting(0), 0, {}, {}};
+  Open next{take_waiting(0), 0, now.steady, {}, {}};
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
   auto& message = next.message;
@@ -195,6 +205,7 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
 std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now) {
   const auto& message = whole.message;
   count_sent(message);
+  overload_.sent(now.steady - whole.since);
   if (goes_on() && replay_.next_at() > now.steady) rests_until_ = replay_.next_at();
   if (deltas_)
     deltas_->sent({message.subject, message.demand, whole.raw}, message.codec,

@@ -13,6 +13,7 @@
 #include "core/flow/delta_encoder.hpp"
 #include "core/flow/drops.hpp"
 #include "core/flow/out_message.hpp"
+#include "core/flow/overload.hpp"
 #include "core/flow/packet.hpp"
 #include "core/flow/replay.hpp"
 #include "core/flow/sent_messages.hpp"
@@ -171,8 +172,9 @@ class ChannelQueue {
   struct Open {
     OutMessage message;
     std::uint32_t offset = 0;  // body bytes handed out
-    Payload raw;               // of what was prepared smaller
-    Budget::Hold room;         // likewise (DeltaEncoder::Body)
+    TimePoint since{};
+    Payload raw;        // of what was prepared smaller
+    Budget::Hold room;  // likewise (DeltaEncoder::Body)
   };
   // The first of those that wait, prepared.
   struct Front {
@@ -187,6 +189,8 @@ class ChannelQueue {
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
+  // Drops what a message of this size displaces where depth limits the channel.
+  void make_room(std::size_t body_bytes, const Now& now);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.
@@ -206,6 +210,7 @@ class ChannelQueue {
   std::deque<Waiting> waiting_;
   std::uint64_t waiting_bytes_ = 0;
   Replay replay_;  // the first of them
+  Overload overload_;
   std::optional<TimePoint> rests_until_;
   SentMessages sent_;  // wholly, that resume; until the peer has them
   std::optional<Open> open_;
