@@ -55,6 +55,7 @@ CLI::App* add_token(CLI::App& app, TokenRequest& request) {
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
+  app.failure_message(CLI::FailureMessage::help);
 
   std::string file, role;
   auto* check =

@@ -46,6 +46,10 @@ CLI::App* add_certs_command(CLI::App& app, CertificateOrder& order) {
 }
 
 int run_certs(const CertificateOrder& order) {
+  if (!order.groups.empty() && order.clients.empty()) {
+    std::fputs("ctl certs: --group is for clients: name them by --client\n", stderr);
+    return 2;
+  }
   const CertificatesMade made = make_certificates(order);
   if (!made.problem.empty()) {
     std::fprintf(stderr, "ctl certs: %s\n", made.problem.c_str());

@@ -16,9 +16,12 @@ using connect_bridge::Stamp;
 
 constexpr Stamp kDay = 86'400'000'000'000;
 
+Stamp now() {
+  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
 std::string date_after(int days) {
-  const std::chrono::nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
-  return connect_bridge::date_text(now.count() + days * kDay);
+  return connect_bridge::date_text(now() + days * kDay);
 }
 
 int refuse(const std::string& text) {
@@ -43,6 +46,11 @@ int make_token(const TokenRequest& request) {
     const auto wrong = connect_bridge::name_problem(name);
     if (!wrong.empty()) return refuse("a name, group or comment " + wrong);
   }
+  const auto expires =
+      request.expires.empty() ? Stamp{0} : connect_bridge::parse_date(request.expires).value_or(-1);
+  if (expires < 0)
+    return refuse("--expires: expected a date in UTC, 2027-01-31 or 2027-01-31T12:00:00Z");
+  if (expires > 0 && expires < now()) return refuse("--expires: this date has passed");
   const std::string token = connect_bridge::random_token();
   if (token.empty()) return refuse("no random numbers are available");
   const connect_bridge::TokenEntry entry = entry_of(request, token);

@@ -100,7 +100,7 @@ std::string token_entries_problem(const std::string& text, const std::string& na
   std::vector<std::string> problems, warnings;
   table.read(text, name, Stamp{0}, problems, warnings);
   if (problems.empty() && table.has_plain())
-    problems.push_back(name + ": holds one token, not a list of entries");
+    problems.push_back(name + ": holds one token, not a list of entries; take another file for the list");
   std::string joined;
   for (const auto& problem : problems) joined += (joined.empty() ? "" : "\n") + problem;
   return joined;
@@ -114,6 +114,8 @@ std::string append_token_entry(const std::string& file, const TokenEntry& entry)
     auto before = read_secret_file(file, problem);
     if (!before) return problem;
     text = *before;
+    if (!text.empty()) problem = token_entries_problem(text, file);
+    if (!problem.empty()) return problem;
   }
   if (!text.empty() && text.back() != '\n') text += '\n';
   text += to_text(entry);

@@ -250,7 +250,7 @@ class Explainer {
     const auto [rule, pattern] = nearest();
     if (pattern != nullptr)
       line(fmt::format("the nearest is {}", where(*rule, key_.text, *pattern)));
-    if (pattern == nullptr && !told) line(fmt::format("no rule in use has {}", key_.text));
+    if (!told && body_.empty()) line(fmt::format("no rule in use has {}", key_.text));
   }
 
   [[nodiscard]] std::pair<const Rule*, const Pattern*> nearest() const {

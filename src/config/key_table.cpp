@@ -334,14 +334,13 @@ void add_flow(Rows& rows, const SideOptions& core) {
                       "Delay that data which is not urgent may cause in the queues on the path: it "
                       "is sent as fast as the link delivers, no faster (docs/flow.md). "
                       "0 sends as fast as TCP takes it."});
-  rows.push_back(
-      {.section = section,
-       .key = "congestion_control",
-       .fallback = "auto",
-       .syntax = check_word,
-       .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows it, while "
-               "the network loses packets that no queue has pushed out; "
-               "`host` leaves the host's, any other word is the algorithm to use."});
+  rows.push_back({.section = section,
+                  .key = "congestion_control",
+                  .fallback = "auto",
+                  .syntax = check_word,
+                  .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows "
+                          "it, while the network loses packets all the time; "
+                          "`host` leaves the host's, any other word is the algorithm to use."});
 }
 
 }  // namespace

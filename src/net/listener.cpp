@@ -265,11 +265,7 @@ void Listener::admit(TcpSocket socket) {
     return drop(socket, from.peer + ": dropped, too many handshakes");
   visitor->slot =
       proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
-  const std::string refused = tune_socket(socket.native_handle(), sockets_);
-  if (!refused.empty() && !tuning_told_) {
-    tuning_told_ = true;
-    log(LogLevel::kWarn, "this host refuses socket options: " + refused);
-  }
+  tune_socket(socket.native_handle(), sockets_);
   start(std::move(socket), visitor, proxy);
 }
 

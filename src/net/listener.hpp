@@ -116,7 +116,6 @@ class Listener : public std::enable_shared_from_this<Listener> {
   bool proxies_only_ = false;
   DoorCounts counts_;
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
-  bool tuning_told_ = false;
   Pace notices_{1, std::chrono::minutes{10}};
   LogLimit no_room_;  // of accepts that failed
 };

@@ -9,6 +9,7 @@
 #include "net/listener.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket.hpp"
+#include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 #include "net/tls_files.hpp"
 
@@ -254,6 +255,20 @@ std::optional<SocketFacts> Network::facts(ConnectionId connection) const {
 Certified Network::certified(ConnectionId connection) const {
   const auto found = state_->find(connection);
   return found && found->is_open() ? found->certified() : certified_by(nullptr);
+}
+
+std::string Network::dial_problem(const DialOptions& options) {
+  std::string problem;
+  state_->client_tls(options, problem);
+  return problem;
+}
+
+std::string Network::refused_options() const {
+  asio::ip::tcp::socket probe(state_->io);
+  ErrorCode error;
+  probe.open(asio::ip::tcp::v4(), error);
+  if (error) probe.open(asio::ip::tcp::v6(), error);
+  return error ? error.message() : tune_socket(probe.native_handle(), state_->sockets);
 }
 
 void Network::choose_congestion_control() {

@@ -105,6 +105,12 @@ class Network {
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;
+  // What would fail in every dial with these options, because of the files that they name; empty:
+  // nothing.
+  [[nodiscard]] std::string dial_problem(const DialOptions& options);
+  // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
+  // without that.
+  [[nodiscard]] std::string refused_options() const;
   // Gives each connection what suits its path, where that is left to us. Once a second.
   void choose_congestion_control();
   // Of all WebSockets since the start; a handshake that failed is not among them.

@@ -47,8 +47,7 @@ std::optional<TcpCounts> tcp_counts_of(int socket) {
       info_of(socket, offsetof(tcp_info, tcpi_dsack_dups) + sizeof(tcp_info::tcpi_dsack_dups));
   if (!info) return std::nullopt;
   const auto repeated = info->tcpi_total_retrans;
-  return TcpCounts{info->tcpi_data_segs_out, repeated - std::min(info->tcpi_dsack_dups, repeated),
-                   info->tcpi_rtt, info->tcpi_min_rtt};
+  return TcpCounts{info->tcpi_data_segs_out, repeated - std::min(info->tcpi_dsack_dups, repeated)};
 }
 
 }  // namespace connect_bridge

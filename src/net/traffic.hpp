@@ -24,10 +24,8 @@ struct Traffic {
 
 // All since the connection was opened.
 struct TcpCounts {
-  std::uint64_t segments = 0;           // sent with data, repeated ones included
-  std::uint64_t lost = 0;               // of these repeated, without those that came twice
-  std::uint32_t round_trip_us = 0;      // smoothed
-  std::uint32_t round_trip_min_us = 0;  // of the last minutes
+  std::uint64_t segments = 0;  // sent with data, repeated ones included
+  std::uint64_t lost = 0;      // of these repeated, without those that came twice
 };
 
 // Nullopt: the kernel does not tell (before Linux 4.19).

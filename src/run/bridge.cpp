@@ -74,8 +74,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
 std::string Bridge::open() {
   const std::string unread = usage_file_.open(parameters_.config().usage_file);
   if (!unread.empty()) node_.log(LogLevel::kWarn, unread);
+  if (const std::string refused = network_.refused_options(); !refused.empty())
+    node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused);
   std::string problem = open_audit_log();
-  if (problem.empty() && parts_.side.role == Role::kServer) problem = listen();
+  const bool server = parts_.side.role == Role::kServer;
+  if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);
   if (problem.empty()) note(AuditEvent::kStarted);
   return problem;
 }

@@ -67,8 +67,9 @@ class Link final : public ConnectionUser {
   TimePoint opened_at{};
   std::optional<TimePoint> dead_at;       // lost: when its calls and mirrors end
   std::optional<TimePoint> forgotten_at;  // lost: when nothing of it is left
-  Duration resume_for{};  // how long what a lost connection loses is kept; zero: not at all
-  bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
+  Duration resume_for{};   // how long what a lost connection loses is kept; zero: not at all
+  bool returns = false;    // lost: the peer has not ended, so that what was kept may go on
+  bool outlasted = false;  // the break was longer than something was kept for it
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
   // Of what appears here because of the peer: how much had to wait, as its identity makes too many.

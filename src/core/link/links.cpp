@@ -196,11 +196,12 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   const Peer& peer = connection->peer();
   const bool replaced = link.peer_side && link.peer_side != peer.side;
   if (replaced) user_.on_peer_replaced(link, now);
-  const std::string before = replaced             ? "; it was started again"
-                             : link.connects == 0 ? ""
-                             : link.session == peer.session
-                                 ? "; it goes on after a break"
-                                 : "; the break was longer than it is kept for";
+  const std::string before = replaced                       ? "; it was started again"
+                             : link.connects == 0           ? ""
+                             : link.session == peer.session ? "; it goes on after a break"
+                             : link.outlasted      ? "; the break was longer than resume.seconds"
+                             : user_.resumes(link) ? "; the server has not kept what was under way"
+                                                   : "; it begins anew, nothing had to be kept";
   link.peer_side = peer.side;
   link.session = peer.session;
   link.address = peer.address;
@@ -209,6 +210,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   link.connection->carry(link, &link.memory);
   link.dead_at.reset();
   link.forgotten_at.reset();
+  link.outlasted = false;
   link.orphans_end_at = now.steady + kOffersTime;
   link.opened_at = now.steady;
   ++link.connects;
@@ -344,6 +346,7 @@ void Links::on_time(const Now& now) {
       ++it;
       continue;
     }
+    link.outlasted = user_.resumes(link);
     user_.on_link_forgotten(link, now);
     link.forgotten_at.reset();
     it = options_.role == Role::kServer ? links_.erase(it) : std::next(it);

@@ -260,7 +260,9 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     const auto call = calls_.find(id);
     if (call == calls_.end() || call->second.has_answer()) continue;
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
-    log_calls(mirroring_.outputs, load_.refusals, "refused by " + link_.label(), service_.key(),
+    const bool sent = refuse.code == "lost" || refuse.code == "timeout";  // perhaps executed
+    log_calls(mirroring_.outputs, load_.refusals,
+              (sent ? "not answered by " : "refused by ") + link_.label(), service_.key(),
               "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
   }

@@ -107,9 +107,10 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   EXPECT_FALSE(s.offer.admit_old({1}, bytes(103)));
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 3U);
   s.did();
-  EXPECT_EQ(s.logged,
-            "a message of 101 bytes for rule rule is larger than /peer at 10.0.0.1 accepts; such "
-            "messages are dropped\n");
+  EXPECT_EQ(
+      s.logged,
+      "a message of 101 bytes on /a is larger than the max_message_size of /peer at 10.0.0.1, "
+      "or ours; such messages are dropped\n");
 }
 
 }  // namespace
