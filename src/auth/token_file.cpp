@@ -100,7 +100,7 @@ std::string token_entries_problem(const std::string& text, const std::string& na
   std::vector<std::string> problems, warnings;
   table.read(text, name, Stamp{0}, problems, warnings);
   if (problems.empty() && table.has_plain())
-    problems.push_back(name + ": holds one token, not a list of entries; take another file for the list");
+    problems.push_back(name + ": holds one token; take another file for a list of entries");
   std::string joined;
   for (const auto& problem : problems) joined += (joined.empty() ? "" : "\n") + problem;
   return joined;

@@ -118,8 +118,8 @@ class Bed:
             worker.ready()
 
     def plain(self, congestion=None):
-        """Raw TCP in both directions: what the network itself allows. Without a word it has what the bridge has; beside `auto` that is bbr,
-        which is the better one where packets are lost."""
+        """Raw TCP in both directions: what the network allows. By default it has the bridge's
+        congestion control; beside `auto` bbr, the better one where packets are lost."""
         congestion = congestion or ("bbr" if self.congestion == "auto" else self.congestion)
         tools = {}
         for name, here, there in (("up", ROBOT, OPERATOR), ("down", OPERATOR, ROBOT)):
