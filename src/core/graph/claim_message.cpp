@@ -1,6 +1,7 @@
 #include "core/graph/claim_message.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <string>
 #include <string_view>
 
@@ -10,14 +11,60 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::string_view kMark = "connect_bridge claims 2";
-constexpr char kFeeds = '+';         // follows an origin
+constexpr std::string_view kMark = "connect_bridge claims 3";
+// The words after the side's id: an origin, which may end in kFeeds, or one of these and an id.
+constexpr char kFeeds = '+';
+constexpr char kMirror = '=';
+constexpr char kPeer = '@';
+constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
+
+template <class Id>
+void put(std::string& text, char kind, const std::vector<Id>& ids, std::size_t ids_max) {
+  for (std::size_t i = 0; i < std::min(ids.size(), ids_max); ++i)
+    text += std::string(" ") + kind + to_hex(ids[i].bytes);
+}
+
+template <class Id>
+bool take(std::string_view hex, std::vector<Id>& ids, std::size_t ids_max) {
+  Id id;
+  if (!from_hex(hex, id.bytes)) return false;
+  if (ids.size() < ids_max) ids.push_back(id);
+  return true;
+}
+
+bool take_time(std::string_view digits, Duration& time) {
+  std::int64_t ms = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), ms);
+  const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
+  if (!is_number || ms < 0 || ms > kClaimGoodMax / std::chrono::milliseconds(1)) return false;
+  time = std::chrono::milliseconds(ms);
+  return true;
+}
+
+// False: the word is none of a claim.
+bool take(std::string_view word, Claim& claim) {
+  const char kind = word.empty() ? ' ' : word.front();
+  if (kind == kMirror) return take(word.substr(1), claim.mirrors, kClaimOriginsMax);
+  if (kind == kPeer) return take(word.substr(1), claim.peers, kClaimPeersMax);
+  if (kind == kGoodFor) return take_time(word.substr(1), claim.good_for);
+  ClaimedOrigin origin;
+  origin.feeds = word.ends_with(kFeeds);
+  if (origin.feeds) word.remove_suffix(1);
+  if (!from_hex(word, origin.gid.bytes)) return false;
+  if (claim.origins.size() < kClaimOriginsMax) claim.origins.push_back(origin);
+  return true;
+}
 
 }  // namespace
 
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
+  if (claim.good_for <= kClaimGoodMax)
+    text += std::string(" ") + kGoodFor +
+            std::to_string(claim.good_for / std::chrono::milliseconds(1));
+  put(text, kPeer, claim.peers, kClaimPeersMax);
+  put(text, kMirror, claim.mirrors, kClaimOriginsMax);
   const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);
   for (std::size_t i = 0; i < count; ++i) {
     text += ' ' + to_hex(claim.origins[i].gid.bytes);
@@ -46,14 +93,9 @@ std::optional<Claim> parse_claim(ByteView cdr) {
   Claim claim;
   std::string_view rest = *text;
   if (!from_hex(rest.substr(0, rest.find(' ')), claim.side.bytes)) return std::nullopt;
-  while (rest.find(' ') != std::string_view::npos && claim.origins.size() < kClaimOriginsMax) {
+  while (rest.find(' ') != std::string_view::npos) {
     rest.remove_prefix(rest.find(' ') + 1);
-    std::string_view word = rest.substr(0, rest.find(' '));
-    ClaimedOrigin origin;
-    origin.feeds = word.ends_with(kFeeds);
-    if (origin.feeds) word.remove_suffix(1);
-    if (!from_hex(word, origin.gid.bytes)) return std::nullopt;
-    claim.origins.push_back(origin);
+    if (!take(rest.substr(0, rest.find(' ')), claim)) return std::nullopt;
   }
   return claim;
 }

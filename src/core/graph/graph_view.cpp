@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 namespace connect_bridge {
 
@@ -33,7 +34,7 @@ class BridgeNodes {
  public:
   void add(const Endpoint& claims_publisher) {
     if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
-    participants_.insert(participant_of(claims_publisher.gid));
+    if (claims_publisher.gid != Gid{}) participants_.insert(participant_of(claims_publisher.gid));
   }
   // A server's gid is not always known.
   [[nodiscard]] bool own(const Server& server) const {
@@ -44,7 +45,7 @@ class BridgeNodes {
     return names_.contains(node_of(endpoint)) ||
            participants_.contains(participant_of(endpoint.gid));
   }
-  [[nodiscard]] bool empty() const { return participants_.empty(); }
+  [[nodiscard]] bool empty() const { return names_.empty() && participants_.empty(); }
 
  private:
   using Participant = std::array<std::uint8_t, 12>;
@@ -59,7 +60,7 @@ class BridgeNodes {
 
 }  // namespace
 
-GraphView::GraphView(GraphChanged graph) {
+GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors) {
   BridgeNodes bridges;
   for (const auto& topic : graph.topics) {
     if (topic.name != kClaimsTopic) continue;
@@ -88,6 +89,25 @@ GraphView::GraphView(GraphChanged graph) {
     ServiceKey key{service.name, service.type};
     services_.emplace(std::move(key), std::move(service));
   }
+  hide(mirrors);
+}
+
+bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
+  const bool any = std::any_of(mirrors.begin(), mirrors.end(),
+                               [&](const Gid& gid) { return publishers_.contains(gid); });
+  if (!any) return false;
+  for (auto it = topics_.begin(); it != topics_.end();) {
+    TopicState& topic = it->second;
+    std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
+      if (!mirrors.contains(publisher.gid)) return false;
+      publishers_.erase(publisher.gid);
+      bridge_publishers_.insert(publisher.gid);
+      return true;
+    });
+    const bool is_real = !topic.publishers.empty() || !topic.subscribers.empty();
+    it = is_real ? std::next(it) : topics_.erase(it);
+  }
+  return true;
 }
 
 const TopicState* GraphView::find(const TopicKey& key) const {

@@ -27,7 +27,12 @@ std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not
 class GraphView {
  public:
   GraphView() = default;
-  explicit GraphView(GraphChanged graph);
+  // `mirrors`: as hide() takes them.
+  explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
+
+  // These publishers are other bridges' (Claims::mirrors): they are no publishers of nodes from now
+  // on, whatever their nodes and ids look like. True if one of them was.
+  bool hide(const std::unordered_set<Gid>& mirrors);
 
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }

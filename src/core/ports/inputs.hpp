@@ -73,6 +73,12 @@ struct SubscriptionFailed {
   std::string code;
   std::string reason;
 };
+// The id in the graph of a mirror that belongs to a proxy node: its node does not show that it is a
+// bridge's. Not given where the middleware does not tell it.
+struct MirrorMade {
+  MirrorId mirror;
+  Gid gid;
+};
 struct MirrorFailed {
   MirrorId mirror;
   std::string code;
@@ -206,7 +212,7 @@ struct StopRequested {};
 struct TimePassed {};
 
 using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed,
-                           MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
+                           MirrorMade, MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
                            ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
                            ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
                            ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,

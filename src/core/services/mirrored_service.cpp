@@ -22,19 +22,15 @@ TimePoint next_turn(const Now& now, Duration pacing) {
   return now.steady - now.steady.time_since_epoch() % pacing + pacing;
 }
 
-std::string action_of_goals(const ServiceKey& key) {
-  const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
-  const bool goals = part && part->part == ActionPart::kSendGoal;
-  return goals ? std::string(part->action) : std::string();
-}
-
 }  // namespace
 
 MirroredService::MirroredService(ServiceKey key, Mirroring& mirroring)
-    : mirroring_(mirroring),
-      key_(std::move(key)),
-      gives_results_(is_result_service(key_.first)),
-      goals_of_(action_of_goals(key_)) {}
+    : mirroring_(mirroring), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
+  const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
+  if (!part) return;
+  action_ = part->action;
+  if (part->part == ActionPart::kSendGoal) goals_of_ = action_;
+}
 
 Feed* MirroredService::feeding() {
   const auto it = feeds_.find(feeder_);
@@ -57,11 +53,15 @@ bool MirroredService::update(const Now& now) {
     close();
     return true;
   }
-  if (feed.is_offered() && !feed.asked_to_attach()) {
-    feed.attach();
+  if (feed.is_offered()) {
+    if (!feed.asked_to_attach()) feed.attach();
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (!follows_topics(true, now)) {
+    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
+    return true;
+  }
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
     mirror_at_ = next_turn(now, kPlacePacing);
@@ -106,16 +106,40 @@ bool MirroredService::may_exist(const Feed& feed) {
   return false;
 }
 
-// Claims the service, so that of two bridges only one makes a mirror.
+bool MirroredService::follows_topics(bool fed, const Now& now) const {
+  if (action_.empty() || (alone_at_ && *alone_at_ <= now.steady)) return true;
+  const ActionTopics& topics = mirroring_.action_topics;
+  return fed ? topics.are_fed(action_) : topics.are_mirrored(action_);
+}
+
+// Claims the service, so that of two bridges only one makes a mirror. The parts of an action come
+// together, so its services are for the bridge that has its topics.
 void MirroredService::claim(const Now& now) {
-  if (mirror_at_) return;
-  const bool of_action =
-      part_of_action(InterfaceKind::kService, key_.first, key_.second).has_value();
-  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero()
-                          : of_action                        ? kActionSettle
-                                                             : kServiceSettle;
-  mirror_at_ = std::max(now.steady + settle, *mirroring_.graph_since + kDiscovery);
-  mirroring_.claim_changed = true;
+  if (mirror_) return;
+  const bool misses = mirroring_.claims.misses();
+  const TimePoint discovered =
+      *mirroring_.graph_since + (misses ? kNeighbourDiscovery : kDiscovery);
+  if (!alone_at_) alone_at_ = std::max(now.steady, discovered) + kActionTopics;
+  if (!follows_topics(false, now)) {
+    if (mirror_at_) mirroring_.claim_changed = true;
+    mirror_at_.reset();
+    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
+    return;
+  }
+  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kServiceSettle;
+  const TimePoint at = std::max(now.steady + settle, discovered);
+  if (!mirror_at_) {
+    mirror_at_ = at;
+    mirroring_.claim_changed = true;
+  } else if (waits_for_neighbours_ && !misses) {
+    mirror_at_ = std::min(*mirror_at_, at);
+  }
+  waits_for_neighbours_ = misses;
+}
+
+std::optional<TimePoint> MirroredService::due(const Now& now) const {
+  if (mirror_) return std::nullopt;
+  return follows_topics(true, now) ? mirror_at_ : alone_at_;
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
@@ -131,6 +155,7 @@ void MirroredService::destroy_mirror() {
   if (Feed* feed = feeding()) feed->end_calls();
   if (mirror_at_) mirroring_.claim_changed = true;
   mirror_at_.reset();
+  alone_at_.reset();
   if (!mirror_) return;
   mirroring_.outputs.push(DestroyServiceMirror{mirror_});
   forget_mirror();

@@ -7,9 +7,10 @@ namespace connect_bridge {
 
 ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                                const std::string& own_node, const Policy& policy,
-                               const GraphView& graph, const Claims& claims, Jobs& jobs,
-                               Outputs& outputs)
-    : mirroring_{options, names, own_node, policy, graph, claims, jobs, outputs, {}, {}, {}} {}
+                               const GraphView& graph, const Claims& claims,
+                               const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs)
+    : mirroring_{options, names,         own_node, policy,  graph, claims,
+                 action_topics, jobs, outputs,  {}, {},    {}} {}
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;

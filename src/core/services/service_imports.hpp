@@ -18,7 +18,8 @@ class ServiceImports {
  public:
   ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                  const std::string& own_node, const Policy& policy, const GraphView& graph,
-                 const Claims& claims, Jobs& jobs, Outputs& outputs);
+                 const Claims& claims, const ActionTopics& action_topics, Jobs& jobs,
+                 Outputs& outputs);
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
@@ -31,6 +32,7 @@ class ServiceImports {
   void on_link_dead(LinkId link, const Now& now);
   void on_graph(const Now& now);   // servers here changed
   void on_claims(const Now& now);  // what other bridges mirror changed
+  void on_action_topics(const Now& now) { mirroring_.update_all(now); }
   void on_policy(const Now& now);
 
   // The action (local name) whose goals arrive at this mirror; null: none.

@@ -3,6 +3,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/graph/neighbours.hpp"
 #include "core/link/standing.hpp"
 
 namespace connect_bridge {
@@ -21,14 +22,14 @@ Side::Side(SideOptions options, std::uint64_t seed)
       claims_(side_),
       links_(options_, side_, random_, outputs_, *this),
       exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
-      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_),
+      imports_(options_, options_, policy_, graph_, claims_, action_topics_, jobs_, outputs_),
       told_listeners_(options_, policy_, graph_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
-      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
-                       outputs_),
+      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, action_topics_,
+                       jobs_, outputs_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(outputs_) {
+      claims_topic_(claims_, outputs_) {
   outputs_.set_audits(options_.audits);
 }
 
@@ -54,30 +55,16 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
+    if (action_topics_.take_change()) service_imports_.on_action_topics(now);
     imports_.send_demands();
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  follow_clock();
+  clock_follower_.update(links_.all(), graph_, policy_, options_.names, outputs_);
   const bool topics = imports_.take_claim_change();
   const bool services = service_imports_.take_claim_change();
   if (topics || services) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
-}
-
-// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
-// is one. Nothing else uses it, so /clock is followed only then.
-void Side::follow_clock() {
-  bool follows = false;
-  for (const auto& [id, link] : links_.all()) {
-    if (!link.open() || !link.accepts || !link.accepts->ros_time) continue;
-    const TopicState* clock = graph_.find({"/clock", kClockType});
-    const auto wire_name = options_.names.to_wire("/clock");
-    follows = follows || (clock && !clock->publishers.empty() && wire_name &&
-                          policy_.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                         kClockType, link.identity));
-  }
-  if (std::exchange(follows_clock_, follows) != follows) outputs_.push(FollowClock{follows});
 }
 
 // While an action's services are attached its topics stay subscribed.
@@ -87,7 +74,9 @@ void Side::hold_actions(const Now& now) {
 }
 
 void Side::publish_claim(const Now& now) {
-  Claim claim{side_, imports_.mirrored()};
+  Claim claim{side_, {}};
+  claim.peers = peers_of(links_.all());
+  imports_.add_mirrored(claim);
   service_imports_.add_mirrored(claim.origins);
   claims_topic_.publish(std::move(claim), now);
 }
@@ -96,7 +85,7 @@ void Side::publish_claim(const Now& now) {
 
 void Side::on(GraphChanged& input, const Now& now) {
   const auto bridges_before = graph_.bridges();
-  graph_ = GraphView(std::move(input));
+  graph_ = GraphView(std::move(input), claims_.mirrors());
   claims_.retain(bridges_before, graph_.bridges());
   exports_.on_graph(now);
   update_exports(now);
@@ -114,9 +103,14 @@ void Side::update_exports(const Now& now) {
 
 void Side::on(MessageTaken& input, const Now& now) {
   bool changed = false;
-  if (!claims_topic_.on_taken(input, claims_, changed))
+  if (!claims_topic_.on_taken(input, changed, now))
     return exports_.on_taken(std::move(input), now);
-  if (!changed) return;
+  if (changed) on_claims(now);
+}
+
+// What other bridges of this graph mirror has changed.
+void Side::on_claims(const Now& now) {
+  if (graph_.hide(claims_.mirrors())) exports_.on_graph(now);
   update_exports(now);
   imports_.on_claims(now);
   service_imports_.on_claims(now);
@@ -128,13 +122,6 @@ void Side::on(SubscriptionFailed& input, const Now&) {
 
 void Side::on(MirrorFailed& input, const Now& now) {
   if (!claims_topic_.on_failed(input)) imports_.on_mirror_failed(input, now);
-}
-
-void Side::on(QosIncompatible& input, const Now&) {
-  if (exports_.stands(input.subscription)) return;  // it is made again for its first publisher
-  const std::string text = input.topic + ": a publisher here offers an incompatible " +
-                           input.policy + "; its messages are not received";
-  outputs_.log_once(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
@@ -177,6 +164,7 @@ void Side::recheck_rights(const Now& now) {
 void Side::on(StopRequested&, const Now& now) {
   stopping_ = true;
   links_.stop(now);
+  claims_topic_.end(side_, now);
   clock_publisher_.stop(outputs_);
   outputs_.push(Stopped{});
 }
@@ -184,6 +172,7 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
+  if (claims_.expire(now.steady)) on_claims(now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -205,6 +194,7 @@ std::optional<TimePoint> Side::next_deadline() const {
 
 void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link);
+  claims_topic_.change();  // it names our peers
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection->set_time_period(kClockRequestPeriod);
@@ -216,6 +206,7 @@ void Side::on_peer_time(const TimeReply& reply, Stamp t4) {
 }
 
 void Side::on_link_lost(Link& link, const Now& now) {
+  claims_topic_.change();
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.returns) exports_.keep(link, now);
@@ -266,10 +257,12 @@ void Side::send_accepts(Link& link) const {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
+  accepts.neighbours = neighbours_of(link, links_.all(), claims_);
   link.send(accepts);
 }
 
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
+  claims_.expect(accepts.neighbours);
   link.accepts = std::move(accepts);
   service_exports_.hold();
   service_exports_.recheck(link, now);

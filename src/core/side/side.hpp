@@ -8,6 +8,7 @@
 
 #include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
+#include "core/graph/action_topics.hpp"
 #include "core/graph/actions.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/claims_topic.hpp"
@@ -19,6 +20,7 @@
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
 #include "core/side/options.hpp"
+#include "core/topics/clock_follower.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
@@ -55,9 +57,10 @@ class Side final : private LinksUser {
   void on(MessageTaken& input, const Now& now);
   void on(MessagesLost& input, const Now&) { exports_.on_lost(input); }
   void on(SubscriptionFailed& input, const Now& now);
+  void on(MirrorMade& input, const Now&) { imports_.on_mirror_made(input); }
   void on(MirrorFailed& input, const Now& now);
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
-  void on(QosIncompatible& input, const Now& now);
+  void on(QosIncompatible& input, const Now&) { exports_.on_incompatible(input); }
   void on(RequestTaken& input, const Now& now);
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
   void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
@@ -105,8 +108,8 @@ class Side final : private LinksUser {
   void start(const Now& now);
   void settle(const Now& now);
   void hold_actions(const Now& now);
-  void follow_clock();
   void publish_claim(const Now& now);
+  void on_claims(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const Now& now);
   void recheck_rights(const Now& now);
@@ -125,6 +128,7 @@ class Side final : private LinksUser {
   Jobs jobs_;
   GraphView graph_;
   Claims claims_;
+  ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;
   Exports exports_;
@@ -133,11 +137,11 @@ class Side final : private LinksUser {
   ServiceExports service_exports_;
   ServiceImports service_imports_;
   ClockPublisher clock_publisher_;
+  ClockFollower clock_follower_;
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
   bool rights_changed_ = false;
-  bool follows_clock_ = false;
 };
 
 }  // namespace connect_bridge

@@ -23,6 +23,7 @@ inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one of
 inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
 inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
+inline constexpr std::size_t kNeighboursMax = 256;         // of one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns and types of one accepts
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
 inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
@@ -101,6 +102,8 @@ struct Accepts {
   std::vector<std::string> deny;        // patterns, win over all rules
   std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
   bool ros_time = false;                // this side publishes the peer's ROS time
+  // Sides of bridges that may be in the peer's graph, as far as this side knows.
+  std::vector<Token128> neighbours{};
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
 // status).

@@ -139,11 +139,26 @@ Demand read_demand(Reader& reader, const Json& json) {
   return demand;
 }
 
+std::vector<Token128> read_neighbours(Reader& reader, const Json& json) {
+  constexpr const char* kKey = "neighbours";
+  std::vector<Token128> sides;
+  if (reader.find(json, kKey, true) == nullptr) return sides;
+  const Json* list = reader.array(json, kKey, kNeighboursMax);
+  for (const Json& entry : list ? *list : Json::array()) {
+    Token128& side = sides.emplace_back();
+    if (!from_hex(reader.string_of(entry, kKey, side.bytes.size() * 2), side.bytes))
+      reader.fail(kKey, "has an entry that is not 32 hexadecimal digits");
+    if (reader.failed()) break;
+  }
+  return sides;
+}
+
 Accepts read_accepts(Reader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
   accepts.ros_time = reader.flag(json, "ros_time", true);
+  accepts.neighbours = read_neighbours(reader, json);
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {

@@ -102,6 +102,7 @@ void put(const Accepts& message, Json& json) {
   json["deny"] = message.deny;
   if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
   if (message.ros_time) json["ros_time"] = true;
+  for (const auto& side : message.neighbours) json["neighbours"].push_back(to_hex(side.bytes));
 }
 
 void put(const Decline& message, Json& json) {

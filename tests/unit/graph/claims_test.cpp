@@ -21,6 +21,8 @@ Token128 side(std::uint8_t n) {
   return result;
 }
 
+constexpr TimePoint kNow{};
+
 // A round trip through the bytes.
 std::optional<Claim> through(const Claim& claim) {
   return parse_claim(serialize(claim, 1'700'000'000'123'456'789).view());
@@ -89,7 +91,7 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
     return parse_claim(bytes).has_value();
   };
   EXPECT_FALSE(changed(1, 0));          // big-endian
-  EXPECT_FALSE(changed(20 + 22, '3'));  // "connect_bridge claims 3"
+  EXPECT_FALSE(changed(20 + 22, '4'));  // "connect_bridge claims 4"
   EXPECT_FALSE(changed(16, 0));         // an empty string has length 1
   EXPECT_FALSE(changed(19, 0xff));      // a length beyond everything
   EXPECT_FALSE(changed(48, 'A'));       // upper case
@@ -100,8 +102,8 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
 
 TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
   Claims claims(side(5));
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}));
-  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}));
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}, kNow));
+  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.taken(gid(2), false));
   EXPECT_TRUE(claims.is_here(side(4)));
@@ -111,8 +113,8 @@ TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
 
 TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}});
-  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}});
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}}, kNow);
   const auto taken = [&](std::uint8_t origin, bool feeds) {
     return claims.taken(gid(origin), feeds);
   };
@@ -128,16 +130,16 @@ TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
 
 TEST(Claims, OfSeveralOneMayFeedAndAnotherHaveTheSmallerId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
-  claims.update(gid(101), {side(6), {{gid(1), true}}});
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(1), true}}}, kNow);
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.taken(gid(1), true));
 }
 
 TEST(Claims, ANewClaimReplacesTheOldOne) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}});
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}));
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}}, kNow);
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_TRUE(claims.taken(gid(2), false));
   EXPECT_TRUE(claims.taken(gid(3), false));
@@ -145,15 +147,15 @@ TEST(Claims, ANewClaimReplacesTheOldOne) {
 
 TEST(Claims, OurOwnIsNoOther) {
   Claims claims(side(5));
-  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}));
+  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(5)));
 }
 
 TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(3), {{gid(1)}}});
-  claims.update(gid(101), {side(4), {{gid(1)}}});
+  claims.update(gid(100), {side(3), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(4), {{gid(1)}}}, kNow);
   EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}));
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_TRUE(claims.retain({gid(101)}, {}));
@@ -162,7 +164,7 @@ TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
 
 TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
   EXPECT_FALSE(claims.retain({}, {}));
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.retain({}, {gid(100)}));
@@ -174,23 +176,24 @@ TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
 }
 
 TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
-  Claims claims(side(5));
-  const auto bridge = [](int n) {
-    Gid result;
-    result.bytes[0] = static_cast<std::uint8_t>(n);
-    result.bytes[1] = static_cast<std::uint8_t>(n >> 8);
-    return result;
+  Claims claims(side(255));
+  const auto bridge = [](int i) {
+    Token128 id;
+    id.bytes[0] = static_cast<std::uint8_t>(i % 250);
+    id.bytes[1] = static_cast<std::uint8_t>(i / 250);
+    id.bytes[2] = 1;
+    return id;
   };
-  for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update(bridge(i), {side(4), {}}));
-  EXPECT_FALSE(claims.update(bridge(256), {side(4), {{gid(1)}}}));
-  EXPECT_TRUE(claims.update(bridge(255), {side(4), {{gid(1)}}}));
+  for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update({}, {bridge(i), {}}, kNow));
+  EXPECT_FALSE(claims.update({}, {bridge(256), {{gid(1)}}}, kNow));
+  EXPECT_TRUE(claims.update({}, {bridge(255), {{gid(1)}}}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
-  claims.update(gid(101), {side(6), {{gid(2)}}});
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(2)}}}, kNow);
   EXPECT_TRUE(claims.claimed(gid(1)));
   EXPECT_TRUE(claims.claimed(gid(2)));
   EXPECT_FALSE(claims.taken(gid(2), false));

@@ -171,7 +171,9 @@ std::string Script::did() {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
     if (const auto* line = std::get_if<Audit>(&*action)) noted += word_of(*line) + "\n";
     const std::string word = word_of(*action);
-    if (!word.empty()) lines += word + "\n";
+    const bool sign_of_life = word.starts_with("claim [") && word == claimed_;
+    if (word.starts_with("claim [")) claimed_ = word;
+    if (!word.empty() && !sign_of_life) lines += word + "\n";
   }
   return lines;
 }

@@ -63,7 +63,8 @@ class Script {
   Token128 join(std::uint32_t connection, Token128 session = {});
 
   // ---- results
-  // What was done since the last call, one word per line; logs are kept apart.
+  // What was done since the last call, one word per line; logs are kept apart, and a claim that is
+  // told again is left out.
   std::string did();
   // What is said to a peer now, one packet per line; packets of acks and time frames are left out.
   std::string said(std::uint32_t connection);
@@ -86,6 +87,7 @@ class Script {
   std::map<Token128, Token128> peers_;  // by session
   std::map<std::uint32_t, std::uint64_t> sent_bytes_;
   std::uint32_t sequence_ = 0;
+  std::string claimed_;  // the last claim
   std::map<std::pair<std::uint32_t, ChannelId>, std::uint16_t> demands_;  // the newest
 };
 

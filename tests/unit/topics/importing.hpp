@@ -42,8 +42,9 @@ struct Importing : Actions {
   Policy policy;
   GraphView graph;
   Claims claims{Token128{}};
+  ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
-  ImportContext context{options, names, policy, graph, claims, jobs, outputs};
+  ImportContext context{options, names, policy, graph, claims, action_topics, jobs, outputs};
 };
 
 }  // namespace connect_bridge::topics_test

@@ -1,0 +1,32 @@
+#include "core/graph/action_topics.hpp"
+
+#include <algorithm>
+
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+
+void ActionTopics::set(const std::string& topic, MirrorId mirror, bool feeds) {
+  const auto [it, is_new] = topics_[topic].try_emplace(mirror, feeds);
+  changed_ = changed_ || is_new || it->second != feeds;
+  it->second = feeds;
+}
+
+void ActionTopics::remove(const std::string& topic, MirrorId mirror) {
+  const auto it = topics_.find(topic);
+  if (it == topics_.end() || it->second.erase(mirror) == 0) return;
+  changed_ = true;
+  if (it->second.empty()) topics_.erase(it);
+}
+
+bool ActionTopics::all(const std::string& action, bool feed) const {
+  const auto holds = [&](ActionPart part) {
+    const auto it = topics_.find(name_of_part(action, part));
+    if (it == topics_.end()) return false;
+    return !feed || std::any_of(it->second.begin(), it->second.end(),
+                                [](const auto& mirror) { return mirror.second; });
+  };
+  return holds(ActionPart::kFeedback) && holds(ActionPart::kStatus);
+}
+
+}  // namespace connect_bridge
