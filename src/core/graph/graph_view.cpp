@@ -1,8 +1,9 @@
 #include "core/graph/graph_view.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
+
+#include "core/graph/bridge_nodes.hpp"
 
 namespace connect_bridge {
 
@@ -24,41 +25,6 @@ std::string node_of(const Endpoint& endpoint) {
 std::string node_of(const Server& server) {
   return full_name(server.node_namespace, server.node_name);
 }
-
-namespace {
-
-// Which endpoints belong to a bridge. A node's name may appear in the graph later than its
-// endpoints; in DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section
-// 8.2.4).
-class BridgeNodes {
- public:
-  void add(const Endpoint& claims_publisher) {
-    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
-    if (claims_publisher.gid != Gid{}) participants_.insert(participant_of(claims_publisher.gid));
-  }
-  // A server's gid is not always known.
-  [[nodiscard]] bool own(const Server& server) const {
-    return names_.contains(node_of(server)) ||
-           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
-  }
-  [[nodiscard]] bool own(const Endpoint& endpoint) const {
-    return names_.contains(node_of(endpoint)) ||
-           participants_.contains(participant_of(endpoint.gid));
-  }
-  [[nodiscard]] bool empty() const { return names_.empty() && participants_.empty(); }
-
- private:
-  using Participant = std::array<std::uint8_t, 12>;
-  static Participant participant_of(const Gid& gid) {
-    Participant participant;
-    std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
-    return participant;
-  }
-  std::set<std::string> names_;
-  std::set<Participant> participants_;
-};
-
-}  // namespace
 
 GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors) {
   BridgeNodes bridges;
@@ -88,6 +54,15 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     if (service.servers.empty()) continue;
     ServiceKey key{service.name, service.type};
     services_.emplace(std::move(key), std::move(service));
+  }
+  hide(mirrors);
+}
+
+void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors) {
+  for (TopicState& added : publishers) {
+    publishers_.insert(added.publishers.front().gid);
+    const auto [it, is_new] = topics_.try_emplace({added.name, added.type}, added);
+    if (!is_new) it->second.publishers.push_back(std::move(added.publishers.front()));
   }
   hide(mirrors);
 }

@@ -10,6 +10,8 @@ inline constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 // The same of a bridge that may be in this graph, as a peer says, and that is not heard: Fast DDS
 // at times knows another process only when that announces itself again, after up to 3 s.
 inline constexpr Duration kNeighbourDiscovery = std::chrono::milliseconds(3500);
+// Within this time a claim names a mirror that the graph shows.
+inline constexpr Duration kClaimNames = std::chrono::milliseconds(150);
 // Before a topic's mirror asks for data.
 inline constexpr Duration kTopicSettle = std::chrono::milliseconds(250);
 // Before a service's mirror takes calls.

@@ -85,8 +85,14 @@ void Side::publish_claim(const Now& now) {
 
 void Side::on(GraphChanged& input, const Now& now) {
   const auto bridges_before = graph_.bridges();
+  new_publishers_.hold(input, claims_.misses(), now);
   graph_ = GraphView(std::move(input), claims_.mirrors());
+  graph_.add_local(new_publishers_.held());
   claims_.retain(bridges_before, graph_.bridges());
+  on_graph(now);
+}
+
+void Side::on_graph(const Now& now) {
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
@@ -173,6 +179,10 @@ void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
   if (claims_.expire(now.steady)) on_claims(now);
+  if (auto due = new_publishers_.take_due(now); !due.empty()) {
+    graph_.add(std::move(due), claims_.mirrors());
+    on_graph(now);
+  }
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -185,7 +195,8 @@ std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
   for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline()})
+                           service_imports_.deadline(), claims_topic_.deadline(),
+                           new_publishers_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }

@@ -13,6 +13,7 @@
 #include "core/graph/claims.hpp"
 #include "core/graph/claims_topic.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/graph/new_publishers.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
@@ -110,6 +111,7 @@ class Side final : private LinksUser {
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
   void on_claims(const Now& now);
+  void on_graph(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const Now& now);
   void recheck_rights(const Now& now);
@@ -127,6 +129,7 @@ class Side final : private LinksUser {
   Outputs outputs_;
   Jobs jobs_;
   GraphView graph_;
+  NewPublishers new_publishers_;
   Claims claims_;
   ActionTopics action_topics_;
   LocalActions actions_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 #include <variant>
 
 #include "core/compress/compress.hpp"
@@ -171,11 +172,15 @@ std::string Script::did() {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
     if (const auto* line = std::get_if<Audit>(&*action)) noted += word_of(*line) + "\n";
     const std::string word = word_of(*action);
-    const bool sign_of_life = word.starts_with("claim [") && word == claimed_;
-    if (word.starts_with("claim [")) claimed_ = word;
-    if (!word.empty() && !sign_of_life) lines += word + "\n";
+    if (!word.empty() && !is_repeated(word)) lines += word + "\n";
   }
   return lines;
+}
+
+bool Script::is_repeated(const std::string& word) {
+  if (word.starts_with("unmirror")) claimed_.clear();
+  if (!word.starts_with("claim [")) return false;
+  return std::exchange(claimed_, word) == word;
 }
 
 std::string Script::said(std::uint32_t connection) {

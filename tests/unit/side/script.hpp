@@ -82,6 +82,8 @@ class Script {
 
  private:
   Token128 welcomed(std::uint32_t connection);
+  // A claim like the last one, and no mirror has gone since.
+  bool is_repeated(const std::string& word);
 
   std::set<std::uint32_t> living_;
   std::map<Token128, Token128> peers_;  // by session

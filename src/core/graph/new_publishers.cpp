@@ -1,0 +1,56 @@
+#include "core/graph/new_publishers.hpp"
+
+#include <algorithm>
+
+#include "core/base/timers.hpp"
+#include "core/graph/bridge_nodes.hpp"
+#include "core/graph/settling.hpp"
+
+namespace connect_bridge {
+
+void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
+  if (!since_) since_ = now.steady;
+  BridgeNodes bridges;
+  for (const TopicState& topic : graph.topics)
+    if (topic.name == kClaimsTopic)
+      for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
+  const bool watches = !bridges.empty() || (misses && now.steady < *since_ + kNeighbourDiscovery);
+  const auto before = std::exchange(counts_, {});
+  held_.clear();
+  for (TopicState& topic : graph.topics) {
+    if (topic.name == kClaimsTopic) continue;
+    std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
+      const auto known = before.find(publisher.gid);
+      const TimePoint first = now.steady + (watches ? kClaimNames : Duration::zero());
+      const TimePoint from = known == before.end() ? first : known->second;
+      counts_[publisher.gid] = from;
+      if (from <= now.steady || bridges.own(publisher)) return false;
+      held_.push_back({from, {topic.name, topic.type, topic.type_hash, {publisher}, {}}});
+      return true;
+    });
+  }
+}
+
+std::vector<TopicState> NewPublishers::take_due(const Now& now) {
+  std::vector<TopicState> due;
+  std::erase_if(held_, [&](Held& held) {
+    if (held.until > now.steady) return false;
+    due.push_back(std::move(held.topic));
+    return true;
+  });
+  return due;
+}
+
+std::optional<TimePoint> NewPublishers::deadline() const {
+  std::optional<TimePoint> first;
+  for (const Held& held : held_) first = earliest(first, held.until);
+  return first;
+}
+
+std::vector<Gid> NewPublishers::held() const {
+  std::vector<Gid> gids;
+  for (const Held& held : held_) gids.push_back(held.topic.publishers.front().gid);
+  return gids;
+}
+
+}  // namespace connect_bridge
