@@ -213,10 +213,10 @@ void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& s
   if (!subscriptions_.at(id).made.node.empty()) return;  // it only shows who listens elsewhere
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
-  const bool tells = !is_claims(reader.spec.topic) ||
-                     world_.middleware.graph(plan_.graph).tells_claimants;
-  input(MessageTaken{id, tells ? writer.gid : Gid{}, sample.stamp, counted(Bytes{view.begin(), view.end()}),
-                     sample.number});
+  const bool tells =
+      !is_claims(reader.spec.topic) || world_.middleware.graph(plan_.graph).tells_claimants;
+  input(MessageTaken{id, tells ? writer.gid : Gid{}, sample.stamp,
+                     counted(Bytes{view.begin(), view.end()}), sample.number});
 }
 
 bool Host::listening() const {

@@ -24,8 +24,8 @@ void Host::tell(const std::string& what) const {
 }
 
 EndpointSpec Host::endpoint(const std::string& topic, const std::string& type,
-                            const std::string& type_hash, const Qos& qos,
-                            std::uint64_t handle, const std::string& proxy) const {
+                            const std::string& type_hash, const Qos& qos, std::uint64_t handle,
+                            const std::string& proxy) const {
   const std::string& node = proxy.empty() ? plan_.options.node : proxy;
   const std::size_t slash = node.rfind('/');
   EndpointSpec spec;

@@ -44,7 +44,7 @@ struct Options {
   bool verbose = false;
   bool stop = false;  // at the first failure
   bool digest = false;
-  bool twins = false;   // worlds of two bridges in one graph
+  bool twins = false;  // worlds of two bridges in one graph
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -147,8 +147,8 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     if (options.stop && totals.failed > 0) return;
     if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
     watch.begin(seed);
-    const auto found = options.twins ? run_twins(seed, options.verbose)
-                                     : run_seed(seed, options.verbose, totals);
+    const auto found =
+        options.twins ? run_twins(seed, options.verbose) : run_seed(seed, options.verbose, totals);
     if (!found) {
       ++totals.passed;
       continue;

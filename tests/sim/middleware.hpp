@@ -28,11 +28,11 @@ struct MachineClock {
 
 struct GraphPlan {
   MachineClock clock;
-  bool tells_depth = true;     // whether the graph shows the depth of a publisher's history
-  bool tells_servers = true;   // whether it shows the gids of service servers
-  Duration discovery_max{};    // until two endpoints have found each other
-  Duration name_delay{};       // until the graph knows the name of an endpoint's node
-  unsigned loss_permille = 0;  // of best-effort samples
+  bool tells_depth = true;       // whether the graph shows the depth of a publisher's history
+  bool tells_servers = true;     // whether it shows the gids of service servers
+  Duration discovery_max{};      // until two endpoints have found each other
+  Duration name_delay{};         // until the graph knows the name of an endpoint's node
+  unsigned loss_permille = 0;    // of best-effort samples
   bool tells_claimants = true;   // whether a sample of the bridges' own topic tells its publisher
   bool ids_show_process = true;  // whether the gids of a process begin alike
   std::vector<std::string> unknown_types;  // entities of these types cannot be created
@@ -133,7 +133,7 @@ class Middleware {
   Listener& listener_;
   std::deque<Writer> writers_;
   std::deque<Reader> readers_;
-  std::vector<std::uint64_t> losses_;  // by graph
+  std::vector<std::uint64_t> losses_;                  // by graph
   std::map<std::pair<int, int>, TimePoint> meetings_;  // of hosts, the smaller first
   std::map<std::string, Gid>
       participants_;  // by node; the first 12 bytes are those of its endpoints

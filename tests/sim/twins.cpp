@@ -74,8 +74,8 @@ std::string TwinPlan::text() const {
   std::ostringstream out;
   out << (two_servers ? "two servers" : "one server") << ", the second client starts after "
       << seconds(second_start) << " s, the first knows of it after " << seconds(meeting)
-      << " s more; claims " << (tells_claimants ? "tell" : "do not tell") << " their publishers, ids "
-      << (ids_show_process ? "show" : "do not show") << " processes, "
+      << " s more; claims " << (tells_claimants ? "tell" : "do not tell")
+      << " their publishers, ids " << (ids_show_process ? "show" : "do not show") << " processes, "
       << (proxies ? "proxy nodes" : "no proxy nodes") << "; the one that feeds "
       << kEnds[static_cast<std::size_t>(end)];
   return out.str();

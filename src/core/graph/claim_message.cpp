@@ -61,8 +61,8 @@ bool take(std::string_view word, Claim& claim) {
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
   if (claim.good_for <= kClaimGoodMax)
-    text += std::string(" ") + kGoodFor +
-            std::to_string(claim.good_for / std::chrono::milliseconds(1));
+    text +=
+        std::string(" ") + kGoodFor + std::to_string(claim.good_for / std::chrono::milliseconds(1));
   put(text, kPeer, claim.peers, kClaimPeersMax);
   put(text, kMirror, claim.mirrors, kClaimOriginsMax);
   const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);

@@ -1,6 +1,6 @@
 #include "core/graph/new_publishers.hpp"
 
-#include <algorithm>
+#include <utility>
 
 #include "core/base/timers.hpp"
 #include "core/graph/bridge_nodes.hpp"
@@ -15,16 +15,21 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
     if (topic.name == kClaimsTopic)
       for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
   const bool watches = !bridges.empty() || (misses && now.steady < *since_ + kNeighbourDiscovery);
-  const auto before = std::exchange(counts_, {});
+  const auto before = std::exchange(seen_, {});
   held_.clear();
   for (TopicState& topic : graph.topics) {
     if (topic.name == kClaimsTopic) continue;
     std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
       const auto known = before.find(publisher.gid);
-      const TimePoint first = now.steady + (watches ? kClaimNames : Duration::zero());
-      const TimePoint from = known == before.end() ? first : known->second;
-      counts_[publisher.gid] = from;
-      if (from <= now.steady || bridges.own(publisher)) return false;
+      const bool counts = known == before.end() ? !watches : !known->second;
+      if (counts || bridges.own(publisher)) {
+        seen_[publisher.gid] = std::nullopt;
+        return false;
+      }
+      const TimePoint first = known == before.end() ? now.steady : *known->second;
+      const TimePoint from = first + (node_of(publisher).empty() ? kNodeNames : kClaimNames);
+      seen_[publisher.gid] = from > now.steady ? std::optional(first) : std::nullopt;
+      if (from <= now.steady) return false;
       held_.push_back({from, {topic.name, topic.type, topic.type_hash, {publisher}, {}}});
       return true;
     });

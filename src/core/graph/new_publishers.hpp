@@ -32,8 +32,9 @@ class NewPublishers {
     TimePoint until;
     TopicState topic;
   };
-  std::optional<TimePoint> since_;             // of the first picture
-  std::unordered_map<Gid, TimePoint> counts_;  // from when on, by publisher of the last picture
+  std::optional<TimePoint> since_;  // of the first picture
+  // The publishers of the last picture, and when one that does not count yet was seen first.
+  std::unordered_map<Gid, std::optional<TimePoint>> seen_;
   std::vector<Held> held_;
 };
 

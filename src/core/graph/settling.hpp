@@ -12,6 +12,9 @@ inline constexpr Duration kDiscovery = std::chrono::milliseconds(500);
 inline constexpr Duration kNeighbourDiscovery = std::chrono::milliseconds(3500);
 // Within this time a claim names a mirror that the graph shows.
 inline constexpr Duration kClaimNames = std::chrono::milliseconds(150);
+// Within this time the graph tells the node of a publisher, if at all. Shorter than its samples are
+// parked (core/topics/exported_topic.cpp).
+inline constexpr Duration kNodeNames = std::chrono::milliseconds(900);
 // Before a topic's mirror asks for data.
 inline constexpr Duration kTopicSettle = std::chrono::milliseconds(250);
 // Before a service's mirror takes calls.

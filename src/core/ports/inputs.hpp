@@ -211,8 +211,8 @@ struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed,
-                           MirrorMade, MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
+using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                           MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
                            ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
                            ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
                            ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,

@@ -90,8 +90,8 @@ class MirroredService {
   std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
   // Set while it is attached and has no mirror: when its action's topics need not be waited for.
   std::optional<TimePoint> alone_at_;
-  bool waits_for_neighbours_ = false;   // it is late because a bridge has not been heard
-  bool failed_ = false;                 // until it is offered again
+  bool waits_for_neighbours_ = false;  // it is late because a bridge has not been heard
+  bool failed_ = false;                // until it is offered again
 };
 
 }  // namespace connect_bridge

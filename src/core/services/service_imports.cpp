@@ -9,8 +9,8 @@ ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions
                                const std::string& own_node, const Policy& policy,
                                const GraphView& graph, const Claims& claims,
                                const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs)
-    : mirroring_{options, names,         own_node, policy,  graph, claims,
-                 action_topics, jobs, outputs,  {}, {},    {}} {}
+    : mirroring_{options,       names, own_node, policy, graph, claims,
+                 action_topics, jobs,  outputs,  {},     {},    {}} {}
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;

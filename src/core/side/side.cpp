@@ -3,8 +3,8 @@
 #include <utility>
 #include <variant>
 
-#include "core/graph/neighbours.hpp"
 #include "core/link/standing.hpp"
+#include "core/side/neighbours.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -19,17 +19,19 @@ Side::Side(SideOptions options, std::uint64_t seed)
       side_(make_token(random_)),
       policy_(options_.policy),
       jobs_({options_.compress_job_bytes}, outputs_),
-      claims_(side_),
+      local_(side_),
       links_(options_, side_, random_, outputs_, *this),
-      exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
-      imports_(options_, options_, policy_, graph_, claims_, action_topics_, jobs_, outputs_),
-      told_listeners_(options_, policy_, graph_, outputs_),
-      service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
-                       outputs_),
-      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, action_topics_,
+      exports_(options_, options_, policy_, local_.view, actions_, jobs_, outputs_,
+               &links_.memory()),
+      imports_(options_, options_, policy_, local_.view, local_.claims, action_topics_, jobs_,
+               outputs_),
+      told_listeners_(options_, policy_, local_.view, outputs_),
+      service_exports_(options_, options_, policy_, local_.view, local_.claims, actions_, random_,
                        jobs_, outputs_),
+      service_imports_(options_, options_, options_.node, policy_, local_.view, local_.claims,
+                       action_topics_, jobs_, outputs_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(claims_, outputs_) {
+      claims_topic_(local_.claims, outputs_) {
   outputs_.set_audits(options_.audits);
 }
 
@@ -60,10 +62,9 @@ void Side::settle(const Now& now) {
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  clock_follower_.update(links_.all(), graph_, policy_, options_.names, outputs_);
-  const bool topics = imports_.take_claim_change();
-  const bool services = service_imports_.take_claim_change();
-  if (topics || services) claims_topic_.change();
+  clock_follower_.update(links_.all(), local_.view, policy_, options_.names, outputs_);
+  if (imports_.take_claim_change()) claims_topic_.change();
+  if (service_imports_.take_claim_change()) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
 }
 
@@ -84,11 +85,7 @@ void Side::publish_claim(const Now& now) {
 // ---- the graph
 
 void Side::on(GraphChanged& input, const Now& now) {
-  const auto bridges_before = graph_.bridges();
-  new_publishers_.hold(input, claims_.misses(), now);
-  graph_ = GraphView(std::move(input), claims_.mirrors());
-  graph_.add_local(new_publishers_.held());
-  claims_.retain(bridges_before, graph_.bridges());
+  local_.update(std::move(input), now);
   on_graph(now);
 }
 
@@ -103,20 +100,19 @@ void Side::on_graph(const Now& now) {
 // When an action becomes whole or stops being whole, its parts may be offered or not.
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
-  if (!actions_.update(graph_, claims_)) return send_offers(now);
+  if (!actions_.update(local_.view, local_.claims)) return send_offers(now);
   recheck(now);
 }
 
 void Side::on(MessageTaken& input, const Now& now) {
   bool changed = false;
-  if (!claims_topic_.on_taken(input, changed, now))
-    return exports_.on_taken(std::move(input), now);
+  if (!claims_topic_.on_taken(input, changed, now)) return exports_.on_taken(std::move(input), now);
   if (changed) on_claims(now);
 }
 
 // What other bridges of this graph mirror has changed.
 void Side::on_claims(const Now& now) {
-  if (graph_.hide(claims_.mirrors())) exports_.on_graph(now);
+  if (local_.on_claims()) exports_.on_graph(now);
   update_exports(now);
   imports_.on_claims(now);
   service_imports_.on_claims(now);
@@ -178,11 +174,8 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
-  if (claims_.expire(now.steady)) on_claims(now);
-  if (auto due = new_publishers_.take_due(now); !due.empty()) {
-    graph_.add(std::move(due), claims_.mirrors());
-    on_graph(now);
-  }
+  if (local_.claims.expire(now.steady)) on_claims(now);
+  if (local_.release(now)) on_graph(now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -194,9 +187,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline(),
-                           new_publishers_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -268,12 +261,12 @@ void Side::send_accepts(Link& link) const {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
-  accepts.neighbours = neighbours_of(link, links_.all(), claims_);
+  accepts.neighbours = neighbours_of(link, links_.all(), local_.claims);
   link.send(accepts);
 }
 
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
-  claims_.expect(accepts.neighbours);
+  local_.claims.expect(accepts.neighbours);
   link.accepts = std::move(accepts);
   service_exports_.hold();
   service_exports_.recheck(link, now);

@@ -10,10 +10,8 @@
 #include "core/flow/packet.hpp"
 #include "core/graph/action_topics.hpp"
 #include "core/graph/actions.hpp"
-#include "core/graph/claims.hpp"
 #include "core/graph/claims_topic.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/new_publishers.hpp"
+#include "core/graph/local_graph.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
@@ -128,9 +126,7 @@ class Side final : private LinksUser {
   Policy policy_;
   Outputs outputs_;
   Jobs jobs_;
-  GraphView graph_;
-  NewPublishers new_publishers_;
-  Claims claims_;
+  LocalGraph local_;
   ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;

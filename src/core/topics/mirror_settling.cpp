@@ -47,8 +47,7 @@ void MirrorSettling::release(bool silent, const Now& now) {
 void MirrorSettling::on_claims(const Now& now) {
   if (!waits_for_neighbours_ || context_.claims.misses()) return;
   waits_for_neighbours_ = false;
-  const TimePoint settled =
-      std::max(now.steady + kTopicSettle, *context_.graph_since + kDiscovery);
+  const TimePoint settled = std::max(now.steady + kTopicSettle, *context_.graph_since + kDiscovery);
   if (settles_ && settled < settles_.at()) settles_ = context_.timers.set(settled, &mirror_);
 }
 

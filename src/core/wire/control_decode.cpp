@@ -3,6 +3,7 @@
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/control_accepts.hpp"
 #include "core/wire/control_listeners.hpp"
 #include "core/wire/control_qos.hpp"
 #include "core/wire/control_reader.hpp"
@@ -82,19 +83,6 @@ std::vector<IdType> read_ids(Reader& reader, const Json& json, const char* key,
   return ids;
 }
 
-std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key,
-                                      bool optional = false) {
-  std::vector<std::string> strings;
-  if (optional && reader.find(json, key, true) == nullptr) return strings;
-  const Json* list = reader.array(json, key, kPatternsMax);
-  if (list == nullptr) return strings;
-  for (const Json& entry : *list) {
-    strings.push_back(reader.string_of(entry, key, kNameBytesMax));
-    if (reader.failed()) break;
-  }
-  return strings;
-}
-
 Offer read_offer(Reader& reader, const Json& json) {
   Offer offer;
   offer.complete = reader.flag(json, "complete", true);
@@ -137,45 +125,6 @@ Demand read_demand(Reader& reader, const Json& json) {
   if (demand.after.size() != demand.channels.size())
     reader.fail("after", "does not have a number for each channel");
   return demand;
-}
-
-std::vector<Token128> read_neighbours(Reader& reader, const Json& json) {
-  constexpr const char* kKey = "neighbours";
-  std::vector<Token128> sides;
-  if (reader.find(json, kKey, true) == nullptr) return sides;
-  const Json* list = reader.array(json, kKey, kNeighboursMax);
-  for (const Json& entry : list ? *list : Json::array()) {
-    Token128& side = sides.emplace_back();
-    if (!from_hex(reader.string_of(entry, kKey, side.bytes.size() * 2), side.bytes))
-      reader.fail(kKey, "has an entry that is not 32 hexadecimal digits");
-    if (reader.failed()) break;
-  }
-  return sides;
-}
-
-Accepts read_accepts(Reader& reader, const Json& json) {
-  Accepts accepts;
-  accepts.deny = read_strings(reader, json, "deny");
-  accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
-  accepts.ros_time = reader.flag(json, "ros_time", true);
-  accepts.neighbours = read_neighbours(reader, json);
-  const Json* list = reader.array(json, "rules", kAcceptRulesMax);
-  if (list == nullptr) return accepts;
-  for (const Json& entry : *list) {
-    const Json& object = reader.object(entry, "rules");
-    AcceptedNames names;
-    names.topics = read_strings(reader, object, "topics");
-    names.services = read_strings(reader, object, "services", true);
-    names.actions = read_strings(reader, object, "actions", true);
-    names.parameters = read_strings(reader, object, "parameters", true);
-    names.types = read_strings(reader, object, "types");
-    if (reader.failed()) break;
-    accepts.rules.push_back(std::move(names));
-  }
-  if (patterns_of(accepts) > kPatternsMax) {
-    reader.fail("rules", "and \"deny\" have too many entries together", CloseCode::kTooLarge);
-  }
-  return accepts;
 }
 
 Decline read_decline(Reader& reader, const Json& json) {
@@ -234,14 +183,6 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
 }
 
 }  // namespace
-
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
-}
 
 Result<Control> decode_control(std::string_view text) {
   if (text.size() > kControlBytesMax) {

@@ -195,8 +195,8 @@ TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
   EXPECT_EQ(s.did(), "");
   s.pass(1);
   const int goal = service_gid("/fib/_action/send_goal").bytes[0];
-  EXPECT_EQ(s.did(),
-            "mirror_service 1 /fib/_action/send_goal\nclaim [11 12 " + std::to_string(goal) + "]\n");
+  EXPECT_EQ(s.did(), "mirror_service 1 /fib/_action/send_goal\nclaim [11 12 " +
+                         std::to_string(goal) + "]\n");
   s.said(1);
   request(s, 11, "goal");
   EXPECT_EQ(s.said(1).substr(0, 14), "demand 1 3 on\n");

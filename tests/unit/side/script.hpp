@@ -89,7 +89,7 @@ class Script {
   std::map<Token128, Token128> peers_;  // by session
   std::map<std::uint32_t, std::uint64_t> sent_bytes_;
   std::uint32_t sequence_ = 0;
-  std::string claimed_;  // the last claim
+  std::string claimed_;                                                   // the last claim
   std::map<std::pair<std::uint32_t, ChannelId>, std::uint16_t> demands_;  // the newest
 };
 

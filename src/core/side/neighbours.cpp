@@ -1,4 +1,4 @@
-#include "core/graph/neighbours.hpp"
+#include "core/side/neighbours.hpp"
 
 #include "core/wire/control.hpp"
 
