@@ -63,6 +63,8 @@ TwinPlan make_twins(std::uint64_t seed) {
   plan.proxies = rng.chance(500);
   if (rng.chance(300)) plan.name_delay = rng.between(1ms, 300ms);
   plan.second_start = rng.chance(300) ? Duration{rng.between(0, 30'000'000)} : rng.between(0s, 4s);
+  // What one server knows the other can tell its clients only when it has heard it.
+  if (plan.two_servers) plan.second_start = std::max<Duration>(plan.second_start, 100ms);
   plan.meeting = rng.chance(300) ? rng.between(1ms, 30ms) : rng.between(30ms, 3100ms);
   plan.end = static_cast<TwinEnd>(rng.below(5));
   return plan;

@@ -31,13 +31,14 @@ class BridgeNodes {
   }
   [[nodiscard]] bool empty() const { return names_.empty() && participants_.empty(); }
 
- private:
   using Participant = std::array<std::uint8_t, 12>;
   static Participant participant_of(const Gid& gid) {
     Participant participant;
     std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
     return participant;
   }
+
+ private:
   std::set<std::string> names_;
   std::set<Participant> participants_;
 };

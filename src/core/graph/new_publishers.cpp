@@ -1,5 +1,7 @@
 #include "core/graph/new_publishers.hpp"
 
+#include <algorithm>
+#include <set>
 #include <utility>
 
 #include "core/base/timers.hpp"
@@ -7,6 +9,22 @@
 #include "core/graph/settling.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Whether ids begin alike in a process: then a bridge's mirrors are known by that. The nodes and
+// bridges of a graph have several endpoints each, so that it shows.
+bool ids_show_process(const GraphChanged& graph) {
+  std::set<BridgeNodes::Participant> seen;
+  const auto is_known = [&](const Endpoint& endpoint) {
+    return endpoint.gid != Gid{} && !seen.insert(BridgeNodes::participant_of(endpoint.gid)).second;
+  };
+  return std::any_of(graph.topics.begin(), graph.topics.end(), [&](const TopicState& topic) {
+    return std::any_of(topic.publishers.begin(), topic.publishers.end(), is_known) ||
+           std::any_of(topic.subscribers.begin(), topic.subscribers.end(), is_known);
+  });
+}
+
+}  // namespace
 
 void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
   if (!since_) since_ = now.steady;
@@ -14,7 +32,8 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
   for (const TopicState& topic : graph.topics)
     if (topic.name == kClaimsTopic)
       for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
-  const bool watches = !bridges.empty() || (misses && now.steady < *since_ + kNeighbourDiscovery);
+  const bool others = !bridges.empty() || (misses && now.steady < *since_ + kNeighbourDiscovery);
+  const bool watches = others && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
   held_.clear();
   for (TopicState& topic : graph.topics) {

@@ -15,7 +15,7 @@ namespace connect_bridge {
 // before its bridge's claim names it. If it were exported until then, what it publishes would come
 // back to where it was published. So beside another bridge a publisher counts only a moment after
 // it was seen first; what it publishes meanwhile is parked (core/topics/exported_topic.hpp).
-// Single-threaded; owned by the side.
+// Where ids show which process an endpoint belongs to, nothing waits. Single-threaded.
 class NewPublishers {
  public:
   // Takes those that are too new out of the picture. `misses`: bridges that may be in this graph
