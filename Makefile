@@ -25,7 +25,7 @@ asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DC
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz demo format check asan tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz tls-scan demo format check asan tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -64,6 +64,10 @@ bench-wan: build ## the same over a slow, lossy, unstable network (as root), abo
 fuzz: setup ## SECONDS=n of fuzzing, split over the targets; in the folder of make asan
 	@$(in_env) TARGETS=fuzz_targets $(asan_compile)
 	@tools/setup/fuzz.sh "$(BUILD)-asan" $(SECONDS_OF_FUZZ)
+
+tls-scan: build ## a public scanner's opinion of the server's TLS, against Mozilla's "intermediate"
+	@bash tools/setup/scanner.sh
+	@$(in_env) CONNECT_BUILD_DIR="$(abspath $(BUILD))" python3 -B -m pytest -q -rs tests/e2e/test_tls_scan.py
 
 demo: build ## a robot, an operator, and the bridge between them
 	@$(in_env) tools/demo/run

@@ -48,7 +48,7 @@ target_include_directories(connect_boost SYSTEM INTERFACE ${Boost_INCLUDE_DIRS})
 # Boost.System is header-only since 1.69; Asio's old interfaces stay out.
 target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY BOOST_ASIO_NO_DEPRECATED)
 
-connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt)
+connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt OpenSSL::Crypto)
 connect_layer(config connect_core yaml-cpp)
 connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
 if(TARGET connect_auth)

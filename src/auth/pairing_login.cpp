@@ -23,14 +23,9 @@ Digest digest_of(std::string_view text) {
   return sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
-struct Shown {
-  Digest code{};
-  Digest token{};
-  std::string name;
-};
+}  // namespace
 
-// nullopt: not a pairing credential.
-std::optional<Shown> parse(ByteView credential) {
+std::optional<PairingCredential> parse_pairing_credential(ByteView credential) {
   const std::string_view text{reinterpret_cast<const char*>(credential.data()), credential.size()};
   const auto first = text.find(' ');
   const auto second = first == std::string_view::npos ? first : text.find(' ', first + 1);
@@ -40,10 +35,8 @@ std::optional<Shown> parse(ByteView credential) {
   if (!token || name.empty() || name.size() > kClientNameMax ||
       !std::all_of(name.begin(), name.end(), is_name_character))
     return std::nullopt;
-  return Shown{digest_of(text.substr(0, first)), *token, std::string{name}};
+  return PairingCredential{digest_of(text.substr(0, first)), *token, std::string{name}};
 }
-
-}  // namespace
 
 std::string pairing_credential(const std::string& code, const Digest& token,
                                const std::string& name) {
@@ -71,7 +64,7 @@ Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
 }
 
 Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
-  const auto shown = parse(attempt.credential);
+  const auto shown = parse_pairing_credential(attempt.credential);
   if (!shown) return {std::nullopt, "not a credential of a pairing"};
   if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};
   // Compares digests, so that a partial match reveals nothing.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,14 @@ inline constexpr char kPairingLogin[] = "pair";
 
 [[nodiscard]] std::string pairing_credential(const std::string& code, const Digest& token,
                                              const std::string& name);
+
+struct PairingCredential {
+  Digest code{};  // of the code that was shown
+  Digest token{};
+  std::string name;
+};
+// nullopt: it is none. Any bytes.
+[[nodiscard]] std::optional<PairingCredential> parse_pairing_credential(ByteView credential);
 
 // Makes a client's name from a host name: characters that are not allowed become '-', and it is cut
 // to 64 bytes.

@@ -1,16 +1,15 @@
 #include "auth/secret.hpp"
 
 #include <openssl/crypto.h>
-#include <openssl/evp.h>
 #include <openssl/rand.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 
-#include "core/base/check.hpp"
 #include "core/base/hex.hpp"
 
 namespace connect_bridge {
@@ -23,15 +22,6 @@ constexpr std::size_t kFileBytesMax = 1 << 20;
 std::string random_token() {
   std::array<unsigned char, 32> random{};
   return RAND_bytes(random.data(), random.size()) == 1 ? to_hex(random) : std::string{};
-}
-
-Digest sha256(ByteView bytes) {
-  Digest digest{};
-  unsigned size = 0;
-  const int done =
-      EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  CONNECT_CHECK(done == 1 && size == digest.size());
-  return digest;
 }
 
 std::optional<Digest> parse_digest(std::string_view hex) {

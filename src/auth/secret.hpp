@@ -1,17 +1,13 @@
 // Handling of tokens: reading them, checking their form, wiping them.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "core/base/bytes.hpp"
+#include "core/base/sha256.hpp"
 
 namespace connect_bridge {
-
-using Digest = std::array<std::uint8_t, 32>;  // SHA-256
 
 inline constexpr std::size_t kTokenCharactersMin = 16;
 inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "Login"
@@ -19,7 +15,6 @@ inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "
 // 32 random bytes as 64 hexadecimal digits; empty: the system has none.
 [[nodiscard]] std::string random_token();
 
-[[nodiscard]] Digest sha256(ByteView bytes);
 [[nodiscard]] std::optional<Digest> parse_digest(std::string_view hex);
 
 // Why this text is not an acceptable token; empty: it is one. Never contains the token.

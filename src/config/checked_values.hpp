@@ -1,6 +1,7 @@
 // The given parameters, each checked against its row of the table.
 #pragma once
 
+#include <cstdint>
 #include <set>
 #include <string>
 #include <string_view>
@@ -25,6 +26,10 @@ class CheckedValues {
 
   [[nodiscard]] bool flag(std::string_view key) const;
   [[nodiscard]] std::int64_t whole(std::string_view key) const;
+  // Of a key whose row allows no other numbers.
+  [[nodiscard]] std::uint32_t u32(std::string_view key) const {
+    return static_cast<std::uint32_t>(whole(key));
+  }
   [[nodiscard]] double number(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::vector<std::string> list(std::string_view key) const;

@@ -7,6 +7,7 @@
 #include "config/checked_values.hpp"
 #include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
+#include "config/limit_reader.hpp"
 #include "config/login_reader.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
@@ -16,64 +17,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kGoodTokenBytes = 16;
-
-std::uint32_t to_u32(std::int64_t value) {
-  return static_cast<std::uint32_t>(value);
-}
-
-void fill_limits(const CheckedValues& values, SideOptions& limits) {
-  limits.dead_after = from_seconds(values.number("dead_after"));
-  limits.resume_for = from_seconds(values.number("resume.seconds"));
-  limits.resume_bytes_max = static_cast<std::uint64_t>(values.whole("resume.bytes"));
-  limits.retry_min = from_seconds(values.number("retry_min"));
-  limits.retry_max = from_seconds(values.number("retry_max"));
-  if (!values.given("retry_max")) limits.retry_max = std::max(limits.retry_max, limits.retry_min);
-  limits.dial_timeout = from_seconds(values.number("dial_timeout"));
-  limits.login_timeout = from_seconds(values.number("login_timeout"));
-  limits.default_depth = to_u32(values.whole("default_depth"));
-  limits.latched_depth = to_u32(values.whole("latched_depth"));
-  limits.history_bytes_max = static_cast<std::uint64_t>(values.whole("history_bytes_max"));
-  limits.links_max = to_u32(values.whole("connections_max"));
-  limits.identity_links_max = to_u32(values.whole("connections_per_identity_max"));
-  limits.channels_max = to_u32(values.whole("channels_max"));
-  limits.mirrors_max = to_u32(values.whole("mirrors_max"));
-  auto& all_mirrors = limits.account.mirrors_max;  // of which one that is alone has half
-  all_mirrors = std::max(all_mirrors, 2 * std::uint64_t{limits.mirrors_max});
-  limits.topic_mirrors_max = to_u32(values.whole("topic_mirrors_max"));
-  limits.mirror_depth_max = to_u32(values.whole("mirror_depth_max"));
-  limits.mirror_bytes_max = static_cast<std::uint64_t>(values.whole("mirror_bytes_max"));
-  limits.account.memory_bytes_max = static_cast<std::uint64_t>(values.whole("memory_max"));
-  limits.account.mirror_period =
-      Duration(std::chrono::seconds(1)) / values.whole("mirrors_per_second");
-  limits.calls_max = to_u32(values.whole("calls_max"));
-  limits.outbox.queue_delay_target = from_seconds(values.number("queue_delay_target"));
-  limits.outbox.bytes_per_second_max =
-      static_cast<std::uint64_t>(values.whole("link.bytes_per_second"));
-  limits.outbox.fragment_bytes = to_u32(values.whole("fragment_bytes"));
-  limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
-  limits.outbox.data_bytes_max = static_cast<std::uint64_t>(values.whole("queue_bytes_max"));
-  limits.reassembly.message_bytes_max = to_u32(values.whole("max_message_size"));
-  // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
-  // if they are small: a peer sends parts of all topics in turn.
-  const ReassemblyOptions normal;
-  limits.reassembly.open_bytes_max =
-      std::max(normal.open_bytes_max, limits.reassembly.message_bytes_max *
-                                          (normal.open_bytes_max / normal.message_bytes_max));
-}
-
-// Wrong logins: what a minute allows is answered at once.
-void fill_stranger_limits(const CheckedValues& values, SideOptions& limits) {
-  const auto fill = [&](const char* key, int& at_once, Duration& period) {
-    at_once = static_cast<int>(values.whole(key));
-    period = Duration(std::chrono::minutes(1)) / at_once;
-  };
-  limits.strangers_max = to_u32(values.whole("limits.strangers_max"));
-  fill("limits.wrong_logins_per_minute", limits.wrong_logins_at_once, limits.wrong_login_period);
-  fill("limits.address_wrong_logins_per_minute", limits.address_wrong_logins_at_once,
-       limits.address_wrong_login_period);
-  limits.account.offence_period =
-      Duration(std::chrono::minutes(1)) / values.whole("limits.offences_per_minute");
-}
 
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
@@ -96,7 +39,6 @@ class ConfigMaker {
     read_names();
     read_audit();
     fill_limits(values_, config_.limits);
-    fill_stranger_limits(values_, config_.limits);
     if (config_.limits.retry_min > config_.limits.retry_max) {
       add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
     }
@@ -106,7 +48,7 @@ class ConfigMaker {
       warn(
           "memory_max: less than 3 times max_message_size, so there is no room for the largest "
           "messages");
-    config_.socket.not_sent_bytes = to_u32(values_.whole("not_sent_bytes"));
+    config_.socket.not_sent_bytes = values_.u32("not_sent_bytes");
     config_.socket.packets_per_second = values_.whole("peer_packets_per_second");
     config_.socket.bytes_per_second = values_.whole("peer_bytes_per_second");
     config_.socket.congestion_control = values_.text("congestion_control");
@@ -149,7 +91,7 @@ class ConfigMaker {
     config_.listen.path = values_.text("listen.path");
     config_.listen.trusted_proxies = values_.list("listen.trusted_proxies");
     config_.listen.proxy_header = values_.text("listen.proxy_header");
-    config_.listen.address_strangers_max = to_u32(values_.whole("limits.address_strangers_max"));
+    config_.listen.address_strangers_max = values_.u32("limits.address_strangers_max");
     config_.listen.handshakes_per_second =
         static_cast<int>(values_.whole("limits.handshakes_per_second"));
     config_.listen.address_handshakes_per_second =
@@ -232,7 +174,7 @@ class ConfigMaker {
     config_.audit.file = values_.text("audit.file");
     config_.audit.file_bytes_max =
         static_cast<std::uint64_t>(values_.whole("audit.file_bytes_max"));
-    config_.audit.files_kept = to_u32(values_.whole("audit.files_kept"));
+    config_.audit.files_kept = values_.u32("audit.files_kept");
   }
 
   void read_names() {

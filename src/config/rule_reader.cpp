@@ -109,6 +109,7 @@ class RuleReader {
     treatment.queue_bytes_max = static_cast<std::uint64_t>(values_.whole(key("queue_bytes_max")));
     treatment.qos = qos();
     if (values_.valid(key("resume"))) treatment.resume = values_.flag(key("resume"));
+    treatment.allow_type_mismatch = values_.flag(key("allow_type_mismatch"));
     treatment.calls_max = static_cast<std::uint32_t>(values_.whole(key("calls_max")));
     treatment.server_queue = static_cast<std::uint32_t>(values_.whole(key("server_queue")));
     treatment.call_timeout = duration("call_timeout").value_or(kForever);

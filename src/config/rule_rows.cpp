@@ -145,6 +145,20 @@ void add_rule_resume(Rows& rows) {
                "type) or has a max_age."});
 }
 
+// What is of another version of its package here.
+void add_rule_types(Rows& rows) {
+  rows.push_back(
+      {.section = "Keys of a rule: how it treats messages",
+       .key = "rule.<name>.allow_type_mismatch",
+       .type = ParameterType::kBool,
+       .fallback = false,
+       .changeable = true,
+       .help = "Whether what is imported is used although the definition of its type here is not "
+               "the peer's (another type hash). Messages that do not fit the one here are dropped, "
+               "the others may mean something else. Otherwise it is declined, and for a topic the "
+               "log says how the definitions differ."});
+}
+
 // The same for calls of services.
 void add_rule_calls(Rows& rows) {
   const Treatment normal;
@@ -215,6 +229,7 @@ void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_rights(rows);
   add_rule_treatment(rows);
   add_rule_resume(rows);
+  add_rule_types(rows);
   add_rule_calls(rows);
   add_rule_qos(rows);
 }

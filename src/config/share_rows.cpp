@@ -1,22 +1,53 @@
 #include "config/share_rows.hpp"
 
 #include <string>
+#include <utility>
 
 namespace connect_bridge {
 namespace {
 
 constexpr double kGiB = 1 << 30;
+constexpr char kSection[] = "Limits of a link";
 
 ParameterValue whole(std::int64_t value) {
   return value;
+}
+
+// What may appear here, come and go, and be said because of peers.
+void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
+  const auto add = [&](std::string key, std::int64_t fallback, double min, double max,
+                       std::string unit, std::string help) {
+    rows.push_back({.section = kSection,
+                    .key = std::move(key),
+                    .type = ParameterType::kInteger,
+                    .fallback = whole(fallback),
+                    .min = min,
+                    .max = max,
+                    .unit = std::move(unit),
+                    .help = std::move(help)});
+  };
+  add("limits.channels_per_second", core.account.channels_per_second, 1, 100'000, "",
+      "Channels that a peer withdraws or demands no longer, and publishers and listeners "
+      "that it takes back; besides, attachments to services that all peers of one identity "
+      "begin. A minute's worth passes at once, what is beyond ends the link (4006). Of all "
+      "links of an identity together 5 times as many demands may end.");
+  add("limits.control_bytes_per_second",
+      static_cast<std::int64_t>(core.account.control_bytes_per_second), 65'536, kGiB, "bytes",
+      "Control messages of all links of one identity. What 64 seconds allow passes at once; "
+      "beyond it the link ends that has sent most of them (4006).");
+  add("limits.listeners_max", core.listeners_max, 0, 1024, "",
+      "Listeners of a peer that are subscribed for at a time; further ones wait until others "
+      "end.");
+  add("limits.services_max", static_cast<std::int64_t>(core.account.services_max), 1, 1'000'000, "",
+      "Services of all peers together that appear here. No identity may have more than it "
+      "leaves to the others; further ones appear when others end.");
 }
 
 }  // namespace
 
 // What all peers together, and those of one identity, may take.
 void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
-  const std::string section = "Limits of a link";
-  rows.push_back({.section = section,
+  rows.push_back({.section = kSection,
                   .key = "memory_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(static_cast<std::int64_t>(core.account.memory_bytes_max)),
@@ -30,7 +61,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                       "links: a single link may use a third. What does not fit is dropped "
                       "(`memory` in the status) or refused."});
   rows.push_back(
-      {.section = section,
+      {.section = kSection,
        .key = "mirrors_per_second",
        .type = ParameterType::kInteger,
        .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
@@ -41,8 +72,9 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            std::to_string(core.account.mirrors_at_once) +
            " at once, and as many subscriptions for what they listen to. Further ones are created "
            "later: each costs every process of the graph."});
+  add_limits(rows, core);
   rows.push_back(
-      {.section = section,
+      {.section = kSection,
        .key = "peer_packets_per_second",
        .type = ParameterType::kInteger,
        .fallback = whole(50'000),
@@ -52,7 +84,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
            "peer has to wait (`reading_held` in the status). A burst of 4 seconds' worth passes "
            "at once. 0: no limit."});
-  rows.push_back({.section = section,
+  rows.push_back({.section = kSection,
                   .key = "peer_bytes_per_second",
                   .type = ParameterType::kInteger,
                   .fallback = whole(0),

@@ -11,8 +11,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::chrono::milliseconds kRetryTime{100};
-// Behind a proxy, which mostly is at this host, is the whole world.
-constexpr int kProxyShare = 8;
+constexpr int kProxyShare = ListenOptions::kLoopbackShare;
 // What a customer with many addresses may do, in times of what one of them may.
 constexpr int kCustomerShare = 2;
 
@@ -215,9 +214,10 @@ void Listener::accept_later(const DoorPtr& door) {
 // limited first, so that it cannot use up what its customer has, nor a customer what all have.
 bool Listener::take_handshake(const ConnectionOpened& from) {
   const TimePoint now = steady_now();
-  if (paces_->take(from.address, from.share, now) &&
-      customer_paces_->take(from.customer, from.share, now))
-    return true;
+  if (paces_->take(from.address, from.share, now)) {
+    if (customer_paces_->take(from.customer, from.share, now)) return true;
+    paces_->give_back(from.address);
+  }
   ++counts_.handshakes_dropped;
   log_limit(dropped_, from.peer +
                           ": dropped, its address or its network begins too many TLS handshakes "

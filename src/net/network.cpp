@@ -43,6 +43,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
+  std::uint64_t past_extra_frames = 0;
   std::uint64_t held = 0;
   LogLimit holds;
   bool stopped = false;
@@ -104,6 +105,7 @@ void Network::State::forget(ConnectionId id) {
   const auto found = connections.find(id);
   if (found == connections.end()) return;
   past += found->second->traffic();
+  past_extra_frames += found->second->extra_frames();
   connections.erase(found);
 }
 
@@ -267,7 +269,9 @@ NetworkCounts Network::counts() const {
     counts.pending = listener->pending();
   }
   counts.held = state_->held;
+  counts.extra_frames = state_->past_extra_frames;
   for (const auto& entry : state_->connections) {
+    counts.extra_frames += entry.second->extra_frames();
     if (entry.second->is_open()) ++counts.open;
   }
   return counts;

@@ -50,7 +50,9 @@ struct SocketFacts {
 struct NetworkCounts : DoorCounts {
   std::size_t pending = 0;  // in a handshake now
   std::size_t open = 0;     // open WebSockets now
-  std::uint64_t held = 0;   // times that reading waited: a peer sent more than it may
+  // Pings and their like, frames without content, pieces of messages: beyond one frame a message.
+  std::uint64_t extra_frames = 0;
+  std::uint64_t held = 0;  // times that reading waited: a peer sent more than it may
 };
 
 // Order of events: one ConnectionOpened or DialFailed for each dial; after ConnectionOpened exactly

@@ -78,8 +78,9 @@ struct ListenOptions {
   ToldBy told_by = ToldBy::kXForwardedFor;
   bool proxies_only = false;         // others are dropped
   std::size_t connections_max = 64;  // beyond: HTTP 503
-  // Connections without a login, of all and of one address; beyond: the oldest is dropped. Of the
-  // loopback 8 times as many, and handshakes as often: a proxy there stands for all of the world.
+  // Of the loopback so many times what others may have: a proxy there stands for all of the world.
+  static constexpr int kLoopbackShare = 8;
+  // Connections without a login, of all and of one address; beyond: the oldest is dropped.
   std::size_t pending_max = 320;
   std::size_t pending_per_address_max = 16;
   // TLS handshakes of one address, beyond: dropped; and of all, beyond: they wait for their turn.

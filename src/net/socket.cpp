@@ -49,10 +49,12 @@ Socket::Socket(SocketSetup setup)
       byte_rate_(setup_.options.receive_bytes_per_second, setup_.options.receive_burst),
       text_rate_(setup_.options.receive_text_bytes_per_second, setup_.options.receive_burst),
       read_at_(socket_->get_executor()),
+      extra_frames_(socket_->next_layer().read_bytes()),
       unsent_max_(setup_.options.unsent_bytes_max) {
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
   socket_->read_message_max(kGatePacketBytesMax);
+  socket_->next_layer().limit_reads([this] { return frames_due(); });
   // Beast answers the peer's close frame by itself: that, too, must end in time.
   socket_->control_callback([this](websocket::frame_type kind, beast::string_view) {
     if (kind == websocket::frame_type::close) set_deadline();
@@ -104,6 +106,7 @@ void Socket::on_read(const ErrorCode& error) {
   const bool text = socket_->got_text();
   if (!gate_open_ && !within_gate(received_.size())) return;
   received_bytes_ += received_.size();
+  ++messages_;
   const auto bytes = static_cast<double>(received_.size());
   const TimePoint now = steady_now();
   packet_rate_.take(1, now);
@@ -112,6 +115,18 @@ void Socket::on_read(const ErrorCode& error) {
   packet_unhandled_ = !gate_open_;
   setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
   if (state_ == State::kOpen && !packet_unhandled_) read_on();
+}
+
+// What is no message costs as much as one.
+std::optional<std::chrono::steady_clock::time_point> Socket::frames_due() {
+  const std::uint64_t extra = extra_frames_.count(socket_->next_layer().read_bytes(),
+                                                  received_bytes_ + received_.size(), messages_);
+  const TimePoint now = steady_now();
+  if (extra > 0) packet_rate_.take(static_cast<double>(extra), now);
+  const TimePoint at = packet_rate_.ready_at();
+  if (extra == 0 || state_ != State::kOpen || at <= now) return std::nullopt;
+  if (setup_.held) setup_.held(setup_.opened.peer);
+  return std::chrono::steady_clock::time_point(at.time_since_epoch());
 }
 
 void Socket::read_on() {

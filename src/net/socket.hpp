@@ -11,6 +11,7 @@
 
 #include "core/flow/rate_limit.hpp"
 #include "net/admission.hpp"
+#include "net/extra_frames.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
 #include "net/traffic.hpp"
@@ -56,6 +57,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   [[nodiscard]] SocketFacts facts() const;
   // Until now, or until its end.
   [[nodiscard]] Traffic traffic();
+  [[nodiscard]] std::uint64_t extra_frames() const { return extra_frames_.total(); }
   [[nodiscard]] Certified certified() const;
 
  private:
@@ -64,6 +66,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void read();
   void on_read(const boost::system::error_code& error);
   bool within_gate(std::size_t bytes);
+  // Until when reading must wait for frames that are no messages.
+  std::optional<std::chrono::steady_clock::time_point> frames_due();
   // Reads on, at once or when the rates allow it.
   void read_on();
   void send();
@@ -92,10 +96,12 @@ class Socket : public std::enable_shared_from_this<Socket> {
   bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
   std::size_t gate_bytes_ = 0;     // read before the gate opened
   std::uint64_t received_bytes_ = 0;
+  std::uint64_t messages_ = 0;
   Throttle packet_rate_;
   Throttle byte_rate_;
   Throttle text_rate_;
   boost::asio::steady_timer read_at_;
+  ExtraFrames extra_frames_;
 
   bool writing_ = false;
   bool waiting_for_room_ = false;

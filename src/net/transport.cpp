@@ -41,6 +41,7 @@ void Transport::drain(std::function<void()> done) {
 }
 
 void Transport::abort() {
+  waits_.cancel();
   ErrorCode ignored;
   socket_.set_option(TcpSocket::linger(true, 0), ignored);
   socket_.close(ignored);

@@ -11,9 +11,13 @@
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/bind_handler.hpp>
+#include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <type_traits>
 #include <utility>
 
@@ -31,7 +35,10 @@ class Transport {
  public:
   using executor_type = TcpSocket::executor_type;  // NOLINT: the name Asio asks for
 
-  explicit Transport(TcpSocket socket) : socket_(std::move(socket)) {}
+  using Clock = std::chrono::steady_clock;
+
+  explicit Transport(TcpSocket socket)
+      : socket_(std::move(socket)), waits_(socket_.get_executor()) {}
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
 
@@ -58,24 +65,21 @@ class Transport {
     if (!tls_ && !ahead_) ahead_.reset(new Ahead);
   }
 
+  // Asked before each read: until when it is to wait, if at all. Beast reads frames without content
+  // for ever before it has a message to tell of.
+  void limit_reads(std::function<std::optional<Clock::time_point>()> wait_until) {
+    wait_until_ = std::move(wait_until);
+  }
+  // What reads have given so far.
+  [[nodiscard]] std::uint64_t read_bytes() const { return read_bytes_; }
+
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
-    using Read = AheadRead<std::decay_t<Handler>>;
-    if (tls_) {
-      tls_->async_read_some(buffers, std::forward<Handler>(handler));
-    } else if (!ahead_) {
-      socket_.async_read_some(buffers, std::forward<Handler>(handler));
-    } else if (ahead_begin_ < ahead_end_) {
-      const std::size_t n = asio::buffer_copy(
-          buffers, asio::buffer(ahead_->data() + ahead_begin_, ahead_end_ - ahead_begin_));
-      ahead_begin_ += n;
-      asio::post(get_executor(),
-                 boost::beast::bind_front_handler(std::forward<Handler>(handler), ErrorCode{}, n));
-    } else {
-      const asio::mutable_buffer first{*asio::buffer_sequence_begin(buffers)};
-      const std::array<asio::mutable_buffer, 2> both{first, asio::buffer(*ahead_)};
-      socket_.async_read_some(both, Read{this, first.size(), std::forward<Handler>(handler)});
-    }
+    const auto wait_until = wait_until_ ? wait_until_() : std::nullopt;
+    if (!wait_until) return read_now(buffers, std::forward<Handler>(handler));
+    waits_.expires_at(*wait_until);
+    using Read = WaitedRead<Buffers, std::decay_t<Handler>>;
+    waits_.async_wait(Read{this, std::forward<Handler>(handler), buffers});
   }
 
   template <class Buffers, class Handler>
@@ -91,24 +95,61 @@ class Transport {
   static constexpr std::size_t kAheadBytes = 32768;
   using Ahead = std::array<unsigned char, kAheadBytes>;
 
-  // Keeps what was read beyond the requested bytes, and reports the requested ones to the handler.
   template <class Handler>
-  struct AheadRead {
+  struct OfRead {
     using executor_type = asio::associated_executor_t<Handler, TcpSocket::executor_type>;  // NOLINT
-    Transport* transport;
-    std::size_t asked;
+    Transport* of;
     Handler handler;
 
     [[nodiscard]] executor_type get_executor() const {
-      return asio::get_associated_executor(handler, transport->get_executor());
+      return asio::get_associated_executor(handler, of->get_executor());
     }
-    void operator()(ErrorCode error, std::size_t bytes) {
-      transport->ahead_begin_ = 0;
-      transport->ahead_end_ = bytes > asked ? bytes - asked : 0;
-      handler(error, std::min(bytes, asked));
-    }
-    friend bool asio_handler_is_continuation(AheadRead*) { return true; }
+    friend bool asio_handler_is_continuation(OfRead*) { return true; }
   };
+  // Counts what was read. Keeps what is beyond the requested bytes, and reports the requested ones.
+  template <class Handler>
+  struct CountedRead : OfRead<Handler> {
+    std::size_t asked;
+
+    CountedRead(Transport* transport, Handler next, std::size_t bytes)
+        : OfRead<Handler>{transport, std::move(next)}, asked(bytes) {}
+    void operator()(ErrorCode error, std::size_t bytes) {
+      this->of->ahead_begin_ = 0;
+      this->of->ahead_end_ = bytes > asked ? bytes - asked : 0;
+      this->of->read_bytes_ += std::min(bytes, asked);
+      this->handler(error, std::min(bytes, asked));
+    }
+  };
+  template <class Buffers, class Handler>
+  struct WaitedRead : OfRead<Handler> {
+    Buffers buffers;
+
+    WaitedRead(Transport* transport, Handler next, const Buffers& into)
+        : OfRead<Handler>{transport, std::move(next)}, buffers(into) {}
+    // An aborted wait, too: then the socket tells what is wrong.
+    void operator()(ErrorCode) { this->of->read_now(buffers, std::move(this->handler)); }
+  };
+
+  template <class Buffers, class Handler>
+  void read_now(const Buffers& buffers, Handler&& handler) {
+    using Read = CountedRead<std::decay_t<Handler>>;
+    if (ahead_begin_ < ahead_end_) {
+      const std::size_t n = asio::buffer_copy(
+          buffers, asio::buffer(ahead_->data() + ahead_begin_, ahead_end_ - ahead_begin_));
+      ahead_begin_ += n;
+      read_bytes_ += n;
+      return asio::post(get_executor(), boost::beast::bind_front_handler(
+                                            std::forward<Handler>(handler), ErrorCode{}, n));
+    }
+    const asio::mutable_buffer first{*asio::buffer_sequence_begin(buffers)};
+    const bool ahead = ahead_ && !tls_;
+    const std::size_t asked = ahead ? first.size() : asio::buffer_size(buffers);
+    Read read{this, std::forward<Handler>(handler), asked};
+    if (tls_) return tls_->async_read_some(buffers, std::move(read));
+    if (!ahead) return socket_.async_read_some(buffers, std::move(read));
+    const std::array<asio::mutable_buffer, 2> both{first, asio::buffer(*ahead_)};
+    socket_.async_read_some(both, std::move(read));
+  }
 
   static constexpr std::size_t kRecordBytesMax = 16384;  // RFC 8446 section 5.1
   using Tls = asio::ssl::stream<TcpSocket&>;
@@ -127,6 +168,9 @@ class Transport {
 
   using Record = std::array<unsigned char, kRecordBytesMax>;
   TcpSocket socket_;
+  asio::steady_timer waits_;  // a read
+  std::function<std::optional<Clock::time_point>()> wait_until_;
+  std::uint64_t read_bytes_ = 0;
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
   std::unique_ptr<Record> record_;

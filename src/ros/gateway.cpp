@@ -35,7 +35,8 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     if (failed != nullptr) subscriptions_.destroy(failed->subscription);
     sink(std::move(*input));
   }
-  return !shared_.ready.idle() || !reports.empty();
+  const bool ending = shared_.ended.free_some();
+  return ending || !shared_.ready.idle() || !reports.empty();
 }
 
 void Gateway::apply(const Publish& action) {
@@ -60,6 +61,10 @@ void Gateway::apply(const DropInvocation& action) {
   if (auto* client = services_.clients.find(action.client)) client->drop(action.invocation);
 }
 
+void Gateway::apply(const LookUpType& action) {
+  shared_.report(TypeLookedUp{action.id, shared_.types.description(action.type, action.hash)});
+}
+
 GatewayCounters Gateway::counters() const {
   GatewayCounters counters = shared_.counters;
   counters.graph_readings = graph_.readings();
@@ -70,6 +75,7 @@ GatewayCounters Gateway::counters() const {
   counters.service_clients = static_cast<std::uint32_t>(services_.clients.size());
   counters.proxy_nodes = static_cast<std::uint32_t>(shared_.proxies.size());
   counters.types_not_installed = static_cast<std::uint32_t>(shared_.types.made());
+  counters.types_described = static_cast<std::uint32_t>(shared_.types.described());
   counters.pending_calls = static_cast<std::uint32_t>(services_.pending());
   return counters;
 }

@@ -59,17 +59,17 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    loop_.feed(std::move(done));
                  });
                }),
-      login_desk_({parts_.authenticator.get(), std::move(parts_.credential_file),
-                   parts_.side.login_timeout},
-                  {[this](Input&& input) {
-                     boost::asio::post(io_, [this, input = std::move(input)]() mutable {
-                       loop_.feed(std::move(input));
-                     });
-                   },
-                   [this](Log&& line) {
-                     boost::asio::post(
-                         io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
-                   }}) {}
+      login_desk_(
+          {parts_.authenticator.get(), std::move(parts_.credential_file), parts_.side.login_timeout,
+           ListenOptions::kLoopbackShare * parts_.listen.pending_per_address_max},
+          {[this](Input&& input) {
+             boost::asio::post(
+                 io_, [this, input = std::move(input)]() mutable { loop_.feed(std::move(input)); });
+           },
+           [this](Log&& line) {
+             boost::asio::post(
+                 io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
+           }}) {}
 
 std::string Bridge::open() {
   const std::string unread = usage_file_.open(parameters_.config().usage_file);
@@ -221,9 +221,11 @@ void Bridge::every_second(double lag_ms) {
   run.today = usage_file_.usage().of_day(day);
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   run.types_not_installed = counters.types_not_installed;
+  run.types_described = counters.types_described;
   if (audit_log_) run.audit = audit_log_->counts();
   const NetworkCounts network = network_.counts();
   run.held = network.held;
+  run.extra_frames = network.extra_frames;
   if (config.role == Role::kServer) run.doors = network;
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }

@@ -49,11 +49,13 @@ std::string to_text(const Invitation& invitation) {
 
 Invitation parse_invitation(const std::string& text, std::string& problem) {
   Invitation parsed;
-  const auto hash = text.find('#');
-  parsed.url = std::string{kDialed} + text.substr(kScheme.size(), hash - kScheme.size());
-  const std::string secret = hash == std::string::npos ? "" : text.substr(hash + 1);
+  const std::string_view rest =
+      text.starts_with(kScheme) ? std::string_view{text}.substr(kScheme.size()) : "";
+  const auto hash = rest.find('#');
+  parsed.url = std::string{kDialed}.append(rest.substr(0, hash));
+  const std::string secret{hash == std::string_view::npos ? "" : rest.substr(hash + 1)};
   const auto dot = secret.find('.');
-  if (!text.starts_with(kScheme) || !syntax::parse_url(parsed.url) || dot != kCodeSize ||
+  if (!syntax::parse_url(parsed.url) || dot != kCodeSize ||
       secret.size() != kCodeSize + 1 + kPinSize || !all(secret.substr(0, dot), is_hex) ||
       !all(secret.substr(dot + 1), is_url_safe)) {
     problem =

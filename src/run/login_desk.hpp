@@ -26,8 +26,6 @@ class LoginDesk {
  public:
   // Strangers, and renewals as well: more than the core keeps, which forgets who goes away.
   static constexpr std::size_t kWaitingMax = 1024;
-  // Of one customer: as many as the connections without a login of an address of the loopback.
-  static constexpr std::size_t kOfOneMax = 128;
   // Renewals in a row while strangers wait: who has a token does not keep them out either.
   static constexpr int kRenewalsInARow = 3;
 
@@ -35,6 +33,9 @@ class LoginDesk {
     Authenticator* authenticator = nullptr;  // null: no logins are judged here; outlives the desk
     std::optional<CredentialFile> credential_file;
     Duration time_limit{};  // a login that has waited so long is refused without being judged
+    // Of one customer, who may wait: as many as an address of the loopback may have connections
+    // without a login.
+    std::size_t of_one_max = 128;
   };
   struct Ports {
     std::function<void(Input&&)> input;
@@ -72,7 +73,7 @@ class LoginDesk {
   std::mutex mutex_;
   std::condition_variable changed_;
   Turns<std::string, Waiting> renewals_{{kWaitingMax, kWaitingMax}};
-  Turns<std::string, Waiting> strangers_{{kWaitingMax, kOfOneMax}};
+  Turns<std::string, Waiting> strangers_{{kWaitingMax, options_.of_one_max}};
   int renewals_in_a_row_ = 0;
   bool ending_ = false;
   std::vector<std::thread> threads_;

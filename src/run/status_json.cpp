@@ -24,7 +24,10 @@ Json to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
           {"handshakes_dropped", doors.handshakes_dropped},
           {"wrong_logins", strangers.wrong_logins},
           {"wrong_logins_late", strangers.wrong_logins_late},
-          {"shut_out", strangers.shut_out}};
+          {"shut_out", strangers.shut_out},
+          {"login_timeouts", strangers.login_timeouts},
+          {"logins_without_place", strangers.logins_without_place},
+          {"logins_not_judged", strangers.logins_not_judged}};
 }
 
 Json to_value(const TopicStatus& topic) {
@@ -73,6 +76,7 @@ Json to_value(const LinkStatus& link) {
                {"identity", link.identity},
                {"open", link.open},
                {"connects", link.connects},
+               {"mirrors_waited", link.mirrors_waited},
                {"sent_bytes", link.sent_bytes},
                {"received_bytes", link.received_bytes},
                {"queued_bytes", link.queued_bytes},
@@ -104,7 +108,9 @@ std::string to_json(const Status& status, const RunStatus& run) {
                {"published", run.published},
                {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
                {"types_not_installed", run.types_not_installed},
+               {"types_described", run.types_described},
                {"reading_held", run.held},
+               {"extra_frames", run.extra_frames},
                {"last_failure", status.last_failure}};
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};

@@ -22,7 +22,9 @@ struct RunStatus {
   Traffic today = {}, this_month = {};
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
   std::optional<DoorCounts> doors = {};        // a server's
+  std::uint32_t types_described = 0;           // of the types not installed, by a peer
   std::uint64_t held = 0;                      // times that a peer sent more than is read of it
+  std::uint64_t extra_frames = 0;              // WebSocket frames beyond one a message
 };
 
 std::string to_json(const Status& status, const RunStatus& run);

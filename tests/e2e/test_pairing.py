@@ -2,6 +2,7 @@
 
 import re
 import stat
+import time
 
 import pytest
 from std_msgs.msg import String
@@ -53,12 +54,22 @@ def world(tmp_path, domains, make_graph):
         program.kill()
 
 
+# From the start of the server to the first message: 10 s are wanted, of machines that have nothing
+# else to do.
+SECONDS_MAX = 60
+
+
 def test_one_line_pairs_and_both_start_without_words_later(world):
+    begin = time.monotonic()
     server, line = world.pair()
     assert line.startswith(f"wss+pair://localhost:{world.port}/#")
     client = world.run("client", "operator", line)
     client.wait_for("paired: from now on")
+    paired = time.monotonic() - begin
     world.crosses("/first")
+    seconds = time.monotonic() - begin
+    print(f"paired after {paired:.1f} s, the first message after {seconds:.1f} s")
+    assert seconds < SECONDS_MAX
     client.stop()
     server.stop()
     server = world.run("server", "robot")

@@ -108,6 +108,30 @@ def test_what_one_side_lacks_is_carried(lacking, role):
     servers.close()
 
 
+def test_what_both_lack_is_described_by_its_node(domains, make_graph, make_side, tmp_path):
+    """The server asks the publisher's node what the type is made of, and tells the client, which
+    checks messages by it."""
+    port, (robot, operator) = free_port(), domains(2)
+    login = {"auth": {"token": "a-token-of-two-that-lack"}}
+    env = without([PACKAGE], tmp_path / "lacking")
+    listen = {"listen": {"port": port}, **login, **SERVER}
+    server = make_side("server", robot, listen, env=env)
+    client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login}, env=env)
+    server.start().wait_listening()
+    client.start().wait_linked()
+    robots, operators = make_graph(robot), make_graph(operator)
+    blobs, blob = robots.publisher(Blob, "/t/blob"), Blob(data=bytes(range(200)) * 100)
+    operators.wait_publishers("/t/blob", 1)
+    described = lambda: client.status().get("types_described")  # noqa: E731
+    until(lambda: described() == 1, lambda: f"{described()} types: {client.text()}", timeout=30)
+    collector = operators.collector(Blob, "/t/blob")
+    connect(blobs, collector, blob)
+    blobs.publish(blob)
+    assert collector.wait()[0] == blob
+    robots.tester.destroy_publisher(blobs)
+    until(lambda: described() == 0, lambda: f"{described()} types are left")
+
+
 def test_the_exporter_lacks_it(lacking):
     """The topic goes when it cannot be subscribed to, and the importer's log says why."""
     pair = lacking("server", types_not_installed="refuse")

@@ -1,19 +1,6 @@
-"""Small faults, each of which a test must notice.
+"""The faults that tests/mutants/run tries."""
 
-A fault is bound to code, not to a place: `find` is searched for in all of src/core, without
-comments and white space; `...` in it stands for anything inside one statement. It must be found
-exactly once. Where the same code stands in several functions, `within` names the one that is meant,
-with its class if need be. So code may move to another file, and lines may be wrapped differently.
-"""
-from typing import NamedTuple
-
-
-class Mutant(NamedTuple):
-    name: str
-    find: str
-    put: str
-    within: str = ""
-
+from mutant import Mutant
 
 MUTANTS = [
 #-- -- over connections
@@ -51,7 +38,7 @@ MUTANTS = [
     Mutant("best effort is replayed",
            "promised = origin.qos.reliability == Reliability::kReliable;", "promised = true;"),
     Mutant("another process goes on",
-           "end_calls(link, now); link.arrived.clear(); exports_.end_kept(link, now);",
+           "end_calls(link, now); on_link_forgotten(link, now);",
            "end_calls(link, now);"),
     Mutant("what was kept is sent to whom does not go on",
            "if (!demand.after.empty()) of_channel.after = demand.after[i];",
@@ -89,7 +76,7 @@ MUTANTS = [
            "it->second.withdraw_outdated(); offers_.erase(it);", "return;"),
     Mutant("a listener needs no right",
            "return policy_.decide(Direction::kExport, what, link.identity) &&"
-           " accepted_by(*link.accepts, what);",
+           " link.accepts->takes(what).value_or(listener.permitted);",
            "return true;", within="FarListeners::permits"),
     Mutant("listeners are told to whoever",
            "known->second = policy_.decide(...).has_value();", "known->second = true;",
@@ -102,9 +89,14 @@ MUTANTS = [
     Mutant("first messages are not kept",
            "if (is_awaited(offer, link)) keep(...);", ";", within="EarlySamples::add"),
     Mutant("listeners at any pace",
-           "|| !account.listeners.take(now.steady)", "", within="FarListeners::admit"),
+           "return account.wait_to_appear(account.listeners, now.steady);",
+           "return Duration::zero();", within="FarListeners::wait_to_count"),
     Mutant("listeners beyond their identity's share",
-           "!has_room ||", "", within="FarListeners::admit"),
+           "if (account.memory.room() < kSubscriptionBytes) lacking = ...;", "",
+           within="FarListeners::wait_to_count"),
+    Mutant("listeners beyond their number",
+           "if (of_link.counting >= topic_options_.listeners_max) lacking = ...;", "",
+           within="FarListeners::wait_to_count"),
     Mutant("first messages of others go with any change of rules",
            "|| is_permitted_as_before(mirror)", "", within="Imports::on_policy"),
     Mutant("readers in another way at any pace",
@@ -138,10 +130,11 @@ MUTANTS = [
            "const bool fits = !memory_ || frame.body_bytes <= memory_->room();",
            "const bool fits = true;"),
     Mutant("mirrors as fast as they are offered",
-           "if (candidates_.front().link->account->mirrors.take(now.steady)) return true;",
-           "return true;"),
+           "link.account->wait_to_appear(link.account->mirrors, now.steady)", "Duration::zero()"),
+    Mutant("what waits is counted at each try", "wait == Account::kPacing && !waits_",
+           "wait == Account::kPacing"),
     Mutant("services as fast as they are attached",
-           "!account.mirrors.take(now.steady)", "false"),
+           "account.wait_to_appear(account.mirrors, now.steady)", "Duration::zero()"),
     Mutant("each change is claimed",
            "if (!due || !pace_.take(now.steady)) return false;", "if (!due) return false;"),
     Mutant("no sign of life", "const bool due = changed_ || repeat_at() <= now.steady;",
@@ -258,9 +251,9 @@ MUTANTS = [
            "if (link.mirrors.all() >= options.mirrors_max) return nullptr;", ""),
     Mutant("what mirrors keep without limit",
            "if (keeps_samples() && raw.size() > sample_bytes_)", "if (raw.size() == SIZE_MAX)"),
-    Mutant("bombs decompressed", "if (!account->inflation.ready(now.steady)) return false;", ""),
+    Mutant("bombs decompressed", "if (!inflation.ready(now)) return false;", ""),
     Mutant("the newest stranger refused",
-           "refuse(places_.begin()->first, {CloseCode::kTooManyConnections, ...}, now);",
+           "end(places_.begin()->first, {CloseCode::kTooManyConnections, ...}, now);",
            "outputs_.push(CloseConnection{opened.connection, CloseCode::kTooManyConnections, {}});"
            " return;"),
     Mutant("wrong logins without limit",
@@ -303,7 +296,7 @@ MUTANTS = [
     Mutant("an action is ready before its feedback flows",
            "return fed ? topics.are_fed(action_) : topics.are_mirrored(action_);", "return true;"),
     Mutant("service export right skipped",
-           "if (!decision || own_only) return decision;",
+           "if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;",
            "if (!decision) decision.emplace(); return decision;"),
     Mutant("service import right skipped",
            'if (!decision) return no("not_permitted", ...);',
@@ -375,7 +368,15 @@ MUTANTS = [
     Mutant("any number waits behind a job",
            "if (waiting_.size() >= kWaitingMax ||", "if ("),
     Mutant("control texts without a rate",
-           "if (!account->text.ready(now.steady)) return false;", ""),
+           "return account->text.take(id, bytes, now.steady);",
+           "return account->text.take(id, 0 * bytes, now.steady);"),
+    Mutant("who speaks next pays for control texts",
+           "if (most == sent_.end() || most->first == link || most->second < per_second_)"
+           " return false;", "return false;"),
+    Mutant("long lists are compared at one go",
+           "if (!pace_.ready(now.steady)) {", "if (false) {", within="AcceptsReview::take_done"),
+    Mutant("what is not compared yet ends", "is_accepted().value_or(is_open())",
+           "is_accepted().value_or(false)"),
     Mutant("demand switched without a price",
            "!(note_withdrawal(now) && account->demands.take(now.steady))", "false"),
     Mutant("attaches without a pace",
@@ -387,5 +388,20 @@ MUTANTS = [
            "context_.outputs.told()"),
     Mutant("a login that is judged has the time of one that is not shown",
            "login_deadline_ = login_answered_by_;", ""),
+    Mutant("any number appears in one step",
+           "if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;", ""),
+    Mutant("large bombs count like small ones", "slowness * (raw_bytes - usual)",
+           "raw_bytes - usual"),
     Mutant("lines do not take turns", "lines_.splice(lines_.end(), lines_, next);", ""),
+
+#-- -- types
+    Mutant("a peer is believed about a type",
+           "if (type_hash_of(description.text) != name->second)", "if (false)"),
+    Mutant("a node is believed about a type",
+           "&& type_hash_of(text) == asked.type.hash", ""),
+    Mutant("any number of types is asked for at a time",
+           "if (questions.open.size() >= kDescribesMax)", "if (false)"),
+    Mutant("a break forgets which types are needed",
+           "if (!type->second.sources.empty() || type->second.users > 0) return;", ""),
+    Mutant("types may contain themselves", 'if (depth == kOpen) return wrong(...);', ""),
 ]

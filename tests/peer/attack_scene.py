@@ -118,7 +118,7 @@ class Scene:
     def __init__(self, folder, attack, aside=False, way=DIRECT, **parameters):
         self._folder = pathlib.Path(folder)
         self._attack, self._way = attack, way
-        self._priority = ["nice", "-n", "19"] if aside else ["nice", "-n", "5"]
+        self._priority = ["chrt", "--idle", "0"] if aside else ["nice", "-n", "5"]
         self.domains = take_domains(2)
         self.robot, self.operator = (Graph(domain) for domain in self.domains)
         port, door = free_port(), free_port()

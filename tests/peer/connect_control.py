@@ -19,6 +19,8 @@ ORIGINS_MAX = 1024  # of a channel
 CREDENTIAL_MAX = 3900
 LISTENERS_MAX = 1024  # of a link
 NEIGHBOURS_MAX = 256
+DESCRIBES_MAX = 8  # channels of a link that wait for their description
+DESCRIPTION_MAX = 262_144
 
 
 def _integer(word):
@@ -225,6 +227,12 @@ def decode_control(text):
         _check_code(message)
     elif kind in ("attach", "attached", "refuse", "forget"):
         _check_call(kind, message)
+    elif kind == "describe":
+        for channel in items(message, "channels", DESCRIBES_MAX):
+            number(channel)
+    elif kind == "description":
+        number(member(message, "channel", int))
+        string(message, "text", DESCRIPTION_MAX, "")
     elif kind == "listeners":
         _check_listeners(message)
     elif kind == "renew":

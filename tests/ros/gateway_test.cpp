@@ -51,6 +51,38 @@ TEST_F(GatewayTest, TakesWhatOthersPublish) {
   EXPECT_EQ(3u, side.gateway.counters().taken);
 }
 
+// A process of Fast DDS has one type for a topic: what has ended must not be in the way.
+TEST_F(GatewayTest, AnotherTypeTakesATopicAtOnce) {
+  TestSide side("connect_server");
+  subscribe(side, topic("chatter"));
+  side.gateway.apply(DestroySubscription{kSubscription});
+  side.gateway.apply(CreateSubscription{SubscriptionId{8}, topic("chatter"),
+                                        "rcl_interfaces/msg/Log", "", qos_of_depth(1)});
+  EXPECT_FALSE(side.next<SubscriptionFailed>(200ms));
+  EXPECT_EQ(1u, side.gateway.counters().subscriptions);
+}
+
+// When a link is lost there can be thousands: others get their turns in between.
+TEST_F(GatewayTest, ManyThatEndLeaveTheGraphAFewAtATime) {
+  TestNode onlooker("onlooker");
+  TestSide side("connect_client");
+  constexpr std::uint32_t kMany = 400;
+  const auto in_graph = [&] {
+    std::size_t count = 0;
+    EXPECT_EQ(RCL_RET_OK,
+              rcl_count_publishers(onlooker->handle(), topic("chatter").c_str(), &count));
+    return count;
+  };
+  for (std::uint32_t id = 1; id <= kMany; ++id)
+    side.gateway.apply(CreateMirror{MirrorId{id}, topic("chatter"), kString, "", qos_of_depth(1)});
+  ASSERT_TRUE(side.until([&] { return in_graph() == kMany; }));
+  for (std::uint32_t id = 1; id <= kMany; ++id) side.gateway.apply(DestroyMirror{MirrorId{id}});
+  EXPECT_EQ(0u, side.gateway.counters().mirrors);
+  const auto ignore = [](Input&&) {};
+  EXPECT_TRUE(side.gateway.drain(ignore)) << "all ended at one go";
+  EXPECT_TRUE(side.until([&] { return in_graph() == 0; }));
+}
+
 TEST_F(GatewayTest, PublishesOnMirrors) {
   TestNode listener("listener");
   TestSide side("connect_client");

@@ -93,6 +93,7 @@ void Host::on_caller_gone(const Caller& caller) {
 
 void Host::act(const CreateServiceClient& action) {
   if (service_clients_.contains(action.id)) violated("a service client is created twice");
+  if (asks_node(action)) return;
   if (!world_.middleware.knows_type(plan_.graph, action.type)) {
     failed_service_clients_.insert(action.id);
     later(rng_.between(1us, 2ms), [action]() -> Input {

@@ -1,4 +1,5 @@
 #include "sim/scenario.hpp"
+#include "sim/types.hpp"
 
 #include <algorithm>
 #include <sstream>
@@ -66,7 +67,7 @@ TopicPlan random_topic(Rng& rng, const Kind& kind, int graphs) {
   TopicPlan topic;
   topic.name = kind.name;
   topic.type = kind.type;
-  topic.type_hash = std::string("RIHS01_") + kind.type;
+  topic.type_hash = hash_of_type(kind.type);
   topic.latched = kind.latched;
   topic.mixed = rng.chance(80);
   topic.graphs.push_back(static_cast<int>(rng.below(static_cast<std::uint64_t>(graphs))));

@@ -23,6 +23,10 @@ class AddressPaces {
     if (paces_.size() >= kAddressesMax && !paces_.contains(address)) return true;
     return paces_.try_emplace(address, at_once_ * share, period_ / share).first->second.take(now);
   }
+  // One that was counted did not happen.
+  void give_back(const std::string& address) {
+    if (const auto pace = paces_.find(address); pace != paces_.end()) pace->second.give_back();
+  }
 
  private:
   // To look at all of them at each try would cost more than what is limited.

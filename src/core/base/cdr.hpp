@@ -17,8 +17,7 @@ namespace connect_bridge {
   return raw.size() >= 4 && raw[0] == 0 && raw[1] <= 0x0b;
 }
 
-// Alignment counts from the end of the 4-byte encapsulation header; as that has 4 bytes, the total
-// size can be used for fields of up to 4 bytes.
+// Alignment counts from the end of the 4-byte encapsulation header.
 class CdrWriter {
  public:
   CdrWriter& u8(std::uint8_t value) {
@@ -28,6 +27,11 @@ class CdrWriter {
   CdrWriter& u32(std::uint32_t value) {
     while (bytes_.size() % 4 != 0) bytes_.push_back(0);
     for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    return *this;
+  }
+  CdrWriter& u64(std::uint64_t value) {
+    while (bytes_.size() % 8 != 4) bytes_.push_back(0);
+    for (int i = 0; i < 8; ++i) bytes_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
     return *this;
   }
   // Writes the length, which includes the terminating zero, then the text and the zero.
@@ -58,6 +62,13 @@ class CdrReader {
     if (!has(4)) return std::nullopt;
     std::uint32_t value = 0;
     for (int i = 0; i < 4; ++i) value |= std::uint32_t{bytes_[at_++]} << (8 * i);
+    return value;
+  }
+  std::optional<std::uint64_t> u64() {
+    if (at_ <= bytes_.size()) at_ += (12 - at_ % 8) % 8;
+    if (!has(8)) return std::nullopt;
+    std::uint64_t value = 0;
+    for (int i = 0; i < 8; ++i) value |= std::uint64_t{bytes_[at_++]} << (8 * i);
     return value;
   }
   // The result points into the bytes that are read.

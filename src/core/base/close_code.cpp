@@ -21,6 +21,7 @@ std::string_view name_of(CloseCode code) {
     case CloseCode::kExpired: return "expired";
     case CloseCode::kInternal: return "internal";
     case CloseCode::kRevoked: return "revoked";
+    case CloseCode::kLoginNotJudged: return "login_not_judged";
   }
   return "unknown";
 }

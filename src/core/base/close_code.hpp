@@ -21,10 +21,11 @@ enum class CloseCode : std::uint16_t {
   kIllegal = 4009,             // a message that is not allowed in this state
   kUnknownChannel = 4010,      // data for a channel that was never offered or is withdrawn
   kSameSide = 4011,            // the peer is this process
-  kTooManyConnections = 4012,  // limit of connections reached
+  kTooManyConnections = 4012,  // a limit of connections or links reached
   kExpired = 4013,             // the identity's validity ended
   kInternal = 4014,            // a bug of this side
   kRevoked = 4015,             // the credential was withdrawn
+  kLoginNotJudged = 4016,      // the login method could not judge just now
 };
 
 // The machine-readable name, as in docs/protocol.md ("login_refused").

@@ -25,6 +25,8 @@ class Pace {
     paid_until_ = std::max(paid_until_, now) + period_;
     return turn;
   }
+  // One that was counted did not happen.
+  void give_back() { paid_until_ -= period_; }
   [[nodiscard]] Duration period() const { return period_; }
   // All that happened is paid for.
   [[nodiscard]] bool idle(TimePoint now) const { return paid_until_ <= now; }

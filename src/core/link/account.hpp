@@ -1,7 +1,9 @@
 // What the links of one identity have together.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
@@ -12,6 +14,7 @@
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/text_limit.hpp"
 
 namespace connect_bridge {
 
@@ -23,10 +26,33 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // Publishers here of which all peers together may be the origins; and as many services.
+  // Control messages, in bytes a second; what 64 seconds allow passes at once.
+  std::uint64_t control_bytes_per_second = 8 << 20;
+  // What its peers take back of what this side has made for them; a minute's worth at once.
+  int channels_per_second = 200;
+  // Publishers here of which all peers together may be the origins; and services.
   std::uint64_t mirrors_max = 16384;
+  std::uint64_t services_max = 16384;
   // What all peers together may make this side hold, in bytes.
   std::uint64_t memory_bytes_max = 512ULL << 20;
+};
+
+// What all identities share. Single-threaded.
+struct Shares {
+  explicit Shares(const AccountOptions& options)
+      : memory(options.memory_bytes_max),
+        places(options.mirrors_max),
+        service_places(options.services_max) {}
+
+  // By then the loop has begun its next step.
+  static constexpr Duration kNextStep = std::chrono::milliseconds(1);
+
+  Budget memory;
+  Budget places;
+  Budget service_places;
+  // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
+  // appear in one step of the loop.
+  Pace appearing{8, std::chrono::microseconds(250)};
 };
 
 // It outlives the links, so that logging in again and again, or with many links, does not give
@@ -37,16 +63,34 @@ struct Account {
   // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
+  // The maps that a robot has latched come together.
+  static constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
+  // The loop stands while it publishes such a sample, some 0.8 ms for each MiB: larger ones count
+  // up to eight times, so that one of 64 MiB comes in 8 s.
+  static constexpr std::uint64_t kQuicklyPublished = 2 << 20;
+  static constexpr std::uint64_t kSlownessMax = 8;
+  // Who must wait for its pace asks again after this time.
+  static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
-  Account() : Account({}, nullptr, nullptr, nullptr) {}  // of nobody else
-  Account(const AccountOptions& options, Budget* all_memory, Budget* all_places,
-          Budget* all_service_places)
-      : memory(all_memory),
-        places(all_places),
-        service_places(all_service_places),
+  explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)
+      : memory(all ? &all->memory : nullptr),
+        places(all ? &all->places : nullptr),
+        service_places(all ? &all->service_places : nullptr),
         mirrors(options.mirrors_at_once, options.mirror_period),
         listeners(options.mirrors_at_once, options.mirror_period),
-        offences(options.offences_at_once, options.offence_period) {}
+        offences(options.offences_at_once, options.offence_period),
+        text(static_cast<double>(options.control_bytes_per_second)),
+        withdrawals(kMinute * options.channels_per_second,
+                    Duration(std::chrono::seconds(1)) / options.channels_per_second),
+        attaches(withdrawals),
+        demands(kDemandTime * kDemandShare * options.channels_per_second,
+                withdrawals.period() / kDemandShare),
+        all_(all) {}
+
+  static constexpr int kMinute = 60;
+  // A demand that ends costs less than a channel, and one message may end 65,536 of them.
+  static constexpr int kDemandShare = 5;
+  static constexpr int kDemandTime = 132;  // seconds whose worth may come at once
 
   // It waits for its next login no longer than that, however often it offends.
   static constexpr Duration kShutOutMax = std::chrono::seconds(60);
@@ -55,24 +99,50 @@ struct Account {
       static_cast<void>(offences.reserve(now.steady));
   }
 
+  // Whether a message of this size, whose body has so many bytes, may be decompressed now; if so,
+  // what it grows beyond the usual is counted.
+  [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
+    const std::uint64_t usual = kUsualRatioMax * body_bytes;
+    if (raw_bytes <= usual) return true;
+    if (!inflation.ready(now)) return false;
+    const std::uint64_t slowness =
+        std::clamp<std::uint64_t>(raw_bytes / kQuicklyPublished, 1, kSlownessMax);
+    inflation.take(static_cast<double>(slowness * (raw_bytes - usual)), now);
+    return true;
+  }
+
+  // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
+  // and it is counted; else it may ask again after that time.
+  [[nodiscard]] Duration wait_to_appear(Pace& pace, TimePoint now) {
+    if (pace.free_at() > now) return kPacing;
+    if (all_ && !all_->appearing.take(now)) return Shares::kNextStep;
+    static_cast<void>(pace.take(now));
+    return Duration::zero();
+  }
+
   Budget memory;          // what its links hold
   Budget places;          // its publishers here
   Budget service_places;  // its services here
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
-  Throttle inflation{kInflatedBytesPerSecond, std::chrono::seconds(1)};
+  Throttle inflation{kInflatedBytesPerSecond, kInflatedAtOnce};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
-  // Of control messages, in bytes. Each connection is read no faster than its own rate allows; this
-  // holds for those who come again and again, or with many links.
-  Throttle text{8 << 20, std::chrono::seconds(64)};
-  // Those that create a client, which takes the middleware about a millisecond.
-  Pace attaches{12'000, std::chrono::milliseconds(5)};
-  Pace demands{131'072, std::chrono::milliseconds(1)};  // that ended
-  LinePace lines;                                       // of links that come and go
-  LogLimit declines;                                    // of channels that were declined before
+  // Of control messages. Each connection is read no faster than its own rate allows; this holds for
+  // those who come again and again, or with many links.
+  TextLimit text;
+  Pace withdrawals;  // of one link: each has a copy of it, as it is at the start
+  Pace attaches;     // those that create a client, which takes the middleware about a millisecond
+  Pace demands;      // that ended
+  Pace describes{4096, std::chrono::milliseconds(10)};   // of types that it asks for
+  Pace nodes_asked{512, std::chrono::milliseconds(50)};  // about their types, for it
+  LinePace lines;                                        // of links that come and go
+  LogLimit declines;                                     // of channels that were declined before
   TellOnce told;
+
+ private:
+  Shares* all_;
 };
 
 // The accounts of a side by the names of their identities. All identities without a name share one
@@ -81,21 +151,16 @@ class Accounts {
  public:
   static constexpr std::size_t kUnusedMax = 256;  // names that have no link now
 
-  explicit Accounts(const AccountOptions& options)
-      : options_(options),
-        memory_(options.memory_bytes_max),
-        places_(options.mirrors_max),
-        service_places_(options.mirrors_max) {}
+  explicit Accounts(const AccountOptions& options) : options_(options), shares_(options) {}
 
   [[nodiscard]] std::shared_ptr<Account> of(const std::string& identity) {
     if (accounts_.size() >= kept_) forget_unused();
     auto& account = accounts_[identity];
-    if (!account)
-      account = std::make_shared<Account>(options_, &memory_, &places_, &service_places_);
+    if (!account) account = std::make_shared<Account>(options_, &shares_);
     return account;
   }
-  [[nodiscard]] Budget& memory() { return memory_; }
-  [[nodiscard]] const Budget& memory() const { return memory_; }
+  [[nodiscard]] Budget& memory() { return shares_.memory; }
+  [[nodiscard]] const Budget& memory() const { return shares_.memory; }
   void on_time(const Now& now) {
     now_ = now.steady;
     for (auto& [name, account] : accounts_) account->told.on_time(now);
@@ -111,9 +176,7 @@ class Accounts {
   }
 
   AccountOptions options_;
-  Budget memory_;
-  Budget places_;
-  Budget service_places_;
+  Shares shares_;
   std::size_t kept_ = kUnusedMax;
   TimePoint now_{};  // as of the last on_time()
   std::map<std::string, std::shared_ptr<Account>> accounts_;

@@ -39,6 +39,7 @@ void Link::forget_channels() {
   offered_ = ended_ = 0;
   new_accepts_.reset();
   accepts_at_.reset();
+  account->text.forget(id);
   renewing = false;
 }
 
@@ -60,6 +61,7 @@ LinkStatus Link::status() const {
   shown.identity = identity.name;
   shown.open = open();
   shown.connects = connects;
+  shown.mirrors_waited = mirrors_waited;
   shown.memory_bytes = memory.used();
   if (!connection) return shown;
   const Outbox& outbox = connection->outbox();
@@ -99,12 +101,6 @@ std::string Link::line_of(const Withdraw& withdraw, const std::string& what) con
   std::string line = label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
                      withdraw.code + ")";
   return account->told.first(line) ? line : std::string{};
-}
-
-bool Link::hears(std::size_t bytes, const Now& now) {
-  if (!account->text.ready(now.steady)) return false;
-  account->text.take(static_cast<double>(bytes), now.steady);
-  return true;
 }
 
 Result<Nothing> Link::on_control(Control& control, const Now& now) {

@@ -17,6 +17,7 @@
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/link/mirror_count.hpp"
+#include "core/policy/peer_accepts.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -29,6 +30,9 @@ class LinkUser {
   virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) = 0;
+  virtual Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) = 0;
+  virtual Result<Nothing> on_description(Link& link, const Description& description,
+                                         const Now& now) = 0;
   virtual Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) = 0;
   virtual void on_renewed(Link& link, const Renewed& renewed) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
@@ -57,7 +61,7 @@ class Link final : public ConnectionUser {
   bool renewing = false;  // a new login on the open connection is being looked at
   Pace renewals{16, std::chrono::seconds(1)};
   std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
-  std::optional<Accepts> accepts;       // what the peer would import; known after its first message
+  std::optional<PeerAccepts> accepts;   // what the peer would import; known after its first message
   bool offers_complete = false;         // our first round of offers has been sent
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
@@ -67,6 +71,8 @@ class Link final : public ConnectionUser {
   bool returns = false;   // lost: the peer has not ended, so that what was kept may go on
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
+  // Of what appears here because of the peer: how much had to wait, as its identity makes too many.
+  std::uint64_t mirrors_waited = 0;
   MirrorCount mirrors{account->places};  // of origins that it offers, or is expected to offer again
   // What our rules have let through, by topic and type: who offers a topic anew gets no more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
@@ -96,11 +102,8 @@ class Link final : public ConnectionUser {
                             const Treatment& treatment, std::size_t bytes, const Now& now);
   // Whether a body may be decompressed now; then it counts.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
-    const std::uint64_t usual = Account::kUsualRatioMax * message.body.size();
-    if (message.codec == Codec::kNone || message.raw_bytes <= usual) return true;
-    if (!account->inflation.ready(now.steady)) return false;
-    account->inflation.take(static_cast<double>(message.raw_bytes - usual), now.steady);
-    return true;
+    return message.codec == Codec::kNone ||
+           account->may_inflate(message.raw_bytes, message.body.size(), now.steady);
   }
 
   // ---- while there is a connection
@@ -181,7 +184,9 @@ class Link final : public ConnectionUser {
     return incoming_.contains(channel);
   }
   [[nodiscard]] bool wants(ChannelId channel, std::uint16_t demand) const override;
-  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override;
+  [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override {
+    return account->text.take(id, bytes, now.steady);
+  }
   Result<Nothing> on_control(Control& control, const Now& now) override;
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
@@ -202,6 +207,12 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Forget& forget, const Now& now);
   Result<Nothing> on(Listeners& listeners, const Now& now) {
     return user_.on_listeners(*this, listeners, now);
+  }
+  Result<Nothing> on(Describe& describe, const Now& now) {
+    return user_.on_describe(*this, describe, now);
+  }
+  Result<Nothing> on(Description& description, const Now& now) {
+    return user_.on_description(*this, description, now);
   }
   Result<Nothing> on(Renew& renew, const Now& now) { return user_.on_renew(*this, renew, now); }
   Result<Nothing> on(Renewed& renewed, const Now&) {
@@ -228,9 +239,15 @@ class Link final : public ConnectionUser {
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and
   // go.
-  Pace withdrawals_{12'000, std::chrono::milliseconds(5)};
+  Pace withdrawals_{account->withdrawals};
 };
 
 using LinkTable = std::map<LinkId, Link>;
+
+[[nodiscard]] inline std::vector<Link*> all_of(LinkTable& links) {
+  std::vector<Link*> all;
+  for (auto& [id, link] : links) all.push_back(&link);
+  return all;
+}
 
 }  // namespace connect_bridge

@@ -116,7 +116,7 @@ void Links::on(Authenticated& input, const Now& now) {
 void Links::answer_login(Authenticated& answer, const Now& now) {
   const ConnectionId id = answer.connection;
   if (!answer.judged)
-    return refuse(id, {CloseCode::kTooManyConnections, "login not judged: " + answer.reason}, now,
+    return refuse(id, {CloseCode::kLoginNotJudged, "login not judged: " + answer.reason}, now,
                   "the login could not be judged, try again later");
   if (const std::string why = refusal(answer, now); !why.empty())
     return refuse(id, {CloseCode::kLoginRefused, "login refused: " + why}, now, "login refused");
@@ -267,6 +267,7 @@ void Links::on(NetworkChanged&, const Now& now) {
 
 bool Links::end_failed(const Now& now) {
   bool any = false;
+  end_loudest(links_);
   for (auto& [id, link] : links_) {
     if (!link.connection || !link.connection->failure()) continue;
     const Error error = *link.connection->failure();

@@ -31,6 +31,15 @@ void note_offence(Link& link, CloseCode code, const Now& now) {
   link.account->note_offence(now);
 }
 
+void end_loudest(LinkTable& links) {
+  for (auto& [id, link] : links) {
+    const auto loudest = link.account->text.take_loudest();
+    const auto found = loudest ? links.find(*loudest) : links.end();
+    if (found != links.end())
+      found->second.fail({CloseCode::kTooLarge, "sent most of too many bytes of control messages"});
+  }
+}
+
 TimePoint may_log_in_at(const Identity& identity, const Link* continued, Accounts& accounts) {
   const bool innocent = continued && !continued->offended;
   return innocent || identity.name.empty() ? TimePoint{}
@@ -124,7 +133,8 @@ bool wants_other_credential(std::optional<std::uint16_t> close_code) {
 }
 
 bool is_lasting(std::optional<std::uint16_t> close_code) {
-  return wants_other_credential(close_code) || is(close_code, CloseCode::kTooManyConnections);
+  return wants_other_credential(close_code) || is(close_code, CloseCode::kTooManyConnections) ||
+         is(close_code, CloseCode::kLoginNotJudged);
 }
 
 std::string advice(std::optional<std::uint16_t> close_code) {

@@ -15,6 +15,8 @@ namespace connect_bridge {
 // Whether a peer that keeps to the protocol does not come to this end. Then it counts for its
 // identity: who offends again and again waits for its next login.
 void note_offence(Link& link, CloseCode code, const Now& now);
+// Fails the links in whose place others of their identities were let through (TextLimit).
+void end_loudest(LinkTable& links);
 // Server: when this identity may log in; `continued`: the link that goes on with that, or null. Who
 // has no name shares its fate with nobody.
 [[nodiscard]] TimePoint may_log_in_at(const Identity& identity, const Link* continued,
@@ -43,8 +45,8 @@ void check_expiry(Link& link, const Now& now);
 // ---- a client's
 // The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
-// What ended the connection will not change soon (that, or too many links): to dial in a hurry is
-// useless.
+// What ended the connection will not change soon (that, too many links, or a login method that
+// does not answer): to dial in a hurry is useless.
 [[nodiscard]] bool is_lasting(std::optional<std::uint16_t> close_code);
 // What the user should do about the end of a connection; for the log.
 [[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);

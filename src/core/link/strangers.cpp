@@ -27,8 +27,8 @@ void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, c
   // The oldest gives way: who means to log in has done so before as many others have come.
   if (places_.size() >= options_.strangers_max) {
     ++counts_.gave_way;
-    refuse(places_.begin()->first,
-           {CloseCode::kTooManyConnections, "too many connections without login"}, now);
+    end(places_.begin()->first,
+        {CloseCode::kTooManyConnections, "too many connections without login"}, now);
   }
   if (places_.size() >= options_.strangers_max / 2)
     options.login_within = std::min(options.login_timeout, kShortLogin);
@@ -52,6 +52,14 @@ std::unique_ptr<Connection> Strangers::take(ConnectionId connection) {
 
 void Strangers::refuse(ConnectionId connection, const Error& why, const Now& now,
                        const std::string& told) {
+  if (why.code == CloseCode::kLoginTimeout) ++counts_.login_timeouts;
+  if (why.code == CloseCode::kTooManyConnections) ++counts_.logins_without_place;
+  if (why.code == CloseCode::kLoginNotJudged) ++counts_.logins_not_judged;
+  end(connection, why, now, told);
+}
+
+void Strangers::end(ConnectionId connection, const Error& why, const Now& now,
+                    const std::string& told) {
   const auto refused = take(connection);
   const bool client = options_.role == Role::kClient;
   note_refusal(*refused, why, client ? nullptr : &refusals_, outputs_, now);

@@ -33,7 +33,8 @@ class Strangers {
   }
   // It carries a link from now on, or is gone. Null: it was not among them.
   std::unique_ptr<Connection> take(ConnectionId connection);
-  // Closes it. The log says why; the peer is told the same, or only `told`.
+  // Closes it, and counts that by its code. The log says why; the peer is told the same, or only
+  // `told`.
   void refuse(ConnectionId connection, const Error& why, const Now& now,
               const std::string& told = {});
   void close_all(CloseCode code, const std::string& reason);
@@ -62,6 +63,8 @@ class Strangers {
     TimePoint due{};                      // then it is to be given
   };
 
+  // As refuse(), but it counts nowhere.
+  void end(ConnectionId connection, const Error& why, const Now& now, const std::string& told = {});
   [[nodiscard]] bool is_one_too_many(const Place& wrong, const Now& now);
 
   const LinkOptions& options_;

@@ -34,8 +34,9 @@ struct CreateMirror {
   std::string topic;
   std::string type;
   std::string type_hash;
-  Qos qos;                // depth is always given
-  std::string node = {};  // the proxy node that is to own it ("/talker"); empty: our own
+  Qos qos;                      // depth is always given
+  std::string node = {};        // the proxy node that is to own it ("/talker"); empty: our own
+  bool any_definition = false;  // it may have another hash than the installed type
 };
 struct DestroyMirror {
   MirrorId id;
@@ -50,6 +51,7 @@ struct CreateServiceMirror {
   std::string type;
   std::string type_hash;  // must be that of the installed type, if both are known
   std::string node = {};  // as in CreateMirror
+  bool any_definition = false;
 };
 struct DestroyServiceMirror {
   ServiceMirrorId id;  // its requests without an answer are forgotten
@@ -80,6 +82,19 @@ struct SendRequest {
 struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;
+};
+// Ask for the description of an installed type: TypeLookedUp follows.
+struct LookUpType {
+  LookupId id;
+  std::string type;  // "std_msgs/msg/String"
+  std::string hash;  // the definition must have this one
+};
+// What a type that is not installed is made of: samples are checked with it. Of a name and hash
+// that no mirror has it is ignored.
+struct DescribeType {
+  std::string type;
+  std::string hash;
+  std::string text;  // canonical, and has that hash
 };
 // Whether the ROS time of this side is that of /clock.
 struct FollowClock {
@@ -148,8 +163,8 @@ struct Stopped {};
 using Action =
     std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror, Publish,
                  CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
-                 CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
-                 FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
-                 CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
+                 CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation, LookUpType,
+                 DescribeType, FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection,
+                 Authenticate, CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
 
 }  // namespace connect_bridge

@@ -83,6 +83,18 @@ struct MirrorFailed {
   MirrorId mirror;
   std::string code;
   std::string reason;
+  std::string hash_here = {};  // of the installed type, if that differs from the origin's
+};
+// The mirror exists, but the installed type is not that of its origin.
+struct TypeDiffers {
+  MirrorId mirror;
+  std::string hash_here;  // of the installed type; empty: it is not installed
+};
+// The answer to LookUpType: the canonical text, empty where the type is not installed with this
+// hash.
+struct TypeLookedUp {
+  LookupId lookup;
+  std::string text;
 };
 // The middleware refused samples of Publish actions.
 struct PublishFailed {
@@ -211,11 +223,12 @@ struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                           MirrorFailed, PublishFailed, QosIncompatible, RequestTaken, CallersGone,
-                           ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
-                           ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
-                           ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
-                           CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input =
+    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                 MirrorFailed, TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible,
+                 RequestTaken, CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
+                 ServiceMirrorFailed, ServiceClientFailed, ConnectionOpened, DialFailed,
+                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+                 CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

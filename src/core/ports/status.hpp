@@ -78,6 +78,8 @@ struct LinkStatus {
   double rate = 0;                 // bytes per second that the path to it carries; 0: not known
   Duration path_queue{};           // how long packets wait on it
   std::uint64_t connects = 0;
+  // Publishers, services and subscriptions that had to wait for mirrors_per_second or for a place.
+  std::uint64_t mirrors_waited = 0;
   ClockStatus clock;
   std::vector<TopicStatus> topics;
   std::vector<ServiceStatus> services;
@@ -90,6 +92,9 @@ struct StrangersStatus {
   std::uint64_t wrong_logins = 0;       // or ones that have expired
   std::uint64_t wrong_logins_late = 0;  // of these: answered late, since there were too many
   std::uint64_t shut_out = 0;  // right logins put off, since links of the identity had offended
+  std::uint64_t login_timeouts = 0;        // no login in time
+  std::uint64_t logins_without_place = 0;  // right ones, refused with 4012
+  std::uint64_t logins_not_judged = 0;     // the login method did not answer as it should
 };
 
 struct Status {

@@ -30,9 +30,10 @@ CallGate::Caller Attachment::caller() const {
 
 std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   if (std::exchange(considered_, true)) return std::nullopt;
-  auto decision = service_.permission(link_);
+  auto decision = service_.permission(link_, RealService::Asking::kToOffer);
   if (!decision) {
-    if (held_) detach(now);  // a rule was changed while the link was lost
+    considered_ = !service_.permission(link_);  // else that is not known yet
+    if (held_ && considered_) detach(now);      // a rule was changed while the link was lost
     return std::nullopt;
   }
   decision_ = std::move(*decision);

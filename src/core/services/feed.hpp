@@ -54,6 +54,7 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   [[nodiscard]] const std::string& node() const { return node_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
+  [[nodiscard]] bool any_definition() const { return decision_.treatment.allow_type_mismatch; }
   [[nodiscard]] Link& link() const { return link_; }
 
   // ---- the attachment

@@ -11,10 +11,7 @@
 namespace connect_bridge {
 namespace {
 
-// What comes and goes in the graph costs every process there: where its identity makes too many, a
-// mirror asks again after this time.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
-// The same where no place is left for it: places become free rarely, and many may wait.
+// Who finds no place asks again after this time: places become free rarely, and many may wait.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
 
 // All who wait for the same look again together.
@@ -64,14 +61,18 @@ bool MirroredService::update(const Now& now) {
   }
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
+    note_waiting(feed);
     mirror_at_ = next_turn(now, kPlacePacing);
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
-  } else if (*mirror_at_ <= now.steady && !account.mirrors.take(now.steady)) {
-    mirror_at_ = next_turn(now, kPacing);
+  } else if (*mirror_at_ <= now.steady) {
+    const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
+    if (wait == Account::kPacing) note_waiting(feed);
+    if (wait > Duration::zero()) mirror_at_ = next_turn(now, wait);
   }
   if (*mirror_at_ <= now.steady) {
+    waits_ = false;
     create_mirror(feed);
   } else {
     mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);
@@ -148,7 +149,8 @@ void MirroredService::create_mirror(const Feed& feed) {
   mirroring_.by_mirror[mirror_] = this;
   mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror
   mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
-                                              mirroring_.graph_options.owner_of(feed.node())});
+                                              mirroring_.graph_options.owner_of(feed.node()),
+                                              feed.any_definition()});
 }
 
 void MirroredService::destroy_mirror() {
@@ -198,7 +200,12 @@ void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
     if (auto decision = permission(feed)) {
+      const bool any = feed.any_definition();
       feed.on_decision(std::move(*decision));
+      if (any != feed.any_definition() && feeding() == &feed) {
+        close();
+        failed_ = false;
+      }
       continue;
     }
     Link& link = feed.link();

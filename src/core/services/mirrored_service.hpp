@@ -71,6 +71,10 @@ class MirroredService {
   // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
   [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
   void claim(const Now& now);
+  // It is counted once, however long it waits.
+  void note_waiting(const Feed& feed) {
+    if (!std::exchange(waits_, true)) ++feed.link().mirrors_waited;
+  }
   void create_mirror(const Feed& feed);
   void destroy_mirror();
   void forget_mirror();
@@ -91,6 +95,7 @@ class MirroredService {
   // Set while it is attached and has no mirror: when its action's topics need not be waited for.
   std::optional<TimePoint> alone_at_;
   bool waits_for_neighbours_ = false;  // it is late because a bridge has not been heard
+  bool waits_ = false;                 // because its identity makes too many
   bool failed_ = false;                // until it is offered again
 };
 

@@ -63,7 +63,7 @@ void RealService::end_lost(const Now& now) {
 
 // ---- links
 
-std::optional<Decision> RealService::permission(const Link& link, bool own_only) const {
+std::optional<Decision> RealService::permission(const Link& link, Asking asking) const {
   const auto wire_name = serving_.graph_options.names.to_wire(key_.first);
   if (!wire_name) return std::nullopt;
   const auto action_type =
@@ -71,8 +71,9 @@ std::optional<Decision> RealService::permission(const Link& link, bool own_only)
   if (!action_type) return std::nullopt;  // it is not whole
   const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
   auto decision = serving_.policy.decide(Direction::kExport, what, link.identity);
-  if (!decision || own_only) return decision;
-  return !link.accepts || accepted_by(*link.accepts, what) ? decision : std::nullopt;
+  if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;
+  const bool known_or_kept = asking == Asking::kToKeep;
+  return link.accepts->takes(what).value_or(known_or_kept) ? decision : std::nullopt;
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
@@ -88,8 +89,9 @@ void RealService::recheck(Link& link, const Now& now) {
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
   Ending why{"its action is not whole any longer"};
   // The peer knows what it does not accept any longer.
-  if (whole && permission(link, true)) why = {"the peer does not accept it any longer"};
-  if (whole && !permission(link, true))
+  if (whole && permission(link, Asking::kOwnRules))
+    why = {"the peer does not accept it any longer"};
+  if (whole && !permission(link, Asking::kOwnRules))
     why = {"no rule allows exporting it any longer", "not_permitted"};
   it->second.end(why, now);
   attachments_.erase(it);

@@ -21,10 +21,11 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       local_(side_),
       links_(options_, side_, random_, outputs_, *this),
+      types_(outputs_),
       exports_(options_, options_, policy_, local_.view, actions_, jobs_, outputs_,
                &links_.memory()),
       imports_(options_, options_, policy_, local_.view, local_.claims, action_topics_, jobs_,
-               outputs_),
+               outputs_, types_.peers),
       told_listeners_(options_, policy_, local_.view, outputs_),
       service_exports_(options_, options_, policy_, local_.view, local_.claims, actions_, random_,
                        jobs_, outputs_),
@@ -38,6 +39,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;
   if (!started_) start(now);
+  types_.handle(input, now);
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
 }
@@ -58,11 +60,14 @@ void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
     if (action_topics_.take_change()) service_imports_.on_action_topics(now);
+    if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
+      recheck(links, now);
     imports_.send_demands();
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  clock_follower_.update(links_.all(), local_.view, policy_, options_.names, outputs_);
+  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_);
+  if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
   if (imports_.take_claim_change()) claims_topic_.change();
   if (service_imports_.take_claim_change()) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
@@ -189,7 +194,8 @@ std::optional<TimePoint> Side::next_deadline() const {
   std::optional<TimePoint> first = links_.deadline();
   for (const auto& next :
        {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline()})
+        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+        accepts_review_.deadline(links_.all()), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -220,6 +226,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
+  types_.on_link_lost(link);
   imports_.on_link_lost(link.id, now);
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -227,13 +234,10 @@ void Side::on_link_lost(Link& link, const Now& now) {
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
+  types_.peers.on_link_dead(link.id);
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
   clock_publisher_.stop(outputs_);
-}
-
-bool Side::resumes(const Link& link) const {
-  return !link.arrived.empty() || exports_.keeps(link.id);
 }
 
 void Side::on_link_forgotten(Link& link, const Now& now) {
@@ -243,8 +247,7 @@ void Side::on_link_forgotten(Link& link, const Now& now) {
 
 void Side::on_peer_replaced(Link& link, const Now& now) {
   end_calls(link, now);
-  link.arrived.clear();
-  exports_.end_kept(link, now);
+  on_link_forgotten(link, now);
 }
 
 void Side::end_calls(Link& link, const Now& now) {
@@ -267,44 +270,39 @@ void Side::send_accepts(Link& link) const {
 
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
   local_.claims.expect(accepts.neighbours);
-  link.accepts = std::move(accepts);
-  service_exports_.hold();
-  service_exports_.recheck(link, now);
-  hold_actions(now);
-  exports_.recheck(link, now);
-  send_offers(link, now);
-  service_exports_.go_on(now);
+  link.accepts.emplace(std::move(accepts), &link.memory);
+  recheck({&link}, now);
   return Nothing{};
 }
 
 // Rights are checked link by link, and no call starts before all are checked. Services come first:
 // a topic that they release is then not subscribed again. Calls of lost connections too.
-void Side::recheck(const Now& now) {
+void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   service_exports_.hold();
-  for (auto& [id, link] : links_.all()) service_exports_.recheck(link, now);
+  for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
-  for (auto& [id, link] : links_.all()) exports_.recheck(link, now);
-  send_offers(now);
+  for (Link* link : links) exports_.recheck(*link, now);
+  for (Link* link : links) send_offers(*link, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all())
-    if (link.open() && link.accepts) send_offers(link, now);
+  for (auto& [id, link] : links_.all()) send_offers(link, now);
 }
 
 void Side::send_offers(Link& link, const Now& now) {
+  if (!link.open() || !link.accepts) return;
   std::vector<ChannelOffer> offers;
   exports_.collect_offers(link, offers);
   service_exports_.collect_offers(link, offers, now);
-  if (!link.may_offer()) {
+  if (!link.may_offer())
     outputs_.log_once(link.account->told, LogLevel::kWarn,
                       "not all interfaces of this side are offered to " + link.node +
                           ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  }
-  if (offers.empty() && link.offers_complete) return;
-  for (auto& text : encode_offers(offers, !link.offers_complete)) link.send(std::move(text));
-  link.offers_complete = true;
+  const bool completes = !link.offers_complete && !link.accepts->lacks();
+  if (offers.empty() && !completes) return;
+  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
+  link.offers_complete |= completes;
 }
 
 Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
@@ -13,17 +14,18 @@
 #include "core/graph/claims_topic.hpp"
 #include "core/graph/local_graph.hpp"
 #include "core/jobs/jobs.hpp"
+#include "core/link/accepts_review.hpp"
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
 #include "core/side/options.hpp"
-#include "core/topics/clock_follower.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
 #include "core/topics/told_listeners.hpp"
+#include "core/types/types.hpp"
 
 namespace connect_bridge {
 
@@ -61,6 +63,8 @@ class Side final : private LinksUser {
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
   void on(QosIncompatible& input, const Now&) { exports_.on_incompatible(input); }
   void on(RequestTaken& input, const Now& now);
+  void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
+  void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
   void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
   void on(ResponseTaken& input, const Now& now) { service_exports_.on_response(input, now); }
@@ -90,6 +94,12 @@ class Side final : private LinksUser {
   Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {
     return exports_.on_listeners(link, listeners, now);
   }
+  Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) override {
+    return types_.answers.on_describe(link, describe, now);
+  }
+  Result<Nothing> on_description(Link& link, const Description& told, const Now&) override {
+    return types_.peers.on_description(link, told);
+  }
   Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
   void on_renewed(Link& link, const Renewed& renewed) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
@@ -100,7 +110,9 @@ class Side final : private LinksUser {
   void on_peer_replaced(Link& link, const Now& now) override;
   void on_link_lost(Link& link, const Now& now) override;
   void on_link_dead(Link& link, const Now& now) override;
-  [[nodiscard]] bool resumes(const Link& link) const override;
+  [[nodiscard]] bool resumes(const Link& link) const override {
+    return !link.arrived.empty() || exports_.keeps(link.id);
+  }
   void on_link_forgotten(Link& link, const Now& now) override;
   void on_offers_over(Link& link, const Now& now) override;
 
@@ -111,7 +123,8 @@ class Side final : private LinksUser {
   void on_claims(const Now& now);
   void on_graph(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
-  void recheck(const Now& now);
+  void recheck(const std::vector<Link*>& links, const Now& now);
+  void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
   void send_accepts(Link& link) const;
   void tell_rights(Link& link, const Now& now);
@@ -130,17 +143,19 @@ class Side final : private LinksUser {
   ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;
+  AcceptsReview accepts_review_;
+  Types types_;
   Exports exports_;
   Imports imports_;
   ToldListeners told_listeners_;
   ServiceExports service_exports_;
   ServiceImports service_imports_;
   ClockPublisher clock_publisher_;
-  ClockFollower clock_follower_;
   ClaimsTopic claims_topic_;
   bool started_ = false;
   bool stopping_ = false;
   bool rights_changed_ = false;
+  bool follows_clock_ = false;
 };
 
 }  // namespace connect_bridge

@@ -78,6 +78,8 @@ bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
   if (opened && offer.may_take_place_of(backlog->second)) return true;
+  // It is asked again when the peer's list was compared.
+  if (!opened && offer.is_undecided()) return false;
   backlog->second.end(DropReason::kWithdrawn);
   // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
   backlog->second.end_at(context_.timers.set(TimePoint::min(), &topic_));

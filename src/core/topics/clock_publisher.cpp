@@ -79,4 +79,17 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
   return next_;
 }
 
+bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOptions& options,
+                 const Policy& policy) {
+  const TopicState* clock = graph.find({"/clock", kClockType});
+  const auto wire_name = options.names.to_wire("/clock");
+  if (!clock || clock->publishers.empty() || !wire_name) return false;
+  return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
+    const Link& link = entry.second;
+    return link.open() && link.accepts && link.accepts->told().ros_time &&
+           policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
+                         link.identity);
+  });
+}
+
 }  // namespace connect_bridge

@@ -5,6 +5,10 @@
 #include <optional>
 
 #include "core/base/bytes.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
+#include "core/link/link.hpp"
+#include "core/policy/policy.hpp"
 #include "core/ports/outputs.hpp"
 #include "core/wire/frame.hpp"
 
@@ -42,5 +46,10 @@ class ClockPublisher {
   double measured_rate_ = 1.0;  // by the last two replies
   Stamp last_published_ = 0;
 };
+
+// A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
+// is one that the rules let it have. Nothing else uses it, so /clock is followed only then.
+[[nodiscard]] bool wants_clock(const LinkTable& links, const GraphView& graph,
+                               const GraphOptions& options, const Policy& policy);
 
 }  // namespace connect_bridge

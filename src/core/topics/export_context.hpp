@@ -35,7 +35,7 @@ struct ExportContext {
   Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
-  FarListeners listeners{graph_options, policy, outputs};
+  FarListeners listeners{graph_options, options, policy, outputs};
   SubscribedNames names{};
 };
 

@@ -108,9 +108,9 @@ std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
 void ExportedTopic::recheck(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
   if (it == offers_.end() || it->second.is_current()) return;
+  if (it->second.is_open()) backlogs_.end(link.id, DropReason::kWithdrawn, now);
   it->second.withdraw_outdated();
   offers_.erase(it);
-  backlogs_.end(link.id, DropReason::kWithdrawn, now);
   early_.forget(link.id);
   streams_.forget(link.id);
   update_subscription(now);

@@ -5,8 +5,6 @@
 namespace connect_bridge {
 namespace {
 
-// How often listeners beyond the rate are looked at.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
 // What the subscription to a topic that nobody publishes costs the middleware, roughly.
 constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
 
@@ -16,7 +14,7 @@ constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
 
 Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, const Now& now) {
   OfLink& of_link = links_[link.id];
-  of_link.account = link.account;
+  of_link.link = &link;
   auto& listeners = of_link.listeners;
   for (const ListenerId gone : change.removed) {
     const auto it = listeners.find(gone);
@@ -51,7 +49,7 @@ bool FarListeners::permits(const Link& link, const Listener& listener) const {
   if (!listener.topic || !link.accepts) return false;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
   return policy_.decide(Direction::kExport, what, link.identity) &&
-         accepted_by(*link.accepts, what);
+         link.accepts->takes(what).value_or(listener.permitted);
 }
 
 void FarListeners::recheck(const Link& link, const Now& now) {
@@ -80,24 +78,36 @@ void FarListeners::on_time(const Now& now) {
 // A subscription that comes or goes costs every process of the graph, and this one's loop.
 void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   const bool is_new = listener.permitted && !listener.counts;
-  Account& account = *links_.at(key.first).account;
+  OfLink& of_link = links_.at(key.first);
   if (is_new) {
-    const bool has_room = account.memory.room() >= kSubscriptionBytes;
-    if (!has_room)
-      outputs_.log_once(account.told, LogLevel::kWarn,
-                        "not all listeners of a peer are subscribed for: no memory is left in its "
-                        "share (memory_max)");
-    if (!has_room || !account.listeners.take(now.steady)) {
-      if (!due_) due_ = now.steady + kPacing;
+    const Duration wait = wait_to_count(of_link, now);
+    if (wait == Account::kPacing && !std::exchange(listener.waits, true))
+      ++of_link.link->mirrors_waited;
+    if (wait > Duration::zero()) {
+      due_ = earliest(due_, now.steady + wait);
       return;
     }
-    listener.held = account.memory.hold(kSubscriptionBytes);
+    listener.held = of_link.link->account->memory.hold(kSubscriptionBytes);
   }
+  listener.waits = false;
   set(key, listener, listener.permitted);
+}
+
+Duration FarListeners::wait_to_count(const OfLink& of_link, const Now& now) {
+  Account& account = *of_link.link->account;
+  const char* lacking = nullptr;
+  if (of_link.counting >= topic_options_.listeners_max) lacking = "limits.listeners_max";
+  if (account.memory.room() < kSubscriptionBytes)
+    lacking = "no memory is left in its share (memory_max)";
+  if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
+  outputs_.log_once(account.told, LogLevel::kWarn,
+                    "not all listeners of a peer are subscribed for: " + std::string(lacking));
+  return Account::kPacing;
 }
 
 void FarListeners::set(Key key, Listener& listener, bool counts) {
   if (std::exchange(listener.counts, counts) == counts) return;
+  links_.at(key.first).counting += counts ? 1 : -1;
   changed_.insert(*listener.topic);
   const auto topic = topics_.try_emplace(*listener.topic).first;
   if (counts) {
@@ -129,7 +139,7 @@ std::string FarListeners::type_hash_of(const TopicKey& topic) const {
 TellOnce& FarListeners::told_of(const TopicKey& topic) const {
   const auto known = topics_.find(topic);
   if (known == topics_.end()) return outputs_.told();
-  return links_.at(known->second.listeners.begin()->first.first).account->told;
+  return links_.at(known->second.listeners.begin()->first.first).link->account->told;
 }
 
 void FarListeners::show(const TopicKey& topic, bool on) {

@@ -12,6 +12,7 @@
 #include "core/graph/options.hpp"
 #include "core/link/link.hpp"
 #include "core/ports/outputs.hpp"
+#include "core/topics/options.hpp"
 
 namespace connect_bridge {
 
@@ -23,13 +24,14 @@ namespace connect_bridge {
 class FarListeners {
  public:
   // All outlive this.
-  FarListeners(const GraphOptions& options, const Policy& policy, Outputs& outputs)
-      : options_(options), policy_(policy), outputs_(outputs) {}
+  FarListeners(const GraphOptions& options, const TopicOptions& topics, const Policy& policy,
+               Outputs& outputs)
+      : options_(options), topic_options_(topics), policy_(policy), outputs_(outputs) {}
   FarListeners(const FarListeners&) = delete;
   FarListeners& operator=(const FarListeners&) = delete;
 
-  // Beyond a pace (Account::listeners), and beyond what its identity may make this side hold, what
-  // is new counts later, see on_time().
+  // Beyond a pace (Account::listeners), beyond TopicOptions::listeners_max, and beyond what its
+  // identity may make this side hold, what is new counts later, see on_time().
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
   // Our rules, the link's identity or the peer's `accepts` have changed.
@@ -58,7 +60,8 @@ class FarListeners {
     std::optional<TopicKey> topic;  // local name; none: not one that the peer can have
     bool permitted = false;
     bool counts = false;
-    Budget::Hold held;  // while it counts
+    bool waits = false;  // it is allowed, and does not count yet
+    Budget::Hold held;   // while it counts
     SubscriptionId shown;
   };
   using Key = std::pair<LinkId, ListenerId>;
@@ -67,18 +70,22 @@ class FarListeners {
     bool shown = false;
   };
   struct OfLink {
-    std::shared_ptr<Account> account;
+    Link* link = nullptr;
     std::map<ListenerId, Listener> listeners;
+    std::uint32_t counting = 0;  // of these
   };
 
   void add(const Link& link, const ListenerTold& told, const Now& now);
   [[nodiscard]] bool permits(const Link& link, const Listener& listener) const;
   // Counts the listener if it is allowed, now or later.
   void admit(Key key, Listener& listener, const Now& now);
+  // Zero: it may be subscribed for now; else when to ask again.
+  [[nodiscard]] Duration wait_to_count(const OfLink& of_link, const Now& now);
   void set(Key key, Listener& listener, bool counts);
   void show(Listener& listener, bool on);
 
   const GraphOptions& options_;
+  const TopicOptions& topic_options_;
   const Policy& policy_;
   Outputs& outputs_;
   std::map<LinkId, OfLink> links_;

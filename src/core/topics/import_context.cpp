@@ -6,6 +6,17 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// "/chatter", or "/chatter of /talker"
+std::string name_of(const Mirror& mirror, bool with_node) {
+  const auto& [topic, type] = mirror.key().first;
+  const std::string what = shown(InterfaceKind::kTopic, topic, type);
+  const std::string& node = mirror.origin().node;
+  return with_node && !node.empty() ? what + " of " + node : what;
+}
+
+}  // namespace
 
 // Earlier offers of the link count until they are forgotten: reconnecting again and again does not
 // give more.
@@ -42,6 +53,26 @@ std::uint32_t ImportContext::mirror_depth(const Mirror& mirror, std::uint32_t de
 void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const {
   if (!mirror.candidates().empty())
     outputs.log_once(mirror.candidates().front().link->account->told, level, text);
+}
+
+void ImportContext::tell_failed(const Mirror& mirror, const MirrorFailed& failed,
+                                const Now& now) const {
+  const std::string what = "cannot mirror " + name_of(mirror, failed.code == "type_mismatch");
+  if (failed.hash_here.empty())
+    return tell_once(mirror, LogLevel::kError, what + ": " + failed.reason);
+  if (mirror.candidates().empty()) return;
+  const Link& link = *mirror.candidates().front().link;
+  types.explain({mirror.definition(), failed.hash_here, what, link.label(), false, link.account},
+                now);
+}
+
+void ImportContext::tell_used(const Mirror& mirror, const std::string& hash_here,
+                              const Now& now) const {
+  if (mirror.candidates().empty()) return;
+  const Link& link = *mirror.candidates().front().link;
+  types.explain(
+      {mirror.definition(), hash_here, name_of(mirror, true), link.label(), true, link.account},
+      now);
 }
 
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {

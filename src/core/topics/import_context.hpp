@@ -13,6 +13,7 @@
 #include "core/jobs/jobs.hpp"
 #include "core/topics/mirror.hpp"
 #include "core/topics/options.hpp"
+#include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
@@ -25,6 +26,7 @@ struct ImportContext {
   ActionTopics& action_topics;
   Jobs& jobs;
   Outputs& outputs;
+  PeerTypes& types;
 
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
@@ -46,6 +48,11 @@ struct ImportContext {
   // A line about a mirror has words of its peer: it is told once for the identity, and not at all
   // where nobody offers the mirror any longer.
   void tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const;
+  // Says in the log why the mirror could not be made. If its type here is not the peer's, also how
+  // they differ, when that is known.
+  void tell_failed(const Mirror& mirror, const MirrorFailed& failed, const Now& now) const;
+  // The same, but the rules use the type nevertheless.
+  void tell_used(const Mirror& mirror, const std::string& hash_here, const Now& now) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
   // Whether our rules let this peer offer a topic, by its name on the wire.

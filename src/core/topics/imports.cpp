@@ -50,7 +50,7 @@ void Imports::on_claims(const Now& now) {
 
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
   if (mirror.candidates().empty()) return false;
-  const auto& [link, feeder] = mirror.candidates().front();
+  const auto& [link, feeder, declined] = mirror.candidates().front();
   const auto decision = context_.permission(*link, mirror.key().first, mirror.action_type());
   // Of a lost link the treatment is looked at when it offers the topic again.
   return decision && (!feeder || (decision->treatment == feeder->treatment() &&
@@ -70,7 +70,7 @@ void Imports::on_policy(const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     Mirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // the last one may take the mirror with it
-    for (const auto& [link, offered] : candidates)
+    for (const auto& [link, offered, declined] : candidates)
       if (!offered && !context_.permission(*link, mirror.key().first, mirror.action_type()))
         context_.remove_candidate(mirror, link->id, now);
   }
@@ -103,7 +103,14 @@ void Imports::on_mirror_made(const MirrorMade& made) {
 }
 
 void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
-  if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed.code, failed.reason, now);
+  if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed, now);
+}
+
+void Imports::on_type_differs(const TypeDiffers& differs, const Now& now) {
+  const Mirror* mirror = find(differs.mirror);
+  if (!mirror) return;
+  if (differs.hash_here.empty()) return context_.types.need(mirror->definition(), differs.mirror);
+  context_.tell_used(*mirror, differs.hash_here, now);
 }
 
 void Imports::on_publish_failed(const PublishFailed& failed) {

@@ -18,8 +18,9 @@ class Imports {
  public:
   Imports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
           const GraphView& graph, const Claims& claims, ActionTopics& action_topics, Jobs& jobs,
-          Outputs& outputs)
-      : context_{options, graph_options, policy, graph, claims, action_topics, jobs, outputs} {}
+          Outputs& outputs, PeerTypes& types)
+      : context_{options,       graph_options, policy,  graph, claims,
+                 action_topics, jobs,          outputs, types} {}
 
   // The caller has checked that the number is unused and registered it at the link. Also declines
   // unknown kinds of channels.
@@ -41,6 +42,7 @@ class Imports {
   void expect_goal(const std::string& action, const Now& now);
   void on_mirror_made(const MirrorMade& made);
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
+  void on_type_differs(const TypeDiffers& differs, const Now& now);
   void on_publish_failed(const PublishFailed& failed);
   void on_time(const Now& now);
 

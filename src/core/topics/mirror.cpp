@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "core/link/standing.hpp"
-#include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
 
@@ -16,8 +15,6 @@ constexpr Duration kLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
-// How often one asks whether it may be made now.
-constexpr Duration kPacing = std::chrono::milliseconds(100);
 // By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
@@ -28,9 +25,8 @@ constexpr Duration kMatching = std::chrono::milliseconds(200);
 
 bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   Link& link = offered.link();
-  const auto own = std::find_if(candidates_.begin(), candidates_.end(),
-                                [&](const Candidate& c) { return c.link == &link; });
-  if (own == candidates_.end()) {
+  Candidate* own = find_candidate(candidates_, link.id);
+  if (!own) {
     candidates_.push_back({&link, &offered});
     link.mirrors.add(key_.first);
     // A client that was restarted while its old connection seems alive: nothing comes on that.
@@ -38,7 +34,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
       std::swap(candidates_.front(), candidates_.back());
     charge();
   } else if (!own->offered) {
-    own->offered = &offered;
+    *own = {&link, &offered};
   } else {
     return false;
   }
@@ -49,13 +45,30 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
   origin_ = origin;
   origin_.node = node;
-  type_hash_ = offered.type_hash();
-  action_type_ = offered.action_type();
-  const Qos qos = qos_under(offered.treatment());
-  // A rule was changed meanwhile, or the node has a name now.
-  if (id_ && (qos != qos_ || moved)) destroy();
+  if (id_ && moved) destroy();
+  return true;
+}
+
+// What the feeding link offers, as the rules have it for that link: nothing of another one, which
+// may be allowed more.
+bool Mirror::follow_feeder() {
+  if (!feeder()) return false;
+  action_type_ = feeder()->action_type();
+  const Treatment& treatment = feeder()->treatment();
+  const Qos qos = mirror_qos(origin_.qos, treatment.qos, context_.options);
+  const bool same_type = is_of_its_type(*feeder());
+  if (qos == qos_ && same_type) return false;
+  destroy();
+  failed_ = failed_ && same_type;
+  type_hash_ = feeder()->type_hash();
+  any_definition_ = treatment.allow_type_mismatch;
   qos_ = qos;
   return true;
+}
+
+bool Mirror::is_of_its_type(const OfferedTopic& offered) const {
+  return offered.type_hash() == type_hash_ &&
+         offered.treatment().allow_type_mismatch == any_definition_;
 }
 
 // A mirror that is to belong to its origin's node is made when that has a name, or made again.
@@ -68,8 +81,7 @@ void Mirror::name_node(const std::string& node, const Now& now) {
 }
 
 void Mirror::lose_topic(LinkId link, const Now& now) {
-  for (auto& candidate : candidates_)
-    if (candidate.link->id == link) candidate.offered = nullptr;
+  if (Candidate* lost = find_candidate(candidates_, link)) lost->offered = nullptr;
   update(now);
 }
 
@@ -92,12 +104,6 @@ void Mirror::lose_link(LinkId link) {
   if (alone) vanish();
 }
 
-const Mirror::Candidate* Mirror::candidate(LinkId link) const {
-  const auto it = std::find_if(candidates_.begin(), candidates_.end(),
-                               [&](const Candidate& c) { return c.link->id == link; });
-  return it == candidates_.end() ? nullptr : &*it;
-}
-
 // ---- what follows from what is known
 
 // The first candidate feeds the mirror for as long as it can: every change of the feeding link may
@@ -108,16 +114,16 @@ bool Mirror::refresh(const Now& now) {
   if (candidates_.empty()) return false;  // it lingers
   bool taken_over = false;
   const auto present = std::find_if(candidates_.begin(), candidates_.end(),
-                                    [](const Candidate& c) { return c.offered != nullptr; });
-  if (!candidates_.front().offered && present != candidates_.end()) {
+                                    [](const Candidate& c) { return c.is_usable(); });
+  if (!candidates_.front().is_usable() && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
     present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
     charge();
     taken_over = true;
   }
   settling_.release(!candidates_.front().offered, now);
-  // A local publisher that has just ended may be offered for a moment longer: it is not mirrored
-  // either.
+  follow_feeder();
+  // A local publisher that has just ended may be offered for a moment longer: no mirror either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
   if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {
@@ -146,14 +152,16 @@ bool Mirror::has_waited_for_name(const Now& now) {
   return naming_.at() <= now.steady;
 }
 
-// Endpoints that come and go cost every process in the graph. Waiting mirrors ask again in the
-// order in which they came, as all wait equally long.
+// Endpoints that come and go cost every process in the graph.
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
+  Link& link = *candidates_.front().link;
+  const Duration wait = link.account->wait_to_appear(link.account->mirrors, now.steady);
+  if (wait == Account::kPacing && !waits_) ++link.mirrors_waited;
   paced_.cancel();
-  if (candidates_.front().link->account->mirrors.take(now.steady)) return true;
-  paced_ = context_.timers.set(now.steady + kPacing, this);
-  return false;
+  if (wait > Duration::zero()) paced_ = context_.timers.set(now.steady + wait, this);
+  waits_ = wait == Account::kPacing || (waits_ && wait > Duration::zero());
+  return wait == Duration::zero();
 }
 
 bool Mirror::may_exist() const {
@@ -177,7 +185,8 @@ void Mirror::create(const Now& now) {
   Qos qos = qos_;
   qos.depth = depth();
   context_.outputs.push(CreateMirror{id_, topic, type, type_hash_, qos,
-                                     context_.graph_options.owner_of(origin_.node)});
+                                     context_.graph_options.owner_of(origin_.node),
+                                     any_definition_});
   context_.claim_changed = true;
   warn_incompatible(now);
 }
@@ -190,14 +199,11 @@ void Mirror::destroy() {
   vanish();
 }
 
-void Mirror::vanish() {
+void Mirror::vanish(bool exists) {
   drop_first();
   if (!id_) return;
-  context_.outputs.push(DestroyMirror{id_});
-  forget();
-}
-
-void Mirror::forget() {
+  if (exists) context_.outputs.push(DestroyMirror{id_});
+  context_.types.release(id_);
   context_.gids.erase(id_);
   id_ = {};
   settling_.end();
@@ -211,19 +217,18 @@ void Mirror::drop_first() {
   first_.drop(feeder());
 }
 
-void Mirror::on_failed(const std::string& code, const std::string& reason, const Now& now) {
-  const auto& [topic, type] = key_.first;
-  std::string what = shown(InterfaceKind::kTopic, topic, type);
-  if (code == "type_mismatch" && !origin_.node.empty()) what += " of " + origin_.node;
-  context_.tell_once(*this, LogLevel::kError, "cannot mirror " + what + ": " + reason);
+void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
+  context_.tell_failed(*this, failed, now);
   failed_ = true;
-  forget();
-  drop_first();
-  for (const auto& [link, offered] : candidates_) {
-    if (!offered) continue;
+  vanish(false);
+  const bool of_type = failed.code == "type_mismatch";
+  for (auto& [link, offered, declined] : candidates_) {
+    if (!offered || (of_type && !is_of_its_type(*offered))) continue;
+    declined = declined || of_type;
     offered->update_demand(now);
-    link->send(Decline{offered->number(), code, reason});
+    link->send(Decline{offered->number(), failed.code, failed.reason});
   }
+  update(now);  // one with another definition may feed it
 }
 
 void Mirror::on_time(const Now& now) {
@@ -240,18 +245,13 @@ void Mirror::on_time(const Now& now) {
   if (changed) update(now);
 }
 
-Qos Mirror::qos_under(const Treatment& treatment) const {
-  return mirror_qos(origin_.qos, treatment.qos, context_.options);
-}
-
-bool Mirror::adopt_qos(const OfferedTopic& offered, const Now& now) {
-  const Qos qos = qos_under(offered.treatment());
-  if (candidates_.front().link != &offered.link() || qos == qos_) return false;
+bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
+  if (offered.treatment().allow_type_mismatch)
+    find_candidate(candidates_, offered.link().id)->declined = false;
   const bool existed = bool(id_);
-  destroy();
-  qos_ = qos;
-  update(now);
-  return existed;
+  const bool changed = feeder() == &offered && follow_feeder();
+  if (changed || failed_) update(now);
+  return changed && existed;
 }
 
 void Mirror::warn_incompatible(const Now& now) {
@@ -267,8 +267,8 @@ void Mirror::warn_incompatible(const Now& now) {
 // ---- demand
 
 void Mirror::update_demands(const Now& now) const {
-  for (const auto& [link, offered] : candidates_)
-    if (offered) offered->update_demand(now);
+  for (const Candidate& c : candidates_)
+    if (c.offered) c.offered->update_demand(now);
 }
 
 bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {

@@ -10,16 +10,16 @@
 
 #include "core/base/timers.hpp"
 #include "core/graph/graph_view.hpp"
-#include "core/link/link.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/topics/first_messages.hpp"
+#include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
 #include "core/topics/mirror_settling.hpp"
+#include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
 
 struct ImportContext;
-class OfferedTopic;
 
 using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 
@@ -28,11 +28,7 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 // origin is in the graph itself, or another bridge mirrors it. Single-threaded.
 class Mirror {
  public:
-  // A link that offers the origin. Without a topic: it is lost, or has not offered it again.
-  struct Candidate {
-    Link* link = nullptr;
-    OfferedTopic* offered = nullptr;
-  };
+  using Candidate = MirrorCandidate;
 
   Mirror(ImportContext& context, MirrorKey key)
       : context_(context), key_(std::move(key)), settling_(context_, *this, key_.first) {}
@@ -52,7 +48,9 @@ class Mirror {
   // After this the mirror may be over (ImportContext::remove_candidate checks).
   void remove_candidate(LinkId link, const Now& now);
   // Null: the link does not offer the origin.
-  [[nodiscard]] const Candidate* candidate(LinkId link) const;
+  [[nodiscard]] const Candidate* candidate(LinkId link) const {
+    return find_candidate(candidates_, link);
+  }
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
   [[nodiscard]] bool is_over() const { return candidates_.empty() && !id_; }
 
@@ -63,13 +61,13 @@ class Mirror {
   // The same, and asks for these samples, but not `sends`, whose exporter sends them anyway.
   void update(const Now& now, const OfferedTopic* sends = nullptr);
   // A rule may require another QoS now. True: the publisher was created again.
-  bool adopt_qos(const OfferedTopic& offered, const Now& now);
+  bool adopt(const OfferedTopic& offered, const Now& now);
   void destroy();
   // What waits for its publisher to be found is not published, and may come again.
   void drop_first();
   // The origin's last samples are asked for again, if a link brings them.
   void ask_for_last_samples(const Now& now) const;
-  void on_failed(const std::string& code, const std::string& reason, const Now& now);
+  void on_failed(const MirrorFailed& failed, const Now& now);
   void on_time(const Now& now);
   // Logs once each subscriber here that cannot receive from it because of its QoS.
   void warn_incompatible(const Now& now);
@@ -109,13 +107,13 @@ class Mirror {
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
+  [[nodiscard]] Definition definition() const { return {key_.first.second, type_hash_}; }
 
  private:
   using Timer = Timers<Mirror*>::Timer;
 
   void create(const Now& now);
-  void vanish();
-  void forget();
+  void vanish(bool exists = true);
   // What the middleware may keep counts in the budget of the feeding link.
   void charge();
   [[nodiscard]] OfferedTopic* feeder() const {
@@ -125,7 +123,9 @@ class Mirror {
   [[nodiscard]] bool has_waited_for_name(const Now& now);
   [[nodiscard]] bool may_be_made(const Now& now);
   void update_demands(const Now& now) const;
-  [[nodiscard]] Qos qos_under(const Treatment& treatment) const;
+  // True: what the feeding link offers is not what the publisher is for.
+  bool follow_feeder();
+  [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
   [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }
@@ -137,13 +137,14 @@ class Mirror {
   Qos qos_;
   std::string type_hash_;
   std::string action_type_;
+  bool any_definition_ = false;        // whether the rules allow that
   std::vector<Candidate> candidates_;  // the feeding one first
   MirrorSettling settling_;            // no demand before it has settled
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name
-  Timer paced_;     // until then it is not made: its identity makes too many
+  Timer paced_;     // until then it is not made: too many are made
   Timer unnamed_;   // what a warning would name has no name yet; then it is told without
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
@@ -151,6 +152,7 @@ class Mirror {
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
+  bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again
 };

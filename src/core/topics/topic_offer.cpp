@@ -42,17 +42,20 @@ std::optional<Decision> TopicOffer::own_permission() const {
 std::optional<Decision> TopicOffer::permission() const {
   auto decision = own_permission();
   if (!decision) return std::nullopt;
+  // As long as that is not known an open channel stays.
+  return is_accepted().value_or(is_open()) ? decision : std::nullopt;
+}
+
+std::optional<bool> TopicOffer::is_accepted() const {
   const auto& [name, type] = topic_.key();
   const std::string wire_name = *context_.graph_options.names.to_wire(name);
-  const Accepts& accepts = *link_.accepts;
   if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
-    const bool accepted = std::any_of(accepts.rules.begin(), accepts.rules.end(),
-                                      [](const auto& rule) { return !rule.parameters.empty(); });
-    return accepted ? decision : std::nullopt;
+    const auto& rules = link_.accepts->told().rules;
+    return std::any_of(rules.begin(), rules.end(),
+                       [](const auto& rule) { return !rule.parameters.empty(); });
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
-  const Interface what{InterfaceKind::kTopic, wire_name, type, *action_type};
-  return accepted_by(accepts, what) ? decision : std::nullopt;
+  return link_.accepts->takes({InterfaceKind::kTopic, wire_name, type, *action_type});
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
@@ -65,7 +68,7 @@ bool TopicOffer::opens(std::string_view node) const {
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
   return context_.policy.decide(Direction::kExport, what, link_.identity) &&
-         accepted_by(*link_.accepts, what);
+         link_.accepts->takes(what).value_or(false);
 }
 
 // An event may name any node, and not every middleware identifies the publisher.
@@ -103,13 +106,21 @@ std::optional<ChannelOffer> TopicOffer::open() {
   offer.name = wire_name.value_or(name);
   offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
   offer.type = type;
-  offer.type_hash = topic_.type_hash();
+  offer.type_hash = type_hash_ = topic_.type_hash();
   offer.priority = priority();
   offer.newest_only = is_clock(topic_.key());
   for (const auto& [gid, origin] : topic_.origins())
     if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
   note(AuditEvent::kChannelOpened);
   return offer;
+}
+
+std::optional<ChannelType> TopicOffer::type() const {
+  if (type_hash_.empty()) return std::nullopt;
+  ChannelType type{topic_.key().second, type_hash_, {}};
+  for (const auto& [gid, origin] : topic_.origins())
+    if (type.node.empty() && !withheld_.contains(origin.id)) type.node = origin.node;
+  return type;
 }
 
 // A node outside our prefix has no name on the wire but its own.

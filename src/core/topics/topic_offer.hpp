@@ -29,6 +29,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<ChannelOffer> open();
   // Whether rules and `accepts` still give the same decision as when it was opened.
   [[nodiscard]] bool is_current() const;
+  // The peer's list was not compared with it yet, and our rules allow it.
+  [[nodiscard]] bool is_undecided() const { return own_permission() && !is_accepted(); }
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
   // The same, because it is not current any longer. If the peer has lost its right here, the
@@ -40,6 +42,7 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
+  [[nodiscard]] std::optional<ChannelType> type() const override;
 
   // ---- over connections
   // Whether the topic may be resumed, and whether the peer asked for it.
@@ -85,6 +88,8 @@ class TopicOffer final : public OutgoingChannel {
  private:
   // The decision of the rules here.
   [[nodiscard]] std::optional<Decision> own_permission() const;
+  // Whether the peer takes the topic; nullopt: not known yet.
+  [[nodiscard]] std::optional<bool> is_accepted() const;
   // The decision of both sides.
   [[nodiscard]] std::optional<Decision> permission() const;
   void note(AuditEvent event, const Ending& why = {}) const;
@@ -103,6 +108,7 @@ class TopicOffer final : public OutgoingChannel {
   Link& link_;
   ChannelId number_;  // none: the peer may not have the topic
   Decision decision_;
+  std::string type_hash_;     // as it was offered
   std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
   bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;

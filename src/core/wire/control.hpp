@@ -30,6 +30,9 @@ inline constexpr std::size_t kListenersMax = 1024;         // listeners of a lin
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
 inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence with it
+// Channels of a link whose description was asked for and has not arrived.
+inline constexpr std::size_t kDescribesMax = 8;
+inline constexpr std::size_t kDescriptionBytesMax = 256 << 10;        // the description of a type
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".
@@ -159,6 +162,16 @@ struct Forget {
   std::vector<CallId> calls;
 };
 
+// "describe": the importer would know what the types of these channels are made of.
+struct Describe {
+  std::vector<ChannelId> channels;
+};
+// "description": the exporter's answer for one of them.
+struct Description {
+  ChannelId channel;
+  std::string text = {};  // canonical (docs/protocol.md, "description"); empty: it is not known
+};
+
 // "renew": the client logs in again on the open connection, before its login expires.
 struct Renew {
   std::string method;
@@ -169,8 +182,9 @@ struct Renewed {
   bool accepted = false;
 };
 
-using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
-                             Attached, Refuse, Forget, Renew, Renewed, Listeners>;
+using Control =
+    std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach, Attached,
+                 Refuse, Forget, Renew, Renewed, Listeners, Describe, Description>;
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 

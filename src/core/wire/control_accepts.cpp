@@ -10,9 +10,8 @@ namespace connect_bridge {
 namespace {
 
 using Json = ControlReader::Json;
-using Reader = ControlReader;
 
-std::vector<std::string> read_strings(Reader& reader, const Json& json, const char* key,
+std::vector<std::string> read_strings(ControlReader& reader, const Json& json, const char* key,
                                       bool optional = false) {
   std::vector<std::string> strings;
   if (optional && reader.find(json, key, true) == nullptr) return strings;
@@ -25,7 +24,7 @@ std::vector<std::string> read_strings(Reader& reader, const Json& json, const ch
   return strings;
 }
 
-std::vector<Token128> read_neighbours(Reader& reader, const Json& json) {
+std::vector<Token128> read_neighbours(ControlReader& reader, const Json& json) {
   constexpr const char* kKey = "neighbours";
   std::vector<Token128> sides;
   if (reader.find(json, kKey, true) == nullptr) return sides;
@@ -41,7 +40,7 @@ std::vector<Token128> read_neighbours(Reader& reader, const Json& json) {
 
 }  // namespace
 
-Accepts read_accepts(Reader& reader, const Json& json) {
+Accepts read_accepts(ControlReader& reader, const Json& json) {
   Accepts accepts;
   accepts.deny = read_strings(reader, json, "deny");
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
@@ -66,12 +65,22 @@ Accepts read_accepts(Reader& reader, const Json& json) {
   return accepts;
 }
 
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
+void put(const Accepts& message, nlohmann::ordered_json& json) {
+  json["type"] = "accepts";
+  auto& rules = json["rules"] = nlohmann::ordered_json::array();
+  for (const auto& rule : message.rules) {
+    nlohmann::ordered_json entry;
+    entry["topics"] = rule.topics;
+    if (!rule.services.empty()) entry["services"] = rule.services;
+    if (!rule.actions.empty()) entry["actions"] = rule.actions;
+    if (!rule.parameters.empty()) entry["parameters"] = rule.parameters;
+    entry["types"] = rule.types;
+    rules.push_back(std::move(entry));
+  }
+  json["deny"] = message.deny;
+  if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
+  if (message.ros_time) json["ros_time"] = true;
+  for (const auto& side : message.neighbours) json["neighbours"].push_back(to_hex(side.bytes));
 }
 
 }  // namespace connect_bridge

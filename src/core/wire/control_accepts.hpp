@@ -1,12 +1,11 @@
-// "accepts" from JSON.
+// The control message `accepts` as JSON.
 #pragma once
 
-#include "core/wire/control.hpp"
 #include "core/wire/control_reader.hpp"
 
 namespace connect_bridge {
 
-// What a peer sends is hostile until it is checked; the reader keeps the first error.
 Accepts read_accepts(ControlReader& reader, const ControlReader::Json& json);
+void put(const Accepts& message, nlohmann::ordered_json& json);
 
 }  // namespace connect_bridge

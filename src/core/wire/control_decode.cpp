@@ -160,6 +160,10 @@ Forget read_forget(Reader& reader, const Json& json) {
   return {{reader.id(json, "channel")}, read_ids<CallId>(reader, json, "calls", kCallIdsMax)};
 }
 
+Description read_description(Reader& reader, const Json& json) {
+  return {{reader.id(json, "channel")}, reader.optional_string(json, "text", kDescriptionBytesMax)};
+}
+
 Renew read_renew(Reader& reader, const Json& json) {
   return {reader.identifier(json, "method"),
           reader.string(json, "credential", kCredentialBytesMax)};
@@ -177,6 +181,9 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
   if (type == "attached") return read_attached(reader, json);
   if (type == "refuse") return read_refuse(reader, json);
   if (type == "forget") return read_forget(reader, json);
+  if (type == "describe")
+    return Describe{read_ids<ChannelId>(reader, json, "channels", kDescribesMax)};
+  if (type == "description") return read_description(reader, json);
   if (type == "renew") return read_renew(reader, json);
   if (type == "renewed") return Renewed{reader.flag(json, "accepted", false)};
   return std::nullopt;

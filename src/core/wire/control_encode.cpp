@@ -4,6 +4,7 @@
 
 #include "core/base/hex.hpp"
 #include "core/wire/control.hpp"
+#include "core/wire/control_accepts.hpp"
 #include "core/wire/control_listeners.hpp"
 #include "core/wire/control_qos.hpp"
 #include "core/wire/text.hpp"
@@ -87,24 +88,6 @@ void put(const Demand& message, Json& json) {
   if (!message.after.empty()) json["after"] = message.after;
 }
 
-void put(const Accepts& message, Json& json) {
-  json["type"] = "accepts";
-  Json& rules = json["rules"] = Json::array();
-  for (const auto& rule : message.rules) {
-    Json entry;
-    entry["topics"] = rule.topics;
-    if (!rule.services.empty()) entry["services"] = rule.services;
-    if (!rule.actions.empty()) entry["actions"] = rule.actions;
-    if (!rule.parameters.empty()) entry["parameters"] = rule.parameters;
-    entry["types"] = rule.types;
-    rules.push_back(std::move(entry));
-  }
-  json["deny"] = message.deny;
-  if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
-  if (message.ros_time) json["ros_time"] = true;
-  for (const auto& side : message.neighbours) json["neighbours"].push_back(to_hex(side.bytes));
-}
-
 void put(const Decline& message, Json& json) {
   json["type"] = "decline";
   json["channel"] = message.channel.value;
@@ -139,6 +122,17 @@ void put(const Forget& message, Json& json) {
   json["type"] = "forget";
   json["channel"] = message.channel.value;
   json["calls"] = json_of(message.calls);
+}
+
+void put(const Describe& message, Json& json) {
+  json["type"] = "describe";
+  json["channels"] = json_of(message.channels);
+}
+
+void put(const Description& message, Json& json) {
+  json["type"] = "description";
+  json["channel"] = message.channel.value;
+  if (!message.text.empty()) json["text"] = message.text;
 }
 
 void put(const Renew& message, Json& json) {

@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "core/base/check.hpp"
 #include "ros/entities/shared.hpp"
@@ -22,17 +24,34 @@ class Entities {
   // Returns whether it exists now.
   bool create(const typename T::Create& action) {
     auto made = std::make_unique<T>(shared_, action);
-    if (auto refusal = made->open()) {
-      shared_.report(
-          typename T::Failed{action.id, std::move(refusal->code), std::move(refusal->reason)});
+    auto refusal = made->open();
+    // What has ended may be in its way: a process of Fast DDS can have one type for a topic.
+    if (refusal && shared_.ended.free(name_of(action))) {
+      made.reset();
+      made = std::make_unique<T>(shared_, action);
+      refusal = made->open();
+    }
+    made->set_name(name_of(action));
+    if (refusal) {
+      typename T::Failed failed{action.id, std::move(refusal->code), std::move(refusal->reason)};
+      if constexpr (requires { failed.hash_here; })
+        failed.hash_here = std::move(refusal->hash_here);
+      shared_.report(std::move(failed));
       return false;
     }
     const bool is_new = entities_.emplace(action.id, std::move(made)).second;
     CONNECT_CHECK(is_new);
     return true;
   }
-  // Returns whether there was one.
-  bool destroy(Id id) { return entities_.erase(id) > 0; }
+  // It is silent at once, and leaves the graph when its turn comes (Ended). Returns whether there
+  // was one.
+  bool destroy(Id id) {
+    auto found = entities_.extract(id);
+    if (!found) return false;
+    shared_.ended.add(std::move(found.mapped()));
+    shared_.ready.wake();
+    return true;
+  }
   // nullptr: there is none.
   [[nodiscard]] T* find(Id id) const {
     const auto found = entities_.find(id);
@@ -44,6 +63,14 @@ class Entities {
   [[nodiscard]] auto end() const { return entities_.end(); }
 
  private:
+  static const std::string& name_of(const typename T::Create& action) {
+    if constexpr (requires { action.topic; }) {
+      return action.topic;
+    } else {
+      return action.service;
+    }
+  }
+
   Shared& shared_;
   std::unordered_map<Id, std::unique_ptr<T>> entities_;
 };

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "ros/entities/ready_list.hpp"
 
@@ -22,6 +23,11 @@ class Entity {
   // Handles one of the ready things, and calls done() when no more of its kind is left; counts the
   // bytes that it takes. Returns an input for the core, if there is one.
   virtual std::optional<Input> step(Batch& batch) = 0;
+  // The topic or service that it is an endpoint of.
+  [[nodiscard]] const std::string& name() const { return name_; }
+  void set_name(const std::string& name) { name_ = name; }
+  // From here on it gets no turn.
+  void mute() { slot_->own = slot_->to_do = 0; }
 
  protected:
   [[nodiscard]] ReadyList::Slot* slot() const { return slot_; }
@@ -37,6 +43,7 @@ class Entity {
 
  private:
   ReadyList::Slot* const slot_;
+  std::string name_;
 };
 
 }  // namespace connect_bridge::ros

@@ -12,6 +12,7 @@
 #include "core/base/tell_once.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/counters.hpp"
+#include "ros/entities/ended.hpp"
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/node/proxy_nodes.hpp"
@@ -50,7 +51,8 @@ struct Shared {
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried "
-                                  "unchecked");
+                                  "unchecked (those of topics only until the peer has "
+                                  "described it)");
   }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
@@ -67,6 +69,7 @@ struct Shared {
   LogLimit refusals;     // of requests and responses
   LogLimit unpublished;  // samples
   TellOnce told_types;   // that are not installed
+  Ended ended;           // last: they use the others
 };
 
 }  // namespace connect_bridge::ros

@@ -13,7 +13,8 @@ namespace connect_bridge::ros {
 // Why an entity cannot be made; `code` as in wire Decline ("type_unknown", "failed").
 struct Refusal {
   std::string code;
-  std::string reason;  // a sentence a person can act on
+  std::string reason;          // a sentence a person can act on
+  std::string hash_here = {};  // of the installed type, if that is why
 };
 // An error_text() as refusal. Clears the error text of this thread.
 [[nodiscard]] Refusal failure(const std::string& what, rcl_ret_t code);

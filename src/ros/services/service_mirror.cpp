@@ -21,7 +21,7 @@ ServiceMirror::~ServiceMirror() {
 }
 
 std::optional<Refusal> ServiceMirror::open() {
-  auto type = shared_.types.service(create_.type, create_.type_hash);
+  auto type = shared_.types.service(create_.type, create_.type_hash, create_.any_definition);
   if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
   type_ = std::move(std::get<0>(type));
   node_ = shared_.proxies.get(create_.node);

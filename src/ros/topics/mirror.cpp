@@ -27,7 +27,7 @@ Mirror::~Mirror() {
 }
 
 std::optional<Refusal> Mirror::open() {
-  auto type = shared_.types.message(create_.type, create_.type_hash);
+  auto type = shared_.types.message(create_.type, create_.type_hash, create_.any_definition);
   if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
   type_ = std::move(std::get<MessageType>(type));
   node_ = shared_.proxies.get(create_.node);
@@ -41,12 +41,19 @@ std::optional<Refusal> Mirror::open() {
   own_id_ = shared_.node.add_own(publisher_);
   if (own_id_ && !create_.node.empty()) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
+  const bool differs = type_.is_bare || !type_.other_hash.empty();
+  if (differs && !create_.type_hash.empty())
+    shared_.report(TypeDiffers{create_.id, type_.other_hash});
   return std::nullopt;
 }
 
 void Mirror::publish(ByteView bytes) {
-  if (type_.introspection != nullptr && bytes.size() > kUncheckedBytesMax) {
-    if (const auto problem = check_cdr(bytes, *type_.introspection, sample_limits(bytes.size())))
+  const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
+  const auto* fields = small ? nullptr : type_.fields();
+  if (fields != nullptr) {
+    const CdrLimits limits =
+        type_.is_bare ? described_limits(bytes.size()) : sample_limits(bytes.size());
+    if (const auto problem = check_cdr(bytes, *fields, limits))
       return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
                     *problem);
   }

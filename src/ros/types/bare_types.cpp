@@ -75,6 +75,34 @@ const rosidl_message_type_support_t* BareMessageType::with_hash(const std::strin
   return &found->second;
 }
 
+std::shared_ptr<BareMessageType::Use> BareMessageType::in_use(const std::string& hash) const {
+  const auto found = handles_.find(hash);
+  return found == handles_.end() ? nullptr : found->second.use.lock();
+}
+
+std::shared_ptr<BareMessageType::Use> BareMessageType::use(const std::string& hash,
+                                                           std::shared_ptr<BareMessageType> self) {
+  auto used = in_use(hash);
+  if (!used) {
+    used = std::make_shared<Use>(Use{std::move(self)});
+    handles_.at(hash).use = used;
+  }
+  return used;
+}
+
+bool BareMessageType::is_described() const {
+  return std::any_of(handles_.begin(), handles_.end(), [](const auto& entry) {
+    const auto used = entry.second.use.lock();
+    return used && used->fields;
+  });
+}
+
+const rosidl_message_type_support_t* BareMessageType::fields_of(
+    const rosidl_message_type_support_t& handle) {
+  const auto used = static_cast<const Handle&>(handle).use.lock();
+  return used && used->fields ? &used->fields->introspection() : nullptr;
+}
+
 const rosidl_message_type_support_t* BareMessageType::find(
     const rosidl_message_type_support_t* handle, const char* identifier) {
   if (std::strcmp(identifier, typesupport_identifier) == 0) return handle;
@@ -103,7 +131,16 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
   auto found = type(name);
   const auto* handle = found->with_hash(hash, *parsed);
   if (handle == nullptr) return too_many_hashes(name);
-  return std::shared_ptr<const rosidl_message_type_support_t>(std::move(found), handle);
+  BareMessageType& made = *found;
+  return std::shared_ptr<const rosidl_message_type_support_t>(made.use(hash, std::move(found)),
+                                                              handle);
+}
+
+std::shared_ptr<BareMessageType::Use> BareTypes::in_use(const TypeName& name,
+                                                        const std::string& hash) const {
+  const auto found = types_.find(name.full());
+  const auto type = found == types_.end() ? nullptr : found->second.lock();
+  return type ? type->in_use(hash) : nullptr;
 }
 
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
@@ -135,6 +172,14 @@ bool BareTypes::uses(std::string_view package) const {
        ++at)
     if (!at->second.expired()) return true;
   return false;
+}
+
+std::size_t BareTypes::described() const {
+  return static_cast<std::size_t>(
+      std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
+        const auto type = entry.second.lock();
+        return type && type->is_described();
+      }));
 }
 
 std::size_t BareTypes::size() const {

@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/types/described_fields.hpp"
 #include "ros/types/hashed.hpp"
 #include "ros/types/service_type.hpp"
 #include "ros/types/type_name.hpp"
@@ -28,11 +29,30 @@ class BareMessageType {
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
 
+  // What the users of one hash share: its fields are freed with the last of them, which may be long
+  // before the last user of the name.
+  struct Use {
+    std::shared_ptr<BareMessageType> type;
+    std::unique_ptr<DescribedFields> fields = nullptr;  // null: not known, or not how to read them
+    bool is_described = false;
+  };
+
   // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
   const rosidl_message_type_support_t* with_hash(const std::string& text, const TypeHash& hash);
+  // The use of a hash that with_hash() knows, made with `self` if there is none now.
+  std::shared_ptr<Use> use(const std::string& hash, std::shared_ptr<BareMessageType> self);
+  // nullptr: nobody uses it now.
+  [[nodiscard]] std::shared_ptr<Use> in_use(const std::string& hash) const;
+  [[nodiscard]] bool is_described() const;
+  // The fields behind such a type support, for who has a use of it; nullptr: not known.
+  static const rosidl_message_type_support_t* fields_of(
+      const rosidl_message_type_support_t& handle);
 
  private:
-  using Handle = Hashed<rosidl_message_type_support_t>;
+  struct Handle : Hashed<rosidl_message_type_support_t> {
+    using Hashed::Hashed;
+    std::weak_ptr<Use> use;
+  };
   // The object behind `data` of a handle. The second part is for middlewares that read it
   // (distro.hpp).
   struct Callbacks : message_type_support_callbacks_t {
@@ -60,11 +80,17 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
+  // Who uses the type of this name and hash now, to learn its fields; nullptr: nobody.
+  [[nodiscard]] std::shared_ptr<BareMessageType::Use> in_use(const TypeName& name,
+                                                             const std::string& hash) const;
+
   // Whether a type of this package is in use. If so, the package's other types must be made at run
   // time too: installed types and these must not be mixed in a service.
   [[nodiscard]] bool uses(std::string_view package) const;
   // How many types of messages are in use, those of requests and responses among them.
   [[nodiscard]] std::size_t size() const;
+  // Of how many of them the fields are known.
+  [[nodiscard]] std::size_t described() const;
 
  private:
   std::shared_ptr<BareMessageType> type(const TypeName& name);

@@ -17,6 +17,8 @@ using Members = rosidl_typesupport_introspection_c__MessageMembers;
 using Member = rosidl_typesupport_introspection_c__MessageMember;
 
 constexpr std::size_t kHeaderSize = 4;
+// A problem names the innermost fields; their names may be a peer's.
+constexpr std::size_t kProblemBytes = 200;
 // All middlewares write a character of a wstring as 32 bits.
 constexpr std::size_t kWideBytes = 4;
 // The overhead of an allocation in bytes.
@@ -56,7 +58,8 @@ class Walk {
     for (std::uint32_t i = 0; i < type.member_count_; ++i) {
       if (!member(type.members_[i])) {
         if (problem.empty()) problem = "the bytes end too early";
-        problem += std::string{" in "} + type.message_name_ + "." + type.members_[i].name_;
+        if (problem.size() < kProblemBytes)
+          problem += std::string{" in "} + type.message_name_ + "." + type.members_[i].name_;
         return false;
       }
     }
@@ -70,6 +73,11 @@ class Walk {
 
  private:
   bool member(const Member& field) {
+    if (room_.fields == 0) {
+      problem = "more fields than allowed (" + std::to_string(limits_.fields) + ")";
+      return false;
+    }
+    --room_.fields;
     if (!field.is_array_) return elements(field, 1);
     const bool fixed = field.array_size_ > 0 && !field.is_upper_bound_;
     if (fixed) return elements(field, field.array_size_);

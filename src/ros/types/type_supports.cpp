@@ -12,6 +12,7 @@
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/types/cdr_check.hpp"
+#include "ros/types/installed_description.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -51,10 +52,10 @@ void* open_library(const std::string& package) {
 std::optional<Refusal> mismatch(const std::string& type, const std::string& ours,
                                 const std::string& wanted) {
   if (ours.empty() || wanted.empty() || ours == wanted) return std::nullopt;
-  return Refusal{"type_mismatch", "the definition of " + type + " here (" + ours +
-                                      ") is not the peer's (" + wanted +
-                                      "): install the same version of its package on "
-                                      "both sides"};
+  return Refusal{"type_mismatch",
+                 "the definition of " + type + " here (" + ours + ") is not the peer's (" + wanted +
+                     "): install the same version of its package on both sides",
+                 ours};
 }
 
 // For an installed type: a pointer without ownership, because libraries are never unloaded.
@@ -68,24 +69,47 @@ std::shared_ptr<const rosidl_message_type_support_t> without_end(
 TypeSupports::TypeSupports(bool not_installed_too)
     : takes_bare_(not_installed_too && middleware().takes_bare_types) {}
 
-TypeSupports::Message TypeSupports::message(const std::string& type, const std::string& hash) {
-  auto found = messages_.find(type);
-  if (found == messages_.end()) {
-    // A missing package is looked for again: it may be installed while we run.
-    const auto loaded = load(type, "message");
-    if (const auto* refusal = std::get_if<Refusal>(&loaded))
-      return bare_message(type, hash, *refusal);
-    const auto* handle = static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
-    found =
-        messages_.emplace(type, MessageType{without_end(handle), introspection_of(handle)}).first;
-  }
-  if (hash.empty()) return found->second;
-  if (auto refusal = mismatch(type, distro::type_hash_of(*found->second.handle), hash))
-    return *refusal;
-  return found->second;
+std::variant<const MessageType*, Refusal> TypeSupports::installed(const std::string& type) {
+  if (const auto found = messages_.find(type); found != messages_.end()) return &found->second;
+  // A missing package is looked for again: it may be installed while we run.
+  auto loaded = load(type, "message");
+  if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
+  const auto* handle = static_cast<const rosidl_message_type_support_t*>(std::get<0>(loaded));
+  return &messages_.emplace(type, MessageType{without_end(handle), introspection_of(handle)})
+              .first->second;
 }
 
-TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash) {
+TypeSupports::Message TypeSupports::message(const std::string& type, const std::string& hash,
+                                            bool any_definition) {
+  const auto found = installed(type);
+  if (const auto* refusal = std::get_if<Refusal>(&found)) return bare_message(type, hash, *refusal);
+  MessageType here = *std::get<0>(found);
+  if (hash.empty()) return here;
+  auto refusal = mismatch(type, distro::type_hash_of(*here.handle), hash);
+  // What another definition brings must be checked.
+  if (refusal && (!any_definition || !here.introspection)) return *std::move(refusal);
+  if (refusal) here.other_hash = refusal->hash_here;
+  return here;
+}
+
+std::string TypeSupports::description(const std::string& type, const std::string& hash) {
+  const auto found = installed(type);
+  const auto* const* here = std::get_if<const MessageType*>(&found);
+  if (here == nullptr || distro::type_hash_of(*(*here)->handle) != hash) return {};
+  return description_of(*(*here)->handle);
+}
+
+void TypeSupports::describe(const std::string& type, const std::string& hash,
+                            const std::string& text) {
+  const auto name = parse_type_name(type);
+  const auto use = name ? bare_.in_use(*name, hash) : nullptr;
+  if (!use || std::exchange(use->is_described, true)) return;
+  if (auto description = parse_description(text))
+    use->fields = DescribedFields::make(std::move(description).value());
+}
+
+TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash,
+                                            bool any_definition) {
   auto found = services_.find(type);
   if (found == services_.end()) {
     auto loaded = load_service(type);
@@ -93,6 +117,7 @@ TypeSupports::Service TypeSupports::service(const std::string& type, const std::
       return bare_service(type, hash, *refusal);
     found = services_.emplace(type, std::move(std::get<0>(loaded))).first;
   }
+  if (any_definition) return found->second;
   if (auto refusal = mismatch(type, found->second->hash, hash)) return *refusal;
   return found->second;
 }
@@ -109,7 +134,7 @@ TypeSupports::Message TypeSupports::bare_message(const std::string& type, const 
   if (!name) return not_installed;
   auto made = bare_.message(*name, hash);
   if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
-  return MessageType{std::move(std::get<0>(made)), nullptr};
+  return MessageType{std::move(std::get<0>(made)), nullptr, {}, true};
 }
 
 TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,

@@ -22,6 +22,14 @@ struct MessageType {
   std::shared_ptr<const rosidl_message_type_support_t> handle;  // for rcl; outlives its endpoints
   // Describes its fields (for check_cdr()). nullptr: the type is not installed.
   const rosidl_message_type_support_t* introspection = nullptr;
+  // Not empty: the installed definition has this hash, not the one that was asked for.
+  std::string other_hash = {};
+  bool is_bare = false;  // made at run time
+
+  // The fields of the installed type, or of its description if that is known. nullptr: neither.
+  [[nodiscard]] const rosidl_message_type_support_t* fields() const {
+    return is_bare ? BareMessageType::fields_of(*handle) : introspection;
+  }
 };
 
 // A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. Libraries are never
@@ -38,15 +46,24 @@ class TypeSupports {
 
   // The type support of "std_msgs/msg/String". A `hash` that is not empty ("RIHS01_...") must be
   // the hash of the installed definition, where the distribution has hashes; a type that is not
-  // installed has it from there.
-  Message message(const std::string& type, const std::string& hash);
+  // installed has it from there. `any_definition`: the installed definition may have another hash.
+  Message message(const std::string& type, const std::string& hash, bool any_definition = false);
   // The same of "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
-  Service service(const std::string& type, const std::string& hash);
+  Service service(const std::string& type, const std::string& hash, bool any_definition = false);
+
+  // The canonical text of the installed definition, if it has this hash; else empty.
+  std::string description(const std::string& type, const std::string& hash);
+  // The description of a type that is not installed (canonical and with that hash), for as long as
+  // it is in use.
+  void describe(const std::string& type, const std::string& hash, const std::string& text);
 
   // How many types of messages are in use that are not installed.
   [[nodiscard]] std::size_t made() const { return bare_.size(); }
+  [[nodiscard]] std::size_t described() const { return bare_.described(); }
 
  private:
+  // An installed type, or why there is none.
+  std::variant<const MessageType*, Refusal> installed(const std::string& type);
   Service load_service(const std::string& type);
   // The name of a type that is not installed and can be made at run time; nullopt: it cannot.
   [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type,

@@ -31,6 +31,16 @@ TEST(AddressPaces, EachAddressHasItsOwn) {
   EXPECT_FALSE(paces.take("10.0.0.1", 1, at(100)));
 }
 
+TEST(AddressPaces, WhatDidNotHappenIsGivenBack) {
+  AddressPaces paces(2, milliseconds(100));
+  EXPECT_TRUE(paces.take("10.0.0.1", 1, at(0)));
+  EXPECT_TRUE(paces.take("10.0.0.1", 1, at(0)));
+  paces.give_back("10.0.0.1");
+  paces.give_back("10.0.0.2");  // of which nothing is known
+  EXPECT_TRUE(paces.take("10.0.0.1", 1, at(0)));
+  EXPECT_FALSE(paces.take("10.0.0.1", 1, at(0)));
+}
+
 TEST(AddressPaces, AShareIsSoManyTimesAsMuch) {
   AddressPaces paces(2, milliseconds(80));
   for (int i = 0; i < 16; ++i) EXPECT_TRUE(paces.take("127.0.0.1", 8, at(0))) << i;

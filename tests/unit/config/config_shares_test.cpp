@@ -15,6 +15,10 @@ TEST(Config, SharesReachTheCoreAndTheNetwork) {
   const AccountOptions core;
   EXPECT_EQ(side_options(usual).account.memory_bytes_max, core.memory_bytes_max);
   EXPECT_EQ(side_options(usual).account.mirror_period, core.mirror_period);
+  EXPECT_EQ(side_options(usual).account.channels_per_second, core.channels_per_second);
+  EXPECT_EQ(side_options(usual).account.control_bytes_per_second, core.control_bytes_per_second);
+  EXPECT_EQ(side_options(usual).account.services_max, core.services_max);
+  EXPECT_EQ(side_options(usual).listeners_max, TopicOptions().listeners_max);
   EXPECT_EQ(usual.socket.packets_per_second, 50'000);
   EXPECT_EQ(usual.socket.bytes_per_second, 0);
   const Config own = config_of(yaml(R"(
@@ -23,10 +27,19 @@ memory_max: 16777216
 mirrors_per_second: 50
 peer_packets_per_second: 7
 peer_bytes_per_second: 8
+limits:
+  channels_per_second: 9
+  control_bytes_per_second: 70000
+  services_max: 11
+  listeners_max: 12
 )"),
                                Role::kClient);
   EXPECT_EQ(side_options(own).account.memory_bytes_max, 16U << 20);
   EXPECT_EQ(side_options(own).account.mirror_period, std::chrono::milliseconds(20));
+  EXPECT_EQ(side_options(own).account.channels_per_second, 9);
+  EXPECT_EQ(side_options(own).account.control_bytes_per_second, 70'000U);
+  EXPECT_EQ(side_options(own).account.services_max, 11U);
+  EXPECT_EQ(side_options(own).listeners_max, 12U);
   EXPECT_EQ(own.socket.packets_per_second, 7);
   EXPECT_EQ(own.socket.bytes_per_second, 8);
   EXPECT_THAT(own.warnings, Contains(HasSubstr("memory_max: less than 3 times max_message_size")));

@@ -210,6 +210,26 @@ TEST(Proxy, ACustomerOfManyAddressesHasTheHandshakesOfTwo) {
   EXPECT_TRUE(shakes_from("2001:db8:0:201::5")) << "it is another customer's";
 }
 
+// Its address has begun none then, and may when its customer may again.
+TEST(Proxy, WhatItsCustomerIsRefusedIsNotCountedForAnAddress) {
+  ListenOptions options = for_one_each("refunded_");
+  options.address_handshakes_at_once = 1;
+  options.address_handshake_period = 8s;  // 4 s of a customer
+  Pair pair{options};
+  const auto shakes_from = [&](const std::string& from) {
+    return shakes(pair, "PROXY TCP6 " + from + " 2001:db8::1 50000 443\r\n");
+  };
+  EXPECT_TRUE(shakes_from("2001:db8:0:101::5"));
+  EXPECT_TRUE(shakes_from("2001:db8:0:102::5"));
+  const auto begin = std::chrono::steady_clock::now();
+  bool begun = false;
+  while (!begun && std::chrono::steady_clock::now() - begin < 7s) {
+    begun = shakes_from("2001:db8:0:103::5");
+    pair.loop.run_for(100ms);
+  }
+  EXPECT_TRUE(begun);
+}
+
 TEST(Proxy, WhenTooManyHandshakesWaitTheNewestOfWhoHasMostIsDropped) {
   ListenOptions options = behind_header("crowded_");
   options.handshakes_at_once = 1;

@@ -36,6 +36,66 @@ TEST(ReceiveRate, WhoSendsTooMuchIsReadSlowly) {
   pair.loop.run_for(300ms);
   EXPECT_LT(pair.server.packets(camera), 6U);
   EXPECT_TRUE(pair.loop.until([&] { return pair.server.packets(camera) == 10U; }));
+  EXPECT_EQ(pair.server.network.counts().extra_frames, 0U);
+}
+
+// ---- frames that are no messages
+
+SocketOptions two_thousand() {
+  SocketOptions sockets;
+  sockets.receive_packets_per_second = 2000;
+  sockets.receive_burst = 100ms;
+  return sockets;
+}
+
+std::string frame(char head, const std::string& content = "") {
+  return std::string{head, static_cast<char>(0x80 | content.size())} + std::string(4, '\0') +
+         content;
+}
+
+std::string times(int count, const std::string& what) {
+  std::string text;
+  for (int i = 0; i < count; ++i) text += what;
+  return text;
+}
+
+// 3000 of them, of which 200 pass at once, stand before the end of a message.
+void expect_counted(const std::string& begin, const std::string& each, const std::string& end) {
+  Pair pair{{}, two_thousand()};
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  const auto start = std::chrono::steady_clock::now();
+  peer.send(begin + times(3000, each) + end);
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.packets(pair.accepted()) == 1; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 1s);
+  EXPECT_EQ(text_of(pair.server.received[pair.accepted()].front().payload), "end");
+  const NetworkCounts counts = pair.server.network.counts();
+  EXPECT_GE(counts.extra_frames, 2500U);
+  EXPECT_LE(counts.extra_frames, 3002U);
+  EXPECT_GT(counts.held, 0U);
+}
+
+TEST(ReceiveRate, PingsCountAsMessages) {
+  expect_counted("", frame('\x89'), frame('\x82', "end"));
+}
+
+TEST(ReceiveRate, SoDoFramesWithoutContent) {
+  expect_counted(frame('\x02'), frame('\0'), frame('\x80', "end"));
+}
+
+TEST(ReceiveRate, AConnectionThatIsHeldCanBeClosed) {
+  SocketOptions sockets = two_thousand();
+  sockets.receive_packets_per_second = 0.1;
+  Pair pair{{}, sockets};
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  peer.send(times(3000, frame('\x89')));
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.network.counts().held > 0; }));
+  pair.server.network.close(pair.accepted(), CloseCode::kGoingAway, "enough");
+  EXPECT_TRUE(peer.ends(pair.loop));
+  EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(pair.accepted()); }));
 }
 
 }  // namespace

@@ -199,9 +199,27 @@ TEST(LoginDesk, WhoIsGoneIsNotJudged) {
   EXPECT_EQ(rush.doorman.judged, 2);
 }
 
+const std::size_t kOfOneMax = LoginDesk::Options().of_one_max;
+
+TEST(LoginDesk, HowManyOfOneCustomerMayWaitIsSet) {
+  Doorman doorman(1);
+  Ears ears;
+  LoginDesk desk({&doorman, std::nullopt, 60s, 2}, ears.ports());
+  desk.ask(login(1, "slow"));
+  while (doorman.judged == 0) std::this_thread::sleep_for(1ms);
+  for (std::uint64_t i = 2; i <= 4; ++i) {
+    Authenticate request = login(i, "bert");
+    request.turn = "10.0.0.9";
+    desk.ask(std::move(request));
+  }
+  EXPECT_EQ(ears.answer(4).value().reason, "too many logins wait for an answer");
+  doorman.release();
+  EXPECT_EQ(name_of(ears.answer(3)), "bert");
+}
+
 TEST(LoginDesk, OfOneCustomerNoMoreWaitThanMay) {
   Rush rush;
-  for (std::size_t i = 0; i < LoginDesk::kOfOneMax; ++i) rush.ask("bert", "10.0.0.9");
+  for (std::size_t i = 0; i < kOfOneMax; ++i) rush.ask("bert", "10.0.0.9");
   rush.ask("late", "10.0.0.9");
   const auto answer = rush.ears.answer(rush.last).value();
   EXPECT_EQ(answer.reason, "too many logins wait for an answer");
@@ -211,7 +229,7 @@ TEST(LoginDesk, OfOneCustomerNoMoreWaitThanMay) {
 
 TEST(LoginDesk, WhenAllPlacesAreTakenTheNewestOfWhoHasMostGivesWay) {
   Rush rush;
-  constexpr std::size_t kCustomers = LoginDesk::kWaitingMax / LoginDesk::kOfOneMax;
+  const std::size_t kCustomers = LoginDesk::kWaitingMax / kOfOneMax;
   for (std::size_t i = 0; i < LoginDesk::kWaitingMax; ++i)
     rush.ask("bert", std::to_string(i % kCustomers));
   const std::uint64_t newest_of_first = rush.last - kCustomers + 1;

@@ -51,8 +51,8 @@ TEST(Invitation, IsReadAsItWasWritten) {
 TEST(Invitation, APartOfOneIsRefusedWithoutTheCode) {
   const std::string line = kLine;
   for (const std::string& wrong :
-       {std::string{"wss+pair://"}, std::string{"wss+pair://robot.local:9090/"},
-        line.substr(0, line.size() - 1), line + "A",
+       {std::string{}, std::string{"wss"}, std::string{"wss+pair://"},
+        std::string{"wss+pair://robot.local:9090/"}, line.substr(0, line.size() - 1), line + "A",
         std::string{"wss+pair://a b/"} + line.substr(28),
         std::string{"wss+pair://user@robot/"} + line.substr(28)}) {
     std::string problem;

@@ -25,7 +25,8 @@ TEST(StatusJson, WithoutLinks) {
       Json::parse(to_json(status, {"/connect", "client", 1.5, 2, 3, 4, {5, 6}, {7, 8}}));
   EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
-    "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
+     "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
+     "extra_frames": 0,
     "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
               "month": {"sent_bytes": 7, "received_bytes": 8}},
     "last_failure": "refused", "links": []})"));
@@ -33,13 +34,14 @@ TEST(StatusJson, WithoutLinks) {
 
 TEST(StatusJson, WhoCameToAServer) {
   Status status;
-  status.strangers = {1, 2, 3, 4, 5};
+  status.strangers = {1, 2, 3, 4, 5, 11, 12, 13};
   RunStatus run;
   EXPECT_FALSE(Json::parse(to_json(status, run)).contains("strangers"));
   run.doors = DoorCounts{6, 7, 8, 9, 10};
   EXPECT_EQ(Json::parse(to_json(status, run)).at("strangers"), Json::parse(R"({
     "accepted": 6, "refused": 7, "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
-    "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5})"));
+    "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5,
+    "login_timeouts": 11, "logins_without_place": 12, "logins_not_judged": 13})"));
 }
 
 TEST(StatusJson, ALinkWithItsTopicsAndServices) {
@@ -71,6 +73,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.rate = 2250000;
   link.path_queue = std::chrono::microseconds(1500);
   link.connects = 5;
+  link.mirrors_waited = 7;
   link.clock = {true, std::chrono::milliseconds(-1500), std::chrono::microseconds(2500),
                 std::chrono::microseconds(1250)};
   link.topics = {exported, imported};
@@ -93,13 +96,12 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.services = {service};
   Status status;
   status.links = {link};
-  const auto json = Json::parse(to_json(status, {}));
-  EXPECT_EQ(json.at("links"), Json::parse(R"([{
+  EXPECT_EQ(Json::parse(to_json(status, {})).at("links"), Json::parse(R"([{
     "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
-    "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3, "unacknowledged_bytes": 4,
-    "memory_bytes": 6, "rate_bytes_per_second": 2250000, "path_queue_ms": 1.5,
-    "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25},
-    "topics": [
+    "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
+    "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
+    "path_queue_ms": 1.5,
+    "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
       {"topic": "/a", "type": "p/msg/T", "direction": "export", "demanded": true, "origins": 2,
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
        "declined": "no such type"},

@@ -292,5 +292,31 @@ TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {
   EXPECT_EQ(s.did(), "close 1 4009\n");
 }
 
+TEST(ServiceImports, AnotherDefinitionIsAllowedOrNotFromNowOn) {
+  Script s(server({callable()}));
+  mirrored(s);
+  Rule brave = callable();
+  brave.treatment.allow_type_mismatch = true;
+  s.give(PolicyChanged{Policy{{brave}}});
+  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\nattach 1 2\n");
+  s.say(1, Attached{{1}, {2}, {0}, {}, "hash"});
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
+  s.give(PolicyChanged{Policy{{callable()}}});
+  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 2\n");
+}
+
+// The peer has not withdrawn what was declined.
+TEST(ServiceImports, WhatFailedIsMadeWhenTheRuleAllowsIt) {
+  Script s(server({callable()}));
+  mirrored(s);
+  s.give(ServiceMirrorFailed{{1}, "type_mismatch", "other hash"});
+  s.said(1);
+  Rule brave = callable();
+  brave.treatment.allow_type_mismatch = true;
+  s.give(PolicyChanged{Policy{{brave}}});
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nattach 1 2\n");
+}
+
 }  // namespace
 }  // namespace connect_bridge::side_test

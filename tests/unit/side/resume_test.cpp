@@ -73,6 +73,25 @@ TEST(SideResume, WhatABreakLosesComesLaterAndOnce) {
   EXPECT_NE(s.logged.find("3 messages come late, 0 are lost"), std::string::npos) << s.logged;
 }
 
+// A long list of the peer is compared a little at a time: until then nothing is over.
+TEST(SideResume, AlsoWhenThePeersListTakesTime) {
+  Exporting s;
+  s.take(2, 1, "b");
+  s.said(1);
+  s.lose(1);
+  s.take(2, 1, "c");
+  s.login(2, s.session);
+  Accepts many{{{{"/**"}, {}}}, {}};
+  for (int i = 1; i <= 3500; ++i)
+    many.deny.push_back("/x" + std::to_string(i) + std::string(200, 'y'));
+  many.deny.push_back("/b");
+  s.say(2, many);
+  s.pass(1000);
+  s.said(2);
+  s.say(2, Demand{{{2}}, 1, true, {2}});
+  EXPECT_EQ(all_said(s, 2), "2.1 c\n");
+}
+
 TEST(SideResume, WhatDidNotArriveComesAgain) {
   Exporting s;
   s.take(2, 1, "b");

@@ -71,16 +71,18 @@ TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
 }
 
 TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
-  Script s(client());
-  s.give(TimePassed{});
-  s.give(ConnectionOpened{{1}, "10.0.0.1"});
-  s.did();
-  s.lose(1, 4003);
-  s.give(NetworkChanged{});
-  s.pass(4999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "dial 2\n");
+  for (const std::uint16_t code : {4003, 4012, 4015, 4016}) {
+    Script s(client());
+    s.give(TimePassed{});
+    s.give(ConnectionOpened{{1}, "10.0.0.1"});
+    s.did();
+    s.lose(1, code);
+    s.give(NetworkChanged{});
+    s.pass(4999);
+    EXPECT_EQ(s.did(), "") << code;
+    s.pass(1);
+    EXPECT_EQ(s.did(), "dial 2\n") << code;
+  }
 }
 
 TEST(Side, AClientPresentsItsSession) {

@@ -87,9 +87,10 @@ TEST(Strangers, WhatWasNotJudgedIsNoWrongLogin) {
   Door door(strict());
   for (std::uint32_t i = 1; i <= 8; ++i) {
     EXPECT_EQ(door.tries(i, "10.0.0.9", {}, 1, false),
-              "close " + std::to_string(i) + " 4012\n");  // it is worth trying again
+              "close " + std::to_string(i) + " 4016\n");  // it is worth trying again
   }
   EXPECT_EQ(door.s.status().strangers.wrong_logins, 0U);
+  EXPECT_EQ(door.s.status().strangers.logins_not_judged, 8U);
   EXPECT_EQ(door.tries(9, "10.0.0.9", {}), refused(9));
 }
 
@@ -185,6 +186,7 @@ TEST(Strangers, WhoMustWaitForLongIsRefusedInTheEnd) {
   EXPECT_THAT(s.logged, Not(HasSubstr("offences")));
   s.pass(1);
   EXPECT_EQ(s.did(), "close 9 4012\n");
+  EXPECT_EQ(s.status().strangers.logins_without_place, 1U);
   EXPECT_THAT(s.logged, HasSubstr("offences"));
   s.pass(60'000);
   s.did();

@@ -44,7 +44,9 @@ struct Importing : Actions {
   Claims claims{Token128{}};
   ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
-  ImportContext context{options, names, policy, graph, claims, action_topics, jobs, outputs};
+  PeerTypes types{outputs};
+  ImportContext context{options, names,   policy, graph, claims, action_topics,
+                        jobs,    outputs, types};
 };
 
 }  // namespace connect_bridge::topics_test

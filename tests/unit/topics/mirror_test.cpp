@@ -143,8 +143,10 @@ TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
 
 // They hold no more of their link's share of the memory than they leave to its messages.
 TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
-  Budget memory(1'000'000);
-  OneLink robot(3, std::make_shared<Account>(AccountOptions{}, &memory, nullptr, nullptr));
+  AccountOptions options;
+  options.memory_bytes_max = 1'000'000;
+  Shares all(options);
+  OneLink robot(3, std::make_shared<Account>(options, &all));
   Script s;
   PeerTopics peer(s.context, robot.link);
   s.offer(peer, {origin(1, 7, latched(1000)), origin(2, 8, latched(1000)), origin(3, 9, latched(1)),
@@ -212,7 +214,7 @@ TEST(Mirror, ThatCannotBeMadeIsDeclinedAtEachLink) {
   s.offer(s.one, {origin(1, 7)});
   s.offer(s.two, {origin(1, 7)});
   s.demanded();
-  s.mirror(7).on_failed("unknown_type", "no such type", ms(0));
+  s.mirror(7).on_failed({{}, "unknown_type", "no such type"}, ms(0));
   EXPECT_EQ(s.demanded(), "1: decline 1 unknown_type\ndemand 1 off\n2: decline 1 unknown_type\n");
   s.did();
   EXPECT_EQ(s.logged, "cannot mirror /a: no such type\n");

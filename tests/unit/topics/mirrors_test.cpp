@@ -168,7 +168,8 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
     return found;
   };
   for (std::uint8_t i = 1; i <= 100; ++i) s.say(1, OriginsChanged{{1}, {origin(i, i)}, {}});
-  EXPECT_EQ(claims(s.did()), 20U);
+  s.pass(24);  // they do not all appear in one step
+  EXPECT_EQ(claims(s.did()), 21U);
   s.pass(100);
   const std::string last = s.did();
   EXPECT_EQ(claims(last), 1U);

@@ -30,6 +30,10 @@ struct OneLink final : private LinkUser {
   Result<Nothing> on_accepts(Link&, Accepts, const Now&) override;
   Result<Nothing> on_listeners(Link&, const Listeners&, const Now&) override { return Nothing{}; }
   Result<Nothing> on_renew(Link&, const Renew&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on_describe(Link&, const Describe&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on_description(Link&, const Description&, const Now&) override {
+    return Nothing{};
+  }
   void on_renewed(Link&, const Renewed&) override {}
   void on_peer_time(const TimeReply&, Stamp) override;
 };

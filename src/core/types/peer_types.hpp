@@ -1,0 +1,116 @@
+// The types of the topics that peers offer, as far as they are not the types that are installed
+// here.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "core/base/timers.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/ports/outputs.hpp"
+#include "core/types/mismatches.hpp"
+
+namespace connect_bridge {
+
+// Asks the peers for the descriptions that something here needs, checks them against their hashes,
+// and keeps them as long as a channel with that type and hash is offered, or a mirror here has it.
+// Whoever gives one of them first gives it for all links: it is the same for all that have the
+// hash. What is kept counts in the memory of the link that gave it. Single-threaded; owned by the
+// side.
+class PeerTypes {
+ public:
+  // Whoever has not answered by then is not waited for; another one is asked.
+  static constexpr Duration kPatience = std::chrono::seconds(5);
+  // Who did not know it may know it later: its node may not have been discovered yet.
+  static constexpr Duration kAskAgain = std::chrono::seconds(10);
+  static constexpr int kAsksMax = 3;  // one connection about one type
+
+  explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs) {}
+  PeerTypes(const PeerTypes&) = delete;
+  PeerTypes& operator=(const PeerTypes&) = delete;
+
+  // Before every input: the present.
+  void begin(const Now& now) { now_ = now.steady; }
+
+  // A channel with this definition is offered, or ends. Without a hash neither does anything.
+  void add(Link& link, ChannelId channel, const Definition& type);
+  void remove(Link& link, ChannelId channel, const Definition& type);
+  // Its channels are about to end; those that the link offers again go on.
+  void on_link_lost(const Link& link);
+  void on_link_dead(LinkId link);
+
+  // A mirror has a type that is not installed: DescribeType follows for the first one of a type,
+  // when it is known.
+  void need(const Definition& type, MirrorId mirror);
+  // The mirror ends. Of others nothing is known here.
+  void release(MirrorId mirror);
+  // The same to explain why the type here is not the peer's: one line for the log, at the latest
+  // after Mismatches::kPatience.
+  void explain(Mismatch mismatch, const Now& now);
+
+  // An error ends the connection with its code.
+  Result<Nothing> on_description(Link& link, const Description& description);
+  void on_looked_up(const TypeLookedUp& found) { mismatches_.on_looked_up(found); }
+  void on_time(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(timers_.deadline(), mismatches_.deadline());
+  }
+
+  // Definitions that are offered or waited for, and the bytes of their descriptions.
+  [[nodiscard]] std::size_t size() const { return types_.size(); }
+  [[nodiscard]] std::uint64_t bytes() const;
+
+ private:
+  // A link that offers it.
+  struct Source {
+    Link* link = nullptr;
+    std::set<ChannelId> channels;
+    int asks = 0;       // whatever the answers were
+    TimePoint again{};  // not before
+  };
+  struct PeerType {
+    std::map<LinkId, Source> sources;
+    std::size_t users = 0;  // mirrors
+    bool unusable = false;  // the description, whoever gives it
+    // The answer that it waits for.
+    std::optional<std::pair<LinkId, ChannelId>> asked;
+    // Its place in the line of a link, when all that may be asked have enough questions.
+    std::optional<std::pair<LinkId, std::uint64_t>> turn;
+    Timers<Definition>::Timer next;  // then another one is asked
+    std::string text;                // empty: not known
+    LinkId holder;                   // whose memory it counts in
+    Budget::Hold bytes;
+  };
+  struct Questions {
+    // Under way; without a type: nobody waits for the answer any longer.
+    std::map<ChannelId, std::optional<Definition>> open;
+    std::map<std::uint64_t, Definition> waiting;  // each type in one line at the most
+  };
+  using Types = std::map<Definition, PeerType>;
+
+  void ask(const Definition& name, PeerType& type);
+  void queue(const Definition& name, PeerType& type, const Link& link);
+  void leave_line(PeerType& type);
+  void ask_next(Link& link);
+  static void forget_withdrawn(const Link& link, Questions& questions);
+  void keep(const Definition& name, PeerType& type, Link& link, const std::string& text);
+  [[nodiscard]] bool wants(const Definition& name, const PeerType& type) const;
+  void drop_unused(Types::iterator type);
+  static void hold(PeerType& type);
+
+  Outputs& outputs_;
+  Mismatches mismatches_;
+  TimePoint now_{};
+  std::uint64_t last_turn_ = 0;
+  Timers<Definition> timers_;
+  Types types_;
+  std::map<MirrorId, Definition> users_;
+  std::map<LinkId, Questions> questions_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,41 @@
+// How many WebSocket frames a peer sends that are no messages.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+namespace connect_bridge {
+
+// The WebSocket layer does not tell of pings and their like, of frames without content, or of how
+// many pieces a message came in. But their heads are bytes that were read and are no content.
+class ExtraFrames {
+ public:
+  // What was read of the connection so far is its handshake.
+  explicit ExtraFrames(std::uint64_t read_bytes) : heads_(read_bytes) {}
+
+  // Before a read, when nearly all that was read has been understood. All numbers count from the
+  // start; `content`: of messages, the unfinished one among them. Returns how many frames came
+  // since the last call beyond one a message, as small as they can be: never too many.
+  std::uint64_t count(std::uint64_t read_bytes, std::uint64_t content, std::uint64_t messages) {
+    const std::uint64_t heads = read_bytes - content;
+    const std::uint64_t begun = messages - std::exchange(messages_, messages) + 1;
+    const std::uint64_t usual =
+        std::exchange(heads_, std::max(heads, heads_)) + begun * kHeadBytesMax;
+    const std::uint64_t extra = heads > usual ? (heads - usual) / kHeadBytesMin : 0;
+    total_ += extra;
+    return extra;
+  }
+  [[nodiscard]] std::uint64_t total() const { return total_; }
+
+ private:
+  // RFC 6455 section 5.2: a client's without content, and the longest.
+  static constexpr std::uint64_t kHeadBytesMin = 6;
+  static constexpr std::uint64_t kHeadBytesMax = 14;
+
+  std::uint64_t heads_;  // bytes that are no content
+  std::uint64_t messages_ = 0;
+  std::uint64_t total_ = 0;
+};
+
+}  // namespace connect_bridge

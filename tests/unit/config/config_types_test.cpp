@@ -1,0 +1,31 @@
+// How a rule says that a type may have another definition here.
+#include <gmock/gmock.h>
+
+#include "config/config.hpp"
+#include "config/explain.hpp"
+#include "yaml_parameters.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Config, ATypeOfAnotherDefinitionIsUsedOnlyWhereARuleSaysSo) {
+  const Config config = config_of(yaml(R"(
+rules: [a, b]
+rule:
+  a: {import_topics: [/a]}
+  b: {import_topics: [/b], allow_type_mismatch: true}
+)"),
+                                  Role::kServer);
+  const auto& rules = config.policy.rules();
+  ASSERT_EQ(rules.size(), 2U);
+  EXPECT_FALSE(rules[0].treatment.allow_type_mismatch);
+  EXPECT_TRUE(rules[1].treatment.allow_type_mismatch);
+  EXPECT_THAT(explain(config), HasSubstr("/b; whatever the definition of its type"));
+  EXPECT_THAT(explain(config), Not(HasSubstr("/a; whatever")));
+}
+
+}  // namespace
+}  // namespace connect_bridge

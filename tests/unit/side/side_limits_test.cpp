@@ -1,0 +1,239 @@
+// Limits of peers that an operator sets, each reached.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "unit/side/script.hpp"
+#include "unit/topics/one_link.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Identity called(const std::string& name) {
+  Identity who;
+  who.name = name;
+  return who;
+}
+
+TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
+  SideOptions options = server({everything()});
+  options.account.channels_per_second = 2;
+  Script s(options);
+  s.graph({topic("/a").pub(1)});
+  s.join(1);
+  const auto change_demand = [&] {
+    s.demand(1, 1, true);
+    s.demand(1, 1, false);
+    return s.did();
+  };
+  for (int n = 0; n < 120; ++n) EXPECT_THAT(change_demand(), Not(HasSubstr("close 1 4006")));
+  EXPECT_THAT(change_demand(), HasSubstr("close 1 4006"));
+}
+
+TEST(Limits, SoHaveAttachmentsAndDemandsOfAllLinksOfAnIdentity) {
+  AccountOptions options;
+  options.channels_per_second = 2;
+  Account account(options);
+  const TimePoint begin = topics_test::ms(1000).steady;
+  for (int n = 0; n < 120; ++n) EXPECT_TRUE(account.attaches.take(begin));
+  EXPECT_FALSE(account.attaches.take(begin));
+  EXPECT_TRUE(account.attaches.take(begin + std::chrono::milliseconds(500)));
+  for (int n = 0; n < 1320; ++n) EXPECT_TRUE(account.demands.take(begin));
+  EXPECT_FALSE(account.demands.take(begin));
+  EXPECT_TRUE(account.demands.take(begin + std::chrono::milliseconds(100)));
+}
+
+TEST(Limits, ControlMessagesHaveTheRateThatIsSet) {
+  TextLimit limit(1000);
+  const TimePoint begin = topics_test::ms(1000).steady;
+  EXPECT_TRUE(limit.take({1}, 64'001, begin));
+  EXPECT_FALSE(limit.take({1}, 1, begin));
+  EXPECT_TRUE(limit.take({1}, 1, begin + std::chrono::milliseconds(1)));
+}
+
+// One of them is a robot that says little; it is not for it to pay.
+TEST(Limits, WhoSentMostControlMessagesEnds) {
+  SideOptions options = server({everything()});
+  options.account.control_bytes_per_second = 1000;
+  Script s(options);
+  s.login(1, {}, called("shared"));
+  s.login(2, {}, called("shared"));
+  Accepts much;
+  for (int i = 0; i < 700; ++i) much.deny.push_back("/x" + std::string(100, 'x'));
+  s.say(1, much);
+  s.did();
+  EXPECT_EQ(s.status().links.size(), 2U);
+  s.say(2, Accepts{});
+  EXPECT_THAT(s.did(), HasSubstr("close 1 4006"));
+  s.pass(2000);
+  EXPECT_THAT(s.did(), Not(HasSubstr("close 2")));
+  EXPECT_THAT(s.logged, HasSubstr("most of too many bytes of control messages"));
+}
+
+// What it sent counts on; who then speaks ends.
+TEST(Limits, WhoSentMuchAndWentAwayHasSentIt) {
+  TextLimit limit(1000);
+  const TimePoint begin = topics_test::ms(1000).steady;
+  EXPECT_TRUE(limit.take({1}, 70'000, begin));
+  limit.forget({1});
+  EXPECT_FALSE(limit.take({2}, 1, begin));
+  EXPECT_EQ(limit.take_loudest(), std::nullopt);
+  const TimePoint later = begin + std::chrono::seconds(7);
+  EXPECT_TRUE(limit.take({3}, 5000, later));
+  EXPECT_TRUE(limit.take({2}, 1, later));
+  EXPECT_EQ(limit.take_loudest(), LinkId{3});
+  EXPECT_EQ(limit.take_loudest(), std::nullopt) << "it is told once";
+}
+
+TEST(Limits, ListenersOfAPeerThatAreSubscribedFor) {
+  SideOptions options = server();
+  options.listeners_max = 2;
+  Script s(options);
+  s.join(1);
+  Listeners many;
+  for (std::uint32_t i = 1; i <= 3; ++i) {
+    ListenerTold told;
+    told.listener = {i};
+    told.name = "/t" + std::to_string(i);
+    told.type = kType;
+    told.node = "/base";
+    many.added.push_back(told);
+  }
+  s.say(1, many);
+  EXPECT_EQ(s.did(),
+            "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
+  EXPECT_THAT(s.logged, HasSubstr("limits.listeners_max"));
+  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 1U);
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "");
+  s.say(1, Listeners{{}, {{1}}});
+  s.pass(1000);
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 4 /t3 reliable volatile 100\n");
+  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 1U);
+}
+
+// ---- counts
+
+TEST(Limits, PublishersThatWaitForTheirPaceAreCounted) {
+  SideOptions options = server();
+  options.account.mirrors_at_once = 2;
+  Script s(options);
+  s.graph({});
+  s.pass(3000);
+  s.login(1, {}, called("busy"));
+  s.say(1, Accepts{});
+  std::vector<OriginOffer> origins;
+  for (std::uint8_t i = 1; i <= 5; ++i) origins.push_back(origin(i, i));
+  s.say(1, Offer{{channel(1, "/a", origins)}, true});
+  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 3U);
+  s.pass(3000);
+  EXPECT_EQ(s.status().links.at(0).mirrors_waited, 3U) << "each is counted once";
+}
+
+TEST(Limits, LoginsThatTimedOutOrFoundNoPlaceAreCounted) {
+  SideOptions options = server();
+  options.links_max = 1;
+  Script s(options);
+  s.give(ConnectionOpened{{1}, "10.0.0.9:5", "10.0.0.9", 1});
+  s.pass(5000);
+  EXPECT_THAT(s.did(), HasSubstr("close 1 4004"));
+  EXPECT_EQ(s.status().strangers.login_timeouts, 1U);
+  s.login(2);
+  s.did();
+  EXPECT_EQ(s.status().strangers.logins_without_place, 0U);
+  s.give(ConnectionOpened{{3}, "10.0.0.9:6", "10.0.0.9", 1});
+  s.binary(3, encode(Hello{1, 1, Script::peer_id(3), {}, "/peer"}));
+  s.binary(3, encode(Login{"none", {}}));
+  s.give(Authenticated{{3}, Identity{}, ""});
+  EXPECT_THAT(s.did(), HasSubstr("close 3 4012"));
+  EXPECT_EQ(s.status().strangers.logins_without_place, 1U);
+}
+
+// ---- what a peer accepts
+
+// 4,000 long patterns; one topic costs milliseconds.
+Accepts long_list(const std::string& denied) {
+  Accepts many{{{{"/**"}, {}}}, {}};
+  for (int i = 1; i < 3500; ++i)
+    many.deny.push_back("/x" + std::to_string(i) + std::string(200, 'y'));
+  many.deny.push_back(denied);
+  return many;
+}
+
+std::vector<Topic> many_topics(int count) {
+  std::vector<Topic> topics;
+  for (int i = 1; i <= count; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
+  return topics;
+}
+
+std::size_t offered(const std::string& said) {
+  std::size_t count = 0;
+  for (std::size_t at = said.find("/t"); at != std::string::npos; at = said.find("/t", at + 1))
+    ++count;
+  return count;
+}
+
+TEST(LongAccepts, AreComparedALittleAtATime) {
+  Script s(server());
+  s.graph(many_topics(40));
+  s.login(1, {}, called("busy"));
+  s.said(1);
+  s.say(1, long_list("/t1"));
+  EXPECT_EQ(offered(s.said(1)), 0U);
+  s.pass(500);
+  EXPECT_EQ(offered(s.said(1)), 0U);
+  // Meanwhile another one with a short list has all of them at once.
+  s.login(2, {}, called("calm"));
+  s.said(2);
+  s.say(2, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(offered(s.said(2)), 40U);
+  s.pass(5000);
+  EXPECT_EQ(offered(s.said(1)), 39U);
+}
+
+// Turns are equal in what they cost: who has a list that is a little longer waits a little longer.
+TEST(LongAccepts, OfOneDoNotHoldUpThoseOfAnother) {
+  Script s(server());
+  s.graph(many_topics(200));
+  s.login(1, {}, called("busy"));
+  s.say(1, long_list("/t1"));
+  s.login(2, {}, called("calm"));
+  Accepts longer{{{{"/**"}, {}}}, {}};
+  for (int i = 1; i <= 100; ++i)
+    longer.deny.push_back("/y" + std::to_string(i) + std::string(30, 'y'));
+  s.say(2, longer);
+  s.said(1);
+  s.said(2);
+  s.pass(1000);
+  EXPECT_EQ(offered(s.said(2)), 200U);
+  EXPECT_EQ(offered(s.said(1)), 0U);
+}
+
+TEST(LongAccepts, EndNothingBeforeTheyAreCompared) {
+  Script s(server());
+  s.graph(many_topics(20));
+  s.login(1, {}, called("busy"));
+  s.said(1);
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(offered(s.said(1)), 20U);
+  s.say(1, long_list("/t7"));
+  EXPECT_EQ(s.said(1), "");
+  s.pass(5000);
+  EXPECT_THAT(s.said(1), testing::MatchesRegex("withdraw [0-9]+\n"));
+}
+
+TEST(LongAccepts, ATopicThatAppearsLaterIsComparedWhenItDoes) {
+  Script s(server());
+  s.graph(many_topics(3));
+  s.login(1, {}, called("busy"));
+  s.say(1, long_list("/t1"));
+  s.pass(2000);
+  EXPECT_EQ(offered(s.said(1)), 2U);
+  s.graph(many_topics(5));
+  EXPECT_EQ(offered(s.said(1)), 2U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
