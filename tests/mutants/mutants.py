@@ -1,8 +1,9 @@
 """The faults that tests/mutants/run tries."""
 
+from beside_bridges import BESIDE_BRIDGES
 from mutant import Mutant
 
-MUTANTS = [
+MUTANTS = BESIDE_BRIDGES + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
@@ -137,18 +138,6 @@ MUTANTS = [
            "account.wait_to_appear(account.mirrors, now.steady)", "Duration::zero()"),
     Mutant("each change is claimed",
            "if (!due || !pace_.take(now.steady)) return false;", "if (!due) return false;"),
-    Mutant("no sign of life", "const bool due = changed_ || repeat_at() <= now.steady;",
-           "const bool due = changed_;"),
-    Mutant("silent bridges hold for ever",
-           "if (local_.claims.expire(now.steady)) on_claims(now);", ""),
-    Mutant("neighbours not waited for",
-           "if (waits_for_neighbours_) settled = since + kNeighbourDiscovery;", ""),
-    Mutant("a lost link holds its claims",
-           "settling_.release(!candidates_.front().offered, now);", ""),
-    Mutant("mirrors named by claims are exported",
-           "if (local_.on_claims()) exports_.on_graph(now);", "local_.on_claims();"),
-    Mutant("new publishers beside another bridge count at once",
-           "if (from <= now.steady) return false;", "return false;"),
     Mutant("what is small costs nothing while it waits",
            "auto bytes = peer_.decoding().hold(cost);",
            "auto bytes = peer_.decoding().hold(message.body.size());"),
@@ -344,7 +333,7 @@ MUTANTS = [
     Mutant("mirror without a server",
            "if (is_real(at->first)) continue;", "if (!at->first.first.empty()) continue;"),
     Mutant("mirror beside a real server",
-           "if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) "
+           "if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.serves(gid)) "
            "return true;",
            "if (!failed_) return true;"),
     Mutant("two bridges mirror one service",

@@ -157,6 +157,7 @@ def _check_accepts(message):
     require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
+    require(0 <= member(message, "domain", int, 0) < 1 << 32, "domain")
     for side in items(message, "neighbours", NEIGHBOURS_MAX) if "neighbours" in message else ():
         require(isinstance(side, str), "a neighbour is no string")
         require(len(side) <= 32, "a neighbour is too long", TOO_LARGE)

@@ -218,11 +218,11 @@ def test_an_exporter_that_kept_something_is_asked_for_it(world, peer):
 
 
 def test_each_peer_is_told_of_the_others(world, peer):
-    """Two bridges in one graph: whom they both dial knows first."""
+    """Two bridges in one graph: whom they both dial knows first, and tells the second one."""
     first = peer()
     first.until(lambda: first.accepts is not None, "accepts")
-    assert first.side.hex() not in first.accepts.get("neighbours", [])
     second = peer()
-    second.until(lambda: second.accepts is not None, "accepts")
+    second.until(lambda: second.accepts.get("neighbours"), "accepts with neighbours")
     assert first.side.hex() in second.accepts["neighbours"]
     assert second.side.hex() not in second.accepts["neighbours"]
+    assert second.side.hex() not in first.accepts.get("neighbours", [])

@@ -231,7 +231,9 @@ void Host::on_open(ConnectionId id) {
   connections_.push_back(id);
   gates_[id] = Gate{};
   world_.checker.on_connection(*this, id);
-  input(ConnectionOpened{id, "peer " + std::to_string(id.value)});
+  ConnectionOpened opened{id, "peer " + std::to_string(id.value)};
+  opened.site = "site";
+  input(std::move(opened));
 }
 
 void Host::on_dial_failed(ConnectionId id, const std::string& reason) {

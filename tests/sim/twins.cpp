@@ -20,7 +20,7 @@ constexpr Duration kStartMax = 1500ms;
 // From the moment at which the other bridge knows: the settle time, the demand, discovery.
 constexpr Duration kTakeOver = 1s;
 constexpr Duration kDeadAfter = 3s;
-constexpr Duration kSilence = 3s;  // of a bridge, after which its claims end
+constexpr Duration kSilence = kDeadAfter + 1s;  // of a bridge, after which its claims end
 
 GraphPlan graph_of(const TwinPlan& plan) {
   GraphPlan graph;
@@ -111,6 +111,7 @@ void Twins::build_host(Role role, int graph, Duration start, bool verbose) {
   plan.graph_delay_max = 20ms;
   plan.job_delay_max = 1ms;
   plan.options.role = role;
+  plan.options.domain = static_cast<std::uint32_t>(graph);
   plan.options.node = "/connect" + std::to_string(hosts_.size());
   plan.options.policy = everything();
   plan.options.dead_after = kDeadAfter;

@@ -6,16 +6,25 @@
 
 namespace connect_bridge {
 
+namespace {
+
+std::string action_of(const std::string& topic) {
+  return topic.substr(0, topic.rfind("/_action/"));
+}
+
+}  // namespace
+
 void ActionTopics::set(const std::string& topic, MirrorId mirror, bool feeds) {
   const auto [it, is_new] = topics_[topic].try_emplace(mirror, feeds);
-  changed_ = changed_ || is_new || it->second != feeds;
+  if (!is_new && it->second == feeds) return;
   it->second = feeds;
+  changed_.insert(action_of(topic));
 }
 
 void ActionTopics::remove(const std::string& topic, MirrorId mirror) {
   const auto it = topics_.find(topic);
   if (it == topics_.end() || it->second.erase(mirror) == 0) return;
-  changed_ = true;
+  changed_.insert(action_of(topic));
   if (it->second.empty()) topics_.erase(it);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -15,8 +16,8 @@ class ActionTopics {
   // A mirror of this topic exists; `feeds`: it has settled.
   void set(const std::string& topic, MirrorId mirror, bool feeds);
   void remove(const std::string& topic, MirrorId mirror);
-  // True once after every change.
-  bool take_change() { return std::exchange(changed_, false); }
+  // The actions (local names) of which that has changed since the last call.
+  [[nodiscard]] std::set<std::string> take_changes() { return std::exchange(changed_, {}); }
 
   // Whether feedback and status of this action have mirrors here; the same, and these feed.
   [[nodiscard]] bool are_mirrored(const std::string& action) const { return all(action, false); }
@@ -26,7 +27,7 @@ class ActionTopics {
   [[nodiscard]] bool all(const std::string& action, bool feed) const;
 
   std::map<std::string, std::map<MirrorId, bool>> topics_;  // whether each feeds
-  bool changed_ = false;
+  std::set<std::string> changed_;
 };
 
 }  // namespace connect_bridge

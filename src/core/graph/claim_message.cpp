@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,17 +20,26 @@ constexpr char kPeer = '@';
 constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
-template <class Id>
-void put(std::string& text, char kind, const std::vector<Id>& ids, std::size_t ids_max) {
-  for (std::size_t i = 0; i < std::min(ids.size(), ids_max); ++i)
-    text += std::string(" ") + kind + to_hex(ids[i].bytes);
+// As many as a claim may have.
+template <class T>
+std::span<const T> first_of(const std::vector<T>& all, std::size_t count_max) {
+  return std::span(all).first(std::min(all.size(), count_max));
 }
 
-template <class Id>
-bool take(std::string_view hex, std::vector<Id>& ids, std::size_t ids_max) {
-  Id id;
+bool take(std::string_view hex, std::vector<Gid>& ids) {
+  Gid id;
   if (!from_hex(hex, id.bytes)) return false;
-  if (ids.size() < ids_max) ids.push_back(id);
+  if (ids.size() < kClaimOriginsMax) ids.push_back(id);
+  return true;
+}
+
+bool take(std::string_view hex, std::vector<ClaimedPeer>& peers) {
+  ClaimedPeer peer;
+  const std::size_t digits = 2 * peer.side.bytes.size();
+  if (hex.size() < digits || !from_hex(hex.substr(0, digits), peer.side.bytes) ||
+      !from_hex(hex.substr(digits), peer.place.bytes))
+    return false;
+  if (peers.size() < kClaimPeersMax) peers.push_back(peer);
   return true;
 }
 
@@ -45,8 +55,8 @@ bool take_time(std::string_view digits, Duration& time) {
 // False: the word is none of a claim.
 bool take(std::string_view word, Claim& claim) {
   const char kind = word.empty() ? ' ' : word.front();
-  if (kind == kMirror) return take(word.substr(1), claim.mirrors, kClaimOriginsMax);
-  if (kind == kPeer) return take(word.substr(1), claim.peers, kClaimPeersMax);
+  if (kind == kMirror) return take(word.substr(1), claim.mirrors);
+  if (kind == kPeer) return take(word.substr(1), claim.peers);
   if (kind == kGoodFor) return take_time(word.substr(1), claim.good_for);
   ClaimedOrigin origin;
   origin.feeds = word.ends_with(kFeeds);
@@ -58,17 +68,22 @@ bool take(std::string_view word, Claim& claim) {
 
 }  // namespace
 
+std::size_t claim_bytes(const Claim& claim) {
+  return 256 + 50 * (claim.peers.size() + claim.mirrors.size() + claim.origins.size());
+}
+
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
   if (claim.good_for <= kClaimGoodMax)
     text +=
         std::string(" ") + kGoodFor + std::to_string(claim.good_for / std::chrono::milliseconds(1));
-  put(text, kPeer, claim.peers, kClaimPeersMax);
-  put(text, kMirror, claim.mirrors, kClaimOriginsMax);
-  const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);
-  for (std::size_t i = 0; i < count; ++i) {
-    text += ' ' + to_hex(claim.origins[i].gid.bytes);
-    if (claim.origins[i].feeds) text += kFeeds;
+  for (const auto& [side, place] : first_of(claim.peers, kClaimPeersMax))
+    text += std::string(" ") + kPeer + to_hex(side.bytes) + to_hex(place.bytes);
+  for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
+    text += std::string(" ") + kMirror + to_hex(mirror.bytes);
+  for (const auto& [gid, feeds] : first_of(claim.origins, kClaimOriginsMax)) {
+    text += ' ' + to_hex(gid.bytes);
+    if (feeds) text += kFeeds;
   }
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))

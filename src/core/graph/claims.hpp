@@ -33,10 +33,12 @@ class Claims {
   // told. True if anything changed; a claim that is only renewed changes nothing. One that is good
   // for no time is a bridge's last.
   bool update(const Gid& publisher, Claim claim, TimePoint now);
-  // Forgets the claims of bridges that were in the graph before and are not there now. (A claim may
+  // Ends the claims of bridges that were in the graph before and are not there now. (A claim may
   // arrive before the first graph snapshot that shows its bridge.) True if anything changed.
-  bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now);
-  // Forgets the claims of bridges that have been silent for too long. True if anything changed.
+  bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
+              TimePoint now);
+  // Ends the claims of bridges that have been silent for too long, and forgets what the graph does
+  // not show any longer. True if a claim has changed by that.
   bool expire(TimePoint now);
   // When expire() is to be called at the latest.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -47,19 +49,36 @@ class Claims {
   [[nodiscard]] bool is_here(const Token128& side) const { return by_side_.contains(side); }
   // Another bridge mirrors this, whatever its side id.
   [[nodiscard]] bool claimed(const Gid& origin) const { return claimed_.contains(origin); }
+  // The same of a service (service_gid), or another bridge did just now: the graph may show its
+  // server for a moment longer.
+  [[nodiscard]] bool serves(const Gid& service) const {
+    return claimed(service) || served_.contains(service);
+  }
+  // The graph shows that these services of bridges have servers, and no others of `served()`.
+  void retain_served(const std::unordered_set<Gid>& shown);
+  [[nodiscard]] const std::unordered_set<Gid>& served() const { return served_; }
   // Another bridge has the better claim to this origin. `feeds`: our own claim says that we feed.
   [[nodiscard]] bool taken(const Gid& origin, bool feeds) const;
   // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
   // stays for a moment: the graph may show it longer.
   [[nodiscard]] const std::unordered_set<Gid>& mirrors() const { return mirrors_; }
   // The sides at the other ends of the other bridges' links: to whom we are linked as well, may
-  // have them in its graph.
-  [[nodiscard]] std::set<Token128> peers() const;
+  // have them in its graph. `since`: when that was said first; the beginning of time, if it was the
+  // first that was heard of the bridge.
+  struct FarPeer {
+    ClaimedPeer peer;
+    TimePoint since;
+  };
+  [[nodiscard]] std::vector<FarPeer> peers() const;
+  // Who they are, or which bridges are here, has changed: true once after every change.
+  bool take_peers_change() { return std::exchange(peers_changed_, false); }
 
-  // A peer says that these bridges may be in our graph. Those that are not known here are waited
-  // for (core/graph/settling.hpp); no more than 256 in all.
-  void expect(const std::vector<Token128>& sides);
-  // One of them has never been heard.
+  // The peer of this link says now that these bridges may be in our graph. Those that are not known
+  // here are waited for (core/graph/settling.hpp).
+  void expect(LinkId link, const std::vector<Token128>& sides);
+  // They have been waited for long enough.
+  void expect_nobody() { missed_.clear(); }
+  // One of them has not been heard.
   [[nodiscard]] bool misses() const { return !missed_.empty(); }
 
  private:
@@ -74,18 +93,24 @@ class Claims {
     Claim claim;
     Gid publisher;
     std::optional<TimePoint> ends;  // without a sign of life; none: never
+    std::map<Token128, TimePoint> peers_since = {};
   };
 
+  void hear(const Token128& side);
   void rebuild();
-  // What the claim named is still in the graph for a moment, but for what is `kept`.
-  void end_mirrors(const Claim& claim, const std::vector<Gid>& kept, TimePoint now);
+  // What the claim named is still in the graph for a moment, but for what `next` names. `silent`:
+  // its bridge has not said that it ends.
+  void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
 
   Token128 own_;
   std::map<Token128, Bridge> by_side_;
   std::unordered_map<Gid, Others> claimed_;
   std::unordered_set<Gid> mirrors_;
   std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, until when the graph may show them
-  std::set<Token128> missed_;
+  std::unordered_set<Gid> served_;               // the same of services (and of origins)
+  TimePoint served_until_{};                     // and of all of these
+  std::map<LinkId, std::set<Token128>> missed_;  // by whose peer names them; no set is empty
+  bool peers_changed_ = false;
 };
 
 }  // namespace connect_bridge

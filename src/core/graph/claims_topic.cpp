@@ -15,13 +15,15 @@ constexpr std::uint32_t kBridgesDepth = 100;  // one sample each of so many brid
 constexpr Duration kBesideOthers = std::chrono::seconds(1);
 constexpr Duration kAlone = std::chrono::seconds(3);
 constexpr int kMissingMax = 3;
+constexpr Duration kAfterDead = std::chrono::seconds(1);
 // A large claim is told less often: that takes so many bytes per period at the most.
 constexpr std::size_t kPeriodBytes = 50'000;
 
 }  // namespace
 
-ClaimsTopic::ClaimsTopic(Claims& claims, Outputs& outputs)
+ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
     : claims_(claims),
+      dead_after_(dead_after),
       outputs_(outputs),
       mirror_(outputs.new_mirror()),
       subscription_(outputs.new_subscription()) {
@@ -33,9 +35,9 @@ ClaimsTopic::ClaimsTopic(Claims& claims, Outputs& outputs)
   outputs_.push(CreateSubscription{subscription_, kClaimsTopic, kClaimsType, "", qos});
 }
 
-Duration ClaimsTopic::period() const {
+Duration ClaimsTopic::period_of(std::size_t bytes) const {
   const Duration shortest = claims_.any() ? kBesideOthers : kAlone;
-  return shortest * static_cast<std::int64_t>(1 + told_bytes_ / kPeriodBytes);
+  return shortest * static_cast<std::int64_t>(1 + bytes / kPeriodBytes);
 }
 
 bool ClaimsTopic::take_due(const Now& now) {
@@ -51,11 +53,13 @@ std::optional<TimePoint> ClaimsTopic::deadline() const {
 }
 
 void ClaimsTopic::publish(Claim claim, const Now& now) {
-  claim.good_for = std::min(kMissingMax * period(), kClaimGoodMax);
-  auto message = serialize(claim, now.system);
   told_at_ = now.steady;
-  told_bytes_ = message.size();
-  outputs_.push(Publish{mirror_, std::move(message)});
+  told_bytes_ = claim_bytes(claim);
+  period_ = period_of(told_bytes_);
+  // Who is silent may still serve calls while its peer does not know that.
+  const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
+  claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(std::min(good, kClaimGoodMax));
+  outputs_.push(Publish{mirror_, serialize(claim, now.system)});
 }
 
 void ClaimsTopic::end(const Token128& side, const Now& now) {

@@ -1,6 +1,7 @@
 // The hidden topic on which the bridges of a graph tell each other what they mirror.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "core/base/pace.hpp"
@@ -13,7 +14,8 @@ namespace connect_bridge {
 // Our publisher and our subscription on it; they exist as long as the side.
 class ClaimsTopic {
  public:
-  ClaimsTopic(Claims& claims, Outputs& outputs);
+  // `dead_after`: of our links; a claim is good for longer, since so long a mirror may still serve.
+  ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs);
 
   // What this side mirrors has changed.
   void change() { changed_ = true; }
@@ -33,17 +35,22 @@ class ClaimsTopic {
   bool on_failed(const MirrorFailed& failed);
 
  private:
-  // Between two signs of life.
-  [[nodiscard]] Duration period() const;
-  [[nodiscard]] TimePoint repeat_at() const { return told_at_ + period(); }
+  // Between two signs of life with a claim of this size.
+  [[nodiscard]] Duration period_of(std::size_t bytes) const;
+  // Another bridge may have come since.
+  [[nodiscard]] TimePoint repeat_at() const {
+    return told_at_ + std::min(period_, period_of(told_bytes_));
+  }
 
   Claims& claims_;
+  const Duration dead_after_;
   Outputs& outputs_;
   MirrorId mirror_;
   SubscriptionId subscription_;
   bool changed_ = false;
   TimePoint told_at_{};
-  std::size_t told_bytes_ = 0;  // the size of the last message
+  std::size_t told_bytes_ = 0;  // of the last claim
+  Duration period_{};           // that it was told with
   // At most so late that a mirror of a service has not been made yet (core/graph/settling.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};
 };

@@ -71,18 +71,20 @@ bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
   const bool any = std::any_of(mirrors.begin(), mirrors.end(),
                                [&](const Gid& gid) { return publishers_.contains(gid); });
   if (!any) return false;
+  for (const Gid& gid : mirrors)
+    if (publishers_.contains(gid)) bridge_publishers_.insert(gid);
+  remove(mirrors);
+  return true;
+}
+
+void GraphView::remove(const std::unordered_set<Gid>& publishers) {
   for (auto it = topics_.begin(); it != topics_.end();) {
     TopicState& topic = it->second;
-    std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
-      if (!mirrors.contains(publisher.gid)) return false;
-      publishers_.erase(publisher.gid);
-      bridge_publishers_.insert(publisher.gid);
-      return true;
-    });
+    std::erase_if(topic.publishers, [&](const Endpoint& e) { return publishers.contains(e.gid); });
     const bool is_real = !topic.publishers.empty() || !topic.subscribers.empty();
     it = is_real ? std::next(it) : topics_.erase(it);
   }
-  return true;
+  for (const Gid& gid : publishers) publishers_.erase(gid);
 }
 
 const TopicState* GraphView::find(const TopicKey& key) const {

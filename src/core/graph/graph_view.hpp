@@ -41,6 +41,8 @@ class GraphView {
   // These publishers are other bridges' (Claims::mirrors): they are no publishers of nodes from now
   // on, whatever their nodes and ids look like. True if one of them was.
   bool hide(const std::unordered_set<Gid>& mirrors);
+  // These publishers are not in the graph any longer.
+  void remove(const std::unordered_set<Gid>& publishers);
 
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }

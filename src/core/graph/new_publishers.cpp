@@ -27,15 +27,13 @@ bool ids_show_process(const GraphChanged& graph) {
 }  // namespace
 
 void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
-  if (!since_) since_ = now.steady;
   BridgeNodes bridges;
   for (const TopicState& topic : graph.topics)
     if (topic.name == kClaimsTopic)
       for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
-  const bool others = !bridges.empty() || (misses && now.steady < *since_ + kNeighbourDiscovery);
-  const bool watches = others && !ids_show_process(graph);
+  const bool watches = (misses || !bridges.empty()) && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
-  held_.clear();
+  auto held_before = std::exchange(held_, {});
   for (TopicState& topic : graph.topics) {
     if (topic.name == kClaimsTopic) continue;
     std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
@@ -53,13 +51,19 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
       return true;
     });
   }
+  for (Held& held : held_before) {
+    if (seen_.contains(held.gid())) continue;
+    held.left = true;
+    held_.push_back(std::move(held));
+  }
 }
 
-std::vector<TopicState> NewPublishers::take_due(const Now& now) {
-  std::vector<TopicState> due;
+NewPublishers::Due NewPublishers::take_due(const Now& now) {
+  Due due;
   std::erase_if(held_, [&](Held& held) {
     if (held.until > now.steady) return false;
-    due.push_back(std::move(held.topic));
+    if (held.left) due.left.insert(held.gid());
+    due.topics.push_back(std::move(held.topic));
     return true;
   });
   return due;
@@ -73,7 +77,7 @@ std::optional<TimePoint> NewPublishers::deadline() const {
 
 std::vector<Gid> NewPublishers::held() const {
   std::vector<Gid> gids;
-  for (const Held& held : held_) gids.push_back(held.topic.publishers.front().gid);
+  for (const Held& held : held_) gids.push_back(held.gid());
   return gids;
 }
 

@@ -3,7 +3,7 @@
 
 #include <optional>
 #include <unordered_map>
-#include <utility>
+#include <unordered_set>
 #include <vector>
 
 #include "core/base/time.hpp"
@@ -19,20 +19,26 @@ namespace connect_bridge {
 class NewPublishers {
  public:
   // Takes those that are too new out of the picture. `misses`: bridges that may be in this graph
-  // have not been heard (Claims::misses).
+  // are waited for (Claims::misses).
   void hold(GraphChanged& graph, bool misses, const Now& now);
   // What was held for long enough, as topics with one publisher each.
-  [[nodiscard]] std::vector<TopicState> take_due(const Now& now);
+  struct Due {
+    std::vector<TopicState> topics;
+    std::unordered_set<Gid> left;  // those of them that are not in the graph any longer
+  };
+  [[nodiscard]] Due take_due(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // Their ids: they are in the graph, whatever they are.
+  // Their ids: they are in the graph, or were just now, whatever they are.
   [[nodiscard]] std::vector<Gid> held() const;
 
  private:
+  // One that leaves meanwhile is held all the same: what it has published is still to cross.
   struct Held {
     TimePoint until;
     TopicState topic;
+    bool left = false;
+    [[nodiscard]] const Gid& gid() const { return topic.publishers.front().gid; }
   };
-  std::optional<TimePoint> since_;  // of the first picture
   // The publishers of the last picture, and when one that does not count yet was seen first.
   std::unordered_map<Gid, std::optional<TimePoint>> seen_;
   std::vector<Held> held_;

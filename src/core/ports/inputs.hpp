@@ -73,8 +73,7 @@ struct SubscriptionFailed {
   std::string code;
   std::string reason;
 };
-// The id in the graph of a mirror that belongs to a proxy node: its node does not show that it is a
-// bridge's. Not given where the middleware does not tell it.
+// The id of a mirror in the graph. Not given where the middleware does not tell it.
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;
@@ -163,6 +162,7 @@ struct ConnectionOpened {
   std::string address{};   // server: whom limits count; empty: none do
   int share = 1;           // how many times what other addresses may do it may
   std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
+  std::string site{};      // the network that the peer is in, to be compared; empty: not known
 };
 // A dial ended without a connection.
 struct DialFailed {

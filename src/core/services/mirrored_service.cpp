@@ -100,7 +100,7 @@ bool MirroredService::may_exist(const Feed& feed) {
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
-  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
+  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.serves(gid)) return true;
   mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               key_.first + " has a server here and one behind " + link.label() +
                                   ": the one there is not mirrored");
@@ -129,13 +129,12 @@ void MirroredService::claim(const Now& now) {
   }
   const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kServiceSettle;
   const TimePoint at = std::max(now.steady + settle, discovered);
-  if (!mirror_at_) {
-    mirror_at_ = at;
-    mirroring_.claim_changed = true;
-  } else if (waits_for_neighbours_ && !misses) {
-    mirror_at_ = std::min(*mirror_at_, at);
-  }
+  const bool waited = mirror_at_ && waits_for_neighbours_;
+  if (mirror_at_ && waited == misses) return;
+  // A bridge that need not wait must not give way to one that waits.
+  mirror_at_ = waited ? std::min(*mirror_at_, at) : mirror_at_ ? std::max(*mirror_at_, at) : at;
   waits_for_neighbours_ = misses;
+  mirroring_.claim_changed = true;
 }
 
 std::optional<TimePoint> MirroredService::due(const Now& now) const {

@@ -52,7 +52,7 @@ class MirroredService {
   void on_mirror_failed(const ServiceMirrorFailed& failed);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
-  [[nodiscard]] bool is_claimed() const { return mirror_at_.has_value(); }
+  [[nodiscard]] bool is_claimed() const { return mirror_at_ && !waits_for_neighbours_; }
   // When to look at it again; nothing: its mirror exists, or nothing is to be expected by time.
   [[nodiscard]] std::optional<TimePoint> due(const Now& now) const;
 

@@ -66,6 +66,18 @@ void ServiceImports::on_claims(const Now& now) {
   mirroring_.update_all(now);
 }
 
+void ServiceImports::on_action_topics(const std::set<std::string>& actions, const Now& now) {
+  for (const std::string& action : actions) {
+    for (const ActionPart part : kActionParts) {
+      if (kind_of(part) != InterfaceKind::kService) continue;
+      const std::string name = name_of_part(action, part);
+      auto it = mirroring_.services.lower_bound({name, ""});
+      while (it != mirroring_.services.end() && it->first.first == name)
+        mirroring_.update(*(it++)->second, now);
+    }
+  }
+}
+
 void ServiceImports::on_policy(const Now& now) {
   for (auto it = mirroring_.services.begin(); it != mirroring_.services.end();) {
     MirroredService& service = *(it++)->second;

@@ -1,6 +1,8 @@
 // Bridges that may be in the graph of a peer: it waits for their claims before it feeds.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "core/graph/claims.hpp"
@@ -8,12 +10,36 @@
 
 namespace connect_bridge {
 
-// The sides at the other ends of the open links.
-[[nodiscard]] std::vector<Token128> peers_of(const LinkTable& links);
+// The sides at the other ends of the open links, as far as they have said where they are.
+[[nodiscard]] std::vector<ClaimedPeer> peers_of(const LinkTable& links);
 
-// What the peer of `link` is told: the other peers of this side, and those of other bridges in our
-// graph. Two clients that start together do not know of each other, but whom they dial does.
-[[nodiscard]] std::vector<Token128> neighbours_of(const Link& link, const LinkTable& links,
-                                                  const Claims& claims);
+// What each peer is told of its neighbours. Two clients that start together do not know of each
+// other, but whom they dial does; so the one that comes later is told of the other, which need not
+// wait. Single-threaded; owned by the side.
+class Neighbours {
+ public:
+  // What peers are told again takes so long at least.
+  static constexpr Duration kPause = std::chrono::seconds(1);
+
+  // Links, what peers accept, or other bridges have changed.
+  void change() { changed_ = true; }
+  // Those of the peer: it is told of them now.
+  std::vector<Token128> tell(const Link& link, const LinkTable& links, const Claims& claims,
+                             const Now& now);
+  // The links whose neighbours are not what the peer was told, and who may be told again.
+  [[nodiscard]] std::vector<Link*> take_due(LinkTable& links, Claims& claims, const Now& now);
+  // What the peer was told is gone with the connection.
+  void on_link_lost(LinkId link);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
+
+ private:
+  struct Told {
+    std::vector<Token128> sides;
+    TimePoint free_at{};
+  };
+  std::map<LinkId, Told> told_;
+  bool changed_ = false;
+  std::optional<TimePoint> due_;
+};
 
 }  // namespace connect_bridge

@@ -4,7 +4,7 @@
 #include <variant>
 
 #include "core/link/standing.hpp"
-#include "core/side/neighbours.hpp"
+#include "core/side/offers.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -32,7 +32,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       service_imports_(options_, options_, options_.node, policy_, local_.view, local_.claims,
                        action_topics_, jobs_, outputs_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(local_.claims, outputs_) {
+      claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
 }
 
@@ -59,7 +59,8 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
-    if (action_topics_.take_change()) service_imports_.on_action_topics(now);
+    service_imports_.on_action_topics(action_topics_.take_changes(), now);
+    tell_neighbours(now);
     if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
       recheck(links, now);
     imports_.send_demands();
@@ -156,7 +157,7 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
-  if (link.open()) send_accepts(link);
+  if (link.open()) send_accepts(link, now);
   exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
 }
 
@@ -179,8 +180,8 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
-  if (local_.claims.expire(now.steady)) on_claims(now);
-  if (local_.release(now)) on_graph(now);
+  if (local_.expire(now)) on_claims(now);
+  while (local_.release(now)) on_graph(now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -195,7 +196,7 @@ std::optional<TimePoint> Side::next_deadline() const {
   for (const auto& next :
        {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
         service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-        accepts_review_.deadline(links_.all()), types_.deadline()})
+        neighbours_.deadline(), accepts_review_.deadline(links_.all()), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -203,20 +204,17 @@ std::optional<TimePoint> Side::next_deadline() const {
 // ---- links
 
 void Side::on_link_open(Link& link, const Now& now) {
-  send_accepts(link);
-  claims_topic_.change();  // it names our peers
+  send_accepts(link, now);
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection->set_time_period(kClockRequestPeriod);
   clock_publisher_.start(options_.names.to_local("/clock"), outputs_, now);
 }
 
-void Side::on_peer_time(const TimeReply& reply, Stamp t4) {
-  clock_publisher_.on_reply(reply, t4);
-}
-
 void Side::on_link_lost(Link& link, const Now& now) {
   claims_topic_.change();
+  neighbours_.on_link_lost(link.id);
+  if (local_.expect(link.id, {}, now)) on_claims(now);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.returns) exports_.keep(link, now);
@@ -260,17 +258,27 @@ void Side::on_offers_over(Link& link, const Now& now) {
   service_imports_.forget_orphans(link.id, now);
 }
 
-void Side::send_accepts(Link& link) const {
+void Side::send_accepts(Link& link, const Now& now) {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
-  accepts.neighbours = neighbours_of(link, links_.all(), local_.claims);
+  accepts.domain = options_.domain;
+  accepts.neighbours = neighbours_.tell(link, links_.all(), local_.claims, now);
   link.send(accepts);
 }
 
+void Side::tell_neighbours(const Now& now) {
+  for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
+    send_accepts(*link, now);
+}
+
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
-  local_.claims.expect(accepts.neighbours);
+  if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
+  if (link.accepts && link.accepts->told() == accepts) return Nothing{};  // but for neighbours
   link.accepts.emplace(std::move(accepts), &link.memory);
+  claims_topic_.change();  // it names our peers
+  neighbours_.change();
+  tell_neighbours(now);  // before anything is offered
   recheck({&link}, now);
   return Nothing{};
 }
@@ -282,44 +290,19 @@ void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
   for (Link* link : links) exports_.recheck(*link, now);
-  for (Link* link : links) send_offers(*link, now);
+  for (Link* link : links) offer_to(*link, exports_, service_exports_, outputs_, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all()) send_offers(link, now);
-}
-
-void Side::send_offers(Link& link, const Now& now) {
-  if (!link.open() || !link.accepts) return;
-  std::vector<ChannelOffer> offers;
-  exports_.collect_offers(link, offers);
-  service_exports_.collect_offers(link, offers, now);
-  if (!link.may_offer())
-    outputs_.log_once(link.account->told, LogLevel::kWarn,
-                      "not all interfaces of this side are offered to " + link.node +
-                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  const bool completes = !link.offers_complete && !link.accepts->lacks();
-  if (offers.empty() && !completes) return;
-  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
-  link.offers_complete |= completes;
+  for (auto& [id, link] : links_.all()) offer_to(link, exports_, service_exports_, outputs_, now);
 }
 
 Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
-  for (const auto& channel : offer.channels) {
-    if (!channel.channel || link.expects(channel.channel))
-      return Error{CloseCode::kIllegal, "a channel number was offered twice"};
-    if (link.offered() >= options_.channels_max)
-      return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    link.expect_offered(channel.channel, channel.kind);
-    if (channel.kind == InterfaceKind::kService) {
-      service_imports_.on_offer(link, channel, now);
-    } else {
-      imports_.on_offer(link, channel, now);
-    }
-  }
-  if (offer.complete) on_offers_over(link, now);
-  return Nothing{};
+  const auto taken =
+      take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
+  if (taken && offer.complete) on_offers_over(link, now);
+  return taken;
 }
 
 // ---- status

@@ -20,6 +20,7 @@
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
+#include "core/side/neighbours.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
@@ -105,7 +106,9 @@ class Side final : private LinksUser {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
   }
   void on_identity_changed(Link& link, const Now& now) override;
-  void on_peer_time(const TimeReply& reply, Stamp t4) override;
+  void on_peer_time(const TimeReply& reply, Stamp t4) override {
+    clock_publisher_.on_reply(reply, t4);
+  }
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;
   void on_link_lost(Link& link, const Now& now) override;
@@ -126,9 +129,9 @@ class Side final : private LinksUser {
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
-  void send_accepts(Link& link) const;
+  void send_accepts(Link& link, const Now& now);
+  void tell_neighbours(const Now& now);
   void tell_rights(Link& link, const Now& now);
-  void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
   [[nodiscard]] LinkStatus status_of(const Link& link) const;
@@ -144,6 +147,7 @@ class Side final : private LinksUser {
   LocalActions actions_;
   Links links_;
   AcceptsReview accepts_review_;
+  Neighbours neighbours_;
   Types types_;
   Exports exports_;
   Imports imports_;

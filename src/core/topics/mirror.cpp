@@ -126,7 +126,8 @@ bool Mirror::refresh(const Now& now) {
   // A local publisher that has just ended may be offered for a moment longer: no mirror either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {
+  // Without a feeder another bridge may have it.
+  if (exists && !id_ && feeder() && has_waited_for_name(now) && may_be_made(now)) {
     taken_over = true;
     create(now);
   }

@@ -31,7 +31,9 @@ class Mirror {
   using Candidate = MirrorCandidate;
 
   Mirror(ImportContext& context, MirrorKey key)
-      : context_(context), key_(std::move(key)), settling_(context_, *this, key_.first) {}
+      : context_(context),
+        key_(std::move(key)),
+        settling_(context_, *this, key_.first, key_.second) {}
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
 

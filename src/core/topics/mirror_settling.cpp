@@ -13,24 +13,23 @@ void MirrorSettling::begin(MirrorId id, Duration least, const Now& now) {
   const TimePoint since = *context_.graph_since;
   TimePoint settled = std::max(now.steady + least, since + kDiscovery);
   if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kTopicSettle);
-  waits_for_neighbours_ = context_.claims.misses() && settled < since + kNeighbourDiscovery;
-  if (waits_for_neighbours_) settled = since + kNeighbourDiscovery;
+  waits_for_neighbours_ = context_.claims.misses();
+  if (waits_for_neighbours_) settled = std::max(settled, since + kNeighbourDiscovery);
   // A bridge that need not wait must not give way to one that waits.
   released_ = waits_for_neighbours_;
-  if (settled > now.steady) settles_ = context_.timers.set(settled, &mirror_);
-  set_feeds(!settles_);
+  settle_at(settled, now);
 }
 
 void MirrorSettling::end() {
   if (has_action_token(topic_.first)) context_.action_topics.remove(topic_.first, id_);
   id_ = {};
-  feeds_ = released_ = false;
+  feeds_ = released_ = waits_for_neighbours_ = false;
   settles_.cancel();
 }
 
 void MirrorSettling::again(const Now& now) {
-  settles_ = context_.timers.set(now.steady + kTopicSettle, &mirror_);
-  waits_for_neighbours_ = false;
+  const TimePoint settled = now.steady + kTopicSettle;
+  settles_ = context_.timers.set(settles_ ? std::max(settles_.at(), settled) : settled, &mirror_);
 }
 
 // The topics of an action stay with its services, and these with their calls.
@@ -40,17 +39,25 @@ void MirrorSettling::release(bool silent, const Now& now) {
   if (!id_ || waits_for_neighbours_ || released == released_) return;
   released_ = released;
   context_.claim_changed = true;
-  if (!released) return again(now);
-  settles_.cancel();
-  set_feeds(false);
+  if (released) {
+    released_at_ = now.steady;
+    settles_.cancel();
+    return set_feeds(false);
+  }
+  // Another bridge that has the origin, too, has claimed it by then, if there is one.
+  const bool contested = context_.claims.claimed(origin_);
+  const TimePoint known = (contested ? now.steady : released_at_) + kTopicSettle;
+  settle_at(std::max(known, *context_.graph_since + kDiscovery), now);
 }
 
 void MirrorSettling::on_claims(const Now& now) {
-  if (!waits_for_neighbours_ || context_.claims.misses()) return;
-  waits_for_neighbours_ = released_ = false;
+  const bool misses = context_.claims.misses();
+  if (!settles_ || feeds_ || misses == waits_for_neighbours_) return;
+  waits_for_neighbours_ = released_ = misses;
   context_.claim_changed = true;
-  const TimePoint settled = std::max(now.steady + kTopicSettle, *context_.graph_since + kDiscovery);
-  if (settles_ && settled < settles_.at()) settles_ = context_.timers.set(settled, &mirror_);
+  const TimePoint since = *context_.graph_since;
+  if (misses) return settle_at(std::max(settles_.at(), since + kNeighbourDiscovery), now);
+  settle_at(std::min(settles_.at(), std::max(now.steady + kTopicSettle, since + kDiscovery)), now);
 }
 
 bool MirrorSettling::on_time(const Now& now) {
@@ -60,6 +67,12 @@ bool MirrorSettling::on_time(const Now& now) {
   if (!feeds_) context_.claim_changed = true;
   set_feeds(true);
   return true;
+}
+
+void MirrorSettling::settle_at(TimePoint settled, const Now& now) {
+  settles_.cancel();
+  if (settled > now.steady) settles_ = context_.timers.set(settled, &mirror_);
+  set_feeds(!settles_);
 }
 
 void MirrorSettling::set_feeds(bool feeds) {

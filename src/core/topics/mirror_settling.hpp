@@ -17,20 +17,21 @@ class Mirror;
 // another bridge may be in this graph, until that is heard. Single-threaded; owned by the mirror.
 class MirrorSettling {
  public:
-  // `context` and `mirror` outlive it; `topic` has the local name.
-  MirrorSettling(ImportContext& context, Mirror& mirror, const TopicKey& topic)
-      : context_(context), mirror_(mirror), topic_(topic) {}
+  // All outlive it; `topic` has the local name.
+  MirrorSettling(ImportContext& context, Mirror& mirror, const TopicKey& topic, const Gid& origin)
+      : context_(context), mirror_(mirror), topic_(topic), origin_(origin) {}
 
   // It exists since now, under this id; it settles after `least` at the earliest.
   void begin(MirrorId id, Duration least, const Now& now);
   // It does not exist any longer.
   void end();
-  // What it wants data for has changed: it does not want any for a moment.
+  // What it wants data for has changed: it does not want any for a moment at least.
   void again(const Now& now);
   // `silent`: nothing comes, as the link that fed it is lost. While another bridge is in the graph,
-  // the origin is not claimed then, so that it may take over at once; afterwards it settles anew.
+  // the origin is not claimed then, so that it may take over at once; afterwards it settles anew,
+  // without delay if nobody has done so in time.
   void release(bool silent, const Now& now);
-  // What other bridges claim has changed.
+  // What other bridges claim has changed, or which ones are waited for.
   void on_claims(const Now& now);
   // True: it has settled just now.
   bool on_time(const Now& now);
@@ -43,16 +44,19 @@ class MirrorSettling {
   [[nodiscard]] bool released() const { return released_; }
 
  private:
+  void settle_at(TimePoint settled, const Now& now);
   void set_feeds(bool feeds);
 
   ImportContext& context_;
   Mirror& mirror_;
   const TopicKey& topic_;
+  const Gid& origin_;
   MirrorId id_;
   Timers<Mirror*>::Timer settles_;
   bool waits_for_neighbours_ = false;  // `settles_` is late because a bridge has not been heard
   bool feeds_ = false;
   bool released_ = false;
+  TimePoint released_at_{};  // when its link was lost
 };
 
 }  // namespace connect_bridge

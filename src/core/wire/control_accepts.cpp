@@ -46,6 +46,8 @@ Accepts read_accepts(ControlReader& reader, const Json& json) {
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
   accepts.ros_time = reader.flag(json, "ros_time", true);
   accepts.neighbours = read_neighbours(reader, json);
+  if (const Json* domain = reader.find(json, "domain", true))
+    accepts.domain = reader.number_of(*domain, "domain", 0U);
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {
@@ -65,6 +67,14 @@ Accepts read_accepts(ControlReader& reader, const Json& json) {
   return accepts;
 }
 
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  return count;
+}
+
 void put(const Accepts& message, nlohmann::ordered_json& json) {
   json["type"] = "accepts";
   auto& rules = json["rules"] = nlohmann::ordered_json::array();
@@ -81,6 +91,7 @@ void put(const Accepts& message, nlohmann::ordered_json& json) {
   if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
   if (message.ros_time) json["ros_time"] = true;
   for (const auto& side : message.neighbours) json["neighbours"].push_back(to_hex(side.bytes));
+  if (message.domain) json["domain"] = *message.domain;
 }
 
 }  // namespace connect_bridge

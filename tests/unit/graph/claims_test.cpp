@@ -21,6 +21,8 @@ Token128 side(std::uint8_t n) {
   return result;
 }
 
+using namespace std::chrono_literals;
+
 constexpr TimePoint kNow{};
 
 // A round trip through the bytes.
@@ -38,6 +40,13 @@ TEST(Claims, RoundTrip) {
     EXPECT_EQ(back->side, claim.side);
     EXPECT_EQ(back->origins, claim.origins);
   }
+}
+
+TEST(Claims, ARoundTripOfAllItsWords) {
+  Claim claim{side(0xab), {{gid(1), true}, {gid(2)}}, {gid(3)}, {{side(4)}, {side(5), {{1, 2}}}}};
+  claim.good_for = 4321ms;
+  EXPECT_EQ(through(claim), claim);
+  EXPECT_GE(claim_bytes(claim), serialize(claim, 0).size());
 }
 
 TEST(Claims, NamesSoManyOriginsAtMost) {
@@ -156,23 +165,87 @@ TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
   Claims claims(side(5));
   claims.update(gid(100), {side(3), {{gid(1)}}}, kNow);
   claims.update(gid(101), {side(4), {{gid(1)}}}, kNow);
-  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}));
+  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(101)}, {}));
+  EXPECT_TRUE(claims.retain({gid(101)}, {}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
   Claims claims(side(5));
   claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
-  EXPECT_FALSE(claims.retain({}, {}));
+  EXPECT_FALSE(claims.retain({}, {}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_FALSE(claims.retain({}, {gid(100)}));
-  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}));
+  EXPECT_FALSE(claims.retain({}, {gid(100)}, kNow));
+  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(100)}, {}));
+  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(4)));
+}
+
+// The graph may show the mirrors of a bridge that has left it a moment longer.
+TEST(Claims, TheMirrorsOfABridgeThatLeftAreItsOwnForAWhile) {
+  Claims claims(side(5));
+  claims.update(gid(100), {side(4), {{gid(1), true}}, {gid(7)}}, kNow);
+  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
+  EXPECT_FALSE(claims.claimed(gid(1)));
+  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  EXPECT_TRUE(claims.expire(kNow + 1s));  // of the service that it may have been
+  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  EXPECT_FALSE(claims.expire(kNow + 31s));  // no claim has changed
+  EXPECT_TRUE(claims.mirrors().empty());
+  EXPECT_EQ(claims.deadline(), std::nullopt);
+}
+
+TEST(Claims, AServiceIsABridgesForAMomentLonger) {
+  Claims claims(side(5));
+  const Gid service = service_gid("/s");
+  Claim claim{side(4), {{service, true}, {service_gid("/only_claimed")}}};
+  claim.good_for = 4s;
+  claims.update({}, claim, kNow);
+  EXPECT_TRUE(claims.serves(service));
+  claims.update({}, {side(4), {}}, kNow);
+  EXPECT_FALSE(claims.claimed(service));
+  EXPECT_TRUE(claims.serves(service));
+  EXPECT_FALSE(claims.serves(service_gid("/only_claimed")));
+  claims.retain_served({service});
+  EXPECT_TRUE(claims.serves(service));
+  claims.retain_served({});
+  EXPECT_FALSE(claims.serves(service));
+  // One that fell silent may be shown for longer.
+  claims.update({}, claim, kNow);
+  EXPECT_TRUE(claims.expire(kNow + 4s));
+  EXPECT_FALSE(claims.expire(kNow + 20s));
+  EXPECT_TRUE(claims.serves(service));
+  EXPECT_TRUE(claims.expire(kNow + 35s));
+  EXPECT_FALSE(claims.serves(service));
+}
+
+TEST(Claims, PeersAreAsOldAsTheirBridgeIsKnown) {
+  Claims claims(side(5));
+  claims.update({}, {side(4), {}, {}, {{side(10)}}}, kNow + 5s);
+  EXPECT_TRUE(claims.take_peers_change());
+  claims.update({}, {side(4), {{gid(1)}}, {}, {{side(10)}}}, kNow + 6s);
+  EXPECT_FALSE(claims.take_peers_change());
+  claims.update({}, {side(4), {}, {}, {{side(10)}, {side(11)}}}, kNow + 7s);
+  EXPECT_TRUE(claims.take_peers_change());
+  ASSERT_EQ(claims.peers().size(), 2U);
+  EXPECT_EQ(claims.peers()[0].since, TimePoint{});
+  EXPECT_EQ(claims.peers()[1].since, kNow + 7s);
+}
+
+TEST(Claims, BridgesAreMissedUntilTheyAreHeard) {
+  Claims claims(side(5));
+  claims.expect({1}, {side(5), side(6)});
+  claims.expect({2}, {side(6), side(7)});
+  EXPECT_TRUE(claims.misses());
+  claims.update({}, {side(6), {}}, kNow);
+  EXPECT_TRUE(claims.misses());
+  claims.expect({2}, {});
+  EXPECT_FALSE(claims.misses());
+  claims.expect({2}, {side(6)});
+  EXPECT_FALSE(claims.misses());
 }
 
 TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {

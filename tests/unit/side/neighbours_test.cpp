@@ -27,21 +27,112 @@ Accepts with_neighbours(std::vector<Token128> sides) {
   return accepts;
 }
 
-TEST(Neighbours, EachPeerIsToldOfTheOthers) {
-  Script s(server());
-  s.join(1);
-  s.login(2);
-  const auto told = [&](std::uint32_t connection) {
-    const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at));
+// The neighbours that the peer is told of now; nothing: of none.
+std::optional<std::vector<Token128>> told(Script& s, std::uint32_t connection) {
+  std::optional<std::vector<Token128>> sides;
+  while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
+    if (!packet->text) continue;
     const Bytes bytes = flow_test::joined(*packet);
     const auto control = decode_control(std::string(bytes.begin(), bytes.end()));
-    return std::get<Accepts>(control.value()).neighbours;
-  };
-  EXPECT_EQ(told(2), std::vector{Script::peer_id(1)});
+    if (const auto* accepts = std::get_if<Accepts>(&control.value())) sides = accepts->neighbours;
+  }
+  return sides;
+}
+
+// A peer logs in, and says what it accepts and in which domain it is.
+void arrive(Script& s, std::uint32_t connection, std::optional<std::uint32_t> domain = {},
+            const Identity& who = {}) {
+  s.login(connection, {}, who);
+  told(s, connection);
+  Accepts accepts = with_neighbours({});
+  accepts.domain = domain;
+  s.say(connection, accepts);
+}
+
+using Sides = std::vector<Token128>;
+
+TEST(Neighbours, WhoComesIsToldOfThoseWhoAreThere) {
+  Script s(server());
+  arrive(s, 1);
+  arrive(s, 2);
+  EXPECT_EQ(told(s, 1), std::nullopt);  // the first need not wait
+  EXPECT_EQ(told(s, 2), Sides{Script::peer_id(1)});
   // Another bridge of this graph has a client: it may be in the graph of ours.
-  say_claim(s, {side_id(9), {}, {}, {side_id(77), Script::peer_id(2)}});
-  s.login(3);
-  EXPECT_EQ(told(3), (std::vector{side_id(77), Script::peer_id(1), Script::peer_id(2)}));
+  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}, {Script::peer_id(2)}}});
+  arrive(s, 3);
+  EXPECT_EQ(told(s, 3), (Sides{side_id(77), Script::peer_id(1), Script::peer_id(2)}));
+}
+
+TEST(Neighbours, AreToldAgainWhenTheyChange) {
+  Script s(server());
+  arrive(s, 1);
+  s.pass(100);
+  // Its clients may have been there before ours.
+  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}}});
+  EXPECT_EQ(told(s, 1), Sides{side_id(77)});
+  // Not those that come now.
+  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}, {side_id(78)}}});
+  s.pass(2000);
+  EXPECT_EQ(told(s, 1), std::nullopt);
+  say_claim(s, {side_id(8), {}, {}, {{side_id(79)}}});
+  EXPECT_EQ(told(s, 1), (Sides{side_id(77), side_id(79)}));
+}
+
+TEST(Neighbours, AreToldOnceASecond) {
+  Script s(server());
+  arrive(s, 1);
+  for (std::uint8_t i = 1; i <= 50; ++i) {
+    say_claim(s, {side_id(i), {}, {}, {{side_id(static_cast<std::uint8_t>(150 + i))}}});
+    s.pass(10);
+    EXPECT_EQ(told(s, 1).has_value(), i == 1) << int{i};
+  }
+  s.pass(500);
+  EXPECT_EQ(told(s, 1).value_or(Sides{}).size(), 50U);
+  s.pass(5000);
+  EXPECT_EQ(told(s, 1), std::nullopt);
+}
+
+TEST(Neighbours, AreInOneDomainAndOneNetwork) {
+  Script s(server());
+  s.site = "here";
+  arrive(s, 1, 7);
+  arrive(s, 2, 8);
+  EXPECT_EQ(told(s, 2), std::nullopt);
+  s.site = "elsewhere";
+  arrive(s, 3, 7);
+  EXPECT_EQ(told(s, 3), std::nullopt);
+  s.site = "here";
+  arrive(s, 4, 7);
+  EXPECT_EQ(told(s, 4), Sides{Script::peer_id(1)});
+  arrive(s, 5);  // it does not say its domain
+  EXPECT_EQ(told(s, 5), (Sides{Script::peer_id(1), Script::peer_id(2), Script::peer_id(3),
+                               Script::peer_id(4)}));
+}
+
+TEST(Neighbours, TheClaimOfABridgeSaysWhereItsPeersAre) {
+  Script s(server());
+  Script other(server());
+  for (Script* script : {&s, &other}) script->site = "here";
+  arrive(other, 1, 7);
+  arrive(other, 2, 8);
+  other.pass(20);
+  while (const auto action = other.side.next_action())
+    if (const auto* publish = std::get_if<Publish>(&*action))
+      s.give(MessageTaken{{1}, Gid{}, 0, publish->payload});
+  arrive(s, 3, 8);
+  EXPECT_EQ(told(s, 3), Sides{Script::peer_id(2)});
+}
+
+TEST(Neighbours, WhoIsStartedAgainIsNotToldOfItself) {
+  Script s(server());
+  Identity robot;
+  robot.name = "operator";
+  arrive(s, 1, {}, robot);
+  arrive(s, 2, {}, robot);  // the same node, another process
+  EXPECT_EQ(told(s, 2), std::nullopt);
+  robot.name = "another";
+  arrive(s, 3, {}, robot);
+  EXPECT_EQ(told(s, 3), (Sides{Script::peer_id(1), Script::peer_id(2)}));
 }
 
 TEST(Neighbours, ANewcomerFeedsWhenItHasHeardThem) {
@@ -88,6 +179,51 @@ TEST(Neighbours, OneThatIsElsewhereIsWaitedForAtTheStartOnly) {
   EXPECT_EQ(s.said(1), "demand 2 on\n");
 }
 
+TEST(Neighbours, AReconnectWaitsForNobody) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.be_welcomed(1);
+  s.pass(3500);
+  s.lose(1);
+  s.pass(1000);
+  s.be_welcomed(2);
+  s.say(2, with_neighbours({side_id(7)}));
+  s.say(2, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  EXPECT_NE(s.said(2).find("demand 1 on"), std::string::npos);
+}
+
+// However often a peer names others, and whomever.
+TEST(Neighbours, AHostilePeerMakesNobodyWaitAgain) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.be_welcomed(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  for (std::uint8_t i = 1; i <= 7; ++i) {
+    s.say(1, with_neighbours({side_id(i), side_id(static_cast<std::uint8_t>(100 + i))}));
+    s.pass(499);
+  }
+  s.said(1);
+  s.pass(7);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.say(1, with_neighbours({side_id(99)}));
+  s.say(1, Offer{{channel(2, "/a2", {origin(1, 12)})}});
+  s.graph({topic("/a").sub(1), topic("/a2").sub(2)});
+  EXPECT_EQ(s.said(1), "demand 2 on\n");
+}
+
+TEST(Neighbours, WhoIsNotNamedAnyLongerIsNotWaitedFor) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.be_welcomed(1);
+  s.say(1, with_neighbours({side_id(7)}));
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.pass(1000);
+  s.say(1, with_neighbours({}));
+  s.said(1);
+  s.pass(250);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
 TEST(Neighbours, ABridgeThatFallsSilentHoldsNothing) {
   Script s(server());
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").sub(1)});
@@ -121,25 +257,6 @@ TEST(Neighbours, TheLastWordOfABridgeEndsItsClaims) {
   last.good_for = 0s;
   say_claim(s, last);
   EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
-}
-
-// Beside another bridge: it need not wait until the link is dead.
-TEST(Neighbours, WhoseLinkIsLostReleasesItsTopics) {
-  Script s(server());
-  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").sub(1)});
-  const auto session = s.join(1);
-  s.pass(1000);
-  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
-  s.pass(250);
-  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11?]\nclaim [11]\n");
-  s.lose(1);
-  EXPECT_EQ(s.did(), "claim []\n");
-  s.join(2, session);
-  s.say(2, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
-  EXPECT_EQ(s.did(), "claim [11?]\n");  // it settles again
-  EXPECT_EQ(s.said(2), "");
-  s.pass(250);
-  EXPECT_EQ(s.said(2).substr(0, 11), "demand 1 on");
 }
 
 TEST(Neighbours, AMirrorUnderAProxyIsNoOrigin) {

@@ -77,6 +77,7 @@ class Script {
 
   Side side;
   std::int64_t at = 0;
+  std::string site;  // of the peers that connect from now on
   std::string logged;
   std::string noted;  // for the audit log, if the options ask for it
 
