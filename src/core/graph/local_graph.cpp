@@ -33,7 +33,7 @@ bool LocalGraph::expect(LinkId link, const std::vector<Token128>& sides, const N
   const bool missed = claims.misses();
   const bool too_late = since_ && now.steady >= *since_ + kNeighbourDiscovery;
   claims.expect(link, too_late ? std::vector<Token128>{} : sides);
-  return missed && !claims.misses();
+  return missed != claims.misses();
 }
 
 bool LocalGraph::expire(const Now& now) {

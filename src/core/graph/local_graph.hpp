@@ -21,7 +21,7 @@ class LocalGraph {
   // What is claimed has changed. True: publishers are no longer of nodes.
   bool on_claims() { return view.hide(claims.mirrors()); }
   // Claims::expect, while this graph is still being discovered: later nobody is waited for. True:
-  // nobody is, any longer.
+  // somebody is from now on, or nobody any longer.
   bool expect(LinkId link, const std::vector<Token128>& sides, const Now& now);
   // Claims that are too old end, and so does waiting for bridges. True if there are any.
   bool expire(const Now& now);

@@ -1,6 +1,10 @@
 #include "core/side/neighbours.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <set>
+#include <string>
+#include <utility>
 
 #include "core/base/timers.hpp"
 #include "core/link/standing.hpp"
@@ -12,27 +16,31 @@ namespace {
 // What comes at the same time came before: a claim of another bridge takes so long to arrive.
 constexpr Duration kMeanwhile = std::chrono::milliseconds(50);
 
-// A domain and a network, as one number that says nothing (FNV-1a).
+std::optional<std::uint32_t> domain_of(const Link& link) {
+  return link.accepts ? link.accepts->told().domain : std::nullopt;
+}
+
+const std::string& site_of(const Link& link) {
+  return link.connection->peer().site;
+}
+
+// A domain and a network as one number that says nothing (FNV-1a).
 Place place_of(const Link& link) {
   Place place;
-  const auto& domain = link.accepts->told().domain;
-  const std::string& site = link.connection->peer().site;
-  if (!domain || site.empty()) return place;
+  const auto domain = domain_of(link);
+  if (!domain || site_of(link).empty()) return place;
   std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : std::to_string(*domain) + ' ' + site)
+  for (const char c : std::to_string(*domain) + ' ' + site_of(link))
     hash = (hash ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;
   for (std::size_t i = 0; i < place.bytes.size(); ++i)
     place.bytes[i] = static_cast<std::uint8_t>(hash >> (8 * i));
   return place;
 }
 
-bool may_be_one(const Place& a, const Place& b) {
-  return a == Place{} || b == Place{} || a == b;
-}
-
-// It has said what it accepts, so that it is known where it is.
-bool is_known(const Link& link) {
-  return link.open() && link.accepts;
+// What is not known may be the same.
+template <class T>
+bool may_be_one(const T& a, const T& b) {
+  return a == T{} || b == T{} || a == b;
 }
 
 bool was_before(const Link& other, const Link& link) {
@@ -42,7 +50,6 @@ bool was_before(const Link& other, const Link& link) {
 
 std::vector<Token128> neighbours_of(const Link& link, const LinkTable& links,
                                     const Claims& claims) {
-  if (!is_known(link)) return {};
   const Place place = place_of(link);
   std::set<Token128> sides;
   for (const auto& [peer, since] : claims.peers())
@@ -50,8 +57,8 @@ std::vector<Token128> neighbours_of(const Link& link, const LinkTable& links,
       sides.insert(peer.side);
   // A client that was started again is not told of the link that it had before.
   for (const auto& [id, other] : links)
-    if (is_known(other) && was_before(other, link) && !is_successor(link, other) &&
-        may_be_one(place_of(other), place))
+    if (other.open() && was_before(other, link) && !is_successor(link, other) &&
+        may_be_one(site_of(other), site_of(link)) && may_be_one(domain_of(other), domain_of(link)))
       sides.insert(other.peer_side);
   std::vector<Token128> told;
   for (const Token128& side : sides)
@@ -65,7 +72,7 @@ std::vector<Token128> neighbours_of(const Link& link, const LinkTable& links,
 std::vector<ClaimedPeer> peers_of(const LinkTable& links) {
   std::vector<ClaimedPeer> peers;
   for (const auto& [id, link] : links)
-    if (is_known(link)) peers.push_back({link.peer_side, place_of(link)});
+    if (link.open() && link.accepts) peers.push_back({link.peer_side, place_of(link)});
   return peers;
 }
 
@@ -73,7 +80,8 @@ std::vector<Token128> Neighbours::tell(const Link& link, const LinkTable& links,
                                        const Claims& claims, const Now& now) {
   auto sides = neighbours_of(link, links, claims);
   Told& told = told_[link.id];
-  if (told.sides != sides) told = {sides, now.steady + kPause};
+  if (told.sides != sides && link.accepts) told.free_at = now.steady + kPause;
+  told.sides = sides;
   return sides;
 }
 
@@ -84,9 +92,14 @@ std::vector<Link*> Neighbours::take_due(LinkTable& links, Claims& claims, const 
   changed_ = false;
   due_.reset();
   for (auto& [id, link] : links) {
-    if (!is_known(link)) continue;
-    const Told& told = told_[id];
-    if (neighbours_of(link, links, claims) == told.sides) continue;
+    if (!link.open()) continue;
+    Told& told = told_[id];
+    const auto sides = neighbours_of(link, links, claims);
+    // At the opening it was not known where the peer is: then it may have been told of too many.
+    const bool answers = link.accepts && !std::exchange(told.answered, true);
+    const bool knows_all =
+        std::includes(told.sides.begin(), told.sides.end(), sides.begin(), sides.end());
+    if (answers ? told.sides == sides : knows_all) continue;
     if (told.free_at <= now.steady) {
       due.push_back(&link);
     } else {

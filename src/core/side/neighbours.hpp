@@ -26,7 +26,7 @@ class Neighbours {
   // Those of the peer: it is told of them now.
   std::vector<Token128> tell(const Link& link, const LinkTable& links, const Claims& claims,
                              const Now& now);
-  // The links whose neighbours are not what the peer was told, and who may be told again.
+  // The links whose peers are to be told again: of others, or that they were told of too many.
   [[nodiscard]] std::vector<Link*> take_due(LinkTable& links, Claims& claims, const Now& now);
   // What the peer was told is gone with the connection.
   void on_link_lost(LinkId link);
@@ -35,6 +35,7 @@ class Neighbours {
  private:
   struct Told {
     std::vector<Token128> sides;
+    bool answered = false;  // since it is known where the peer is
     TimePoint free_at{};
   };
   std::map<LinkId, Told> told_;

@@ -214,7 +214,6 @@ void Side::on_link_open(Link& link, const Now& now) {
 void Side::on_link_lost(Link& link, const Now& now) {
   claims_topic_.change();
   neighbours_.on_link_lost(link.id);
-  if (local_.expect(link.id, {}, now)) on_claims(now);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.returns) exports_.keep(link, now);
@@ -229,6 +228,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
+  if (local_.expect(link.id, {}, now)) on_claims(now);
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {

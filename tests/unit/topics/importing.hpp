@@ -45,8 +45,7 @@ struct Importing : Actions {
   ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
   PeerTypes types{outputs};
-  ImportContext context{options, names,   policy, graph, claims, action_topics,
-                        jobs,    outputs, types};
+  ImportContext context{options, names, policy, graph, claims, action_topics, jobs, outputs, types};
 };
 
 }  // namespace connect_bridge::topics_test
