@@ -36,7 +36,7 @@ BESIDE_BRIDGES = [
     Mutant("who was named once is waited for",
            "missed_.erase(link); for (const Token128& side : sides)",
            "for (const Token128& side : sides)"),
-    Mutant("neighbours everywhere", "return a == Place{} || b == Place{} || a == b;",
+    Mutant("neighbours everywhere", "return a == T{} || b == T{} || a == b;",
            "return a == a && b == b;"),
     Mutant("the first is told of the second",
            "return other.opened_at < link.opened_at || ...;",
