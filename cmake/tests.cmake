@@ -87,7 +87,8 @@ if(sim_sources AND TARGET connect_core)
   target_include_directories(sim PRIVATE "${tests}")
   connect_precompiled(sim "${CMAKE_CURRENT_SOURCE_DIR}/src/core/side/side.hpp")
   add_test(NAME sim COMMAND sim --seeds ${CONNECT_SIM_SEEDS})
-  set_tests_properties(sim PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
+  add_test(NAME sim_twins COMMAND sim --twins --seeds ${CONNECT_SIM_SEEDS})
+  set_tests_properties(sim sim_twins PROPERTIES LABELS sim TIMEOUT 1800 RUN_SERIAL ON)
 endif()
 
 # fuzz: one libFuzzer program per file.

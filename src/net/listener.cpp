@@ -5,6 +5,7 @@
 #include <boost/asio/ip/v6_only.hpp>
 
 #include "net/endpoint_text.hpp"
+#include "net/site.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 
@@ -28,6 +29,7 @@ std::string network_of(const asio::ip::address& address, int bytes) {
 void set_address(ConnectionOpened& from, const asio::ip::address& address) {
   from.address = network_of(address, 8);
   from.customer = network_of(address, 7);
+  from.site = site_of(address);
   from.share = address.is_loopback() ? kProxyShare : 1;
 }
 

@@ -85,6 +85,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!assembly.parts) return refuse(assembly.problems);
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});
+  assembly.parts->side.domain = node.domain();
   hide_secrets(argc, argv);
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);

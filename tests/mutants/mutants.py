@@ -1,8 +1,9 @@
 """The faults that tests/mutants/run tries."""
 
+from beside_bridges import BESIDE_BRIDGES
 from mutant import Mutant
 
-MUTANTS = [
+MUTANTS = BESIDE_BRIDGES + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
@@ -44,7 +45,8 @@ MUTANTS = [
            "if (!demand.after.empty()) of_channel.after = demand.after[i];",
            "of_channel.after = demand.after.empty() ? 0 : demand.after[i];"),
     Mutant("what was kept comes before its subscribers",
-           "if (arrived.contains(key_.first)) settled = std::max(...);", "(void)arrived;"),
+           "settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);",
+           "(void)resumes; settling_.begin(id_, Duration::zero(), now);"),
     Mutant("a metered link has no cap",
            "TimePoint at = queue.priority() == Priority::kUrgent ? now.steady : cap_.next_at();",
            "TimePoint at = now.steady;"),
@@ -135,8 +137,7 @@ MUTANTS = [
     Mutant("services as fast as they are attached",
            "account.wait_to_appear(account.mirrors, now.steady)", "Duration::zero()"),
     Mutant("each change is claimed",
-           "if (!changed_ || !pace_.take(now.steady)) return false;",
-           "if (!changed_) return false;"),
+           "if (!due || !pace_.take(now.steady)) return false;", "if (!due) return false;"),
     Mutant("what is small costs nothing while it waits",
            "auto bytes = peer_.decoding().hold(cost);",
            "auto bytes = peer_.decoding().hold(message.body.size());"),
@@ -276,8 +277,7 @@ MUTANTS = [
     Mutant("who feeds displaces nobody", "return others.feeding || others.smaller;",
            "return others.smaller;"),
     Mutant("nobody is told that a mirror has settled",
-           "if (settles_ && settles_.at() <= now.steady && !std::exchange(feeds_, true)) ...;",
-           ""),
+           "if (!feeds_) context_.claim_changed = true;", ""),
     Mutant("bridges taken for nodes", "if (!bridges.empty())", "if (bridges.empty())"),
     Mutant("unknown origins dropped",
            "if (parked_.empty()) context_.outputs.push(RefreshGraph{});",
@@ -285,7 +285,7 @@ MUTANTS = [
     Mutant("no second dial", "next_ = now + wait;", "if (failures_ == 1) next_ = now + wait;"),
 #-- -- calls
     Mutant("an action is ready before its feedback flows",
-           ": of_action ? kActionSettle : kServiceSettle", ": kServiceSettle"),
+           "return fed ? topics.are_fed(action_) : topics.are_mirrored(action_);", "return true;"),
     Mutant("service export right skipped",
            "if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;",
            "if (!decision) decision.emplace(); return decision;"),
@@ -335,7 +335,7 @@ MUTANTS = [
     Mutant("mirror without a server",
            "if (is_real(at->first)) continue;", "if (!at->first.first.empty()) continue;"),
     Mutant("mirror beside a real server",
-           "if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) "
+           "if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.serves(gid)) "
            "return true;",
            "if (!failed_) return true;"),
     Mutant("two bridges mirror one service",

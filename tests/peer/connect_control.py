@@ -18,6 +18,7 @@ PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
 ORIGINS_MAX = 1024  # of a channel
 CREDENTIAL_MAX = 3900
 LISTENERS_MAX = 1024  # of a link
+NEIGHBOURS_MAX = 256
 DESCRIBES_MAX = 8  # channels of a link that wait for their description
 DESCRIPTION_MAX = 262_144
 
@@ -156,6 +157,11 @@ def _check_accepts(message):
     require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
+    require(0 <= member(message, "domain", int, 0) < 1 << 32, "domain")
+    for side in items(message, "neighbours", NEIGHBOURS_MAX) if "neighbours" in message else ():
+        require(isinstance(side, str), "a neighbour is no string")
+        require(len(side) <= 32, "a neighbour is too long", TOO_LARGE)
+        require(re.fullmatch("[0-9a-f]{32}", side), "a neighbour is no side id")
 
 
 def _check_demand(message):

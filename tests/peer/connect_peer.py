@@ -64,8 +64,10 @@ class Peer(Renewals, Listening, Describing, Calls):
         parameters=(),
         message_bytes_max=None,
         first_round=None,
+        node="/python_peer",
     ):
         super().__init__()
+        self.node = node
         self.side = side or secrets.token_bytes(16)
         self.rules = [{"topics": list(imports), "types": []}]
         for key, patterns in (
@@ -103,7 +105,7 @@ class Peer(Renewals, Listening, Describing, Calls):
 
     def _log_in(self, url, token, session):
         self.socket = open_socket(url)
-        self.socket.send(encode_hello(side=self.side, session=session, node="/python_peer"))
+        self.socket.send(encode_hello(side=self.side, session=session, node=self.node))
         self.socket.send(encode_login("token", token))
         try:
             self.welcome = decode_welcome(self.socket.recv(timeout=10))

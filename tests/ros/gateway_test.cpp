@@ -51,6 +51,16 @@ TEST_F(GatewayTest, TakesWhatOthersPublish) {
   EXPECT_EQ(3u, side.gateway.counters().taken);
 }
 
+// Other bridges are told of it: whatever the name of its node, it is no node's publisher.
+TEST_F(GatewayTest, TellsTheIdOfEachMirror) {
+  TestSide side("connect_server");
+  mirror(side, topic("chatter"), qos_of_depth(1));
+  const auto made = side.next<MirrorMade>();
+  ASSERT_TRUE(made);
+  EXPECT_EQ(kMirror, made->mirror);
+  EXPECT_NE(Gid{}, made->gid);
+}
+
 // A process of Fast DDS has one type for a topic: what has ended must not be in the way.
 TEST_F(GatewayTest, AnotherTypeTakesATopicAtOnce) {
   TestSide side("connect_server");

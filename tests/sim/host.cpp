@@ -213,8 +213,10 @@ void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& s
   if (!subscriptions_.at(id).made.node.empty()) return;  // it only shows who listens elsewhere
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
-  input(MessageTaken{id, writer.gid, sample.stamp, counted(Bytes{view.begin(), view.end()}),
-                     sample.number});
+  const bool tells =
+      !is_claims(reader.spec.topic) || world_.middleware.graph(plan_.graph).tells_claimants;
+  input(MessageTaken{id, tells ? writer.gid : Gid{}, sample.stamp,
+                     counted(Bytes{view.begin(), view.end()}), sample.number});
 }
 
 bool Host::listening() const {
@@ -229,7 +231,9 @@ void Host::on_open(ConnectionId id) {
   connections_.push_back(id);
   gates_[id] = Gate{};
   world_.checker.on_connection(*this, id);
-  input(ConnectionOpened{id, "peer " + std::to_string(id.value)});
+  ConnectionOpened opened{id, "peer " + std::to_string(id.value)};
+  opened.site = "site";
+  input(std::move(opened));
 }
 
 void Host::on_dial_failed(ConnectionId id, const std::string& reason) {

@@ -181,7 +181,8 @@ class Host : public Party {
   void compare_types(const CreateMirror& made);
   bool asks_node(const CreateServiceClient& action);
   EndpointSpec endpoint(const std::string& topic, const std::string& type,
-                        const std::string& type_hash, const Qos& qos, std::uint64_t handle) const;
+                        const std::string& type_hash, const Qos& qos, std::uint64_t handle,
+                        const std::string& proxy = {}) const;
   Payload counted(Bytes bytes) const;
   void forget_entities();
   void tell(const std::string& what) const;  // a line of the log of a verbose run

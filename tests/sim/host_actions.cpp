@@ -24,9 +24,9 @@ void Host::tell(const std::string& what) const {
 }
 
 EndpointSpec Host::endpoint(const std::string& topic, const std::string& type,
-                            const std::string& type_hash, const Qos& qos,
-                            std::uint64_t handle) const {
-  const std::string& node = plan_.options.node;
+                            const std::string& type_hash, const Qos& qos, std::uint64_t handle,
+                            const std::string& proxy) const {
+  const std::string& node = proxy.empty() ? plan_.options.node : proxy;
   const std::size_t slash = node.rfind('/');
   EndpointSpec spec;
   spec.graph = plan_.graph;
@@ -50,8 +50,10 @@ void Host::act(const CreateSubscription& action) {
     });
     return;
   }
-  const int reader = world_.middleware.create_reader(
-      endpoint(action.topic, action.type, action.type_hash, action.qos, action.id.value));
+  // The gateway does not show listeners under their names where ids do not show whose they are.
+  if (!action.node.empty() && !world_.middleware.graph(plan_.graph).ids_show_process) return;
+  const int reader = world_.middleware.create_reader(endpoint(
+      action.topic, action.type, action.type_hash, action.qos, action.id.value, action.node));
   subscriptions_[action.id] = SubscriptionInfo{reader, action};
   tell("subscribes to " + action.topic);
   world_.checker.on_subscription(*this, action);
@@ -75,12 +77,14 @@ void Host::act(const CreateMirror& action) {
     });
     return;
   }
-  const int writer = world_.middleware.create_writer(
-      endpoint(action.topic, action.type, action.type_hash, action.qos, action.id.value));
+  const int writer = world_.middleware.create_writer(endpoint(
+      action.topic, action.type, action.type_hash, action.qos, action.id.value, action.node));
   mirrors_[action.id] = MirrorInfo{writer, action};
   tell("mirrors " + action.topic + " as publisher " + std::to_string(writer));
   world_.checker.on_mirror(*this, mirrors_[action.id]);
   compare_types(action);
+  const Gid gid = world_.middleware.writer(writer).gid;
+  later(rng_.between(1us, 200us), [id = action.id, gid]() -> Input { return MirrorMade{id, gid}; });
 }
 
 void Host::act(const DestroyMirror& action) {

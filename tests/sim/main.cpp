@@ -1,7 +1,7 @@
 // The simulation: worlds of sides, graphs and networks in virtual time, one per seed.
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
-//       [--digest]
+//       [--digest] [--twins]
 //
 // A failure prints the seed, its scenario, what a checker found and the command that replays it.
 // With --digest only a digest of each seed and one of them all is printed (sim/digest.hpp), all
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "sim/digest.hpp"
+#include "sim/twins.hpp"
 #include "sim/world.hpp"
 
 namespace {
@@ -31,6 +32,8 @@ using connect_bridge::sim::Judged;
 using connect_bridge::sim::kJudgedCount;
 using connect_bridge::sim::kJudgedNames;
 using connect_bridge::sim::Scenario;
+using connect_bridge::sim::TwinPlan;
+using connect_bridge::sim::Twins;
 using connect_bridge::sim::Violation;
 using connect_bridge::sim::World;
 using connect_bridge::sim::WorldCounts;
@@ -41,6 +44,7 @@ struct Options {
   bool verbose = false;
   bool stop = false;  // at the first failure
   bool digest = false;
+  bool twins = false;  // worlds of two bridges in one graph
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -100,6 +104,18 @@ void on_fatal(int signal) {
   std::_Exit(2);
 }
 
+std::optional<std::string> run_twins(std::uint64_t seed, bool verbose) {
+  const TwinPlan plan = connect_bridge::sim::make_twins(seed);
+  if (verbose)
+    std::printf("twins %llu: %s\n", static_cast<unsigned long long>(seed), plan.text().c_str());
+  try {
+    Twins(plan, verbose).run();
+    return std::nullopt;
+  } catch (const Violation& violation) {
+    return violation.what();
+  }
+}
+
 std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& totals) {
   running_seed = seed;
   Scenario scenario = connect_bridge::sim::make_scenario(seed);
@@ -131,7 +147,8 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     if (options.stop && totals.failed > 0) return;
     if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
     watch.begin(seed);
-    const auto found = run_seed(seed, options.verbose, totals);
+    const auto found =
+        options.twins ? run_twins(seed, options.verbose) : run_seed(seed, options.verbose, totals);
     if (!found) {
       ++totals.passed;
       continue;
@@ -140,9 +157,10 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     const std::lock_guard lock(totals.printing);
     const auto number = static_cast<unsigned long long>(seed);
     std::FILE* out = options.digest ? stderr : stdout;
-    std::fprintf(out, "FAILED seed %llu: %s\n  found: %s\n  replay: sim --seed %llu --verbose\n",
-                 number, connect_bridge::sim::make_scenario(seed).text().c_str(), found->c_str(),
-                 number);
+    const std::string text = options.twins ? connect_bridge::sim::make_twins(seed).text()
+                                           : connect_bridge::sim::make_scenario(seed).text();
+    std::fprintf(out, "FAILED seed %llu: %s\n  found: %s\n  replay: sim %s--seed %llu --verbose\n",
+                 number, text.c_str(), found->c_str(), options.twins ? "--twins " : "", number);
     std::fflush(out);
   }
 }
@@ -153,6 +171,7 @@ bool parse(int argc, char** argv, Options& options) {
     bool* const flag = arg == "--verbose"  ? &options.verbose
                        : arg == "--stop"   ? &options.stop
                        : arg == "--digest" ? &options.digest
+                       : arg == "--twins"  ? &options.twins
                                            : nullptr;
     if (flag != nullptr) {
       *flag = true;
@@ -212,7 +231,7 @@ void tell(const Options& options, const Totals& totals,
                static_cast<unsigned long long>(totals.events.load()),
                static_cast<unsigned long long>(totals.frames.load()),
                static_cast<unsigned long long>(totals.delivered.load()));
-  tell_coverage(out, totals.coverage);
+  if (!options.twins) tell_coverage(out, totals.coverage);
   std::fprintf(out, "%llu passed, %llu failed\n",
                static_cast<unsigned long long>(totals.passed.load()),
                static_cast<unsigned long long>(totals.failed.load()));
@@ -225,7 +244,7 @@ int main(int argc, char** argv) {
   if (!parse(argc, argv, options)) {
     std::fprintf(stderr,
                  "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
-                 "[--minutes M] [--threads T] [--digest]\n");
+                 "[--minutes M] [--threads T] [--digest] [--twins]\n");
     return 2;
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);

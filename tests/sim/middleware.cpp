@@ -48,10 +48,24 @@ Gid Middleware::new_gid(const EndpointSpec& spec) {
   if (spec.host < 0) node += " " + spec.node_namespace + "/" + spec.node_name;
   const auto [it, is_new] = participants_.try_emplace(node);
   Gid& gid = it->second;
-  for (std::size_t i = is_new ? 0 : 12; i < 16; ++i) {
+  const bool alike = !is_new && graphs_[index(spec.graph)].ids_show_process;
+  for (std::size_t i = alike ? 12 : 0; i < 16; ++i) {
     gid.bytes[i] = static_cast<std::uint8_t>(rng_.next());
   }
   return gid;
+}
+
+void Middleware::meet(int host, int other, TimePoint when) {
+  meetings_[std::minmax(host, other)] = when;
+  schedule_.at(when, [this, host] {
+    for (const auto& writer : writers_)
+      if (writer.spec.host == host) return listener_.on_graph_change(writer.spec.graph);
+  });
+}
+
+TimePoint Middleware::meeting(int host, int other) const {
+  const auto it = meetings_.find(std::minmax(host, other));
+  return it == meetings_.end() ? TimePoint{} : it->second;
 }
 
 void Middleware::announce(const EndpointSpec& spec) {
@@ -119,7 +133,8 @@ void Middleware::plan_match(const Writer& writer, const Reader& reader) {
   if (same_process(writer.spec, reader.spec)) return;
   if (!compatible(writer.spec.qos, reader.spec.qos)) return;
   const Duration delay = rng_.between(1us, graphs_[index(writer.spec.graph)].discovery_max);
-  schedule_.after(delay, [this, w = writer.id, r = reader.id] {
+  const TimePoint met = meeting(writer.spec.host, reader.spec.host);
+  schedule_.at(std::max(schedule_.now(), met) + delay, [this, w = writer.id, r = reader.id] {
     if (writers_[index(w)].alive && readers_[index(r)].alive) {
       match(writers_[index(w)], readers_[index(r)]);
     }
@@ -182,6 +197,7 @@ GraphChanged Middleware::snapshot(int graph, int host) const {
   const auto add = [&](const auto& endpoint, auto member) {
     const EndpointSpec& spec = endpoint.spec;
     if (!endpoint.alive || spec.graph != graph || spec.host == host) return;
+    if (schedule_.now() < meeting(spec.host, host)) return;
     TopicState& topic = topics[{spec.topic, spec.type, spec.type_hash}];
     Endpoint seen{endpoint.gid, spec.node_namespace, spec.node_name, spec.qos};
     if (!tells_depth) seen.qos.depth = 0;

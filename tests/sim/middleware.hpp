@@ -6,6 +6,7 @@
 #include <deque>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/ports/ports.hpp"
@@ -27,11 +28,13 @@ struct MachineClock {
 
 struct GraphPlan {
   MachineClock clock;
-  bool tells_depth = true;     // whether the graph shows the depth of a publisher's history
-  bool tells_servers = true;   // whether it shows the gids of service servers
-  Duration discovery_max{};    // until two endpoints have found each other
-  Duration name_delay{};       // until the graph knows the name of an endpoint's node
-  unsigned loss_permille = 0;  // of best-effort samples
+  bool tells_depth = true;       // whether the graph shows the depth of a publisher's history
+  bool tells_servers = true;     // whether it shows the gids of service servers
+  Duration discovery_max{};      // until two endpoints have found each other
+  Duration name_delay{};         // until the graph knows the name of an endpoint's node
+  unsigned loss_permille = 0;    // of best-effort samples
+  bool tells_claimants = true;   // whether a sample of the bridges' own topic tells its publisher
+  bool ids_show_process = true;  // whether the gids of a process begin alike
   std::vector<std::string> unknown_types;  // entities of these types cannot be created
 };
 
@@ -107,6 +110,8 @@ class Middleware {
   [[nodiscard]] const GraphPlan& graph(int i) const { return graphs_[index(i)]; }
   // Somebody sets a machine's clock.
   void step_clock(int graph, Duration by) { graphs_[index(graph)].clock.offset += by.count(); }
+  // Two processes of the bridge in one graph do not know of each other before.
+  void meet(int host, int other, TimePoint when);
   // From now on nothing is lost.
   void calm();
   // Whether best-effort samples were ever lost in this graph.
@@ -117,6 +122,7 @@ class Middleware {
  private:
   static std::size_t index(int id) { return static_cast<std::size_t>(id); }
   void announce(const EndpointSpec& spec);
+  [[nodiscard]] TimePoint meeting(int host, int other) const;
   void plan_match(const Writer& writer, const Reader& reader);
   void match(Writer& writer, const Reader& reader);
   void deliver(const Writer& writer, Writer::Match& match, const Sample& sample);
@@ -127,7 +133,8 @@ class Middleware {
   Listener& listener_;
   std::deque<Writer> writers_;
   std::deque<Reader> readers_;
-  std::vector<std::uint64_t> losses_;  // by graph
+  std::vector<std::uint64_t> losses_;                  // by graph
+  std::map<std::pair<int, int>, TimePoint> meetings_;  // of hosts, the smaller first
   std::map<std::string, Gid>
       participants_;  // by node; the first 12 bytes are those of its endpoints
 };

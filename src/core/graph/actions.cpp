@@ -14,7 +14,7 @@ bool LocalActions::update(const GraphView& graph, const Claims& claims) {
       const std::string name = name_of_part(goal->action, part);
       const std::string type = type_of_part(goal->action_type, part);
       if (kind_of(part) == InterfaceKind::kService)
-        return graph.services().contains({name, type}) && !claims.claimed(service_gid(name));
+        return graph.services().contains({name, type}) && !claims.serves(service_gid(name));
       const TopicState* topic = graph.find({name, type});
       return topic && !topic->publishers.empty();
     };

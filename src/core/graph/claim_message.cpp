@@ -1,6 +1,8 @@
 #include "core/graph/claim_message.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -10,18 +12,78 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::string_view kMark = "connect_bridge claims 2";
-constexpr char kFeeds = '+';         // follows an origin
+constexpr std::string_view kMark = "connect_bridge claims 3";
+// The words after the side's id: an origin, which may end in kFeeds, or one of these and an id.
+constexpr char kFeeds = '+';
+constexpr char kMirror = '=';
+constexpr char kPeer = '@';
+constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
+
+// As many as a claim may have.
+template <class T>
+std::span<const T> first_of(const std::vector<T>& all, std::size_t count_max) {
+  return std::span(all).first(std::min(all.size(), count_max));
+}
+
+bool take(std::string_view hex, std::vector<Gid>& ids) {
+  Gid id;
+  if (!from_hex(hex, id.bytes)) return false;
+  if (ids.size() < kClaimOriginsMax) ids.push_back(id);
+  return true;
+}
+
+bool take(std::string_view hex, std::vector<ClaimedPeer>& peers) {
+  ClaimedPeer peer;
+  const std::size_t digits = 2 * peer.side.bytes.size();
+  if (hex.size() < digits || !from_hex(hex.substr(0, digits), peer.side.bytes) ||
+      !from_hex(hex.substr(digits), peer.place.bytes))
+    return false;
+  if (peers.size() < kClaimPeersMax) peers.push_back(peer);
+  return true;
+}
+
+bool take_time(std::string_view digits, Duration& time) {
+  std::int64_t ms = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), ms);
+  const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
+  if (!is_number || ms < 0 || ms > kClaimGoodMax / std::chrono::milliseconds(1)) return false;
+  time = std::chrono::milliseconds(ms);
+  return true;
+}
+
+// False: the word is none of a claim.
+bool take(std::string_view word, Claim& claim) {
+  const char kind = word.empty() ? ' ' : word.front();
+  if (kind == kMirror) return take(word.substr(1), claim.mirrors);
+  if (kind == kPeer) return take(word.substr(1), claim.peers);
+  if (kind == kGoodFor) return take_time(word.substr(1), claim.good_for);
+  ClaimedOrigin origin;
+  origin.feeds = word.ends_with(kFeeds);
+  if (origin.feeds) word.remove_suffix(1);
+  if (!from_hex(word, origin.gid.bytes)) return false;
+  if (claim.origins.size() < kClaimOriginsMax) claim.origins.push_back(origin);
+  return true;
+}
 
 }  // namespace
 
+std::size_t claim_bytes(const Claim& claim) {
+  return 256 + 50 * (claim.peers.size() + claim.mirrors.size() + claim.origins.size());
+}
+
 Payload serialize(const Claim& claim, Stamp stamp) {
   std::string text = to_hex(claim.side.bytes);
-  const std::size_t count = std::min(claim.origins.size(), kClaimOriginsMax);
-  for (std::size_t i = 0; i < count; ++i) {
-    text += ' ' + to_hex(claim.origins[i].gid.bytes);
-    if (claim.origins[i].feeds) text += kFeeds;
+  if (claim.good_for <= kClaimGoodMax)
+    text +=
+        std::string(" ") + kGoodFor + std::to_string(claim.good_for / std::chrono::milliseconds(1));
+  for (const auto& [side, place] : first_of(claim.peers, kClaimPeersMax))
+    text += std::string(" ") + kPeer + to_hex(side.bytes) + to_hex(place.bytes);
+  for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
+    text += std::string(" ") + kMirror + to_hex(mirror.bytes);
+  for (const auto& [gid, feeds] : first_of(claim.origins, kClaimOriginsMax)) {
+    text += ' ' + to_hex(gid.bytes);
+    if (feeds) text += kFeeds;
   }
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
@@ -46,14 +108,9 @@ std::optional<Claim> parse_claim(ByteView cdr) {
   Claim claim;
   std::string_view rest = *text;
   if (!from_hex(rest.substr(0, rest.find(' ')), claim.side.bytes)) return std::nullopt;
-  while (rest.find(' ') != std::string_view::npos && claim.origins.size() < kClaimOriginsMax) {
+  while (rest.find(' ') != std::string_view::npos) {
     rest.remove_prefix(rest.find(' ') + 1);
-    std::string_view word = rest.substr(0, rest.find(' '));
-    ClaimedOrigin origin;
-    origin.feeds = word.ends_with(kFeeds);
-    if (origin.feeds) word.remove_suffix(1);
-    if (!from_hex(word, origin.gid.bytes)) return std::nullopt;
-    claim.origins.push_back(origin);
+    if (!take(rest.substr(0, rest.find(' ')), claim)) return std::nullopt;
   }
   return claim;
 }

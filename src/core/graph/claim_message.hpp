@@ -1,7 +1,11 @@
-// A claim as a message: what a bridge publishes for the other bridges of its graph.
+// A claim as a message: what a bridge publishes for the other bridges of its graph
+// (docs/protocol.md, "Bridges of one graph").
 #pragma once
 
+#include <array>
+#include <compare>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -13,7 +17,25 @@ namespace connect_bridge {
 
 // A claim names no more, so that its message is no larger than this.
 inline constexpr std::size_t kClaimOriginsMax = 65536;
-inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimOriginsMax;
+inline constexpr std::size_t kClaimPeersMax = 256;
+inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimPeersMax + 100 * kClaimOriginsMax;
+
+// For how long a claim may say that it is good.
+inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
+
+// Where a side stands, as its peer sees it: two sides of one place may be in one graph. Only to be
+// compared; all zero: not known.
+struct Place {
+  std::array<std::uint8_t, 8> bytes{};
+  auto operator<=>(const Place&) const = default;
+};
+
+// The side at the other end of a bridge's link.
+struct ClaimedPeer {
+  Token128 side;
+  Place place = {};
+  auto operator<=>(const ClaimedPeer&) const = default;
+};
 
 struct ClaimedOrigin {
   Gid gid;
@@ -25,7 +47,17 @@ struct ClaimedOrigin {
 struct Claim {
   Token128 side;
   std::vector<ClaimedOrigin> origins;
+  std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
+  std::vector<ClaimedPeer> peers = {};
+  // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
+  // Longer, so also kForever: for ever.
+  Duration good_for = kForever;
+
+  friend bool operator==(const Claim&, const Claim&) = default;
 };
+
+// Its message has no more bytes.
+[[nodiscard]] std::size_t claim_bytes(const Claim& claim);
 
 // The claim as a serialized rcl_interfaces/msg/Log (a type that every ROS 2 has); the text is in
 // `msg`.

@@ -1,12 +1,20 @@
 #include "core/graph/claims.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
+
+#include "core/base/timers.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kBridgesMax = 256;
+// How long the graph may show a publisher after its bridge has told that it ended.
+constexpr Duration kMirrorShown = std::chrono::seconds(30);
+// The same of a server. Other than a publisher it has no id in the claim, so a real one of its name
+// is taken for it: this is short, unless the bridge has ended without a word.
+constexpr Duration kServerShown = std::chrono::seconds(1);
 
 }  // namespace
 
@@ -25,25 +33,114 @@ Gid service_gid(std::string_view service) {
   return result;
 }
 
-bool Claims::update(const Gid& publisher, Claim claim) {
+bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   if (claim.side == own_) return false;
-  if (by_publisher_.size() >= kBridgesMax && !by_publisher_.contains(publisher)) return false;
-  by_publisher_[publisher] = std::move(claim);
+  hear(claim.side);
+  const bool is_last = claim.good_for == Duration::zero();
+  const bool is_new = !by_side_.contains(claim.side);
+  if (is_new && (by_side_.size() >= kBridgesMax || is_last)) return false;
+  Bridge& bridge = by_side_[claim.side];
+  bridge.publisher = publisher;
+  bridge.ends.reset();
+  if (claim.good_for <= kClaimGoodMax) bridge.ends = now + claim.good_for;
+  bridge.claim.good_for = claim.good_for;
+  if (!is_new && !is_last && bridge.claim == claim) return false;
+  end(bridge.claim, claim, false, now);
+  if (is_new || is_last || bridge.claim.peers != claim.peers) peers_changed_ = true;
+  const auto before = std::exchange(bridge.peers_since, {});
+  for (const auto& [side, place] : claim.peers) {
+    const auto known = before.find(side);
+    bridge.peers_since[side] = known != before.end() ? known->second : is_new ? TimePoint{} : now;
+  }
+  if (is_last) {
+    by_side_.erase(claim.side);
+  } else {
+    bridge.claim = std::move(claim);
+  }
   rebuild();
   return true;
 }
 
-bool Claims::retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now) {
-  const auto gone = std::erase_if(by_publisher_, [&](const auto& entry) {
-    return before.contains(entry.first) && !now.contains(entry.first);
+// Whose publisher is not told ends by its last word or by its silence alone.
+bool Claims::retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
+                    TimePoint now) {
+  const auto gone = std::erase_if(by_side_, [&](const auto& entry) {
+    const Bridge& bridge = entry.second;
+    if (!before.contains(bridge.publisher) || after.contains(bridge.publisher)) return false;
+    end(bridge.claim, {}, false, now);
+    return true;
   });
-  if (gone > 0) rebuild();
-  return gone > 0;
+  if (gone == 0) return false;
+  peers_changed_ = true;
+  rebuild();
+  return true;
 }
 
-bool Claims::is_here(const Token128& side) const {
-  return std::any_of(by_publisher_.begin(), by_publisher_.end(),
-                     [&](const auto& entry) { return entry.second.side == side; });
+bool Claims::expire(TimePoint now) {
+  const auto silent = std::erase_if(by_side_, [&](const auto& entry) {
+    const Bridge& bridge = entry.second;
+    if (!bridge.ends || *bridge.ends > now) return false;
+    end(bridge.claim, {}, true, now);
+    return true;
+  });
+  const auto mirrors = ended_.size();
+  while (!ended_.empty() && ended_.front().first <= now) ended_.pop_front();
+  const bool served = !served_.empty() && served_until_ <= now;
+  if (served) served_.clear();
+  if (silent > 0 || ended_.size() < mirrors) rebuild();
+  peers_changed_ = peers_changed_ || silent > 0;
+  return silent > 0 || served;
+}
+
+std::optional<TimePoint> Claims::deadline() const {
+  std::optional<TimePoint> first;
+  if (!ended_.empty()) first = ended_.front().first;
+  if (!served_.empty()) first = earliest(first, served_until_);
+  for (const auto& [side, bridge] : by_side_) first = earliest(first, bridge.ends);
+  return first;
+}
+
+void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint now) {
+  // A whole second: what ends one by one is not to be forgotten one by one.
+  const TimePoint shown = std::chrono::ceil<std::chrono::seconds>(now + kMirrorShown);
+  const std::unordered_set<Gid> kept(next.mirrors.begin(), next.mirrors.end());
+  for (const Gid& mirror : claim.mirrors) {
+    if (kept.contains(mirror)) continue;
+    if (ended_.size() >= kClaimOriginsMax) ended_.pop_front();
+    ended_.emplace_back(shown, mirror);
+  }
+  std::unordered_set<Gid> goes_on;
+  for (const auto& [gid, feeds] : next.origins) goes_on.insert(gid);
+  for (const auto& [gid, feeds] : claim.origins) {
+    if (!feeds || goes_on.contains(gid) || served_.size() >= kClaimOriginsMax) continue;
+    served_.insert(gid);
+    served_until_ = std::max(served_until_, silent ? shown : now + kServerShown);
+  }
+}
+
+void Claims::retain_served(const std::unordered_set<Gid>& shown) {
+  std::erase_if(served_, [&](const Gid& service) { return !shown.contains(service); });
+}
+
+std::vector<Claims::FarPeer> Claims::peers() const {
+  std::vector<FarPeer> all;
+  for (const auto& [side, bridge] : by_side_)
+    for (const ClaimedPeer& peer : bridge.claim.peers)
+      all.push_back({peer, bridge.peers_since.at(peer.side)});
+  return all;
+}
+
+void Claims::expect(LinkId link, const std::vector<Token128>& sides) {
+  missed_.erase(link);
+  for (const Token128& side : sides)
+    if (side != own_ && !by_side_.contains(side)) missed_[link].insert(side);
+}
+
+void Claims::hear(const Token128& side) {
+  for (auto it = missed_.begin(); it != missed_.end();) {
+    it->second.erase(side);
+    it = it->second.empty() ? missed_.erase(it) : std::next(it);
+  }
 }
 
 bool Claims::taken(const Gid& origin, bool feeds) const {
@@ -56,7 +153,9 @@ bool Claims::taken(const Gid& origin, bool feeds) const {
 
 void Claims::rebuild() {
   claimed_.clear();
-  for (const auto& [publisher, claim] : by_publisher_) {
+  mirrors_.clear();
+  for (const auto& [side, bridge] : by_side_) {
+    const Claim& claim = bridge.claim;
     const bool smaller = claim.side < own_;
     for (const auto& [gid, feeds] : claim.origins) {
       Others& others = claimed_[gid];
@@ -64,7 +163,9 @@ void Claims::rebuild() {
       others.smaller |= smaller;
       others.smaller_feeding |= smaller && feeds;
     }
+    mirrors_.insert(claim.mirrors.begin(), claim.mirrors.end());
   }
+  for (const auto& [until, mirror] : ended_) mirrors_.insert(mirror);
 }
 
 }  // namespace connect_bridge

@@ -4,11 +4,18 @@
 // smallest side id wins.
 #pragma once
 
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
+#include <vector>
 
 #include "core/base/ids.hpp"
+#include "core/base/time.hpp"
 #include "core/graph/claim_message.hpp"
 
 namespace connect_bridge {
@@ -16,22 +23,63 @@ namespace connect_bridge {
 // What stands for a mirrored service in a claim: the same 24 bytes in every process.
 Gid service_gid(std::string_view service);
 
-// The claims of the other bridges in this graph.
+// The claims of the other bridges in this graph, by the ids of their sides: nothing here depends on
+// what a middleware tells of a sample's publisher. Single-threaded.
 class Claims {
  public:
   explicit Claims(Token128 own) : own_(own) {}
 
-  // `publisher` is the gid of the bridge's publisher on the claims topic. True if anything changed.
-  bool update(const Gid& publisher, Claim claim);
-  // Forgets the claims of bridges that were in the graph before and are not there now. (A claim may
+  // `publisher`: the gid of the bridge's publisher on the claims topic, all zero where it is not
+  // told. True if anything changed; a claim that is only renewed changes nothing. One that is good
+  // for no time is a bridge's last.
+  bool update(const Gid& publisher, Claim claim, TimePoint now);
+  // Ends the claims of bridges that were in the graph before and are not there now. (A claim may
   // arrive before the first graph snapshot that shows its bridge.) True if anything changed.
-  bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& now);
+  bool retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
+              TimePoint now);
+  // Ends the claims of bridges that have been silent for too long, and forgets what the graph does
+  // not show any longer. True if a claim has changed by that.
+  bool expire(TimePoint now);
+  // When expire() is to be called at the latest.
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  // There is another bridge in our graph.
+  [[nodiscard]] bool any() const { return !by_side_.empty(); }
   // The bridge of this side id is in our own graph.
-  [[nodiscard]] bool is_here(const Token128& side) const;
+  [[nodiscard]] bool is_here(const Token128& side) const { return by_side_.contains(side); }
   // Another bridge mirrors this, whatever its side id.
   [[nodiscard]] bool claimed(const Gid& origin) const { return claimed_.contains(origin); }
+  // The same of a service (service_gid), or another bridge did just now: the graph may show its
+  // server for a moment longer.
+  [[nodiscard]] bool serves(const Gid& service) const {
+    return claimed(service) || served_.contains(service);
+  }
+  // The graph shows that these services of bridges have servers, and no others of `served()`.
+  void retain_served(const std::unordered_set<Gid>& shown);
+  [[nodiscard]] const std::unordered_set<Gid>& served() const { return served_; }
   // Another bridge has the better claim to this origin. `feeds`: our own claim says that we feed.
   [[nodiscard]] bool taken(const Gid& origin, bool feeds) const;
+  // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
+  // stays for a moment: the graph may show it longer.
+  [[nodiscard]] const std::unordered_set<Gid>& mirrors() const { return mirrors_; }
+  // The sides at the other ends of the other bridges' links: to whom we are linked as well, may
+  // have them in its graph. `since`: when that was said first; the beginning of time, if it was the
+  // first that was heard of the bridge.
+  struct FarPeer {
+    ClaimedPeer peer;
+    TimePoint since;
+  };
+  [[nodiscard]] std::vector<FarPeer> peers() const;
+  // Who they are, or which bridges are here, has changed: true once after every change.
+  bool take_peers_change() { return std::exchange(peers_changed_, false); }
+
+  // The peer of this link says now that these bridges may be in our graph. Those that are not known
+  // here are waited for (core/graph/settling.hpp).
+  void expect(LinkId link, const std::vector<Token128>& sides);
+  // They have been waited for long enough.
+  void expect_nobody() { missed_.clear(); }
+  // One of them has not been heard.
+  [[nodiscard]] bool misses() const { return !missed_.empty(); }
 
  private:
   // The bridges that claim an origin: whether one of them feeds, has a smaller side id than ours,
@@ -41,12 +89,28 @@ class Claims {
     bool smaller = false;
     bool smaller_feeding = false;
   };
+  struct Bridge {
+    Claim claim;
+    Gid publisher;
+    std::optional<TimePoint> ends;  // without a sign of life; none: never
+    std::map<Token128, TimePoint> peers_since = {};
+  };
 
+  void hear(const Token128& side);
   void rebuild();
+  // What the claim named is still in the graph for a moment, but for what `next` names. `silent`:
+  // its bridge has not said that it ends.
+  void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
 
   Token128 own_;
-  std::unordered_map<Gid, Claim> by_publisher_;
+  std::map<Token128, Bridge> by_side_;
   std::unordered_map<Gid, Others> claimed_;
+  std::unordered_set<Gid> mirrors_;
+  std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, until when the graph may show them
+  std::unordered_set<Gid> served_;               // the same of services (and of origins)
+  TimePoint served_until_{};                     // and of all of these
+  std::map<LinkId, std::set<Token128>> missed_;  // by whose peer names them; no set is empty
+  bool peers_changed_ = false;
 };
 
 }  // namespace connect_bridge

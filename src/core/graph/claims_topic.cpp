@@ -1,18 +1,32 @@
 #include "core/graph/claims_topic.hpp"
 
+#include <algorithm>
 #include <utility>
 
+#include "core/base/timers.hpp"
 #include "core/graph/graph_view.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::uint32_t kBridgesDepth = 100;  // one sample each of so many bridges
+// A claim is told again, as a sign of life, and ends after so many that are missing. Where no other
+// bridge is known it is told for those that come.
+constexpr Duration kBesideOthers = std::chrono::seconds(1);
+constexpr Duration kAlone = std::chrono::seconds(3);
+constexpr int kMissingMax = 3;
+constexpr Duration kAfterDead = std::chrono::seconds(1);
+// A large claim is told less often: that takes so many bytes per period at the most.
+constexpr std::size_t kPeriodBytes = 50'000;
 
 }  // namespace
 
-ClaimsTopic::ClaimsTopic(Outputs& outputs)
-    : outputs_(outputs), mirror_(outputs.new_mirror()), subscription_(outputs.new_subscription()) {
+ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
+    : claims_(claims),
+      dead_after_(dead_after),
+      outputs_(outputs),
+      mirror_(outputs.new_mirror()),
+      subscription_(outputs.new_subscription()) {
   Qos qos;
   qos.durability = Durability::kTransientLocal;
   qos.depth = 1;
@@ -21,14 +35,43 @@ ClaimsTopic::ClaimsTopic(Outputs& outputs)
   outputs_.push(CreateSubscription{subscription_, kClaimsTopic, kClaimsType, "", qos});
 }
 
+Duration ClaimsTopic::period_of(std::size_t bytes) const {
+  const Duration shortest = claims_.any() ? kBesideOthers : kAlone;
+  return shortest * static_cast<std::int64_t>(1 + bytes / kPeriodBytes);
+}
+
+bool ClaimsTopic::take_due(const Now& now) {
+  const bool due = changed_ || repeat_at() <= now.steady;
+  if (!due || !pace_.take(now.steady)) return false;
+  changed_ = false;
+  return true;
+}
+
+std::optional<TimePoint> ClaimsTopic::deadline() const {
+  const TimePoint due = changed_ ? pace_.free_at() : std::max(repeat_at(), pace_.free_at());
+  return earliest(due, claims_.deadline());
+}
+
 void ClaimsTopic::publish(Claim claim, const Now& now) {
+  told_at_ = now.steady;
+  told_bytes_ = claim_bytes(claim);
+  period_ = period_of(told_bytes_);
+  // Who is silent may still serve calls while its peer does not know that.
+  const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
+  claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(std::min(good, kClaimGoodMax));
   outputs_.push(Publish{mirror_, serialize(claim, now.system)});
 }
 
-bool ClaimsTopic::on_taken(const MessageTaken& taken, Claims& claims, bool& changed) {
+void ClaimsTopic::end(const Token128& side, const Now& now) {
+  Claim last{side, {}};
+  last.good_for = Duration::zero();
+  outputs_.push(Publish{mirror_, serialize(last, now.system)});
+}
+
+bool ClaimsTopic::on_taken(const MessageTaken& taken, bool& changed, const Now& now) {
   if (taken.subscription != subscription_) return false;
   auto claim = parse_claim(taken.payload.view());
-  changed = claim && claims.update(taken.origin, std::move(*claim));
+  changed = claim && claims_.update(taken.origin, std::move(*claim), now.steady);
   return true;
 }
 

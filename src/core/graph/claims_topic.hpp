@@ -1,8 +1,8 @@
 // The hidden topic on which the bridges of a graph tell each other what they mirror.
 #pragma once
 
+#include <algorithm>
 #include <optional>
-#include <vector>
 
 #include "core/base/pace.hpp"
 #include "core/graph/claims.hpp"
@@ -14,34 +14,43 @@ namespace connect_bridge {
 // Our publisher and our subscription on it; they exist as long as the side.
 class ClaimsTopic {
  public:
-  explicit ClaimsTopic(Outputs& outputs);
+  // `dead_after`: of our links; a claim is good for longer, since so long a mirror may still serve.
+  ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs);
 
   // What this side mirrors has changed.
   void change() { changed_ = true; }
-  // Whether the others are to be told of it now: then the caller publishes it. A claim names all
-  // that is mirrored, so where much comes and goes it is told now and then.
-  [[nodiscard]] bool take_due(const Now& now) {
-    if (!changed_ || !pace_.take(now.steady)) return false;
-    changed_ = false;
-    return true;
-  }
-  [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return changed_ ? std::optional(pace_.free_at()) : std::nullopt;
-  }
+  // Whether the others are to be told of it now, or told again: then the caller publishes it. A
+  // claim names all that is mirrored, so where much comes and goes it is told now and then.
+  [[nodiscard]] bool take_due(const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
   // Tells the others. The last claim reaches those that come later.
   void publish(Claim claim, const Now& now);
-  // Whether the sample belongs to this topic; if so, it is added to `claims`, and `changed` is set
-  // if that changed anything.
-  bool on_taken(const MessageTaken& taken, Claims& claims, bool& changed);
+  // Our last word: we mirror nothing any longer.
+  void end(const Token128& side, const Now& now);
+  // Whether the sample belongs to this topic; if so, it is added to the claims, and `changed` is
+  // set if that changed anything.
+  bool on_taken(const MessageTaken& taken, bool& changed, const Now& now);
   // False: it concerns another topic.
   bool on_failed(const SubscriptionFailed& failed);
   bool on_failed(const MirrorFailed& failed);
 
  private:
+  // Between two signs of life with a claim of this size.
+  [[nodiscard]] Duration period_of(std::size_t bytes) const;
+  // Another bridge may have come since.
+  [[nodiscard]] TimePoint repeat_at() const {
+    return told_at_ + std::min(period_, period_of(told_bytes_));
+  }
+
+  Claims& claims_;
+  const Duration dead_after_;
   Outputs& outputs_;
   MirrorId mirror_;
   SubscriptionId subscription_;
   bool changed_ = false;
+  TimePoint told_at_{};
+  std::size_t told_bytes_ = 0;  // of the last claim
+  Duration period_{};           // that it was told with
   // At most so late that a mirror of a service has not been made yet (core/graph/settling.hpp).
   Pace pace_{20, std::chrono::milliseconds(20)};
 };

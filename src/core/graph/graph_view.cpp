@@ -1,7 +1,9 @@
 #include "core/graph/graph_view.hpp"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
+
+#include "core/graph/bridge_nodes.hpp"
 
 namespace connect_bridge {
 
@@ -24,42 +26,7 @@ std::string node_of(const Server& server) {
   return full_name(server.node_namespace, server.node_name);
 }
 
-namespace {
-
-// Which endpoints belong to a bridge. A node's name may appear in the graph later than its
-// endpoints; in DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section
-// 8.2.4).
-class BridgeNodes {
- public:
-  void add(const Endpoint& claims_publisher) {
-    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
-    participants_.insert(participant_of(claims_publisher.gid));
-  }
-  // A server's gid is not always known.
-  [[nodiscard]] bool own(const Server& server) const {
-    return names_.contains(node_of(server)) ||
-           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
-  }
-  [[nodiscard]] bool own(const Endpoint& endpoint) const {
-    return names_.contains(node_of(endpoint)) ||
-           participants_.contains(participant_of(endpoint.gid));
-  }
-  [[nodiscard]] bool empty() const { return participants_.empty(); }
-
- private:
-  using Participant = std::array<std::uint8_t, 12>;
-  static Participant participant_of(const Gid& gid) {
-    Participant participant;
-    std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
-    return participant;
-  }
-  std::set<std::string> names_;
-  std::set<Participant> participants_;
-};
-
-}  // namespace
-
-GraphView::GraphView(GraphChanged graph) {
+GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors) {
   BridgeNodes bridges;
   for (const auto& topic : graph.topics) {
     if (topic.name != kClaimsTopic) continue;
@@ -88,6 +55,36 @@ GraphView::GraphView(GraphChanged graph) {
     ServiceKey key{service.name, service.type};
     services_.emplace(std::move(key), std::move(service));
   }
+  hide(mirrors);
+}
+
+void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors) {
+  for (TopicState& added : publishers) {
+    publishers_.insert(added.publishers.front().gid);
+    const auto [it, is_new] = topics_.try_emplace({added.name, added.type}, added);
+    if (!is_new) it->second.publishers.push_back(std::move(added.publishers.front()));
+  }
+  hide(mirrors);
+}
+
+bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
+  const bool any = std::any_of(mirrors.begin(), mirrors.end(),
+                               [&](const Gid& gid) { return publishers_.contains(gid); });
+  if (!any) return false;
+  for (const Gid& gid : mirrors)
+    if (publishers_.contains(gid)) bridge_publishers_.insert(gid);
+  remove(mirrors);
+  return true;
+}
+
+void GraphView::remove(const std::unordered_set<Gid>& publishers) {
+  for (auto it = topics_.begin(); it != topics_.end();) {
+    TopicState& topic = it->second;
+    std::erase_if(topic.publishers, [&](const Endpoint& e) { return publishers.contains(e.gid); });
+    const bool is_real = !topic.publishers.empty() || !topic.subscribers.empty();
+    it = is_real ? std::next(it) : topics_.erase(it);
+  }
+  for (const Gid& gid : publishers) publishers_.erase(gid);
 }
 
 const TopicState* GraphView::find(const TopicKey& key) const {

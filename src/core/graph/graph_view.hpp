@@ -7,6 +7,7 @@
 #include <string>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "core/ports/inputs.hpp"
 
@@ -27,7 +28,21 @@ std::string node_of(const Endpoint& endpoint);  // "/namespace/name"; empty: not
 class GraphView {
  public:
   GraphView() = default;
-  explicit GraphView(GraphChanged graph);
+  // `mirrors`: as hide() takes them.
+  explicit GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors = {});
+
+  // Publishers that were held back (NewPublishers), as topics with one publisher each; `mirrors` as
+  // above.
+  void add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors);
+  // They are publishers of this graph, though not shown by topics() yet.
+  void add_local(const std::vector<Gid>& publishers) {
+    publishers_.insert(publishers.begin(), publishers.end());
+  }
+  // These publishers are other bridges' (Claims::mirrors): they are no publishers of nodes from now
+  // on, whatever their nodes and ids look like. True if one of them was.
+  bool hide(const std::unordered_set<Gid>& mirrors);
+  // These publishers are not in the graph any longer.
+  void remove(const std::unordered_set<Gid>& publishers);
 
   // Topics with at least one real endpoint.
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }

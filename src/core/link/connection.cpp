@@ -29,6 +29,7 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
       outbox_(options_.outbox),
       reassembly_(options_.reassembly) {
   peer_.address = std::move(address);
+  peer_.site = options_.site;
   if (options_.server) return;
   Hello hello;
   hello.side = options_.side;

@@ -22,6 +22,7 @@ struct ConnectionOptions {
   Token128 side;     // our own id
   Token128 session;  // client: the session to continue, or zero
   std::string node;
+  std::string site;                      // that the peer is in (ConnectionOpened)
   std::string login_method;              // client
   Bytes credential;                      // client
   Duration login_timeout{};              // until the login is answered
@@ -34,6 +35,7 @@ struct ConnectionOptions {
 // The peer. Valid once the connection is open (the identity: at a server only).
 struct Peer {
   std::string address;
+  std::string site;  // the network that it is in; empty: not known
   Token128 side;
   Token128 session;
   std::string node;

@@ -166,7 +166,7 @@ bool is_action_type(std::string_view type) {
 Opening opening_of(const Interface& what) {
   const bool topic = what.kind == InterfaceKind::kTopic;
   if (!topic && what.kind != InterfaceKind::kService) return {};
-  if (!is_canonical_name(what.name)) return {};
+  if (!is_canonical_name(what.name) || is_of_bridges(what.name)) return {};
   if (!(topic ? is_topic_type(what.type) : is_service_type(what.type))) return {};
   if (has_action_token(what.name)) return opening_of_part(what);
   if (is_parameter_events(what.kind, what.name)) {

@@ -75,6 +75,14 @@ inline constexpr std::string_view kParameterEvents = "/parameter_events";  // on
 inline constexpr std::string_view kParameterEventType = "rcl_interfaces/msg/ParameterEvent";
 [[nodiscard]] bool is_parameter_events(InterfaceKind kind, std::string_view name);
 
+// ---- bridges
+
+// What bridges of one graph say to each other there; it is theirs alone, whatever the rules say.
+inline constexpr std::string_view kBridgeNames = "/_connect_bridge/";
+[[nodiscard]] inline bool is_of_bridges(std::string_view name) {
+  return name.starts_with(kBridgeNames);
+}
+
 // ---- types
 // ---------------------------------------------------------------------------------------
 
@@ -98,7 +106,7 @@ struct Opening {
 };
 
 // What a rule must name to open this interface. kNothing for everything that is invalid: names that
-// are not canonical, types that do not fit, parts without a fitting action type.
+// are not canonical, types that do not fit, parts without a fitting action type, bridges' own.
 [[nodiscard]] Opening opening_of(const Interface& what);
 
 // The priority where a rule gives none. Services and parameters: high, as calls are small and a

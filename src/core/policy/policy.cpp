@@ -187,6 +187,7 @@ std::optional<std::string> NameMap::to_wire(std::string_view local) const {
     if (action) *action += local.substr(at);
     return action;
   }
+  if (is_of_bridges(local)) return std::nullopt;
   for (const auto& pair : remap_) {
     if (pair.local == local) return pair.wire;
   }

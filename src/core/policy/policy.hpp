@@ -97,7 +97,8 @@ class NameMap {
   NameMap() = default;
   NameMap(std::string prefix, std::vector<Pair> remap);
   [[nodiscard]] std::string to_local(std::string_view wire) const;
-  // nullopt: this local name is not visible to the peer (outside the prefix, or remapped away).
+  // nullopt: this local name is not visible to the peer (outside the prefix, remapped away, or the
+  // bridges' own).
   [[nodiscard]] std::optional<std::string> to_wire(std::string_view local) const;
 
  private:

@@ -73,6 +73,11 @@ struct SubscriptionFailed {
   std::string code;
   std::string reason;
 };
+// The id of a mirror in the graph. Not given where the middleware does not tell it.
+struct MirrorMade {
+  MirrorId mirror;
+  Gid gid;
+};
 struct MirrorFailed {
   MirrorId mirror;
   std::string code;
@@ -157,6 +162,7 @@ struct ConnectionOpened {
   std::string address{};   // server: whom limits count; empty: none do
   int share = 1;           // how many times what other addresses may do it may
   std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
+  std::string site{};      // the network that the peer is in, to be compared; empty: not known
 };
 // A dial ended without a connection.
 struct DialFailed {
@@ -218,11 +224,11 @@ struct StopRequested {};
 struct TimePassed {};
 
 using Input =
-    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
-                 TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible, RequestTaken,
-                 CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
-                 ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
-                 ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                 MirrorFailed, TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible,
+                 RequestTaken, CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
+                 ServiceMirrorFailed, ServiceClientFailed, ConnectionOpened, DialFailed,
+                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
                  CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

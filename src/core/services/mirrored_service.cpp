@@ -19,19 +19,15 @@ TimePoint next_turn(const Now& now, Duration pacing) {
   return now.steady - now.steady.time_since_epoch() % pacing + pacing;
 }
 
-std::string action_of_goals(const ServiceKey& key) {
-  const auto part = part_of_action(InterfaceKind::kService, key.first, key.second);
-  const bool goals = part && part->part == ActionPart::kSendGoal;
-  return goals ? std::string(part->action) : std::string();
-}
-
 }  // namespace
 
 MirroredService::MirroredService(ServiceKey key, Mirroring& mirroring)
-    : mirroring_(mirroring),
-      key_(std::move(key)),
-      gives_results_(is_result_service(key_.first)),
-      goals_of_(action_of_goals(key_)) {}
+    : mirroring_(mirroring), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {
+  const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
+  if (!part) return;
+  action_ = part->action;
+  if (part->part == ActionPart::kSendGoal) goals_of_ = action_;
+}
 
 Feed* MirroredService::feeding() {
   const auto it = feeds_.find(feeder_);
@@ -54,11 +50,15 @@ bool MirroredService::update(const Now& now) {
     close();
     return true;
   }
-  if (feed.is_offered() && !feed.asked_to_attach()) {
-    feed.attach();
+  if (feed.is_offered()) {
+    if (!feed.asked_to_attach()) feed.attach();
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (!follows_topics(true, now)) {
+    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
+    return true;
+  }
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
     note_waiting(feed);
@@ -100,23 +100,46 @@ bool MirroredService::may_exist(const Feed& feed) {
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
-  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.claimed(gid)) return true;
+  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.serves(gid)) return true;
   mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               key_.first + " has a server here and one behind " + link.label() +
                                   ": the one there is not mirrored");
   return false;
 }
 
-// Claims the service, so that of two bridges only one makes a mirror.
+bool MirroredService::follows_topics(bool fed, const Now& now) const {
+  if (action_.empty() || (alone_at_ && *alone_at_ <= now.steady)) return true;
+  const ActionTopics& topics = mirroring_.action_topics;
+  return fed ? topics.are_fed(action_) : topics.are_mirrored(action_);
+}
+
+// Claims the service, so that of two bridges only one makes a mirror. The parts of an action come
+// together, so its services are for the bridge that has its topics.
 void MirroredService::claim(const Now& now) {
-  if (mirror_at_) return;
-  const bool of_action =
-      part_of_action(InterfaceKind::kService, key_.first, key_.second).has_value();
-  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero()
-                          : of_action                        ? kActionSettle
-                                                             : kServiceSettle;
-  mirror_at_ = std::max(now.steady + settle, *mirroring_.graph_since + kDiscovery);
+  if (mirror_) return;
+  const bool misses = mirroring_.claims.misses();
+  const TimePoint discovered =
+      *mirroring_.graph_since + (misses ? kNeighbourDiscovery : kDiscovery);
+  if (!alone_at_) alone_at_ = std::max(now.steady, discovered) + kActionTopics;
+  if (!follows_topics(false, now)) {
+    if (mirror_at_) mirroring_.claim_changed = true;
+    mirror_at_.reset();
+    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
+    return;
+  }
+  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kServiceSettle;
+  const TimePoint at = std::max(now.steady + settle, discovered);
+  const bool waited = mirror_at_ && waits_for_neighbours_;
+  if (mirror_at_ && waited == misses) return;
+  // A bridge that need not wait must not give way to one that waits.
+  mirror_at_ = waited ? std::min(*mirror_at_, at) : mirror_at_ ? std::max(*mirror_at_, at) : at;
+  waits_for_neighbours_ = misses;
   mirroring_.claim_changed = true;
+}
+
+std::optional<TimePoint> MirroredService::due(const Now& now) const {
+  if (mirror_) return std::nullopt;
+  return follows_topics(true, now) ? mirror_at_ : alone_at_;
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
@@ -133,6 +156,7 @@ void MirroredService::destroy_mirror() {
   if (Feed* feed = feeding()) feed->end_calls();
   if (mirror_at_) mirroring_.claim_changed = true;
   mirror_at_.reset();
+  alone_at_.reset();
   if (!mirror_) return;
   mirroring_.outputs.push(DestroyServiceMirror{mirror_});
   forget_mirror();

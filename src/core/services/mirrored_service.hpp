@@ -52,9 +52,9 @@ class MirroredService {
   void on_mirror_failed(const ServiceMirrorFailed& failed);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
-  [[nodiscard]] bool is_claimed() const { return mirror_at_.has_value(); }
-  // When the mirror may be made; nothing: it exists, or is not claimed.
-  [[nodiscard]] std::optional<TimePoint> due() const { return mirror_ ? std::nullopt : mirror_at_; }
+  [[nodiscard]] bool is_claimed() const { return mirror_at_ && !waits_for_neighbours_; }
+  // When to look at it again; nothing: its mirror exists, or nothing is to be expected by time.
+  [[nodiscard]] std::optional<TimePoint> due(const Now& now) const;
 
   [[nodiscard]] const ServiceKey& key() const { return key_; }
   [[nodiscard]] bool gives_results() const { return gives_results_; }
@@ -68,6 +68,8 @@ class MirroredService {
   [[nodiscard]] std::optional<Decision> permission(const Feed& feed) const;
   void take_over();
   [[nodiscard]] bool may_exist(const Feed& feed);
+  // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
+  [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
   void claim(const Now& now);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {
@@ -83,14 +85,18 @@ class MirroredService {
   Mirroring& mirroring_;
   ServiceKey key_;
   bool gives_results_;
+  std::string action_;  // that it is a part of (local name); empty: of none
   std::string goals_of_;
   std::map<LinkId, Feed> feeds_;
   LinkId feeder_;  // the link that is attached
   ServiceMirrorId mirror_;
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
-  bool waits_ = false;                  // because its identity makes too many
-  bool failed_ = false;                 // until it is offered again
+  // Set while it is attached and has no mirror: when its action's topics need not be waited for.
+  std::optional<TimePoint> alone_at_;
+  bool waits_for_neighbours_ = false;  // it is late because a bridge has not been heard
+  bool waits_ = false;                 // because its identity makes too many
+  bool failed_ = false;                // until it is offered again
 };
 
 }  // namespace connect_bridge

@@ -20,7 +20,7 @@ void Mirroring::update_due(const Now& now) {
   settles_at.reset();
   for (auto it = services.begin(); it != services.end();) {
     MirroredService& service = *(it++)->second;
-    const auto due = service.due();
+    const auto due = service.due(now);
     if (due && *due <= now.steady) {
       update(service, now);
     } else {

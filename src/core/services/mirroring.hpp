@@ -10,6 +10,7 @@
 #include "core/base/budget.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/timers.hpp"
+#include "core/graph/action_topics.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
@@ -41,6 +42,7 @@ struct Mirroring {
   const Policy& policy;
   const GraphView& graph;
   const Claims& claims;
+  const ActionTopics& action_topics;
   Jobs& jobs;
   Outputs& outputs;
 

@@ -13,7 +13,7 @@ void ServiceExports::on_graph(const Now& now) {
   const auto is_real = [&](const ServiceKey& key) {
     // A service that another bridge mirrors has its server elsewhere, whatever the name of its
     // node.
-    return all.contains(key) && !claims_.claimed(service_gid(key.first));
+    return all.contains(key) && !claims_.serves(service_gid(key.first));
   };
   for (auto it = services_.begin(); it != services_.end();) {
     const auto at = it++;

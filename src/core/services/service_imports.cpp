@@ -7,9 +7,10 @@ namespace connect_bridge {
 
 ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                                const std::string& own_node, const Policy& policy,
-                               const GraphView& graph, const Claims& claims, Jobs& jobs,
-                               Outputs& outputs)
-    : mirroring_{options, names, own_node, policy, graph, claims, jobs, outputs, {}, {}, {}} {}
+                               const GraphView& graph, const Claims& claims,
+                               const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs)
+    : mirroring_{options,       names, own_node, policy, graph, claims,
+                 action_topics, jobs,  outputs,  {},     {},    {}} {}
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;
@@ -63,6 +64,18 @@ void ServiceImports::on_graph(const Now& now) {
 
 void ServiceImports::on_claims(const Now& now) {
   mirroring_.update_all(now);
+}
+
+void ServiceImports::on_action_topics(const std::set<std::string>& actions, const Now& now) {
+  for (const std::string& action : actions) {
+    for (const ActionPart part : kActionParts) {
+      if (kind_of(part) != InterfaceKind::kService) continue;
+      const std::string name = name_of_part(action, part);
+      auto it = mirroring_.services.lower_bound({name, ""});
+      while (it != mirroring_.services.end() && it->first.first == name)
+        mirroring_.update(*(it++)->second, now);
+    }
+  }
 }
 
 void ServiceImports::on_policy(const Now& now) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +19,8 @@ class ServiceImports {
  public:
   ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                  const std::string& own_node, const Policy& policy, const GraphView& graph,
-                 const Claims& claims, Jobs& jobs, Outputs& outputs);
+                 const Claims& claims, const ActionTopics& action_topics, Jobs& jobs,
+                 Outputs& outputs);
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
@@ -31,6 +33,8 @@ class ServiceImports {
   void on_link_dead(LinkId link, const Now& now);
   void on_graph(const Now& now);   // servers here changed
   void on_claims(const Now& now);  // what other bridges mirror changed
+  // The topics of these actions (local names) have come, gone, or changed.
+  void on_action_topics(const std::set<std::string>& actions, const Now& now);
   void on_policy(const Now& now);
 
   // The action (local name) whose goals arrive at this mirror; null: none.

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "core/link/standing.hpp"
+#include "core/side/offers.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -18,18 +19,20 @@ Side::Side(SideOptions options, std::uint64_t seed)
       side_(make_token(random_)),
       policy_(options_.policy),
       jobs_({options_.compress_job_bytes}, outputs_),
-      claims_(side_),
+      local_(side_),
       links_(options_, side_, random_, outputs_, *this),
       types_(outputs_),
-      exports_(options_, options_, policy_, graph_, actions_, jobs_, outputs_, &links_.memory()),
-      imports_(options_, options_, policy_, graph_, claims_, jobs_, outputs_, types_.peers),
-      told_listeners_(options_, policy_, graph_, outputs_),
-      service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
-                       outputs_),
-      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
-                       outputs_),
+      exports_(options_, options_, policy_, local_.view, actions_, jobs_, outputs_,
+               &links_.memory()),
+      imports_(options_, options_, policy_, local_.view, local_.claims, action_topics_, jobs_,
+               outputs_, types_.peers),
+      told_listeners_(options_, policy_, local_.view, outputs_),
+      service_exports_(options_, options_, policy_, local_.view, local_.claims, actions_, random_,
+                       jobs_, outputs_),
+      service_imports_(options_, options_, options_.node, policy_, local_.view, local_.claims,
+                       action_topics_, jobs_, outputs_),
       clock_publisher_(options_.clock_publish_period),
-      claims_topic_(outputs_) {
+      claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
 }
 
@@ -56,17 +59,18 @@ void Side::start(const Now& now) {
 void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
+    service_imports_.on_action_topics(action_topics_.take_changes(), now);
+    tell_neighbours(now);
     if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
       recheck(links, now);
     imports_.send_demands();
     hold_actions(now);
     if (service_exports_.take_offers_due()) send_offers(now);
   } while (links_.end_failed(now));
-  const bool clock = wants_clock(links_.all(), graph_, options_, policy_);
+  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_);
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
-  const bool topics = imports_.take_claim_change();
-  const bool services = service_imports_.take_claim_change();
-  if (topics || services) claims_topic_.change();
+  if (imports_.take_claim_change()) claims_topic_.change();
+  if (service_imports_.take_claim_change()) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
 }
 
@@ -77,7 +81,9 @@ void Side::hold_actions(const Now& now) {
 }
 
 void Side::publish_claim(const Now& now) {
-  Claim claim{side_, imports_.mirrored()};
+  Claim claim{side_, {}};
+  claim.peers = peers_of(links_.all());
+  imports_.add_mirrored(claim);
   service_imports_.add_mirrored(claim.origins);
   claims_topic_.publish(std::move(claim), now);
 }
@@ -85,9 +91,11 @@ void Side::publish_claim(const Now& now) {
 // ---- the graph
 
 void Side::on(GraphChanged& input, const Now& now) {
-  const auto bridges_before = graph_.bridges();
-  graph_ = GraphView(std::move(input));
-  claims_.retain(bridges_before, graph_.bridges());
+  local_.update(std::move(input), now);
+  on_graph(now);
+}
+
+void Side::on_graph(const Now& now) {
   exports_.on_graph(now);
   update_exports(now);
   for (auto& [id, link] : links_.all()) told_listeners_.tell(link);
@@ -98,15 +106,19 @@ void Side::on(GraphChanged& input, const Now& now) {
 // When an action becomes whole or stops being whole, its parts may be offered or not.
 void Side::update_exports(const Now& now) {
   service_exports_.on_graph(now);
-  if (!actions_.update(graph_, claims_)) return send_offers(now);
+  if (!actions_.update(local_.view, local_.claims)) return send_offers(now);
   recheck(now);
 }
 
 void Side::on(MessageTaken& input, const Now& now) {
   bool changed = false;
-  if (!claims_topic_.on_taken(input, claims_, changed))
-    return exports_.on_taken(std::move(input), now);
-  if (!changed) return;
+  if (!claims_topic_.on_taken(input, changed, now)) return exports_.on_taken(std::move(input), now);
+  if (changed) on_claims(now);
+}
+
+// What other bridges of this graph mirror has changed.
+void Side::on_claims(const Now& now) {
+  if (local_.on_claims()) exports_.on_graph(now);
   update_exports(now);
   imports_.on_claims(now);
   service_imports_.on_claims(now);
@@ -118,13 +130,6 @@ void Side::on(SubscriptionFailed& input, const Now&) {
 
 void Side::on(MirrorFailed& input, const Now& now) {
   if (!claims_topic_.on_failed(input)) imports_.on_mirror_failed(input, now);
-}
-
-void Side::on(QosIncompatible& input, const Now&) {
-  if (exports_.stands(input.subscription)) return;  // it is made again for its first publisher
-  const std::string text = input.topic + ": a publisher here offers an incompatible " +
-                           input.policy + "; its messages are not received";
-  outputs_.log_once(LogLevel::kWarn, text);
 }
 
 void Side::on(RequestTaken& input, const Now& now) {
@@ -152,7 +157,7 @@ void Side::on_identity_changed(Link& link, const Now& now) {
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
-  if (link.open()) send_accepts(link);
+  if (link.open()) send_accepts(link, now);
   exports_.recheck_kept(link, now);  // also of one that has returned and was offered nothing yet
 }
 
@@ -167,6 +172,7 @@ void Side::recheck_rights(const Now& now) {
 void Side::on(StopRequested&, const Now& now) {
   stopping_ = true;
   links_.stop(now);
+  claims_topic_.end(side_, now);
   clock_publisher_.stop(outputs_);
   outputs_.push(Stopped{});
 }
@@ -174,6 +180,8 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
+  if (local_.expire(now)) on_claims(now);
+  while (local_.release(now)) on_graph(now);
   exports_.on_time(now);
   imports_.on_time(now);
   service_exports_.on_time(now);
@@ -185,9 +193,10 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-                           service_imports_.deadline(), claims_topic_.deadline(),
-                           accepts_review_.deadline(links_.all()), types_.deadline()})
+  for (const auto& next :
+       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+        neighbours_.deadline(), accepts_review_.deadline(links_.all()), types_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -195,18 +204,16 @@ std::optional<TimePoint> Side::next_deadline() const {
 // ---- links
 
 void Side::on_link_open(Link& link, const Now& now) {
-  send_accepts(link);
+  send_accepts(link, now);
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
   link.connection->set_time_period(kClockRequestPeriod);
   clock_publisher_.start(options_.names.to_local("/clock"), outputs_, now);
 }
 
-void Side::on_peer_time(const TimeReply& reply, Stamp t4) {
-  clock_publisher_.on_reply(reply, t4);
-}
-
 void Side::on_link_lost(Link& link, const Now& now) {
+  claims_topic_.change();
+  neighbours_.on_link_lost(link.id);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
   if (link.returns) exports_.keep(link, now);
@@ -221,6 +228,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   if (!link.returns) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
+  if (local_.expect(link.id, {}, now)) on_claims(now);
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
@@ -250,15 +258,27 @@ void Side::on_offers_over(Link& link, const Now& now) {
   service_imports_.forget_orphans(link.id, now);
 }
 
-void Side::send_accepts(Link& link) const {
+void Side::send_accepts(Link& link, const Now& now) {
   Accepts accepts = policy_.accepts(link.identity);
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
+  accepts.domain = options_.domain;
+  accepts.neighbours = neighbours_.tell(link, links_.all(), local_.claims, now);
   link.send(accepts);
 }
 
+void Side::tell_neighbours(const Now& now) {
+  for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
+    send_accepts(*link, now);
+}
+
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
+  if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
+  if (link.accepts && link.accepts->told() == accepts) return Nothing{};  // but for neighbours
   link.accepts.emplace(std::move(accepts), &link.memory);
+  claims_topic_.change();  // it names our peers
+  neighbours_.change();
+  tell_neighbours(now);  // before anything is offered
   recheck({&link}, now);
   return Nothing{};
 }
@@ -270,44 +290,19 @@ void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
   for (Link* link : links) exports_.recheck(*link, now);
-  for (Link* link : links) send_offers(*link, now);
+  for (Link* link : links) offer_to(*link, exports_, service_exports_, outputs_, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all()) send_offers(link, now);
-}
-
-void Side::send_offers(Link& link, const Now& now) {
-  if (!link.open() || !link.accepts) return;
-  std::vector<ChannelOffer> offers;
-  exports_.collect_offers(link, offers);
-  service_exports_.collect_offers(link, offers, now);
-  if (!link.may_offer())
-    outputs_.log_once(link.account->told, LogLevel::kWarn,
-                      "not all interfaces of this side are offered to " + link.node +
-                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  const bool completes = !link.offers_complete && !link.accepts->lacks();
-  if (offers.empty() && !completes) return;
-  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
-  link.offers_complete |= completes;
+  for (auto& [id, link] : links_.all()) offer_to(link, exports_, service_exports_, outputs_, now);
 }
 
 Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
-  for (const auto& channel : offer.channels) {
-    if (!channel.channel || link.expects(channel.channel))
-      return Error{CloseCode::kIllegal, "a channel number was offered twice"};
-    if (link.offered() >= options_.channels_max)
-      return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
-    link.expect_offered(channel.channel, channel.kind);
-    if (channel.kind == InterfaceKind::kService) {
-      service_imports_.on_offer(link, channel, now);
-    } else {
-      imports_.on_offer(link, channel, now);
-    }
-  }
-  if (offer.complete) on_offers_over(link, now);
-  return Nothing{};
+  const auto taken =
+      take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
+  if (taken && offer.complete) on_offers_over(link, now);
+  return taken;
 }
 
 // ---- status

@@ -9,10 +9,10 @@
 
 #include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
+#include "core/graph/action_topics.hpp"
 #include "core/graph/actions.hpp"
-#include "core/graph/claims.hpp"
 #include "core/graph/claims_topic.hpp"
-#include "core/graph/graph_view.hpp"
+#include "core/graph/local_graph.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/accepts_review.hpp"
 #include "core/link/links.hpp"
@@ -20,6 +20,7 @@
 #include "core/ports/status.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
+#include "core/side/neighbours.hpp"
 #include "core/side/options.hpp"
 #include "core/topics/clock_publisher.hpp"
 #include "core/topics/exports.hpp"
@@ -58,9 +59,10 @@ class Side final : private LinksUser {
   void on(MessageTaken& input, const Now& now);
   void on(MessagesLost& input, const Now&) { exports_.on_lost(input); }
   void on(SubscriptionFailed& input, const Now& now);
+  void on(MirrorMade& input, const Now&) { imports_.on_mirror_made(input); }
   void on(MirrorFailed& input, const Now& now);
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
-  void on(QosIncompatible& input, const Now& now);
+  void on(QosIncompatible& input, const Now&) { exports_.on_incompatible(input); }
   void on(RequestTaken& input, const Now& now);
   void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
   void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
@@ -104,7 +106,9 @@ class Side final : private LinksUser {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
   }
   void on_identity_changed(Link& link, const Now& now) override;
-  void on_peer_time(const TimeReply& reply, Stamp t4) override;
+  void on_peer_time(const TimeReply& reply, Stamp t4) override {
+    clock_publisher_.on_reply(reply, t4);
+  }
   void on_link_open(Link& link, const Now& now) override;
   void on_peer_replaced(Link& link, const Now& now) override;
   void on_link_lost(Link& link, const Now& now) override;
@@ -119,13 +123,15 @@ class Side final : private LinksUser {
   void settle(const Now& now);
   void hold_actions(const Now& now);
   void publish_claim(const Now& now);
+  void on_claims(const Now& now);
+  void on_graph(const Now& now);
   void update_exports(const Now& now);  // the graph, or what other bridges claim, has changed
   void recheck(const std::vector<Link*>& links, const Now& now);
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
-  void send_accepts(Link& link) const;
+  void send_accepts(Link& link, const Now& now);
+  void tell_neighbours(const Now& now);
   void tell_rights(Link& link, const Now& now);
-  void send_offers(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services
   [[nodiscard]] LinkStatus status_of(const Link& link) const;
@@ -136,11 +142,12 @@ class Side final : private LinksUser {
   Policy policy_;
   Outputs outputs_;
   Jobs jobs_;
-  GraphView graph_;
-  Claims claims_;
+  LocalGraph local_;
+  ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;
   AcceptsReview accepts_review_;
+  Neighbours neighbours_;
   Types types_;
   Exports exports_;
   Imports imports_;

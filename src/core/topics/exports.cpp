@@ -87,6 +87,13 @@ ExportedTopic* Exports::find(SubscriptionId subscription) const {
   return it == context_.by_subscription.end() ? nullptr : it->second;
 }
 
+void Exports::on_incompatible(const QosIncompatible& found) const {
+  if (stands(found.subscription)) return;  // it is made again for its first publisher
+  context_.outputs.log_once(LogLevel::kWarn, found.topic +
+                                                 ": a publisher here offers an incompatible " +
+                                                 found.policy + "; its messages are not received");
+}
+
 bool Exports::stands(SubscriptionId subscription) const {
   const auto* topic = find(subscription);
   return topic && topic->origins().empty();

@@ -49,6 +49,8 @@ class Exports {
 
   // Whether it exists for listeners alone, with no publisher known yet.
   [[nodiscard]] bool stands(SubscriptionId subscription) const;
+  // Logs that a publisher here cannot serve our subscription, unless that is made again for it.
+  void on_incompatible(const QosIncompatible& found) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
     return earliest(context_.timers.deadline(), context_.listeners.deadline());

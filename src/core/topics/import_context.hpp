@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/timers.hpp"
+#include "core/graph/action_topics.hpp"
 #include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
@@ -22,6 +23,7 @@ struct ImportContext {
   const Policy& policy;
   const GraphView& graph;
   const Claims& claims;
+  ActionTopics& action_topics;
   Jobs& jobs;
   Outputs& outputs;
   PeerTypes& types;
@@ -29,6 +31,8 @@ struct ImportContext {
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
   Timers<Mirror*> timers{};
+  // The ids in the graph of the mirrors that exist; all zero: not told, or not needed by others.
+  std::map<MirrorId, Gid> gids{};
   std::map<MirrorKey, Mirror> mirrors{};
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.

@@ -45,7 +45,7 @@ void Imports::on_graph(const Now& now) {
 }
 
 void Imports::on_claims(const Now& now) {
-  for (auto& [key, mirror] : context_.mirrors) mirror.update(now);
+  for (auto& [key, mirror] : context_.mirrors) mirror.on_claims(now);
 }
 
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
@@ -94,6 +94,14 @@ Mirror* Imports::find(MirrorId id) {
   return nullptr;
 }
 
+// It may have been destroyed just now.
+void Imports::on_mirror_made(const MirrorMade& made) {
+  const auto it = context_.gids.find(made.mirror);
+  if (it == context_.gids.end()) return;
+  it->second = made.gid;
+  context_.claim_changed = true;
+}
+
 void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
   if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed, now);
 }
@@ -124,11 +132,11 @@ void Imports::send_demands() {
   for (auto& [link, peer] : peers_) peer.send_demands();
 }
 
-std::vector<ClaimedOrigin> Imports::mirrored() const {
-  std::vector<ClaimedOrigin> origins;
+void Imports::add_mirrored(Claim& claim) const {
   for (const auto& [key, mirror] : context_.mirrors)
-    if (mirror.id()) origins.push_back({key.second, mirror.feeds()});
-  return origins;
+    if (mirror.is_claimed()) claim.origins.push_back({key.second, mirror.feeds()});
+  for (const auto& [id, gid] : context_.gids)
+    if (gid != Gid{}) claim.mirrors.push_back(gid);
 }
 
 void Imports::add_status(const Link& link, LinkStatus& status) const {

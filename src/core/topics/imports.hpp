@@ -17,9 +17,10 @@ namespace connect_bridge {
 class Imports {
  public:
   Imports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
-          const GraphView& graph, const Claims& claims, Jobs& jobs, Outputs& outputs,
-          PeerTypes& types)
-      : context_{options, graph_options, policy, graph, claims, jobs, outputs, types} {}
+          const GraphView& graph, const Claims& claims, ActionTopics& action_topics, Jobs& jobs,
+          Outputs& outputs, PeerTypes& types)
+      : context_{options,       graph_options, policy,  graph, claims,
+                 action_topics, jobs,          outputs, types} {}
 
   // The caller has checked that the number is unused and registered it at the link. Also declines
   // unknown kinds of channels.
@@ -39,6 +40,7 @@ class Imports {
   // A goal is on its way to this action (local name): its feedback may follow before the graph
   // shows the client's subscriptions.
   void expect_goal(const std::string& action, const Now& now);
+  void on_mirror_made(const MirrorMade& made);
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
   void on_type_differs(const TypeDiffers& differs, const Now& now);
   void on_publish_failed(const PublishFailed& failed);
@@ -46,9 +48,9 @@ class Imports {
 
   // Sends the demands that changed, one message per link and direction.
   void send_demands();
-  // The origins mirrored here, for our own claim; true once after every change.
+  // The origins mirrored here, and the mirrors, for our own claim; true once after every change.
   bool take_claim_change() { return std::exchange(context_.claim_changed, false); }
-  [[nodiscard]] std::vector<ClaimedOrigin> mirrored() const;
+  void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
   void add_status(const Link& link, LinkStatus& status) const;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
@@ -122,11 +121,13 @@ bool Mirror::refresh(const Now& now) {
     charge();
     taken_over = true;
   }
+  settling_.release(!candidates_.front().offered, now);
   follow_feeder();
   // A local publisher that has just ended may be offered for a moment longer: no mirror either.
   is_local_ = is_local_ || context_.graph.is_local(key_.second);
   const bool exists = may_exist();
-  if (exists && !id_ && has_waited_for_name(now) && may_be_made(now)) {
+  // Without a feeder another bridge may have it.
+  if (exists && !id_ && feeder() && has_waited_for_name(now) && may_be_made(now)) {
     taken_over = true;
     create(now);
   }
@@ -138,6 +139,11 @@ bool Mirror::refresh(const Now& now) {
 void Mirror::update(const Now& now, const OfferedTopic* sends) {
   const bool anew = refresh(now);
   if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
+}
+
+void Mirror::on_claims(const Now& now) {
+  settling_.on_claims(now);
+  update(now);
 }
 
 // A mirror made under our own node and later again under the proxy loses samples in between.
@@ -161,26 +167,19 @@ bool Mirror::may_be_made(const Now& now) {
 
 bool Mirror::may_exist() const {
   if (!context_.graph_since || failed_ || is_local_) return false;
-  if (context_.claims.taken(key_.second, feeds_)) return false;
+  if (context_.claims.taken(key_.second, feeds())) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
   const auto& connection = candidates_.front().link->connection;
   return !connection || !context_.claims.is_here(connection->peer().side);
 }
 
-// Data is asked for only after a settle time. Of several bridges that have just made a mirror of
-// the same origin all but one will withdraw theirs when they have read each other's claims, and
-// until then nothing must be published twice. Before the first graphs are discovered nobody is
-// known to claim anything, so that a start takes longer.
 void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
   last_number_ = sample_bytes_ = 0;
-  TimePoint settled = std::max(now.steady, *context_.graph_since + kDiscovery);
-  if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kTopicSettle);
-  const auto& arrived = candidates_.front().link->arrived;
-  if (arrived.contains(key_.first)) settled = std::max(settled, now.steady + kMatching);
-  if (settled > now.steady) settles_ = context_.timers.set(settled, this);
-  feeds_ = !settles_;
+  context_.gids.try_emplace(id_);
+  const bool resumes = candidates_.front().link->arrived.contains(key_.first);
+  settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);
   if (context_.options.matching > Duration::zero() || !first_.empty())
     first_.wait(context_.timers, *this, now.steady + context_.options.matching);
   const auto& [topic, type] = key_.first;
@@ -206,10 +205,10 @@ void Mirror::vanish(bool exists) {
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
   context_.types.release(id_);
+  context_.gids.erase(id_);
   id_ = {};
-  feeds_ = false;
+  settling_.end();
   kept_.release();
-  settles_.cancel();
   unnamed_.cancel();
   context_.claim_changed = true;
 }
@@ -239,12 +238,9 @@ void Mirror::on_time(const Now& now) {
   if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
-  if (settles_ && settles_.at() <= now.steady && !std::exchange(feeds_, true))
-    context_.claim_changed = true;
-  bool changed = false;
-  for (Timer* timer : {&settles_, &expected_}) {
-    if (!*timer || timer->at() > now.steady) continue;
-    timer->cancel();
+  bool changed = settling_.on_time(now);
+  if (expected_ && expected_.at() <= now.steady) {
+    expected_.cancel();
     changed = true;
   }
   if (changed) update(now);
@@ -278,12 +274,8 @@ void Mirror::update_demands(const Now& now) const {
 
 bool Mirror::wants(const OfferedTopic& offered, bool listened, const Now& now) const {
   const bool expected = expected_ && expected_.at() > now.steady;
-  const bool settled = !settles_ || settles_.at() <= now.steady;
-  return (listened || expected) && id_ && settled && candidates_.front().offered == &offered;
-}
-
-void Mirror::settle(const Now& now) {
-  if (id_) settles_ = context_.timers.set(now.steady + kTopicSettle, this);
+  return (listened || expected) && id_ && settling_.settled(now) &&
+         candidates_.front().offered == &offered;
 }
 
 void Mirror::expect_subscriber(const Now& now) {

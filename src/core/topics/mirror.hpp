@@ -14,6 +14,7 @@
 #include "core/topics/first_messages.hpp"
 #include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
+#include "core/topics/mirror_settling.hpp"
 #include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
@@ -29,7 +30,10 @@ class Mirror {
  public:
   using Candidate = MirrorCandidate;
 
-  Mirror(ImportContext& context, MirrorKey key) : context_(context), key_(std::move(key)) {}
+  Mirror(ImportContext& context, MirrorKey key)
+      : context_(context),
+        key_(std::move(key)),
+        settling_(context_, *this, key_.first, key_.second) {}
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
 
@@ -74,7 +78,9 @@ class Mirror {
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
   [[nodiscard]] bool wants(const OfferedTopic& offered, bool listened, const Now& now) const;
   // It does not want data for a moment.
-  void settle(const Now& now);
+  void settle(const Now& now) {
+    if (id_) settling_.again(now);
+  }
   // It wants data for a while, with or without a subscriber.
   void expect_subscriber(const Now& now);
 
@@ -94,8 +100,11 @@ class Mirror {
 
   // Something waits for its publisher to be found.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
-  // It has settled once since it was made: bridges whose mirror of the origin has not give way.
-  [[nodiscard]] bool feeds() const { return feeds_; }
+  // What other bridges claim has changed.
+  void on_claims(const Now& now);
+  // Whether it is claimed, and as one that feeds.
+  [[nodiscard]] bool is_claimed() const { return id_ && !settling_.released(); }
+  [[nodiscard]] bool feeds() const { return settling_.feeds(); }
   [[nodiscard]] const MirrorKey& key() const { return key_; }
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
@@ -132,7 +141,7 @@ class Mirror {
   std::string action_type_;
   bool any_definition_ = false;        // whether the rules allow that
   std::vector<Candidate> candidates_;  // the feeding one first
-  Timer settles_;                      // no demand before
+  MirrorSettling settling_;            // no demand before it has settled
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
@@ -145,7 +154,6 @@ class Mirror {
   Budget::Hold kept_;               // of the feeding link's memory: kept_bytes()
   // How many samples of this size may be kept.
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
-  bool feeds_ = false;
   bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
   bool failed_ = false;    // until it is offered again

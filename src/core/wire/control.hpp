@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -23,6 +24,7 @@ inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one of
 inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
 inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
+inline constexpr std::size_t kNeighboursMax = 256;         // of one accepts
 inline constexpr std::size_t kPatternsMax = 4096;          // patterns and types of one accepts
 inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
 inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
@@ -98,12 +100,18 @@ struct AcceptedNames {
   std::vector<std::string> services = {};    // patterns
   std::vector<std::string> actions = {};     // patterns
   std::vector<std::string> parameters = {};  // patterns of node names
+
+  friend bool operator==(const AcceptedNames&, const AcceptedNames&) = default;
 };
 struct Accepts {
   std::vector<AcceptedNames> rules;
-  std::vector<std::string> deny;        // patterns, win over all rules
-  std::uint32_t message_bytes_max = 0;  // largest message that this side accepts; 0: not given
-  bool ros_time = false;                // this side publishes the peer's ROS time
+  std::vector<std::string> deny;          // patterns, win over all rules
+  std::uint32_t message_bytes_max = 0;    // largest message that this side accepts; 0: not given
+  bool ros_time = false;                  // this side publishes the peer's ROS time
+  std::vector<Token128> neighbours{};     // sides of bridges that may be in the peer's graph
+  std::optional<std::uint32_t> domain{};  // the ROS domain of this side's graph, if that is told
+
+  friend bool operator==(const Accepts&, const Accepts&) = default;
 };
 // "decline": the importer does not import this channel, and why (for the exporter's log and
 // status).

@@ -1,6 +1,10 @@
 #include "core/wire/control_accepts.hpp"
 
+#include <string>
 #include <utility>
+#include <vector>
+
+#include "core/base/hex.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -20,6 +24,20 @@ std::vector<std::string> read_strings(ControlReader& reader, const Json& json, c
   return strings;
 }
 
+std::vector<Token128> read_neighbours(ControlReader& reader, const Json& json) {
+  constexpr const char* kKey = "neighbours";
+  std::vector<Token128> sides;
+  if (reader.find(json, kKey, true) == nullptr) return sides;
+  const Json* list = reader.array(json, kKey, kNeighboursMax);
+  for (const Json& entry : list ? *list : Json::array()) {
+    Token128& side = sides.emplace_back();
+    if (!from_hex(reader.string_of(entry, kKey, side.bytes.size() * 2), side.bytes))
+      reader.fail(kKey, "has an entry that is not 32 hexadecimal digits");
+    if (reader.failed()) break;
+  }
+  return sides;
+}
+
 }  // namespace
 
 Accepts read_accepts(ControlReader& reader, const Json& json) {
@@ -27,6 +45,9 @@ Accepts read_accepts(ControlReader& reader, const Json& json) {
   accepts.deny = read_strings(reader, json, "deny");
   accepts.message_bytes_max = reader.optional_number(json, "message_bytes_max");
   accepts.ros_time = reader.flag(json, "ros_time", true);
+  accepts.neighbours = read_neighbours(reader, json);
+  if (const Json* domain = reader.find(json, "domain", true))
+    accepts.domain = reader.number_of(*domain, "domain", 0U);
   const Json* list = reader.array(json, "rules", kAcceptRulesMax);
   if (list == nullptr) return accepts;
   for (const Json& entry : *list) {
@@ -46,6 +67,14 @@ Accepts read_accepts(ControlReader& reader, const Json& json) {
   return accepts;
 }
 
+std::size_t patterns_of(const Accepts& accepts) {
+  std::size_t count = accepts.deny.size();
+  for (const auto& rule : accepts.rules)
+    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
+             rule.parameters.size() + rule.types.size();
+  return count;
+}
+
 void put(const Accepts& message, nlohmann::ordered_json& json) {
   json["type"] = "accepts";
   auto& rules = json["rules"] = nlohmann::ordered_json::array();
@@ -61,6 +90,8 @@ void put(const Accepts& message, nlohmann::ordered_json& json) {
   json["deny"] = message.deny;
   if (message.message_bytes_max > 0) json["message_bytes_max"] = message.message_bytes_max;
   if (message.ros_time) json["ros_time"] = true;
+  for (const auto& side : message.neighbours) json["neighbours"].push_back(to_hex(side.bytes));
+  if (message.domain) json["domain"] = *message.domain;
 }
 
 }  // namespace connect_bridge

@@ -191,14 +191,6 @@ std::optional<Control> read(Reader& reader, const Json& json, std::string_view t
 
 }  // namespace
 
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
-}
-
 Result<Control> decode_control(std::string_view text) {
   if (text.size() > kControlBytesMax) {
     return Error{CloseCode::kTooLarge, "a control message is larger than 1 MiB"};

@@ -124,6 +124,7 @@ struct Node::State {
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
   void read_arguments(const NodeOptions& options);
+  std::size_t domain();
   void open_publisher_ids();
   void open_parameter_events();
   // nullopt: the id that it has in the graph is not known.
@@ -181,14 +182,18 @@ void Node::State::open(const NodeOptions& options) {
   parameter_files = parameter_files_of(context.global_arguments);
 }
 
+std::size_t Node::State::domain() {
+  std::size_t id = 0;
+  require_ok(rcl_context_get_domain_id(&context, &id), "cannot read the domain id");
+  return id;
+}
+
 void Node::State::open_publisher_ids() {
   if (middleware().publisher_told == Middleware::PublisherTold::kId) {
     publisher_ids.emplace();
     return;
   }
-  std::size_t domain = 0;
-  require_ok(rcl_context_get_domain_id(&context, &domain), "cannot read the domain id");
-  auto publishers = std::make_shared<CyclonePublishers>(domain);
+  auto publishers = std::make_shared<CyclonePublishers>(domain());
   publisher_ids.emplace([publishers] { return publishers->changes(); });
 }
 
@@ -282,6 +287,10 @@ const std::vector<std::string>& Node::others_with_parameters() const {
 }
 const std::vector<std::string>& Node::arguments() const {
   return state_->arguments;
+}
+
+std::uint32_t Node::domain() const {
+  return static_cast<std::uint32_t>(state_->domain());
 }
 
 Stamp Node::ros_now() const {

@@ -66,6 +66,9 @@ class Node {
   // The arguments of main() that are not for ROS, without the program's name.
   [[nodiscard]] const std::vector<std::string>& arguments() const;
 
+  // The id of the ROS domain that it is in.
+  [[nodiscard]] std::uint32_t domain() const;
+
   // ROS time: the system's, or /clock's (Gateway::set_use_sim_time). Any thread.
   [[nodiscard]] Stamp ros_now() const;
   // To the console, the log file and /rosout, if the level is enabled. Any thread.

@@ -39,6 +39,7 @@ std::optional<Refusal> Mirror::open() {
     return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
   own_id_ = shared_.node.add_own(publisher_);
+  if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   const bool differs = type_.is_bare || !type_.other_hash.empty();
   if (differs && !create_.type_hash.empty())

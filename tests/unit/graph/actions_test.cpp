@@ -134,17 +134,19 @@ TEST(SideActions, AGoalBringsTheDemandForItsFeedback) {
   feedback.type = std::string(kFib) + "_FeedbackMessage";
   ChannelOffer goal = service_channel(2, "/fib/_action/send_goal");
   goal.type = std::string(kFib) + "_SendGoal";
-  goal.action_type = feedback.action_type = kFib;
-  s.say(1, Offer{{feedback, goal}, true});
+  ChannelOffer status = channel(3, "/fib/_action/status", {origin(1, 10)});
+  status.type = "action_msgs/msg/GoalStatusArray";
+  goal.action_type = feedback.action_type = status.action_type = kFib;
+  s.say(1, Offer{{feedback, goal, status}, true});
   s.say(1, Attached{{2}, {1}, {0}});
   s.did();
   s.said(1);
   s.give(RequestTaken{{1}, {1}, sample("goal")});
-  EXPECT_EQ(s.said(1), "demand 1 on\n1.1 goal\n");
+  EXPECT_EQ(s.said(1), "demand 1 3 on\n1.1 goal\n");
   s.message(1, 1, 1, "feedback");
   EXPECT_EQ(s.did(), "publish 2 feedback\n");
   s.pass(5000);  // the graph has told of no subscriber
-  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  EXPECT_EQ(s.said(1), "demand 1 3 off\n");
 }
 
 TEST(SideParameters, TheServicesOfANodeAreOpenedByItsNameAlone) {

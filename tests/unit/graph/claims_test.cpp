@@ -21,6 +21,10 @@ Token128 side(std::uint8_t n) {
   return result;
 }
 
+using namespace std::chrono_literals;
+
+constexpr TimePoint kNow{};
+
 // A round trip through the bytes.
 std::optional<Claim> through(const Claim& claim) {
   return parse_claim(serialize(claim, 1'700'000'000'123'456'789).view());
@@ -36,6 +40,13 @@ TEST(Claims, RoundTrip) {
     EXPECT_EQ(back->side, claim.side);
     EXPECT_EQ(back->origins, claim.origins);
   }
+}
+
+TEST(Claims, ARoundTripOfAllItsWords) {
+  Claim claim{side(0xab), {{gid(1), true}, {gid(2)}}, {gid(3)}, {{side(4)}, {side(5), {{1, 2}}}}};
+  claim.good_for = 4321ms;
+  EXPECT_EQ(through(claim), claim);
+  EXPECT_GE(claim_bytes(claim), serialize(claim, 0).size());
 }
 
 TEST(Claims, NamesSoManyOriginsAtMost) {
@@ -89,7 +100,7 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
     return parse_claim(bytes).has_value();
   };
   EXPECT_FALSE(changed(1, 0));          // big-endian
-  EXPECT_FALSE(changed(20 + 22, '3'));  // "connect_bridge claims 3"
+  EXPECT_FALSE(changed(20 + 22, '4'));  // "connect_bridge claims 4"
   EXPECT_FALSE(changed(16, 0));         // an empty string has length 1
   EXPECT_FALSE(changed(19, 0xff));      // a length beyond everything
   EXPECT_FALSE(changed(48, 'A'));       // upper case
@@ -100,8 +111,8 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
 
 TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
   Claims claims(side(5));
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}));
-  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}));
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}, kNow));
+  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.taken(gid(2), false));
   EXPECT_TRUE(claims.is_here(side(4)));
@@ -111,8 +122,8 @@ TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
 
 TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}});
-  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}});
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}}, kNow);
   const auto taken = [&](std::uint8_t origin, bool feeds) {
     return claims.taken(gid(origin), feeds);
   };
@@ -128,16 +139,16 @@ TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
 
 TEST(Claims, OfSeveralOneMayFeedAndAnotherHaveTheSmallerId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
-  claims.update(gid(101), {side(6), {{gid(1), true}}});
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(1), true}}}, kNow);
   EXPECT_TRUE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.taken(gid(1), true));
 }
 
 TEST(Claims, ANewClaimReplacesTheOldOne) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}});
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}));
+  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}}, kNow);
+  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_TRUE(claims.taken(gid(2), false));
   EXPECT_TRUE(claims.taken(gid(3), false));
@@ -145,52 +156,117 @@ TEST(Claims, ANewClaimReplacesTheOldOne) {
 
 TEST(Claims, OurOwnIsNoOther) {
   Claims claims(side(5));
-  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}));
+  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(5)));
 }
 
 TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(3), {{gid(1)}}});
-  claims.update(gid(101), {side(4), {{gid(1)}}});
-  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}));
+  claims.update(gid(100), {side(3), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(4), {{gid(1)}}}, kNow);
+  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(101)}, {}));
+  EXPECT_TRUE(claims.retain({gid(101)}, {}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
-  EXPECT_FALSE(claims.retain({}, {}));
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  EXPECT_FALSE(claims.retain({}, {}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_FALSE(claims.retain({}, {gid(100)}));
-  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}));
+  EXPECT_FALSE(claims.retain({}, {gid(100)}, kNow));
+  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(100)}, {}));
+  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
   EXPECT_FALSE(claims.taken(gid(1), false));
   EXPECT_FALSE(claims.is_here(side(4)));
 }
 
-TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
+// The graph may show the mirrors of a bridge that has left it a moment longer.
+TEST(Claims, TheMirrorsOfABridgeThatLeftAreItsOwnForAWhile) {
   Claims claims(side(5));
-  const auto bridge = [](int n) {
-    Gid result;
-    result.bytes[0] = static_cast<std::uint8_t>(n);
-    result.bytes[1] = static_cast<std::uint8_t>(n >> 8);
-    return result;
+  claims.update(gid(100), {side(4), {{gid(1), true}}, {gid(7)}}, kNow);
+  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
+  EXPECT_FALSE(claims.claimed(gid(1)));
+  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  EXPECT_TRUE(claims.expire(kNow + 1s));  // of the service that it may have been
+  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  EXPECT_FALSE(claims.expire(kNow + 31s));  // no claim has changed
+  EXPECT_TRUE(claims.mirrors().empty());
+  EXPECT_EQ(claims.deadline(), std::nullopt);
+}
+
+TEST(Claims, AServiceIsABridgesForAMomentLonger) {
+  Claims claims(side(5));
+  const Gid service = service_gid("/s");
+  Claim claim{side(4), {{service, true}, {service_gid("/only_claimed")}}};
+  claim.good_for = 4s;
+  claims.update({}, claim, kNow);
+  EXPECT_TRUE(claims.serves(service));
+  claims.update({}, {side(4), {}}, kNow);
+  EXPECT_FALSE(claims.claimed(service));
+  EXPECT_TRUE(claims.serves(service));
+  EXPECT_FALSE(claims.serves(service_gid("/only_claimed")));
+  claims.retain_served({service});
+  EXPECT_TRUE(claims.serves(service));
+  claims.retain_served({});
+  EXPECT_FALSE(claims.serves(service));
+  // One that fell silent may be shown for longer.
+  claims.update({}, claim, kNow);
+  EXPECT_TRUE(claims.expire(kNow + 4s));
+  EXPECT_FALSE(claims.expire(kNow + 20s));
+  EXPECT_TRUE(claims.serves(service));
+  EXPECT_TRUE(claims.expire(kNow + 35s));
+  EXPECT_FALSE(claims.serves(service));
+}
+
+TEST(Claims, PeersAreAsOldAsTheirBridgeIsKnown) {
+  Claims claims(side(5));
+  claims.update({}, {side(4), {}, {}, {{side(10)}}}, kNow + 5s);
+  EXPECT_TRUE(claims.take_peers_change());
+  claims.update({}, {side(4), {{gid(1)}}, {}, {{side(10)}}}, kNow + 6s);
+  EXPECT_FALSE(claims.take_peers_change());
+  claims.update({}, {side(4), {}, {}, {{side(10)}, {side(11)}}}, kNow + 7s);
+  EXPECT_TRUE(claims.take_peers_change());
+  ASSERT_EQ(claims.peers().size(), 2U);
+  EXPECT_EQ(claims.peers()[0].since, TimePoint{});
+  EXPECT_EQ(claims.peers()[1].since, kNow + 7s);
+}
+
+TEST(Claims, BridgesAreMissedUntilTheyAreHeard) {
+  Claims claims(side(5));
+  claims.expect({1}, {side(5), side(6)});
+  claims.expect({2}, {side(6), side(7)});
+  EXPECT_TRUE(claims.misses());
+  claims.update({}, {side(6), {}}, kNow);
+  EXPECT_TRUE(claims.misses());
+  claims.expect({2}, {});
+  EXPECT_FALSE(claims.misses());
+  claims.expect({2}, {side(6)});
+  EXPECT_FALSE(claims.misses());
+}
+
+TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
+  Claims claims(side(255));
+  const auto bridge = [](int i) {
+    Token128 id;
+    id.bytes[0] = static_cast<std::uint8_t>(i % 250);
+    id.bytes[1] = static_cast<std::uint8_t>(i / 250);
+    id.bytes[2] = 1;
+    return id;
   };
-  for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update(bridge(i), {side(4), {}}));
-  EXPECT_FALSE(claims.update(bridge(256), {side(4), {{gid(1)}}}));
-  EXPECT_TRUE(claims.update(bridge(255), {side(4), {{gid(1)}}}));
+  for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update({}, {bridge(i), {}}, kNow));
+  EXPECT_FALSE(claims.update({}, {bridge(256), {{gid(1)}}}, kNow));
+  EXPECT_TRUE(claims.update({}, {bridge(255), {{gid(1)}}}, kNow));
   EXPECT_TRUE(claims.taken(gid(1), false));
 }
 
 TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}});
-  claims.update(gid(101), {side(6), {{gid(2)}}});
+  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  claims.update(gid(101), {side(6), {{gid(2)}}}, kNow);
   EXPECT_TRUE(claims.claimed(gid(1)));
   EXPECT_TRUE(claims.claimed(gid(2)));
   EXPECT_FALSE(claims.taken(gid(2), false));

@@ -54,5 +54,12 @@ TEST(NameMap, ThePartsOfAnActionGoWhereItGoes) {
   EXPECT_EQ(names.to_local("/_action/status"), "/robot1/_action/status");
 }
 
+TEST(NameMap, WhatBridgesSayToEachOtherIsNotVisible) {
+  EXPECT_EQ(NameMap().to_wire("/_connect_bridge/claims"), std::nullopt);
+  EXPECT_EQ(NameMap("", {{"/x", "/_connect_bridge/x"}}).to_wire("/_connect_bridge/x"),
+            std::nullopt);
+  EXPECT_EQ(NameMap().to_wire("/_connect_bridge/fib/_action/status"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace connect_bridge

@@ -70,8 +70,10 @@ struct Fed : topics_test::Actions {
   Policy policy;
   GraphView graph;
   Claims claims{Token128{}};
+  ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
-  Mirroring mirroring{options, names, own_node, policy, graph, claims, jobs, outputs, {}, {}, {}};
+  Mirroring mirroring{options,       names, own_node, policy, graph, claims,
+                      action_topics, jobs,  outputs,  {},     {},    {}};
   topics_test::OneLink peer;
   MirroredService* subject = nullptr;
 };

@@ -185,19 +185,21 @@ TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
   ChannelOffer goals = service_channel(2, "/fib/_action/send_goal");
   feedback.type = "p/action/Fib_FeedbackMessage";
   goals.type = "p/action/Fib_SendGoal";
-  feedback.action_type = goals.action_type = "p/action/Fib";
-  s.say(1, Offer{{feedback, goals}, true});
+  ChannelOffer status = channel(3, "/fib/_action/status", {origin(1, 12)});
+  status.type = "action_msgs/msg/GoalStatusArray";
+  feedback.action_type = goals.action_type = status.action_type = "p/action/Fib";
+  s.say(1, Offer{{feedback, goals, status}, true});
   s.say(1, Attached{{2}, {1}, {0}});
   s.did();
   s.pass(249);
   EXPECT_EQ(s.did(), "");
   s.pass(1);
   const int goal = service_gid("/fib/_action/send_goal").bytes[0];
-  EXPECT_EQ(s.did(),
-            "mirror_service 1 /fib/_action/send_goal\nclaim [11 " + std::to_string(goal) + "]\n");
+  EXPECT_EQ(s.did(), "mirror_service 1 /fib/_action/send_goal\nclaim [11 12 " +
+                         std::to_string(goal) + "]\n");
   s.said(1);
   request(s, 11, "goal");
-  EXPECT_EQ(s.said(1).substr(0, 12), "demand 1 on\n");
+  EXPECT_EQ(s.said(1).substr(0, 14), "demand 1 3 on\n");
 }
 
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {

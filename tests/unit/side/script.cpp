@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 #include <variant>
 
 #include "core/compress/compress.hpp"
@@ -134,7 +135,7 @@ void Script::pass(std::int64_t ms) {
 }
 
 Token128 Script::login(std::uint32_t connection, Token128 session, const Identity& who) {
-  give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection)});
+  give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection), {}, 1, {}, site});
   const auto known = peers_.find(session);
   const Token128 peer = known == peers_.end() ? peer_id(connection) : known->second;
   binary(connection, encode(Hello{1, 1, peer, session, "/peer"}));
@@ -171,9 +172,15 @@ std::string Script::did() {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
     if (const auto* line = std::get_if<Audit>(&*action)) noted += word_of(*line) + "\n";
     const std::string word = word_of(*action);
-    if (!word.empty()) lines += word + "\n";
+    if (!word.empty() && !is_repeated(word)) lines += word + "\n";
   }
   return lines;
+}
+
+bool Script::is_repeated(const std::string& word) {
+  if (word.starts_with("unmirror")) claimed_.clear();
+  if (!word.starts_with("claim [")) return false;
+  return std::exchange(claimed_, word) == word;
 }
 
 std::string Script::said(std::uint32_t connection) {

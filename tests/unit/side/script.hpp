@@ -63,7 +63,8 @@ class Script {
   Token128 join(std::uint32_t connection, Token128 session = {});
 
   // ---- results
-  // What was done since the last call, one word per line; logs are kept apart.
+  // What was done since the last call, one word per line; logs are kept apart, and a claim that is
+  // told again is left out.
   std::string did();
   // What is said to a peer now, one packet per line; packets of acks and time frames are left out.
   std::string said(std::uint32_t connection);
@@ -76,16 +77,20 @@ class Script {
 
   Side side;
   std::int64_t at = 0;
+  std::string site;  // of the peers that connect from now on
   std::string logged;
   std::string noted;  // for the audit log, if the options ask for it
 
  private:
   Token128 welcomed(std::uint32_t connection);
+  // A claim like the last one, and no mirror has gone since.
+  bool is_repeated(const std::string& word);
 
   std::set<std::uint32_t> living_;
   std::map<Token128, Token128> peers_;  // by session
   std::map<std::uint32_t, std::uint64_t> sent_bytes_;
   std::uint32_t sequence_ = 0;
+  std::string claimed_;                                                   // the last claim
   std::map<std::pair<std::uint32_t, ChannelId>, std::uint16_t> demands_;  // the newest
 };
 

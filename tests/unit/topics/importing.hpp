@@ -42,9 +42,10 @@ struct Importing : Actions {
   Policy policy;
   GraphView graph;
   Claims claims{Token128{}};
+  ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
   PeerTypes types{outputs};
-  ImportContext context{options, names, policy, graph, claims, jobs, outputs, types};
+  ImportContext context{options, names, policy, graph, claims, action_topics, jobs, outputs, types};
 };
 
 }  // namespace connect_bridge::topics_test

@@ -56,6 +56,22 @@ TEST(Mirror, WaitsForALinkThatIsLostAlone) {
   EXPECT_EQ(s.mirror(7).candidate({1})->offered, nullptr);
 }
 
+// A change of what it wants does not make it forget whom it waits for.
+TEST(Mirror, WaitsForItsNeighboursAfterAChangeToo) {
+  Script s;
+  s.context.graph_since = ms(0).steady;
+  Token128 neighbour;
+  neighbour.bytes.fill(7);
+  s.claims.expect({1}, {neighbour});
+  s.offer(s.one, {origin(1, 7)});
+  s.mirror(7).settle(ms(100));
+  s.pass_to(3499);
+  EXPECT_EQ(s.demanded(), "1: 2: ");
+  EXPECT_FALSE(s.mirror(7).is_claimed());
+  s.pass_to(3500);
+  EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
+}
+
 TEST(Mirror, LingersWhenNobodyOffersIt) {
   Script s;
   s.offer(s.one, {origin(1, 7)});

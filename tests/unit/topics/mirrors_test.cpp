@@ -159,6 +159,7 @@ TEST(SideMirrors, ClaimsAreToldNowAndThen) {
   s.pass(1000);
   s.join(1);
   s.say(1, Offer{{channel(1, "/a", {})}, true});
+  s.pass(20);  // that a link is open was told as well
   s.did();
   const auto claims = [](const std::string& did) {
     std::size_t found = 0;

@@ -1,0 +1,46 @@
+// Which endpoints of a graph belong to other bridges, as far as the graph shows that.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <set>
+#include <string>
+
+#include "core/graph/graph_view.hpp"
+
+namespace connect_bridge {
+
+// Which endpoints belong to a bridge. A node's name may appear in the graph later than its
+// endpoints; in DDS the first 12 bytes of a gid identify the participant at once (RTPS 2.3 section
+// 8.2.4).
+class BridgeNodes {
+ public:
+  void add(const Endpoint& claims_publisher) {
+    if (const std::string node = node_of(claims_publisher); !node.empty()) names_.insert(node);
+    if (claims_publisher.gid != Gid{}) participants_.insert(participant_of(claims_publisher.gid));
+  }
+  // A server's gid is not always known.
+  [[nodiscard]] bool own(const Server& server) const {
+    return names_.contains(node_of(server)) ||
+           (server.gid != Gid{} && participants_.contains(participant_of(server.gid)));
+  }
+  [[nodiscard]] bool own(const Endpoint& endpoint) const {
+    return names_.contains(node_of(endpoint)) ||
+           participants_.contains(participant_of(endpoint.gid));
+  }
+  [[nodiscard]] bool empty() const { return names_.empty() && participants_.empty(); }
+
+  using Participant = std::array<std::uint8_t, 12>;
+  static Participant participant_of(const Gid& gid) {
+    Participant participant;
+    std::copy_n(gid.bytes.begin(), participant.size(), participant.begin());
+    return participant;
+  }
+
+ private:
+  std::set<std::string> names_;
+  std::set<Participant> participants_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,84 @@
+#include "core/graph/new_publishers.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "core/base/timers.hpp"
+#include "core/graph/bridge_nodes.hpp"
+#include "core/graph/settling.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// Whether ids begin alike in a process: then a bridge's mirrors are known by that. The nodes and
+// bridges of a graph have several endpoints each, so that it shows.
+bool ids_show_process(const GraphChanged& graph) {
+  std::set<BridgeNodes::Participant> seen;
+  const auto is_known = [&](const Endpoint& endpoint) {
+    return endpoint.gid != Gid{} && !seen.insert(BridgeNodes::participant_of(endpoint.gid)).second;
+  };
+  return std::any_of(graph.topics.begin(), graph.topics.end(), [&](const TopicState& topic) {
+    return std::any_of(topic.publishers.begin(), topic.publishers.end(), is_known) ||
+           std::any_of(topic.subscribers.begin(), topic.subscribers.end(), is_known);
+  });
+}
+
+}  // namespace
+
+void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
+  BridgeNodes bridges;
+  for (const TopicState& topic : graph.topics)
+    if (topic.name == kClaimsTopic)
+      for (const Endpoint& publisher : topic.publishers) bridges.add(publisher);
+  const bool watches = (misses || !bridges.empty()) && !ids_show_process(graph);
+  const auto before = std::exchange(seen_, {});
+  auto held_before = std::exchange(held_, {});
+  for (TopicState& topic : graph.topics) {
+    if (topic.name == kClaimsTopic) continue;
+    std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
+      const auto known = before.find(publisher.gid);
+      const bool counts = known == before.end() ? !watches : !known->second;
+      if (counts || bridges.own(publisher)) {
+        seen_[publisher.gid] = std::nullopt;
+        return false;
+      }
+      const TimePoint first = known == before.end() ? now.steady : *known->second;
+      const TimePoint from = first + (node_of(publisher).empty() ? kNodeNames : kClaimNames);
+      seen_[publisher.gid] = from > now.steady ? std::optional(first) : std::nullopt;
+      if (from <= now.steady) return false;
+      held_.push_back({from, {topic.name, topic.type, topic.type_hash, {publisher}, {}}});
+      return true;
+    });
+  }
+  for (Held& held : held_before) {
+    if (seen_.contains(held.gid())) continue;
+    held.left = true;
+    held_.push_back(std::move(held));
+  }
+}
+
+NewPublishers::Due NewPublishers::take_due(const Now& now) {
+  Due due;
+  std::erase_if(held_, [&](Held& held) {
+    if (held.until > now.steady) return false;
+    if (held.left) due.left.insert(held.gid());
+    due.topics.push_back(std::move(held.topic));
+    return true;
+  });
+  return due;
+}
+
+std::optional<TimePoint> NewPublishers::deadline() const {
+  std::optional<TimePoint> first;
+  for (const Held& held : held_) first = earliest(first, held.until);
+  return first;
+}
+
+std::vector<Gid> NewPublishers::held() const {
+  std::vector<Gid> gids;
+  for (const Held& held : held_) gids.push_back(held.gid());
+  return gids;
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,42 @@
+#include "core/side/offers.hpp"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace connect_bridge {
+
+void offer_to(Link& link, Exports& topics, ServiceExports& services, Outputs& outputs,
+              const Now& now) {
+  if (!link.open() || !link.accepts) return;
+  std::vector<ChannelOffer> offers;
+  topics.collect_offers(link, offers);
+  services.collect_offers(link, offers, now);
+  if (!link.may_offer())
+    outputs.log_once(link.account->told, LogLevel::kWarn,
+                     "not all interfaces of this side are offered to " + link.node +
+                         ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
+  const bool completes = !link.offers_complete && !link.accepts->lacks();
+  if (offers.empty() && !completes) return;
+  for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
+  link.offers_complete |= completes;
+}
+
+Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
+                           Imports& topics, ServiceImports& services, const Now& now) {
+  for (const auto& channel : offer.channels) {
+    if (!channel.channel || link.expects(channel.channel))
+      return Error{CloseCode::kIllegal, "a channel number was offered twice"};
+    if (link.offered() >= channels_max)
+      return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
+    link.expect_offered(channel.channel, channel.kind);
+    if (channel.kind == InterfaceKind::kService) {
+      services.on_offer(link, channel, now);
+    } else {
+      topics.on_offer(link, channel, now);
+    }
+  }
+  return Nothing{};
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,83 @@
+#include "core/topics/mirror_settling.hpp"
+
+#include <algorithm>
+
+#include "core/graph/settling.hpp"
+#include "core/policy/interface.hpp"
+#include "core/topics/import_context.hpp"
+
+namespace connect_bridge {
+
+void MirrorSettling::begin(MirrorId id, Duration least, const Now& now) {
+  id_ = id;
+  const TimePoint since = *context_.graph_since;
+  TimePoint settled = std::max(now.steady + least, since + kDiscovery);
+  if (!context_.graph.bridges().empty()) settled = std::max(settled, now.steady + kTopicSettle);
+  waits_for_neighbours_ = context_.claims.misses();
+  if (waits_for_neighbours_) settled = std::max(settled, since + kNeighbourDiscovery);
+  // A bridge that need not wait must not give way to one that waits.
+  released_ = waits_for_neighbours_;
+  settle_at(settled, now);
+}
+
+void MirrorSettling::end() {
+  if (has_action_token(topic_.first)) context_.action_topics.remove(topic_.first, id_);
+  id_ = {};
+  feeds_ = released_ = waits_for_neighbours_ = false;
+  settles_.cancel();
+}
+
+void MirrorSettling::again(const Now& now) {
+  const TimePoint settled = now.steady + kTopicSettle;
+  settles_ = context_.timers.set(settles_ ? std::max(settles_.at(), settled) : settled, &mirror_);
+}
+
+// The topics of an action stay with its services, and these with their calls.
+void MirrorSettling::release(bool silent, const Now& now) {
+  const bool released =
+      silent && !context_.graph.bridges().empty() && !has_action_token(topic_.first);
+  if (!id_ || waits_for_neighbours_ || released == released_) return;
+  released_ = released;
+  context_.claim_changed = true;
+  if (released) {
+    released_at_ = now.steady;
+    settles_.cancel();
+    return set_feeds(false);
+  }
+  // Another bridge that has the origin, too, has claimed it by then, if there is one.
+  const bool contested = context_.claims.claimed(origin_);
+  const TimePoint known = (contested ? now.steady : released_at_) + kTopicSettle;
+  settle_at(std::max(known, *context_.graph_since + kDiscovery), now);
+}
+
+void MirrorSettling::on_claims(const Now& now) {
+  const bool misses = context_.claims.misses();
+  if (!settles_ || feeds_ || misses == waits_for_neighbours_) return;
+  waits_for_neighbours_ = released_ = misses;
+  context_.claim_changed = true;
+  const TimePoint since = *context_.graph_since;
+  if (misses) return settle_at(std::max(settles_.at(), since + kNeighbourDiscovery), now);
+  settle_at(std::min(settles_.at(), std::max(now.steady + kTopicSettle, since + kDiscovery)), now);
+}
+
+bool MirrorSettling::on_time(const Now& now) {
+  if (!settles_ || settles_.at() > now.steady) return false;
+  settles_.cancel();
+  waits_for_neighbours_ = released_ = false;
+  if (!feeds_) context_.claim_changed = true;
+  set_feeds(true);
+  return true;
+}
+
+void MirrorSettling::settle_at(TimePoint settled, const Now& now) {
+  settles_.cancel();
+  if (settled > now.steady) settles_ = context_.timers.set(settled, &mirror_);
+  set_feeds(!settles_);
+}
+
+void MirrorSettling::set_feeds(bool feeds) {
+  feeds_ = feeds;
+  if (has_action_token(topic_.first)) context_.action_topics.set(topic_.first, id_, feeds);
+}
+
+}  // namespace connect_bridge

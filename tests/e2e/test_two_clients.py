@@ -1,0 +1,83 @@
+"""Two clients in one graph, linked to one server: one of them feeds, the other takes over."""
+
+import signal
+import time
+
+import pytest
+from std_msgs.msg import Int32
+
+from graph import until
+
+
+@pytest.fixture
+def two_clients(make_pair, make_side):
+    """The pair's client, and another one that starts so many seconds later."""
+
+    def make(after):
+        pair = make_pair(start=False)
+        pair.server.start().wait_listening()
+        second = make_side(
+            "client",
+            pair.domains[1],
+            {},
+            name="second",
+            node="second_client",
+            arguments=["--ros-args", "-r", "__node:=second_client", "--"],
+        )
+        second.set_parameters({**pair.client.parameters, "status_file": str(second.status_file)})
+        publisher = pair.robot.publisher(Int32, "/t/count")
+        collector = pair.operator.collector(Int32, "/t/count")
+        pair.client.start()
+        time.sleep(after)
+        second.start()
+        return pair, second, publisher, collector
+
+    return make
+
+
+def count_up(publisher, first, count):
+    for number in range(first, first + count):
+        publisher.publish(Int32(data=number))
+        time.sleep(0.02)
+    return first + count
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+@pytest.mark.parametrize("after", [0, 0.5, 2])
+def test_no_message_twice_and_none_lost_at_their_start(two_clients, after):
+    pair, second, publisher, collector = two_clients(after)
+    until(publisher.get_subscription_count, "a client that feeds")
+    count_up(publisher, 0, 250)
+    second.wait_linked()
+    time.sleep(1)
+    heard = [m.data for m in collector.messages]
+    twice = len(heard) - len(set(heard))
+    lost = heard[-1] - heard[0] + 1 - len(set(heard))
+    print(f"after {after} s: heard {len(heard)} of 250, {twice} twice, {lost} lost in between")
+    assert (twice, lost, heard[-1]) == (0, 0, 249)
+
+
+@pytest.mark.slow
+@pytest.mark.alone
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL], ids=["ends", "is_killed"])
+def test_the_other_client_takes_over(two_clients, how):
+    pair, second, publisher, collector = two_clients(0)
+    pair.client.wait_linked()
+    second.wait_linked()
+    until(publisher.get_subscription_count, "a client that feeds")
+    following = count_up(publisher, 0, 250)
+    fed = lambda side: side.topic("/t/count").get("messages", 0)  # noqa: E731
+    until(lambda: fed(pair.client) + fed(second) >= 100, "the status of a client that feeds")
+    feeder = max(pair.client, second, key=fed)
+    other = second if feeder is pair.client else pair.client
+    feeder.stop(how) if how == signal.SIGTERM else feeder.kill()
+    count_up(publisher, following, 300)
+    time.sleep(1)
+    heard = [m.data for m in collector.messages]
+    gap = max(b - a - 1 for a, b in zip(heard, heard[1:]))
+    print(f"{how.name}: {gap} messages of 20 ms lost at the take-over")
+    assert len(heard) == len(set(heard)) and heard[-1] == following + 299
+    assert gap <= 225, "4 s of silence (a claim outlives dead_after) and the time to settle"
+    assert other.running()
+    feeder.start().wait_linked()

@@ -1,0 +1,249 @@
+#include "sim/twins.hpp"
+
+#include <sstream>
+
+#include "sim/label.hpp"
+
+namespace connect_bridge::sim {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kFirstStart = 1s;
+constexpr Duration kPeriod = 20ms;
+constexpr Duration kEnd = 13s;
+constexpr Duration kOver = 24s;
+constexpr const char* kType = "std_msgs/msg/String";
+// Login, offers, the first picture of the graph and the discovery that a start waits for, on a
+// quick network.
+constexpr Duration kStartMax = 1500ms;
+// From the moment at which the other bridge knows: the settle time, the demand, discovery.
+constexpr Duration kTakeOver = 1s;
+constexpr Duration kDeadAfter = 3s;
+constexpr Duration kSilence = kDeadAfter + 1s;  // of a bridge, after which its claims end
+
+GraphPlan graph_of(const TwinPlan& plan) {
+  GraphPlan graph;
+  graph.discovery_max = 30ms;
+  graph.name_delay = plan.name_delay;
+  graph.tells_claimants = plan.tells_claimants;
+  graph.ids_show_process = plan.ids_show_process;
+  return graph;
+}
+
+Policy everything() {
+  Rule rule;
+  rule.name = "all";
+  rule.export_topics = {std::move(Pattern::parse("/**")).value()};
+  rule.import_topics = rule.export_topics;
+  return Policy{{rule}};
+}
+
+// How long nothing may come after the one that feeds has ended.
+Duration gap_max(const TwinPlan& plan) {
+  switch (plan.end) {
+    case TwinEnd::kStop:
+    case TwinEnd::kCut: return kTakeOver;
+    case TwinEnd::kCrash:
+    case TwinEnd::kSilentCrash:
+    case TwinEnd::kSilentCut: return std::max(kDeadAfter, kSilence) + kTakeOver;
+  }
+  return kTakeOver;
+}
+
+}  // namespace
+
+TwinPlan make_twins(std::uint64_t seed) {
+  Rng rng{seed ^ 0x2b1d6e5ULL};
+  TwinPlan plan;
+  plan.seed = seed;
+  plan.two_servers = rng.chance(400);
+  plan.tells_claimants = rng.chance(500);
+  plan.ids_show_process = rng.chance(500);
+  plan.proxies = rng.chance(500);
+  if (rng.chance(300)) plan.name_delay = rng.between(1ms, 300ms);
+  plan.second_start = rng.chance(300) ? Duration{rng.between(0, 30'000'000)} : rng.between(0s, 4s);
+  // What one server knows the other can tell its clients only when it has heard it.
+  if (plan.two_servers) plan.second_start = std::max<Duration>(plan.second_start, 100ms);
+  plan.meeting = rng.chance(300) ? rng.between(1ms, 30ms) : rng.between(30ms, 3100ms);
+  plan.end = static_cast<TwinEnd>(rng.below(5));
+  return plan;
+}
+
+std::string TwinPlan::text() const {
+  static constexpr std::array<const char*, 5> kEnds = {"stops", "crashes", "crashes in silence",
+                                                       "loses its path", "loses it in silence"};
+  std::ostringstream out;
+  out << (two_servers ? "two servers" : "one server") << ", the second client starts after "
+      << seconds(second_start) << " s, the first knows of it after " << seconds(meeting)
+      << " s more; claims " << (tells_claimants ? "tell" : "do not tell")
+      << " their publishers, ids " << (ids_show_process ? "show" : "do not show") << " processes, "
+      << (proxies ? "proxy nodes" : "no proxy nodes") << "; the one that feeds "
+      << kEnds[static_cast<std::size_t>(end)];
+  return out.str();
+}
+
+Twins::Twins(const TwinPlan& plan, bool verbose)
+    : plan_(plan),
+      rng_(plan.seed ^ 0x7715ULL),
+      middleware_(schedule_, {graph_of(plan), graph_of(plan)}, rng_.fork(), *this),
+      services_(schedule_, middleware_, rng_.fork(), *this),
+      network_(schedule_, rng_.fork()),
+      checker_(schedule_, middleware_, network_, false) {
+  build_host(Role::kServer, 0, 0s, verbose);
+  if (plan_.two_servers) build_host(Role::kServer, 0, 0s, verbose);
+  const int first = static_cast<int>(hosts_.size());
+  build_host(Role::kClient, 1, kFirstStart, verbose);
+  build_host(Role::kClient, 1, kFirstStart + plan_.second_start, verbose);
+  build_path(first, 0);
+  build_path(first + 1, first - 1);
+  middleware_.meet(first, first + 1,
+                   TimePoint{} + kFirstStart + plan_.second_start + plan_.meeting);
+  streams_.push_back(make_stream("/out", 0));
+  streams_.push_back(make_stream("/back", 1));
+  schedule_.after(kPeriod, [this] { publish(); });
+}
+
+void Twins::build_host(Role role, int graph, Duration start, bool verbose) {
+  HostPlan plan;
+  plan.graph = graph;
+  plan.start = start;
+  plan.graph_delay_max = 20ms;
+  plan.job_delay_max = 1ms;
+  plan.options.role = role;
+  plan.options.domain = static_cast<std::uint32_t>(graph);
+  plan.options.node = "/connect" + std::to_string(hosts_.size());
+  plan.options.policy = everything();
+  plan.options.dead_after = kDeadAfter;
+  plan.options.proxy_nodes = plan_.proxies;
+  plan.options.resume_for = 30s;
+  plan.options.retry_min = 100ms;
+  plan.options.retry_max = 500ms;
+  const Host::World around{schedule_, middleware_, services_, network_,
+                           checker_,  accounts_,   digest_,   verbose};
+  const int index = static_cast<int>(hosts_.size());
+  hosts_.push_back(std::make_unique<Host>(index, plan, around, rng_.fork()));
+  schedule_.after(start, [&host = *hosts_.back()] { host.start(); });
+}
+
+void Twins::build_path(int client, int server) {
+  Host& from = *hosts_[static_cast<std::size_t>(client)];
+  Host& to = *hosts_[static_cast<std::size_t>(server)];
+  PathPlan quick;
+  quick.delay = 2ms;
+  path_of_[client] = network_.add_path(from, to, quick);
+  from.set_path(path_of_[client]);
+  checker_.ledger().add_pair({&from, &to, path_of_[client], {}, true});
+}
+
+Twins::Stream Twins::make_stream(const std::string& topic, int from) {
+  EndpointSpec spec;
+  spec.graph = from;
+  spec.topic = topic;
+  spec.type = kType;
+  spec.node_namespace = "/";
+  spec.node_name = "talker" + std::to_string(from);
+  spec.qos.depth = 100;
+  Stream stream;
+  stream.writer = middleware_.create_writer(spec);
+  spec.node_name = "listener" + std::to_string(1 - from);
+  for (const int graph : {from, 1 - from}) {
+    spec.graph = graph;
+    stream.reader = middleware_.create_reader(spec);
+  }
+  return stream;
+}
+
+void Twins::publish() {
+  for (Stream& stream : streams_) {
+    checker_.ledger().note_published(stream.writer);
+    const Label label{static_cast<std::uint32_t>(stream.writer), ++stream.published};
+    middleware_.publish(stream.writer, Payload::adopt(make_message(label, 64, false)));
+  }
+  schedule_.after(kPeriod, [this] { publish(); });
+}
+
+void Twins::on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) {
+  if (reader.spec.host >= 0)
+    return hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
+  checker_.on_delivery(reader, writer, sample);
+  for (Stream& stream : streams_) {
+    if (stream.reader != reader.id) continue;
+    if (stream.heard.empty()) stream.first_heard = schedule_.now();
+    stream.heard.push_back(read_label(sample.payload.view())->counter);
+  }
+}
+
+void Twins::on_graph_change(int graph) {
+  for (auto& host : hosts_)
+    if (host->graph() == graph) host->on_graph_change();
+}
+
+// The client that mirrors what the robots' graph publishes.
+Host& Twins::feeder() {
+  Host* found = nullptr;
+  for (const auto& [client, path] : path_of_) {
+    Host& host = *hosts_[static_cast<std::size_t>(client)];
+    for (const auto& [id, mirror] : host.mirrors()) {
+      if (mirror.made.topic != "/out") continue;
+      if (found) violated("two bridges mirror one origin");
+      found = &host;
+    }
+  }
+  if (!found) violated("no bridge mirrors the origin");
+  return *found;
+}
+
+void Twins::end_feeder() {
+  Host& host = feeder();
+  const int path = path_of_.at(host.index());
+  switch (plan_.end) {
+    case TwinEnd::kStop: return host.request_stop();
+    case TwinEnd::kCrash: return host.crash(true);
+    case TwinEnd::kSilentCrash: return host.crash(false);
+    case TwinEnd::kCut:
+    case TwinEnd::kSilentCut: {
+      const bool noticed = plan_.end == TwinEnd::kCut;
+      network_.path(path).refuses = true;
+      return network_.cut(path, noticed, noticed);
+    }
+  }
+}
+
+// Before one of them ends: nothing is missing, and whoever is first does not wait for anybody.
+void Twins::check_start() const {
+  for (const Stream& stream : streams_) {
+    const std::string& topic = middleware_.writer(stream.writer).spec.topic;
+    if (stream.heard.empty()) violated("nothing of " + topic + " arrived");
+    const Duration waited = stream.first_heard - (TimePoint{} + kFirstStart);
+    if (waited > kStartMax)
+      violated(topic + " began " + std::to_string(seconds(waited)) + " s after the first start");
+    const std::uint64_t span = stream.heard.back() - stream.heard.front() + 1;
+    if (span != stream.heard.size())
+      violated(std::to_string(span - stream.heard.size()) + " messages of " + topic +
+               " are missing while nothing has ended");
+  }
+}
+
+void Twins::check_end(const Stream& stream, std::uint64_t ended) const {
+  const std::string& topic = middleware_.writer(stream.writer).spec.topic;
+  const auto most = static_cast<std::uint64_t>(gap_max(plan_) / kPeriod);
+  std::uint64_t last = stream.heard.front();
+  for (const std::uint64_t counter : stream.heard) {
+    if (counter > last + 1 + most || (counter > last + 1 && last > ended + most))
+      violated(std::to_string(counter - last - 1) + " messages of " + topic + " are missing");
+    last = counter;
+  }
+  if (last + 100 < stream.published) violated(topic + " has ended with the bridge that fed it");
+}
+
+void Twins::run() {
+  schedule_.run_until(TimePoint{} + kEnd);
+  check_start();
+  const std::uint64_t ended = streams_.front().published;
+  end_feeder();
+  schedule_.run_until(TimePoint{} + kOver);
+  for (const Stream& stream : streams_) check_end(stream, ended);
+}
+
+}  // namespace connect_bridge::sim

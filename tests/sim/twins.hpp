@@ -1,0 +1,84 @@
+// A small world of its own: two bridges stand in one graph. They start at about the same time, know
+// of each other late, and one of them ends. Whatever the middleware tells of its endpoints, each
+// message reaches its subscriber once, none is lost but at the moment of the take-over, and nothing
+// comes back to where it was published.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/checker.hpp"
+#include "sim/host.hpp"
+
+namespace connect_bridge::sim {
+
+enum class TwinEnd : std::uint8_t { kStop, kCrash, kSilentCrash, kCut, kSilentCut };
+
+// Drawn from a seed. Graph 0 is the robots', graph 1 the operators'.
+struct TwinPlan {
+  std::uint64_t seed = 0;
+  bool two_servers = false;  // each client has a server of its own; else they share one
+  bool tells_claimants = true;
+  bool ids_show_process = true;
+  bool proxies = false;
+  Duration name_delay{};
+  Duration second_start{};  // after the first client's
+  Duration meeting{};       // until the clients know of each other, after the second one's start
+  TwinEnd end = TwinEnd::kStop;
+
+  [[nodiscard]] std::string text() const;
+};
+TwinPlan make_twins(std::uint64_t seed);
+
+class Twins final : Middleware::Listener, Services::Listener {
+ public:
+  Twins(const TwinPlan& plan, bool verbose);
+
+  // Throws a Violation.
+  void run();
+
+ private:
+  // One publisher and one subscriber in the other graph.
+  struct Stream {
+    int writer = 0, reader = 0;
+    std::uint64_t published = 0;
+    std::vector<std::uint64_t> heard;
+    TimePoint first_heard{};
+  };
+
+  void build_host(Role role, int graph, Duration start, bool verbose);
+  void build_path(int client, int server);
+  Stream make_stream(const std::string& topic, int from);
+  void publish();
+  void end_feeder();
+  void check_start() const;
+  void check_end(const Stream& stream, std::uint64_t ended) const;
+  [[nodiscard]] Host& feeder();
+
+  void on_delivery(const Reader& reader, const Writer& writer, const Sample& sample) override;
+  void on_graph_change(int graph) override;
+  void on_request(const Servant&, RequestKey, const Payload&) override {}
+  void on_response(const Caller&, const Servant&, RequestKey, const Payload&) override {}
+  void on_found(const Caller&) override {}
+  void on_caller_gone(const Caller&) override {}
+  void on_services_change(int) override {}
+
+  TwinPlan plan_;
+  Schedule schedule_;
+  Rng rng_;
+  Middleware middleware_;
+  Services services_;
+  Network network_;
+  Checker checker_;
+  Accounts accounts_;
+  Digest digest_;
+  std::vector<std::unique_ptr<Host>> hosts_;
+  std::map<int, int> path_of_;  // by client
+  std::vector<Stream> streams_;
+};
+
+}  // namespace connect_bridge::sim

@@ -1,0 +1,179 @@
+// What a bridge does while another one is in its graph: links that are lost, publishers and servers
+// that come and go.
+#include <gtest/gtest.h>
+
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+Token128 side_id(std::uint8_t n) {
+  Token128 id;
+  id.bytes.fill(n);
+  return id;
+}
+
+Topic bridge() {
+  return topic(kClaimsTopic).pub(9, {}, "bridge");
+}
+
+// Another bridge is here, and /a is mirrored.
+struct Beside : Script {
+  explicit Beside(SideOptions options = server()) : Script(std::move(options)) {
+    graph({bridge(), topic("/a").sub(1)});
+    session = join(1);
+    pass(1000);
+    offer(1);
+    pass(250);
+    EXPECT_EQ(did(), "mirror 2 /a reliable volatile 10\nclaim [11?]\nclaim [11]\n");
+    said(1);
+  }
+  void offer(std::uint32_t connection) {
+    say(connection, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  }
+  void claim_of_other(std::vector<ClaimedOrigin> origins) {
+    give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(255), std::move(origins)}, 0)});
+  }
+
+  Token128 session;
+};
+
+// It need not wait until the link is dead.
+TEST(BesideBridges, WhoseLinkIsLostReleasesItsTopics) {
+  Beside s;
+  s.lose(1);
+  EXPECT_EQ(s.did(), "claim []\n");
+  s.join(2, s.session);
+  s.offer(2);
+  EXPECT_EQ(s.did(), "claim [11?]\n");  // it settles again
+  EXPECT_EQ(s.said(2), "");
+  s.pass(250);
+  EXPECT_EQ(s.said(2).substr(0, 11), "demand 1 on");
+}
+
+// By then another bridge that has the origin, too, would have claimed it.
+TEST(BesideBridges, WhatNobodyTookMeanwhileIsDemandedAtOnce) {
+  Beside s;
+  s.lose(1);
+  s.pass(300);
+  s.join(2, s.session);
+  s.did();
+  s.offer(2);
+  EXPECT_EQ(s.said(2).substr(0, 11), "demand 1 on");
+}
+
+TEST(BesideBridges, WhatAnotherOneClaimsMeanwhileIsSettledAnew) {
+  Beside s;
+  s.lose(1);
+  s.pass(300);
+  s.claim_of_other({{gid(11), false}});
+  s.join(2, s.session);
+  s.offer(2);
+  s.pass(249);
+  EXPECT_EQ(s.said(2), "");
+  s.pass(1);
+  EXPECT_EQ(s.said(2).substr(0, 11), "demand 1 on");
+}
+
+TEST(BesideBridges, ALostLinkMakesNoMirror) {
+  Beside s;
+  s.lose(1);
+  s.claim_of_other({{gid(11), true}});
+  EXPECT_EQ(s.did(), "claim []\nunmirror 2\nclaim []\n");
+  s.claim_of_other({});  // nobody feeds it, but nothing comes here either
+  s.pass(100);
+  EXPECT_EQ(s.did(), "");
+  s.join(2, s.session);
+  s.offer(2);
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\nclaim [11?]\n");
+}
+
+// A publisher that leaves before it counts: what it has published crosses all the same.
+TEST(BesideBridges, AShortLivedPublisherIsHeard) {
+  Script s(server());
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker")});
+  s.join(1);
+  s.pass(1000);
+  EXPECT_EQ(s.said(1), "offer 1/b[1]\n");
+  s.demand(1, 1);
+  s.did();
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker").pub(41, {}, "once")});
+  s.take(2, 41, "hello");
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker")});
+  s.pass(100);
+  EXPECT_EQ(s.said(1), "");
+  s.pass(50);
+  EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n1.2 hello\n");
+  s.pass(5000);
+  EXPECT_EQ(s.said(1), "origins 1 +[] -[2]\n");
+}
+
+TEST(BesideBridges, AShortLivedMirrorIsNoOrigin) {
+  Script s(server());
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker")});
+  s.join(1);
+  s.pass(1000);
+  s.said(1);
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker").pub(41, {}, "once")});
+  s.graph({bridge(), topic("/b").pub(40, {}, "talker")});
+  s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {}, {gid(41)}}, 0)});
+  s.pass(2000);
+  EXPECT_EQ(s.said(1), "");
+}
+
+// The graph shows its server a moment longer than the bridge claims it.
+TEST(BesideBridges, AServiceThatABridgeHasEndedIsNotTakenForANodes) {
+  Script s(server({callable()}));
+  s.graph({bridge()});
+  s.join(1);
+  s.pass(1000);
+  const auto claim = [&](bool serves) {
+    Claim told{side_id(9), {}};
+    if (serves) told.origins = {{service_gid("/s"), true}};
+    s.give(MessageTaken{{1}, Gid{}, 0, serialize(told, 0)});
+  };
+  claim(true);
+  s.graph({bridge()}, {service("/s", {0})});  // under the name of some node
+  claim(false);
+  s.pass(900);
+  EXPECT_EQ(s.said(1), "");
+  s.graph({bridge()});
+  s.graph({bridge()}, {service("/s", {0})});  // it was gone: this one is real
+  EXPECT_EQ(s.said(1).substr(0, 7), "offer 1");
+}
+
+TEST(BesideBridges, AServerThatTakesTheNameOfAnEndedOneIsSoonReal) {
+  Script s(server({callable()}));
+  s.graph({bridge()});
+  s.join(1);
+  s.pass(1000);
+  s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {{service_gid("/s"), true}}}, 0)});
+  s.graph({bridge()}, {service("/s", {0})});
+  s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {}}, 0)});
+  s.pass(1000);
+  EXPECT_EQ(s.said(1).substr(0, 7), "offer 1");
+}
+
+// Whatever the rules say.
+TEST(BesideBridges, WhatBridgesSayToEachOtherDoesNotCross) {
+  Script s(server({callable()}));
+  s.graph({topic("/_connect_bridge/more").pub(40, {}, "talker")},
+          {service("/_connect_bridge/s", {50})});
+  s.join(1);
+  s.pass(1000);
+  EXPECT_EQ(s.said(1), "");
+  s.say(1,
+        Offer{{channel(1, kClaimsTopic, {origin(1, 11)}), channel(2, "/_connect_bridge/more", {}),
+               service_channel(3, "/_connect_bridge/s")},
+              true});
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.said(1),
+            "decline 1 not_permitted\ndecline 2 not_permitted\ndecline 3 not_permitted\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
