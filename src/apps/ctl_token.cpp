@@ -50,7 +50,8 @@ int make_token(const TokenRequest& request) {
       request.expires.empty() ? Stamp{0} : connect_bridge::parse_date(request.expires).value_or(-1);
   if (expires < 0)
     return refuse("--expires: expected a date in UTC, 2027-01-31 or 2027-01-31T12:00:00Z");
-  if (expires > 0 && expires < now()) return refuse("--expires: this date has passed");
+  if (!request.expires.empty() && expires <= now())
+    return refuse("--expires: this date has passed");
   const std::string token = connect_bridge::random_token();
   if (token.empty()) return refuse("no random numbers are available");
   const connect_bridge::TokenEntry entry = entry_of(request, token);

@@ -1,7 +1,6 @@
 #include "net/congestion_choice.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace connect_bridge {
 namespace {
@@ -9,10 +8,12 @@ namespace {
 constexpr std::uint64_t kSegments = 200;
 constexpr std::uint64_t kLostMin = 3;
 constexpr std::uint64_t kLostPerMille = 3;
+constexpr Duration kTogether = std::chrono::seconds(30);
 
 }  // namespace
 
 std::optional<bool> CongestionChoice::loses(const TcpCounts& counts) {
+  if (counts.segments < told_.segments) told_ = counts;  // the kernel's counts have 32 bits
   const auto segments = counts.segments - told_.segments;
   if (segments < kSegments) return std::nullopt;
   // Of a segment that was repeated it may turn out later that it had come.
@@ -24,12 +25,13 @@ std::optional<bool> CongestionChoice::loses(const TcpCounts& counts) {
 // Two in a row decide: the start of a connection, or a cell that hands over, may lose a few at
 // once.
 std::optional<std::string_view> CongestionChoice::next(const TcpCounts& counts, TimePoint now) {
-  const auto loses = this->loses(counts);
-  if (!loses) return std::nullopt;
-  const bool lasts = std::exchange(lost_, *loses) && *loses;
-  if (*loses) lost_at_ = now;
   const auto before = chosen_;
-  if (lasts) chosen_ = kWithLosses;
+  if (const auto loses = this->loses(counts)) {
+    const bool lasts = lost_ && *loses && now - lost_at_ < kTogether;
+    lost_ = *loses;
+    if (lost_) lost_at_ = now;
+    if (lasts) chosen_ = kWithLosses;
+  }
   if (now - lost_at_ >= kCalm) chosen_ = kFirst;
   return chosen_ == before ? std::nullopt : std::optional(chosen_);
 }

@@ -12,8 +12,8 @@ namespace connect_bridge {
 
 // Our own pacing keeps the path's queue short (docs/flow.md). On such a path cubic is the better
 // one: bbr sends next to nothing for 200 ms every ten seconds, to measure the round trip. But cubic
-// takes each lost segment for a full queue: where radio loses some all the time, it slows down far
-// too much, and bbr does not.
+// takes each lost segment for a full queue: where some are lost all the time, as by radio, it slows
+// down far too much, and bbr does not.
 class CongestionChoice {
  public:
   static constexpr std::string_view kFirst = "cubic";

@@ -268,7 +268,7 @@ std::string Network::refused_options() const {
   ErrorCode error;
   probe.open(asio::ip::tcp::v4(), error);
   if (error) probe.open(asio::ip::tcp::v6(), error);
-  return error ? error.message() : tune_socket(probe.native_handle(), state_->sockets);
+  return error ? "" : tune_socket(probe.native_handle(), state_->sockets);
 }
 
 void Network::choose_congestion_control() {

@@ -49,7 +49,7 @@ std::string tune_socket(int socket, const SocketOptions& options) {
   }
   const std::string& congestion = options.congestion_control;
   if (congestion == "auto") {
-    set_congestion_control(socket, CongestionChoice::kFirst);  // any host allows it
+    if (!set_congestion_control(socket, CongestionChoice::kFirst)) note("congestion control cubic");
   } else if (!congestion.empty() && congestion != "host" &&
              !set_congestion_control(socket, congestion)) {
     note("congestion control " + congestion);

@@ -194,13 +194,20 @@ def test_ctl_token_makes_a_token_that_logs_in(world):
     world.server.wait_for("as anna")
     printed = make("cora")
     assert "token_sha256" in printed.stderr and len(printed.stdout.strip()) == 64
-    for wrong in (["anna", "--expires", "2027-02-30"], ["a\nb"], ["anna", "--days", "0"]):
+    for wrong in (
+        ["anna", "--expires", "2027-02-30"],
+        ["anna", "--expires", "2020-01-01"],
+        ["a\nb"],
+        ["anna", "--days", "0"],
+    ):
         refused = make(*wrong, "--file", str(world.tokens))
         assert refused.returncode != 0 and not refused.stdout
+        assert wrong[1:2] != ["--expires"] or "--expires: " in refused.stderr, refused.stderr
     assert world.tokens.read_text(encoding="ascii") == text, "nothing was changed"
     one = world.folder / "one.token"
     one.write_text(ANNA, encoding="ascii")
-    assert make("anna", "--file", str(one)).returncode == 2
+    refused = make("anna", "--file", str(one))
+    assert refused.returncode == 2 and "holds one token" in refused.stderr
     assert one.read_text(encoding="ascii") == ANNA
 
 

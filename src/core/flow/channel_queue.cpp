@@ -67,21 +67,23 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
              replay_.takes(message, bytes_max(), now.steady)) {
     replay_.add(body_bytes);
   } else if (options_.depth > 0 && !options_.keep) {
-    make_room(body_bytes, now);
+    make_room(message, now);
   }
   enqueue(std::move(message), arrival, now);
 }
 
-void ChannelQueue::make_room(std::size_t body_bytes, const Now& now) {
+void ChannelQueue::make_room(const OutMessage& message, const Now& now) {
   const auto first = replay_.count();  // of those that may be dropped
+  if (empty()) overload_.emptied();
+  for (auto i = waiting_.size(); overload_.newest_only() && i-- > first;)
+    if (waiting_[i].message.subject == message.subject)
+      drop_waiting_at(i, DropReason::kNewerAvailable);
   const auto drop = [&](DropReason reason) {
     drop_waiting_at(first, reason);
     overload_.dropped();
   };
-  if (empty()) overload_.emptied();
   while (waiting_.size() - first >= options_.depth) drop(DropReason::kQueueDepth);
-  while (!has_room(body_bytes, now) || (overload_.newest_only() && waiting_.size() > first))
-    drop(DropReason::kQueueBytes);
+  while (!has_room(message.body.size(), now)) drop(DropReason::kQueueBytes);
 }
 
 void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {

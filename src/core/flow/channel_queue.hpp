@@ -189,8 +189,8 @@ class ChannelQueue {
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
-  // Drops what a message of this size displaces where depth limits the channel.
-  void make_room(std::size_t body_bytes, const Now& now);
+  // Drops what the message displaces where depth limits the channel.
+  void make_room(const OutMessage& message, const Now& now);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.

@@ -20,7 +20,7 @@ enum class DropReason : std::uint8_t {
   kLinkLost,        // the link ended
   kUnknownOrigin,   // its publisher never appeared in the graph
   kDuplicate,       // a transient-local sample that was delivered before
-  kNewerAvailable,  // newest-only channel: displaced by a newer message
+  kNewerAvailable,  // newest-only channel, or overload: displaced by a newer message
   kPublishFailed,   // the local middleware refused it
   kMemory,          // memory_max: this peer's share of it was used up
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's

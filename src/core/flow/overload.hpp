@@ -1,7 +1,7 @@
 // Whether more is published on a channel than its link carries.
 #pragma once
 
-#include <algorithm>
+#include <cstdint>
 
 #include "core/base/time.hpp"
 
@@ -9,29 +9,25 @@ namespace connect_bridge {
 
 // Who publishes camera images faster than the link carries them loses some of them in any case.
 // Were as many to wait as fit, each would arrive late by what the others take; so only the newest
-// waits then. A burst that the link carries in the end is no overload, and small messages are soon
-// gone.
+// of a publisher waits then. One burst is no overload, however large: what fits of it may all wait.
 class Overload {
  public:
-  // A message was sent, in this time from its first part to its last.
-  void sent(Duration took) {
-    took_before_ = took_;
-    took_ = took;
-  }
+  // A message was sent, in this time from its first part to its last. A single slow one may have
+  // been under way while the path stood still.
+  void sent(Duration took) { slow_ = drops_ && took > kSlow ? slow_ + 1 : 0; }
   // Something was dropped for want of room.
   void dropped() { drops_ = true; }
-  // Nothing waits: the link keeps up.
-  void emptied() { drops_ = false; }
+  // Nothing waits and nothing is under way: the link keeps up.
+  void emptied() { *this = {}; }
 
-  // Whether only the newest message should wait.
-  [[nodiscard]] bool newest_only() const { return drops_ && std::min(took_, took_before_) > kSlow; }
+  // Whether only the newest message of each publisher should wait.
+  [[nodiscard]] bool newest_only() const { return slow_ >= 2; }
 
   static constexpr Duration kSlow = std::chrono::milliseconds(100);
 
  private:
-  bool drops_ = false;
-  // Of two messages, because one that was under way while the path stood still tells nothing.
-  Duration took_{}, took_before_{};
+  bool drops_ = false;      // since the queue was last empty
+  std::uint64_t slow_ = 0;  // messages in a row that were slow, since then
 };
 
 }  // namespace connect_bridge

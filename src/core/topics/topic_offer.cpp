@@ -303,10 +303,10 @@ bool TopicOffer::admit(OriginId origin, const Payload& sample, const Now& now) {
   }
   if (bytes > link_.peer_message_bytes_max()) {
     if (dropped_.of(DropReason::kTooLarge) == 0)
-      context_.outputs.log(LogLevel::kWarn,
-                           "a message of " + std::to_string(bytes) + " bytes on " +
-                               topic_.key().first + " is larger than the max_message_size of " +
-                               link_.label() + ", or ours; such messages are dropped");
+      context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
+                                                topic_.key().first +
+                                                " is larger than the max_message_size of " +
+                                                link_.label() + "; such messages are dropped");
     drop(DropReason::kTooLarge);
     return false;
   }

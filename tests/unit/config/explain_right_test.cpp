@@ -53,6 +53,7 @@ TEST(ExplainRight, TheRuleThatDecides) {
   question.type = "p/msg/Other";
   EXPECT_THAT(said(question), HasSubstr("/cmd_vel: not allowed\n"));
   EXPECT_THAT(said(question), HasSubstr("matches, but is only for the types"));
+  EXPECT_THAT(said(question), Not(HasSubstr("no rule in use")));
 }
 
 TEST(ExplainRight, ForWhom) {

@@ -17,8 +17,12 @@ constexpr std::size_t kParts = 5;  // of a message
 // A channel on a link that takes a part every so many ms.
 class Link {
  public:
-  explicit Link(std::int64_t part_ms) : part_ms_(part_ms), outbox_(options()) {
-    outbox_.add_channel(kA, queue(Priority::kBulk));
+  explicit Link(std::int64_t part_ms, std::uint32_t depth = 100)
+      : part_ms_(part_ms), outbox_(options()) {
+    QueueOptions channel = queue(Priority::kBulk);
+    channel.depth = depth;
+    channel.burst_bytes_max = 64 << 20;
+    outbox_.add_channel(kA, channel);
   }
 
   // Runs until `ms`; publishes a message at each of these times.
@@ -84,6 +88,16 @@ TEST(Overload, ABurstArrivesWhole) {
   EXPECT_EQ(link.ages.size(), 2U);
   link.run(10'000, {5'000, 5'010, 5'020});  // one is under way, two wait
   EXPECT_EQ(link.ages.size(), 5U);
+}
+
+TEST(Overload, BurstsLoseOnlyWhatDoesNotFit) {
+  Link link(44, 5);
+  for (const int start : {0, 5'000, 10'000}) {
+    link.ages.clear();
+    const int later = start + 60;  // the first is under way
+    link.run(start + 5'000, {start, later, later, later, later, later, later, later});
+    EXPECT_EQ(link.ages.size(), 6U);
+  }
 }
 
 TEST(Overload, EndsWhenTheLinkKeepsUp) {

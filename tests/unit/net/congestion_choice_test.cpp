@@ -67,7 +67,7 @@ TEST_F(CongestionChoiceTest, ACountThatFallsIsNoLoss) {
   EXPECT_EQ(after(1, 600, 6), "cubic");
   counts_.lost = 0;
   EXPECT_EQ(after(1, 600, 0), "cubic");
-  EXPECT_EQ(after(1, 600, 6), "cubic");  // counted before
+  EXPECT_EQ(after(2, 600, 3), "cubic");  // counted before
 }
 
 }  // namespace

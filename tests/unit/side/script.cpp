@@ -146,13 +146,14 @@ Token128 Script::login(std::uint32_t connection, Token128 session, const Identit
   return session;
 }
 
-void Script::be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max) {
+void Script::be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max,
+                         Token128 session) {
   give(ConnectionOpened{{connection}, "10.0.0.1"});
   while (side.next_packet({connection}, flow_test::now_ms(at))) {
   }
   Welcome welcome;
   welcome.side = peer_id(100);
-  welcome.session = peer_id(77);
+  welcome.session = session;
   welcome.message_bytes_max = message_bytes_max;
   binary(connection, encode(welcome));
   living_.insert(connection);

@@ -58,7 +58,8 @@ class Script {
   // the same for the same session.
   Token128 login(std::uint32_t connection, Token128 session = {}, const Identity& who = {});
   // Client: the dial that is under way succeeds.
-  void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0);
+  void be_welcomed(std::uint32_t connection, std::uint32_t message_bytes_max = 0,
+                   Token128 session = peer_id(77));
   // Login, and the peer accepts everything. What follows is the beginning of the test.
   Token128 join(std::uint32_t connection, Token128 session = {});
 

@@ -98,6 +98,22 @@ TEST(Side, AClientPresentsItsSession) {
   EXPECT_EQ(hello.value().session, Script::peer_id(77));
 }
 
+TEST(Side, TheLogTellsHowALinkComesBack) {
+  for (const bool kept : {true, false}) {
+    Script s(client());
+    s.give(TimePassed{});
+    s.be_welcomed(1);
+    s.lose(1);
+    s.pass(kept ? 500 : 10'000);
+    s.be_welcomed(2, 0, Script::peer_id(kept ? 77 : 78));
+    s.did();
+    EXPECT_NE(
+        s.logged.find(kept ? "it goes on after a break" : "it begins anew, nothing had to be kept"),
+        std::string::npos)
+        << s.logged;
+  }
+}
+
 TEST(Side, ALinkThatEndsAtOnceIsDialedSlowerAndSlower) {
   Script s(client());
   s.give(TimePassed{});
