@@ -10,6 +10,7 @@ import time
 import pytest
 
 from graph import until
+from lacking import without
 from harness.domains import free_port
 from harness.programs import Bridge, Program, rmw_environment, ros_environment
 
@@ -43,7 +44,7 @@ def told(program):
 class World:
     """Both graphs, a bridge, and a second bridge on request."""
 
-    def __init__(self, folder, domains, rmws, second=False):
+    def __init__(self, folder, domains, rmws, second=False, lacking=()):
         self.programs = []
         self.bridges = []
         environments = [rmw_environment(rmw) for rmw in rmws]
@@ -53,6 +54,9 @@ class World:
             bridge = Bridge(*domains, free_port(), RULES, folder=within)
             for side, environment in zip(bridge.sides, environments):
                 side.env.update(environment)
+                if lacking:
+                    libraries = environment["LD_LIBRARY_PATH"]
+                    side.env.update(without(lacking, within / f"{side.name} lacks", libraries))
             self.bridges.append(bridge)
         for name, domain, environment in zip(("robot", "operator"), domains, environments):
             env = ros_environment(domain, **environment)
@@ -105,6 +109,18 @@ def test_all_kinds_cross(make_world, rmws):
     found = all_kinds_cross(make_world(rmws, second=False), rmws)
     assert sorted(found["static"]) == ["camera", "imu", "lidar"], "latched samples, each once"
     assert found["feedback"] == [[1, 2, 3]], "the first feedback included"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rmw", RMWS, ids=short)
+def test_topics_of_types_that_are_not_installed(make_world, rmw):
+    """Both ways, volatile and latched. All of the text's type: what else crosses is installed."""
+    world = make_world((rmw, rmw), lacking=("std_msgs",))
+    found = all_kinds_cross(world, (rmw, rmw))
+    assert sorted(found["static"]) == ["camera", "imu", "lidar"], "latched samples, each once"
+    for side in world.bridges[0].sides:
+        assert side.status()["types_not_installed"] == 1, side.text()
+        assert "type std_msgs/msg/String is not installed here" in side.text()
 
 
 # Two bridges decide by timing which of them feeds a mirror: on a busy machine both may for a

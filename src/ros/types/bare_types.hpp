@@ -3,6 +3,7 @@
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
 #include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 #include <map>
 #include <memory>
@@ -50,25 +51,25 @@ class BareMessageType {
 
  private:
   struct Handle : Hashed<rosidl_message_type_support_t> {
-    using Hashed::Hashed;
+    explicit Handle(const TypeHash& the_hash) : Hashed(the_hash), introspection(the_hash) {}
+
+    // For middlewares that read it (distro.hpp, Middleware::asks_for_fields).
+    Hashed<rosidl_message_type_support_t> introspection;
     std::weak_ptr<Use> use;
   };
-  // The object behind `data` of a handle. The second part is for middlewares that read it
-  // (distro.hpp).
-  struct Callbacks : message_type_support_callbacks_t {
-    rosidl_message_type_support_t introspection{};
-  };
 
+  void connect(Handle& handle) const;
   static const rosidl_message_type_support_t* find(const rosidl_message_type_support_t* handle,
                                                    const char* identifier);
 
   const TypeName name_;
   const std::string name_space_;  // "std_msgs::msg"
-  Callbacks callbacks_;
+  message_type_support_callbacks_t callbacks_;
+  rosidl_typesupport_introspection_c__MessageMembers members_{};
   std::map<std::string, Handle> handles_;
 };
 
-// Works where the middleware has the type support of Fast RTPS (Middleware::takes_bare_types).
+// Works with middlewares that take such types (Middleware::takes_bare_types, takes_bare_services).
 // Thread: the loop's. What it hands out may live longer than this.
 class BareTypes {
  public:

@@ -122,15 +122,18 @@ TypeSupports::Service TypeSupports::service(const std::string& type, const std::
   return found->second;
 }
 
-std::optional<TypeName> TypeSupports::bare_name(const std::string& type,
-                                                const std::string& hash) const {
+std::optional<TypeName> TypeSupports::bare_name(const std::string& type, const std::string& hash,
+                                                bool is_service) const {
   if (!takes_bare_ || (hash.empty() && middleware().joins_by_hash)) return std::nullopt;
-  return parse_type_name(type);
+  auto name = parse_type_name(type);
+  const bool of_service = is_service || (name && name->kind == "action");
+  if (of_service && !middleware().takes_bare_services) return std::nullopt;
+  return name;
 }
 
 TypeSupports::Message TypeSupports::bare_message(const std::string& type, const std::string& hash,
                                                  const Refusal& not_installed) {
-  const auto name = bare_name(type, hash);
+  const auto name = bare_name(type, hash, false);
   if (!name) return not_installed;
   auto made = bare_.message(*name, hash);
   if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
@@ -139,7 +142,7 @@ TypeSupports::Message TypeSupports::bare_message(const std::string& type, const 
 
 TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,
                                                  const Refusal& not_installed) {
-  const auto name = bare_name(type, hash);
+  const auto name = bare_name(type, hash, true);
   if (!name) return not_installed;
   return bare_.service(*name, hash);
 }

@@ -65,9 +65,10 @@ class TypeSupports {
   // An installed type, or why there is none.
   std::variant<const MessageType*, Refusal> installed(const std::string& type);
   Service load_service(const std::string& type);
-  // The name of a type that is not installed and can be made at run time; nullopt: it cannot.
-  [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type,
-                                                  const std::string& hash) const;
+  // The name of a type that is not installed and can be made at run time; nullopt: it cannot. The
+  // types of an action are made where those of its services can be: half of an action is none.
+  [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type, const std::string& hash,
+                                                  bool is_service) const;
   // Such a type, or why it cannot be made.
   Message bare_message(const std::string& type, const std::string& hash,
                        const Refusal& not_installed);
