@@ -140,6 +140,12 @@ struct ServiceMirrorFailed {
   ServiceMirrorId mirror;
   std::string code;
   std::string reason;
+  std::string hash_here = {};  // of the installed type, if that differs from the peer's
+};
+// The mirror exists, but the installed type is not that of the peer's service.
+struct ServiceTypeDiffers {
+  ServiceMirrorId mirror;
+  std::string hash_here;  // of the installed type; empty: it is not installed
 };
 struct ServiceClientFailed {
   ServiceClientId client;
@@ -221,8 +227,8 @@ using Input =
     std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorFailed,
                  TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible, RequestTaken,
                  CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
-                 ServiceClientFailed, ConnectionOpened, DialFailed, PacketReceived,
-                 ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+                 ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
+                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
                  CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

@@ -17,6 +17,7 @@
 #include "core/link/link.hpp"
 #include "core/ports/outputs.hpp"
 #include "core/services/options.hpp"
+#include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
@@ -43,6 +44,7 @@ struct Mirroring {
   const Claims& claims;
   Jobs& jobs;
   Outputs& outputs;
+  PeerTypes& types;
 
   Timers<MadeCall*> timers;
   std::map<LinkId, MadeLoad> loads;

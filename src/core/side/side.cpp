@@ -26,8 +26,8 @@ Side::Side(SideOptions options, std::uint64_t seed)
       told_listeners_(options_, policy_, graph_, outputs_),
       service_exports_(options_, options_, policy_, graph_, claims_, actions_, random_, jobs_,
                        outputs_),
-      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_,
-                       outputs_),
+      service_imports_(options_, options_, options_.node, policy_, graph_, claims_, jobs_, outputs_,
+                       types_.peers),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(outputs_) {
   outputs_.set_audits(options_.audits);

@@ -104,7 +104,7 @@ std::shared_ptr<BareMessageType::Use> BareMessageType::use(const std::string& ha
                                                            std::shared_ptr<BareMessageType> self) {
   auto used = in_use(hash);
   if (!used) {
-    used = std::make_shared<Use>(Use{std::move(self)});
+    used = std::make_shared<Use>(std::move(self));
     handles_.at(hash).use = used;
   }
   return used;
@@ -154,11 +154,24 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
                                                               handle);
 }
 
-std::shared_ptr<BareMessageType::Use> BareTypes::in_use(const TypeName& name,
-                                                        const std::string& hash) const {
+void BareTypes::describe(const TypeName& name, const std::string& hash,
+                         const std::string& text) const {
   const auto found = types_.find(name.full());
   const auto type = found == types_.end() ? nullptr : found->second.lock();
-  return type ? type->in_use(hash) : nullptr;
+  if (const auto use = type ? type->in_use(hash) : nullptr) use->describe(text);
+  const auto service = services_.find({name.full(), hash});
+  if (const auto use = service == services_.end() ? nullptr : service->second.lock())
+    use->describe(text);
+}
+
+std::shared_ptr<DescribedUse> BareTypes::service_use(const std::string& name,
+                                                     const std::string& hash) {
+  auto use = services_[{name, hash}].lock();
+  if (use) return use;
+  std::erase_if(services_, [](const auto& entry) { return entry.second.expired(); });
+  use = std::make_shared<DescribedUse>();
+  services_[{name, hash}] = use;
+  return use;
 }
 
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
@@ -179,8 +192,9 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   const auto* responses = part("_Response", made->response_type);
   if (requests == nullptr || responses == nullptr) return too_many_hashes(name);
   made->connect(requests, responses);
-  made->request = bare_form(made->name + "_Request");
-  made->response = bare_form(made->name + "_Response");
+  const auto use = service_use(made->name, hash);
+  made->request = bare_form(made->name + "_Request", use);
+  made->response = bare_form(made->name + "_Response", use);
   return Service{std::move(made)};
 }
 
@@ -193,11 +207,15 @@ bool BareTypes::uses(std::string_view package) const {
 }
 
 std::size_t BareTypes::described() const {
-  return static_cast<std::size_t>(
-      std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
-        const auto type = entry.second.lock();
-        return type && type->is_described();
-      }));
+  const auto messages = std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
+    const auto type = entry.second.lock();
+    return type && type->is_described();
+  });
+  const auto services = std::count_if(services_.begin(), services_.end(), [](const auto& entry) {
+    const auto use = entry.second.lock();
+    return use && use->fields;
+  });
+  return static_cast<std::size_t>(messages + 2 * services);  // a request and a response
 }
 
 std::size_t BareTypes::size() const {

@@ -32,10 +32,9 @@ class BareMessageType {
 
   // What the users of one hash share: its fields are freed with the last of them, which may be long
   // before the last user of the name.
-  struct Use {
+  struct Use : DescribedUse {
+    explicit Use(std::shared_ptr<BareMessageType> of) : type(std::move(of)) {}
     std::shared_ptr<BareMessageType> type;
-    std::unique_ptr<DescribedFields> fields = nullptr;  // null: not known, or not how to read them
-    bool is_described = false;
   };
 
   // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
@@ -81,9 +80,8 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
-  // Who uses the type of this name and hash now, to learn its fields; nullptr: nobody.
-  [[nodiscard]] std::shared_ptr<BareMessageType::Use> in_use(const TypeName& name,
-                                                             const std::string& hash) const;
+  // To those who use the type of this name and hash now, of messages or of services.
+  void describe(const TypeName& name, const std::string& hash, const std::string& text) const;
 
   // Whether a type of this package is in use. If so, the package's other types must be made at run
   // time too: installed types and these must not be mixed in a service.
@@ -95,8 +93,11 @@ class BareTypes {
 
  private:
   std::shared_ptr<BareMessageType> type(const TypeName& name);
+  std::shared_ptr<DescribedUse> service_use(const std::string& name, const std::string& hash);
 
   std::map<std::string, std::weak_ptr<BareMessageType>, std::less<>> types_;  // by full name
+  // The descriptions of services in use, by full name and hash.
+  std::map<std::pair<std::string, std::string>, std::weak_ptr<DescribedUse>> services_;
 };
 
 }  // namespace connect_bridge::ros

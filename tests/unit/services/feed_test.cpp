@@ -71,7 +71,9 @@ struct Fed : topics_test::Actions {
   GraphView graph;
   Claims claims{Token128{}};
   Jobs jobs{{1000}, outputs};
-  Mirroring mirroring{options, names, own_node, policy, graph, claims, jobs, outputs, {}, {}, {}};
+  PeerTypes types{outputs};
+  Mirroring mirroring{options, names,   own_node, policy, graph, claims,
+                      jobs,    outputs, types,    {},     {},    {}};
   topics_test::OneLink peer;
   MirroredService* subject = nullptr;
 };
