@@ -184,6 +184,7 @@ class ConfigMaker {
     config_.status_file = values_.text("status_file");
     config_.usage_file = values_.text("usage_file");
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
+    config_.limits.describes_types = config_.carries_types_not_installed;
     std::set<std::string> wires;
     std::set<std::string> locals;
     for (const std::string& text : values_.list("remap")) {

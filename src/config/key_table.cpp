@@ -100,9 +100,8 @@ void add_operation(Rows& rows) {
                   .fallback = "carry",
                   .words = {"carry", "refuse"},
                   .help = "Interfaces whose type's package is not installed at this side. `carry`: "
-                          "their messages are carried unchecked, unless the peer describes "
-                          "the type of a topic. "
-                          "`refuse`: only what can be checked reaches a node."});
+                          "their messages are carried, and unchecked until the peer has described "
+                          "the type. `refuse`: only what can be checked reaches a node."});
 }
 
 void add_link_limits(Rows& rows, const SideOptions& core) {

@@ -155,7 +155,7 @@ void add_rule_types(Rows& rows) {
        .changeable = true,
        .help = "Whether what is imported is used although the definition of its type here is not "
                "the peer's (another type hash). Messages that do not fit the one here are dropped, "
-               "the others may mean something else. Otherwise it is declined, and for a topic the "
+               "the others may mean something else. Otherwise it is declined, and the "
                "log says how the definitions differ."});
 }
 

@@ -16,8 +16,10 @@ PACKAGES = (
 )
 
 
-def without(packages, folder):
-    """The environment of a program on a machine without these packages; makes the folder."""
+def without(packages, folder, libraries=None):
+    """The environment of a program on a machine without these packages, whose LD_LIBRARY_PATH is
+    else `libraries`, or ours; makes the folder."""
+    libraries = libraries or os.environ["LD_LIBRARY_PATH"]
     prefixes = os.environ["AMENT_PREFIX_PATH"].split(":")
     folder = pathlib.Path(folder)
     folder.mkdir()
@@ -27,8 +29,9 @@ def without(packages, folder):
             if not file.name.startswith(lacking) and not (folder / file.name).exists():
                 (folder / file.name).symlink_to(file)
     ours = {str(pathlib.Path(prefix) / "lib") for prefix in prefixes}
-    others = [p for p in os.environ["LD_LIBRARY_PATH"].split(":") if p not in ours]
+    # In their place: what stands before them chooses the middleware.
+    paths = [str(folder) if p in ours else p for p in libraries.split(":")]
     return {
         "AMENT_PREFIX_PATH": str(folder),
-        "LD_LIBRARY_PATH": ":".join([str(folder), *others]),
+        "LD_LIBRARY_PATH": ":".join(dict.fromkeys(paths)),
     }

@@ -1,9 +1,14 @@
 """A type that one side lacks or has with another definition: the rest goes on, and both logs say
 so."""
 
+import json
+import os
+import pathlib
+
 import pytest
-from connect_bridge_test_interfaces.msg import Blob
+from connect_bridge_test_interfaces.msg import Blob, Tree
 from std_msgs.msg import Int32, String
+from type_description_interfaces.srv import GetTypeDescription
 
 from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer, request_of
@@ -58,10 +63,18 @@ def lacking(domains, make_graph, make_side, tmp_path):
     return Lacking
 
 
+# There the types of services must be installed; topics are in test_rmw.py.
+needs_services = pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_cyclonedds_cpp",
+    reason="rmw_cyclonedds_cpp reads requests by their fields",
+)
+
+
 def lines_with(side, *words):
     return [line for line in side.text().splitlines() if all(word in line for word in words)]
 
 
+@needs_services
 @pytest.mark.parametrize("role", ["server", "client"])
 def test_what_one_side_lacks_is_carried(lacking, role):
     """Its log says once per type that messages are carried unchecked; the other side has the
@@ -130,6 +143,103 @@ def test_what_both_lack_is_described_by_its_node(domains, make_graph, make_side,
     assert collector.wait()[0] == blob
     robots.tester.destroy_publisher(blobs)
     until(lambda: described() == 0, lambda: f"{described()} types are left")
+
+
+@needs_services
+def test_services_and_actions_are_described_too(lacking):
+    """The client checks answers, results and feedback by what the server tells."""
+    pair = lacking("client")
+    echo, fibonacci = EchoServer(pair.robot, "/s/echo"), FibonacciServer(pair.robot, "/a/fib")
+    caller = Caller(pair.operator, "/s/echo").wait_ready()
+    client = Client(pair.operator, "/a/fib")
+    until(client.server_is_ready, "the action is ready")
+    described = lambda: pair.client.status().get("types_described")  # noqa: E731
+    until(lambda: described() == 2 + 5, lambda: f"{described()} types: {pair.client.text()}")
+    for number in range(20):
+        request = request_of("x" * number * number)
+        assert caller.call(request).tree == request.tree
+    goal = Goal(client, 5)
+    assert list(goal.result().result.sequence) == [0, 1, 1, 2, 3, 5]
+    client.destroy()
+    caller.close()
+    echo.stop()
+    fibonacci.stop()
+    until(lambda: described() == 0, lambda: f"{described()} types are left")
+
+
+def asked(graph, node, kind, type_hash, sources=True):
+    """What a node says about a type."""
+    client = graph.tester.create_client(GetTypeDescription, node + "/get_type_description")
+    until(client.service_is_ready, f"{node} tells of its types")
+    request = GetTypeDescription.Request(type_name=kind, include_type_sources=sources)
+    request.type_hash = str(type_hash)
+    future = client.call_async(request)
+    until(future.done, f"{node} answers")
+    graph.tester.destroy_client(client)
+    return future.result()
+
+
+def test_a_mirrors_node_tells_what_its_type_is(lacking):
+    """As the robot's own node does: the whole description, to a client of ROS."""
+    pair = lacking("client")
+    camera = pair.robot.node("camera")
+    trees = camera.create_publisher(Tree, "/t/tree", 10)
+    (info,) = pair.operator.wait_publishers("/t/tree", 1)
+    owners = lambda: [i.node_name for i in pair.operator.publishers("/t/tree")]  # noqa: E731
+    until(lambda: owners() == ["camera"], lambda: f"its node, not {owners()}")
+    kind = f"{PACKAGE}/msg/Tree"
+    real = asked(pair.robot, "/camera", kind, info.topic_type_hash)
+    assert real.successful, real.failure_reason
+
+    def without_defaults(description):
+        for each in [description.type_description, *description.referenced_type_descriptions]:
+            for field in each.fields:
+                field.default_value = ""
+        return description
+
+    for node in ("/camera", "/connect_client"):
+        told = asked(pair.operator, node, kind, info.topic_type_hash)
+        assert told.successful, told.failure_reason
+        assert told.type_description == without_defaults(real.type_description)
+        names = [told.type_description.type_description.type_name]
+        names += [t.type_name for t in told.type_description.referenced_type_descriptions]
+        sources = [(s.type_name, s.encoding, s.raw_file_contents) for s in told.type_sources]
+        assert sources == [(name, "dynamic", "") for name in names]
+    assert not asked(pair.operator, "/camera", kind, info.topic_type_hash, False).type_sources
+    # What is installed at the bridge is known, too; another hash is not.
+    text = pair.robot.publisher(String, "/t/text")
+    (info,) = pair.operator.wait_publishers("/t/text", 1)
+    assert asked(pair.operator, "/camera", "std_msgs/msg/String", info.topic_type_hash).successful
+    told = asked(pair.operator, "/camera", kind, info.topic_type_hash)
+    assert not told.successful and "with this hash is not known here" in told.failure_reason
+    camera.destroy_publisher(trees)
+    pair.robot.tester.destroy_publisher(text)
+    services = lambda: dict(pair.operator.tester.get_service_names_and_types())  # noqa: E731
+    until(lambda: "/camera/get_type_description" not in services(), "it goes with the mirror")
+
+
+def hash_of(kind):
+    """Of an installed type, as its package says."""
+    for prefix in os.environ["AMENT_PREFIX_PATH"].split(":"):
+        file = pathlib.Path(prefix, "share", kind + ".json")
+        if file.exists():
+            return json.loads(file.read_text(encoding="utf-8"))["type_hashes"][0]["hash_string"]
+    raise AssertionError(f"{kind} is not installed")
+
+
+@needs_services
+def test_a_mirrors_node_tells_what_a_service_is(lacking):
+    pair = lacking("client")
+    robots = pair.robot.node("teller")
+    echo = EchoServer(pair.robot, "/s/echo", node=robots)
+    caller = Caller(pair.operator, "/s/echo").wait_ready()
+    kind = f"{PACKAGE}/srv/Echo"
+    told = asked(pair.operator, "/teller", kind, hash_of(kind))
+    assert told.successful, told.failure_reason
+    nested = [t.type_name for t in told.type_description.referenced_type_descriptions]
+    assert f"{kind}_Request" in nested and f"{kind}_Response" in nested
+    caller.close()
+    echo.stop()
 
 
 def test_the_exporter_lacks_it(lacking):

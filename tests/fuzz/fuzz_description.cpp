@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "core/base/check.hpp"
+#include "core/types/description_service.hpp"
 #include "core/types/type_difference.hpp"
 
 using namespace connect_bridge;
@@ -18,6 +19,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   CONNECT_CHECK(canonical_text(first.value()) == text.substr(0, end));
+  // What our nodes tell of it is read as what other nodes tell.
+  const auto response = description_response(first.value(), true);
+  CONNECT_CHECK(text_of_response(response.view()) == text.substr(0, end));
   if (end == std::string_view::npos) return 0;
   const auto second = parse_description(text.substr(end + 1));
   if (!second.ok()) return 0;

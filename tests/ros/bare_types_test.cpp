@@ -70,6 +70,8 @@ class BareTypesTest : public RosTest {
     if (!middleware().takes_bare_types) GTEST_SKIP() << "not with this middleware";
   }
 
+  static bool has_no_services() { return !middleware().takes_bare_services; }
+
   using TypeOf = std::function<std::string(std::uint32_t)>;
 
   // Milliseconds for a mirror, and kB.
@@ -137,8 +139,10 @@ TEST_F(BareTypesTest, AreOfOneNameAndGoWithTheirLastUser) {
     EXPECT_EQ(kHash, distro::type_hash_of(*first.handle));
     EXPECT_EQ(kOther, distro::type_hash_of(*other.handle));
 #endif
-    const auto service = std::get<0>(types.service("made_up/srv/Do", kHash));
-    EXPECT_EQ(kHash, service->hash);
+    const auto service = types.service("made_up/srv/Do", kHash);
+    EXPECT_EQ(has_no_services(), std::holds_alternative<Refusal>(service));
+    if (has_no_services()) return;
+    EXPECT_EQ(kHash, std::get<0>(service)->hash);
     EXPECT_EQ(3u, types.made());
   }
   EXPECT_EQ(0u, types.made());
@@ -170,6 +174,19 @@ TEST_F(BareTypesTest, NamesThatAreNoneAreRefused) {
   // Installed types are not made at run time.
   EXPECT_NE(nullptr, std::get<MessageType>(types.message("std_msgs/msg/String", "")).introspection);
   EXPECT_EQ(0u, types.made());
+}
+
+// Half of an action is none: where its services cannot be made, its topics are not.
+TEST_F(BareTypesTest, AnActionIsMadeAsAWhole) {
+  TypeSupports types(true);
+  const auto feedback = types.message("made_up/action/Fly_FeedbackMessage", kHash);
+  const auto goal = types.service("made_up/action/Fly_SendGoal", kHash);
+  EXPECT_EQ(has_no_services(), std::holds_alternative<Refusal>(feedback));
+  EXPECT_EQ(has_no_services(), std::holds_alternative<Refusal>(goal));
+  if (!has_no_services()) return;
+  EXPECT_EQ("type_unknown", std::get<Refusal>(goal).code);
+  EXPECT_NE(std::string::npos,
+            std::get<Refusal>(goal).reason.find("made_up/action/Fly is not known here: install"));
 }
 
 // From a mirror of ours to a subscription of ours, in two graphs' ends.
@@ -204,6 +221,7 @@ TEST_F(BareTypesTest, SamplesPass) {
 }
 
 TEST_F(BareTypesTest, CallsPass) {
+  if (has_no_services()) GTEST_SKIP() << "not with this middleware";
   TestSide caller("connect_client"), server("connect_server");
   const ServiceMirrorId mirror{1};
   const ServiceClientId client{1};
@@ -289,6 +307,7 @@ double BareTypesTest::cost_of_calls(const std::string& type, const Bytes& reques
 }
 
 TEST_F(BareTypesTest, ACallCostsWhatOneOfAnInstalledTypeDoes) {
+  if (has_no_services()) GTEST_SKIP() << "not with this middleware";
   const Bytes large = Cdr{}.u32(1U << 20).zeros(1U << 20).bytes();
   const Bytes sums = Cdr{}.u64(1).u64(2).bytes();
   const std::string upload = std::string{kTestPackage} + "/srv/Upload";

@@ -170,6 +170,73 @@ TEST_F(DescribedTypesTest, SamplesAreCheckedFromThenOn) {
   EXPECT_TRUE(publishes(side, right));
 }
 
+// A service whose answer has a sequence: few bytes that claim to be a long one reach no caller.
+TEST_F(DescribedTypesTest, AnswersAreCheckedFromThenOn) {
+  if (!middleware().takes_bare_services) GTEST_SKIP() << "not with this middleware";
+  const std::string type = "made_up/srv/Do";
+  TypeDescription service{
+      {type,
+       {{"request_message", FieldKind::kNested, FieldShape::kSingle, 0, 0, type + "_Request"},
+        {"response_message", FieldKind::kNested, FieldShape::kSingle, 0, 0, type + "_Response"}}},
+      {{type + "_Request", {{"number", FieldKind::kInt64}}},
+       {type + "_Response", {{"x", FieldKind::kDouble, FieldShape::kSequence}}}}};
+  const std::string text = canonical_text(service), hash = type_hash_of(text);
+  TestSide side("connect_client");
+  side.gateway.apply(CreateServiceMirror{ServiceMirrorId{1}, topic("do"), type, hash});
+  const auto differs = side.next<ServiceTypeDiffers>();
+  ASSERT_TRUE(differs);
+  EXPECT_EQ(differs->hash_here, "");
+  TypeSupports types(true);
+  const auto made = std::get<0>(types.service(type, hash));
+  const auto other = std::get<0>(types.service(type, "RIHS01_" + std::string(64, 'a')));
+  const Bytes huge = Cdr{}.u32(0x7FFFFFFF).bytes(), right = Cdr{}.u32(1).u32(0).u64(5).bytes();
+  EXPECT_EQ(made->response->read_from(huge, 1000), std::nullopt);  // nobody knows
+  types.describe(type, hash, text);
+  EXPECT_EQ(types.described(), 2U);
+  EXPECT_THAT(made->response->read_from(huge, 1000).value_or(""),
+              testing::StartsWith("not a made_up/srv/Do_Response: the bytes end too early"));
+  EXPECT_EQ(made->response->read_from(right, 1000), std::nullopt);
+  EXPECT_NE(made->request->read_from(Cdr{}.u32(1).bytes(), 1000), std::nullopt);
+  EXPECT_EQ(other->response->read_from(huge, 1000), std::nullopt);
+  // Who comes later knows it, too; with the last one it is forgotten.
+  EXPECT_NE(std::get<0>(types.service(type, hash))->response->read_from(huge, 1000), std::nullopt);
+}
+
+TEST_F(DescribedTypesTest, AnInstalledServiceIsLookedUpByItsHash) {
+  TestSide side("connect_client");
+  for (const std::string& type :
+       {kPackage + "/srv/Echo", kPackage + "/action/Fibonacci_SendGoal"}) {
+    const std::string hash = std::get<0>(TypeSupports().service(type, ""))->hash;
+    side.gateway.apply(LookUpType{LookupId{1}, type, hash});
+    const std::string text = side.next<TypeLookedUp>()->text;
+    EXPECT_EQ(type_hash_of(text), hash);
+    const auto description = parse_description(text);
+    ASSERT_TRUE(description.ok()) << type;
+    const auto fields = DescribedFields::make(description.value());
+    ASSERT_TRUE(fields);
+    EXPECT_NE(fields->introspection(type + "_Request"), nullptr);
+    EXPECT_NE(fields->introspection(type + "_Response"), nullptr);
+    EXPECT_EQ(fields->introspection("made_up/msg/Thing"), nullptr);
+    side.gateway.apply(LookUpType{LookupId{2}, type, type_hash_of("other")});
+    EXPECT_EQ(side.next<TypeLookedUp>()->text, "");
+  }
+}
+
+TEST_F(DescribedTypesTest, AnotherDefinitionOfAServiceIsToldToo) {
+  const std::string other = "RIHS01_" + std::string(64, 'a');
+  TestSide side("connect_client");
+  CreateServiceMirror create{ServiceMirrorId{1}, topic("echo"), kPackage + "/srv/Echo", other};
+  side.gateway.apply(create);
+  const auto failed = side.next<ServiceMirrorFailed>();
+  ASSERT_TRUE(failed);
+  EXPECT_EQ(failed->code, "type_mismatch");
+  EXPECT_EQ(failed->hash_here, std::get<0>(TypeSupports().service(create.type, ""))->hash);
+  create.id = ServiceMirrorId{2};
+  create.any_definition = true;
+  side.gateway.apply(create);
+  EXPECT_EQ(side.next<ServiceTypeDiffers>()->hash_here, failed->hash_here);
+}
+
 TEST_F(DescribedTypesTest, InstalledTypesAreLookedUpByTheirHash) {
   TestSide side("connect_client");
   const std::string text = description_of(*installed(kPackage + "/msg/Tree").handle);

@@ -179,6 +179,7 @@ class Host : public Party {
   void act(const Stopped& action);
 
   void compare_types(const CreateMirror& made);
+  void compare_types(const CreateServiceMirror& made);
   bool asks_node(const CreateServiceClient& action);
   EndpointSpec endpoint(const std::string& topic, const std::string& type,
                         const std::string& type_hash, const Qos& qos, std::uint64_t handle,

@@ -25,6 +25,7 @@ void Host::act(const CreateServiceMirror& action) {
   service_mirrors_[action.id] = ServiceMirrorInfo{servant, action, 0, {}};
   tell("mirrors service " + action.service + " as server " + std::to_string(servant));
   world_.checker.on_service_mirror(*this, action);
+  compare_types(action);
 }
 
 void Host::act(const DestroyServiceMirror& action) {

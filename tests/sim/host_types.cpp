@@ -26,6 +26,15 @@ void Host::compare_types(const CreateMirror& made) {
   later(rng_.between(1us, 2ms), [id = made.id, here]() -> Input { return TypeDiffers{id, here}; });
 }
 
+// The same of a service. Another definition is used only where the rules allow that.
+void Host::compare_types(const CreateServiceMirror& made) {
+  if (made.type_hash.empty() || !rng_.chance(400)) return;
+  const std::string here = !made.any_definition || rng_.chance(700) ? "" : "RIHS01_other";
+  later(rng_.between(1us, 2ms), [id = made.id, here]() -> Input {
+    return ServiceTypeDiffers{id, here};
+  });
+}
+
 void Host::act(const LookUpType& action) {
   const bool known = action.hash == hash_of_type(action.type) && rng_.chance(800);
   const std::string text = known ? text_of_type(action.type) : "";

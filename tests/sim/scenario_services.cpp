@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "sim/scenario.hpp"
+#include "sim/types.hpp"
 
 namespace connect_bridge::sim {
 namespace {
@@ -110,7 +111,7 @@ ServicePlan random_service(Rng& rng, const Kind& kind, int graphs) {
   const auto hidden = service.name.find("/_action/");
   if (hidden != std::string::npos) service.action = service.name.substr(0, hidden);
   service.type = kind.type;
-  service.type_hash = std::string("RIHS01_") + kind.type;
+  service.type_hash = hash_of_type(kind.type);
   const auto servers = rng.chance(750) ? 1 : rng.between(2, 3);
   for (int i = 0; i < servers; ++i) {
     service.graphs.push_back(static_cast<int>(rng.below(static_cast<std::uint64_t>(graphs))));

@@ -13,6 +13,7 @@
 #include "sim/middleware.hpp"
 #include "sim/rng.hpp"
 #include "sim/schedule.hpp"
+#include "sim/types.hpp"
 
 namespace connect_bridge::sim {
 
@@ -75,7 +76,7 @@ class Services {
   [[nodiscard]] const std::deque<Servant>& servants() const { return servants_; }
   // Whether a caller has found a servant that lives.
   [[nodiscard]] bool is_ready(int caller) const;
-  [[nodiscard]] static std::string hash_of(const std::string& type) { return "RIHS01_" + type; }
+  [[nodiscard]] static std::string hash_of(const std::string& type) { return hash_of_type(type); }
 
  private:
   static std::size_t index(int id) { return static_cast<std::size_t>(id); }

@@ -89,8 +89,8 @@ struct LookUpType {
   std::string type;  // "std_msgs/msg/String"
   std::string hash;  // the definition must have this one
 };
-// What a type that is not installed is made of: samples are checked with it. Of a name and hash
-// that no mirror has it is ignored.
+// What a type that is not installed is made of: samples, or the answers of a service, are checked
+// with it. Of a name and hash that no mirror has it is ignored.
 struct DescribeType {
   std::string type;
   std::string hash;

@@ -145,6 +145,12 @@ struct ServiceMirrorFailed {
   ServiceMirrorId mirror;
   std::string code;
   std::string reason;
+  std::string hash_here = {};  // of the installed type, if that differs from the peer's
+};
+// The mirror exists, but the installed type is not that of the peer's service.
+struct ServiceTypeDiffers {
+  ServiceMirrorId mirror;
+  std::string hash_here;  // of the installed type; empty: it is not installed
 };
 struct ServiceClientFailed {
   ServiceClientId client;
@@ -223,12 +229,12 @@ struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input =
-    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                 MirrorFailed, TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible,
-                 RequestTaken, CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
-                 ServiceMirrorFailed, ServiceClientFailed, ConnectionOpened, DialFailed,
-                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
-                 CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                           MirrorFailed, TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible,
+                           RequestTaken, CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
+                           ServiceMirrorFailed, ServiceTypeDiffers, ServiceClientFailed,
+                           ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
+                           NetworkChanged, Authenticated, IdentitiesChanged, CredentialChanged,
+                           JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

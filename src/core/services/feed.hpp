@@ -36,6 +36,7 @@ class MirroredService;
 class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
  public:
   Feed(MirroredService& service, Link& link, Mirroring& mirroring);
+  ~Feed() override { tell_type({}); }
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
 
@@ -55,6 +56,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] bool any_definition() const { return decision_.treatment.allow_type_mismatch; }
+  // Whether no mirror can be made of its type, as the rules are.
+  [[nodiscard]] bool is_unfit() const { return unfit_; }
+  void set_unfit(bool unfit) { unfit_ = unfit; }
   [[nodiscard]] Link& link() const { return link_; }
 
   // ---- the attachment
@@ -94,6 +98,8 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
  private:
   using Calls = std::map<CallId, MadeCall>;
 
+  // With which hash the type of the channel is offered now, to whom that is of use; empty: not.
+  void tell_type(const std::string& hash);
   void start_encoder();
   void send_encoded(const Now& now);
   void on_encoded(CallId id, Codec codec, const Payload& raw, const Payload& body, const Now& now);
@@ -121,6 +127,9 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   std::string node_;
   std::string action_type_;
   std::string type_hash_;
+  std::string told_hash_;   // to the types of peers
+  ChannelId told_channel_;  // the same
+  bool unfit_ = false;
   Decision decision_;
   CallId last_;
   Calls calls_;

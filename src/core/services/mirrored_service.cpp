@@ -39,11 +39,7 @@ bool MirroredService::update(const Now& now) {
     destroy_mirror();
     return false;
   }
-  if (!feeding()) {
-    const auto open = std::find_if(feeds_.begin(), feeds_.end(),
-                                   [](const auto& feed) { return feed.second.is_offered(); });
-    feeder_ = (open == feeds_.end() ? feeds_.begin() : open)->first;
-  }
+  choose_feeder();
   take_over();
   Feed& feed = *feeding();
   if (!may_exist(feed)) {
@@ -80,11 +76,26 @@ bool MirroredService::update(const Now& now) {
   return true;
 }
 
+// The feeder stays as long as it can be one.
+void MirroredService::choose_feeder() {
+  const Feed* feed = feeding();
+  if (feed && !feed->is_unfit()) return;
+  const auto better = std::find_if(feeds_.begin(), feeds_.end(), [](const auto& other) {
+    return other.second.is_offered() && !other.second.is_unfit();
+  });
+  if (better != feeds_.end()) {
+    feeder_ = better->first;
+  } else if (!feed) {
+    feeder_ = feeds_.begin()->first;
+  }
+}
+
 // A client that was restarted while its old connection seems alive: nobody answers on that.
 void MirroredService::take_over() {
   const Link& fed = feeding()->link();
   const auto successor = std::find_if(feeds_.begin(), feeds_.end(), [&](const auto& feed) {
-    return feed.second.is_offered() && is_successor(feed.second.link(), fed);
+    return feed.second.is_offered() && !feed.second.is_unfit() &&
+           is_successor(feed.second.link(), fed);
   });
   if (successor == feeds_.end()) return;
   close();
@@ -92,7 +103,7 @@ void MirroredService::take_over() {
 }
 
 bool MirroredService::may_exist(const Feed& feed) {
-  if (!mirroring_.graph_since || failed_) return false;
+  if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
   const Gid gid = service_gid(key_.first);
   if (mirroring_.claims.taken(gid, bool(mirror_))) return false;
   // Our own parameter services are not in our view of the graph.
@@ -147,9 +158,12 @@ void MirroredService::create_mirror(const Feed& feed) {
   mirror_ = mirroring_.outputs.new_service_mirror();
   mirroring_.by_mirror[mirror_] = this;
   mirroring_.claim_changed = true;  // a service is fed as soon as it has a mirror
-  mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, feed.type_hash(),
+  type_hash_ = feed.type_hash();
+  any_definition_ = feed.any_definition();
+  differs_ = false;
+  mirroring_.outputs.push(CreateServiceMirror{mirror_, key_.first, key_.second, type_hash_,
                                               mirroring_.graph_options.owner_of(feed.node()),
-                                              feed.any_definition()});
+                                              any_definition_});
 }
 
 void MirroredService::destroy_mirror() {
@@ -163,6 +177,7 @@ void MirroredService::destroy_mirror() {
 }
 
 void MirroredService::forget_mirror() {
+  mirroring_.types.release(mirror_);
   mirroring_.by_mirror.erase(mirror_);
   mirror_ = {};
   place_.release();
@@ -199,12 +214,9 @@ void MirroredService::on_policy() {
   for (auto it = feeds_.begin(); it != feeds_.end();) {
     Feed& feed = (it++)->second;
     if (auto decision = permission(feed)) {
-      const bool any = feed.any_definition();
       feed.on_decision(std::move(*decision));
-      if (any != feed.any_definition() && feeding() == &feed) {
-        close();
-        failed_ = false;
-      }
+      if (feed.any_definition()) feed.set_unfit(false);
+      if (feeding() == &feed && differs_ && !feed.any_definition()) close();
       continue;
     }
     Link& link = feed.link();
@@ -259,17 +271,54 @@ void MirroredService::on_callers_gone(const CallersGone& gone) {
   feeding()->on_callers_gone(gone.requests);
 }
 
-void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
+void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
+  Feed* feed = feeding();
+  const bool of_type = failed.code == "type_mismatch";
+  // The rules may allow it since it was begun.
+  const bool again = of_type && feed && feed->any_definition() && !any_definition_;
+  if (!failed.hash_here.empty() && !again) explain(failed.hash_here, false, now);
   forget_mirror();
-  failed_ = true;
-  if (const Feed* feed = feeding()) {
-    mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
-                                "cannot mirror " +
-                                    shown(InterfaceKind::kService, key_.first, key_.second) + ": " +
-                                    failed.reason);
+  if (again) return close();
+  if (feed) {
+    if (failed.hash_here.empty())
+      mirroring_.outputs.log_once(feed->link().account->told, LogLevel::kError,
+                                  "cannot mirror " +
+                                      shown(InterfaceKind::kService, key_.first, key_.second) +
+                                      ": " + failed.reason);
     if (feed->is_offered()) feed->link().send(Decline{feed->channel(), failed.code, failed.reason});
   }
   close();
+  // Another link may offer the definition that is here.
+  if (of_type && feed) {
+    feed->set_unfit(true);
+  } else {
+    failed_ = true;
+  }
+}
+
+void MirroredService::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
+  const Feed* feed = feeding();
+  if (differs.hash_here.empty())
+    return mirroring_.types.need({key_.second, type_hash_}, mirror_,
+                                 mirroring_.graph_options.owner_of(feed ? feed->node() : ""));
+  differs_ = true;
+  explain(differs.hash_here, true, now);
+  // The rules may have changed since it was begun.
+  if (feed && !feed->any_definition()) close();
+}
+
+void MirroredService::explain(const std::string& hash_here, bool used, const Now& now) {
+  const Feed* feed = feeding();
+  if (!feed) return;
+  const Link& link = feed->link();
+  mirroring_.types.explain(
+      {{key_.second, type_hash_},
+       hash_here,
+       (used ? "" : "cannot mirror ") + shown(InterfaceKind::kService, key_.first, key_.second),
+       link.label(),
+       used,
+       link.account},
+      now);
 }
 
 void MirroredService::add_status(const Link& link, LinkStatus& status) const {

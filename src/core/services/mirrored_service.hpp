@@ -49,7 +49,9 @@ class MirroredService {
   // ---- the mirror
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
-  void on_mirror_failed(const ServiceMirrorFailed& failed);
+  // The caller updates it after these two.
+  void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
+  void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return mirror_at_ && !waits_for_neighbours_; }
@@ -66,6 +68,7 @@ class MirroredService {
  private:
   [[nodiscard]] Feed* feeding();
   [[nodiscard]] std::optional<Decision> permission(const Feed& feed) const;
+  void choose_feeder();
   void take_over();
   [[nodiscard]] bool may_exist(const Feed& feed);
   // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
@@ -76,6 +79,8 @@ class MirroredService {
     if (!std::exchange(waits_, true)) ++feed.link().mirrors_waited;
   }
   void create_mirror(const Feed& feed);
+  // One line for the log, with the difference.
+  void explain(const std::string& hash_here, bool used, const Now& now);
   void destroy_mirror();
   void forget_mirror();
   // The attachment of the feeding link ends, and the mirror.
@@ -90,6 +95,9 @@ class MirroredService {
   std::map<LinkId, Feed> feeds_;
   LinkId feeder_;  // the link that is attached
   ServiceMirrorId mirror_;
+  std::string type_hash_;        // of the mirror
+  bool any_definition_ = false;  // the rules allowed that when it was made
+  bool differs_ = false;         // and it has another one than the peer
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
   std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
   // Set while it is attached and has no mirror: when its action's topics need not be waited for.

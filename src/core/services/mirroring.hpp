@@ -18,6 +18,7 @@
 #include "core/link/link.hpp"
 #include "core/ports/outputs.hpp"
 #include "core/services/options.hpp"
+#include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
@@ -45,6 +46,7 @@ struct Mirroring {
   const ActionTopics& action_topics;
   Jobs& jobs;
   Outputs& outputs;
+  PeerTypes& types;
 
   Timers<MadeCall*> timers;
   std::map<LinkId, MadeLoad> loads;

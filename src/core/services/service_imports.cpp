@@ -8,9 +8,11 @@ namespace connect_bridge {
 ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                                const std::string& own_node, const Policy& policy,
                                const GraphView& graph, const Claims& claims,
-                               const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs)
-    : mirroring_{options,       names, own_node, policy, graph, claims,
-                 action_topics, jobs,  outputs,  {},     {},    {}} {}
+                               const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs,
+                               PeerTypes& types)
+    : mirroring_{options, names,   own_node, policy, graph, claims, action_topics,
+                 jobs,    outputs, types,    {},     {},    {}},
+      describers_(own_node, outputs, types) {}
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;
@@ -58,6 +60,7 @@ void ServiceImports::on_link_dead(LinkId link, const Now& now) {
 }
 
 void ServiceImports::on_graph(const Now& now) {
+  graph_changed_ = true;
   if (!mirroring_.graph_since) mirroring_.graph_since = now.steady;
   mirroring_.update_all(now);
 }
@@ -98,15 +101,28 @@ const std::string* ServiceImports::goals_of(ServiceMirrorId mirror) const {
 }
 
 void ServiceImports::on_request(RequestTaken& request, const Now& now) {
+  if (describers_.on_request(request, now)) return;
   if (auto* service = find(request.mirror)) service->on_request(request, now);
 }
 
 void ServiceImports::on_callers_gone(const CallersGone& gone) {
+  describers_.on_callers_gone(gone);
   if (auto* service = find(gone.mirror)) service->on_callers_gone(gone);
 }
 
-void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed) {
-  if (auto* service = find(failed.mirror)) service->on_mirror_failed(failed);
+void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
+  if (describers_.on_failed(failed)) return;
+  auto* service = find(failed.mirror);
+  if (!service) return;
+  service->on_mirror_failed(failed, now);
+  mirroring_.update(*service, now);
+}
+
+void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
+  auto* service = find(differs.mirror);
+  if (!service) return;
+  service->on_type_differs(differs, now);
+  mirroring_.update(*service, now);
 }
 
 void ServiceImports::on_time(const Now& now) {
@@ -118,6 +134,22 @@ void ServiceImports::on_time(const Now& now) {
 
 std::optional<TimePoint> ServiceImports::deadline() const {
   return earliest(mirroring_.settles_at, mirroring_.timers.deadline());
+}
+
+bool ServiceImports::take_claim_change() {
+  const bool changed = std::exchange(mirroring_.claim_changed, false);
+  const bool nodes = mirroring_.types.take_nodes_change();
+  const bool look = std::exchange(graph_changed_, false) || nodes || changed;
+  if (!look || !mirroring_.options.describes_types) return changed;
+  describers_.update([this](const std::string& name) {
+    const auto& services = mirroring_.services;
+    for (auto at = services.lower_bound({name, ""}); at != services.end(); ++at) {
+      if (at->first.first != name) break;
+      if (at->second->is_claimed()) return true;
+    }
+    return mirroring_.graph.has_server(name);
+  });
+  return changed;
 }
 
 void ServiceImports::add_mirrored(std::vector<ClaimedOrigin>& claim) const {

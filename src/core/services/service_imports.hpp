@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/services/description_servers.hpp"
 #include "core/services/mirrored_service.hpp"
 #include "core/services/mirroring.hpp"
 
@@ -20,7 +21,7 @@ class ServiceImports {
   ServiceImports(const ServiceOptions& options, const GraphOptions& names,
                  const std::string& own_node, const Policy& policy, const GraphView& graph,
                  const Claims& claims, const ActionTopics& action_topics, Jobs& jobs,
-                 Outputs& outputs);
+                 Outputs& outputs, PeerTypes& types);
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
@@ -41,12 +42,13 @@ class ServiceImports {
   [[nodiscard]] const std::string* goals_of(ServiceMirrorId mirror) const;
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
-  void on_mirror_failed(const ServiceMirrorFailed& failed);
+  void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
+  void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
 
-  // The entries of our own claim for the services mirrored here. take_claim_change(): true once
-  // after every change.
-  bool take_claim_change() { return std::exchange(mirroring_.claim_changed, false); }
+  // The entries of our own claim for the services mirrored here. take_claim_change(), after every
+  // input: true once after every change.
+  bool take_claim_change();
   void add_mirrored(std::vector<ClaimedOrigin>& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -57,6 +59,8 @@ class ServiceImports {
   [[nodiscard]] MirroredService* find(ServiceMirrorId mirror) const;
 
   Mirroring mirroring_;
+  DescriptionServers describers_;
+  bool graph_changed_ = false;
 };
 
 }  // namespace connect_bridge

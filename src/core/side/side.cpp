@@ -30,7 +30,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       service_exports_(options_, options_, policy_, local_.view, local_.claims, actions_, random_,
                        jobs_, outputs_),
       service_imports_(options_, options_, options_.node, policy_, local_.view, local_.claims,
-                       action_topics_, jobs_, outputs_),
+                       action_topics_, jobs_, outputs_, types_.peers),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);

@@ -72,7 +72,8 @@ class Side final : private LinksUser {
   void on(InvocationFailed& input, const Now& now) {
     service_exports_.on_invocation_failed(input, now);
   }
-  void on(ServiceMirrorFailed& input, const Now&) { service_imports_.on_mirror_failed(input); }
+  void on(ServiceMirrorFailed& in, const Now& now) { service_imports_.on_mirror_failed(in, now); }
+  void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
   void on(ServiceClientFailed& input, const Now& now) {
     service_exports_.on_client_failed(input, now);
   }

@@ -109,7 +109,9 @@ void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
 void Imports::on_type_differs(const TypeDiffers& differs, const Now& now) {
   const Mirror* mirror = find(differs.mirror);
   if (!mirror) return;
-  if (differs.hash_here.empty()) return context_.types.need(mirror->definition(), differs.mirror);
+  if (differs.hash_here.empty())
+    return context_.types.need(mirror->definition(), differs.mirror,
+                               context_.graph_options.owner_of(mirror->origin().node));
   context_.tell_used(*mirror, differs.hash_here, now);
 }
 

@@ -67,6 +67,20 @@ class Response {
   bool good_ = true;
 };
 
+void write(CdrWriter& to, const DescribedType& type) {
+  to.string(type.name).u32(static_cast<std::uint32_t>(type.fields.size()));
+  for (const auto& field : type.fields) {
+    const auto shape = kFieldShapeStep * static_cast<unsigned>(field.shape);
+    to.string(field.name).u8(static_cast<std::uint8_t>(static_cast<unsigned>(field.kind) + shape));
+    to.u64(field.capacity).u64(field.string_capacity).string(field.nested);
+    to.string("");  // the default value
+  }
+}
+
+void write_source(CdrWriter& to, const DescribedType& type) {
+  to.string(type.name).string("dynamic").string("");
+}
+
 }  // namespace
 
 Payload description_request(std::string_view type, std::string_view hash) {
@@ -79,6 +93,36 @@ std::optional<std::string> text_of_response(ByteView response) {
   std::string text = canonical_text(*read);
   if (text.size() > kDescriptionBytesMax || !is_text(text)) return std::nullopt;
   return text;
+}
+
+std::optional<DescriptionRequest> read_description_request(ByteView request) {
+  CdrReader reader(request);
+  const auto type = reader.string();
+  const auto hash = reader.string();
+  const auto with_sources = reader.u8();
+  if (!with_sources) return std::nullopt;
+  return DescriptionRequest{std::string{*type}, std::string{*hash}, *with_sources != 0};
+}
+
+Payload description_response(const TypeDescription& description, bool with_sources) {
+  CdrWriter to;
+  to.u8(1).string("");
+  write(to, description.type);
+  to.u32(static_cast<std::uint32_t>(description.nested.size()));
+  for (const auto& nested : description.nested) write(to, nested);
+  to.u32(with_sources ? static_cast<std::uint32_t>(1 + description.nested.size()) : 0);
+  if (with_sources) {
+    write_source(to, description.type);
+    for (const auto& nested : description.nested) write_source(to, nested);
+  }
+  return to.u32(0).take();  // nothing else
+}
+
+Payload description_refusal(std::string_view why) {
+  CdrWriter to;
+  to.u8(0).string(why);
+  write(to, {});
+  return to.u32(0).u32(0).u32(0).take();
 }
 
 }  // namespace connect_bridge

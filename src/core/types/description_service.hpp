@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/base/bytes.hpp"
+#include "core/types/type_description.hpp"
 
 namespace connect_bridge {
 
@@ -21,5 +22,19 @@ inline constexpr std::string_view kDescriptionServiceType =
 // the bytes are no response, or it is beyond a limit of core/types/type_description.hpp. Whether it
 // is the type that was asked for, its hash shows.
 [[nodiscard]] std::optional<std::string> text_of_response(ByteView response);
+
+struct DescriptionRequest {
+  std::string type;
+  std::string hash;
+  bool with_sources = true;
+};
+
+// nullopt: the bytes are no request.
+[[nodiscard]] std::optional<DescriptionRequest> read_description_request(ByteView request);
+
+// The response with a description, and one without. The sources of packages do not cross, so each
+// type has the one that REP-2016 gives to types without a file ("dynamic", empty).
+[[nodiscard]] Payload description_response(const TypeDescription& description, bool with_sources);
+[[nodiscard]] Payload description_refusal(std::string_view why);
 
 }  // namespace connect_bridge

@@ -47,6 +47,7 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
   }
   if (type.sources.empty()) {
     mismatches_.on_gone(name);
+    calls_.on_there(name, {});
     drop_unused(at);
   } else if (wants(name, type)) {
     ask(name, type);
@@ -92,23 +93,44 @@ void PeerTypes::drop_unused(Types::iterator type) {
 // ---- who needs them
 
 bool PeerTypes::wants(const Definition& name, const PeerType& type) const {
-  return type.users > 0 || mismatches_.waits_for(name);
+  return type.users > 0 || mismatches_.waits_for(name) || calls_.waits_for(name);
 }
 
-void PeerTypes::need(const Definition& name, MirrorId mirror) {
-  if (!users_.try_emplace(mirror, name).second) return;
+void PeerTypes::need(const Definition& name, TypeUser mirror, const std::string& node) {
+  if (!users_.try_emplace(mirror, User{name, node}).second) return;
+  nodes_changed_ |= ++nodes_[node] == 1;
   PeerType& type = types_[name];
   const bool is_first = ++type.users == 1;
   if (type.text.empty()) return ask(name, type);
   if (is_first) outputs_.push(DescribeType{name.first, name.second, type.text});
 }
 
-void PeerTypes::release(MirrorId mirror) {
+void PeerTypes::release(TypeUser mirror) {
   const auto user = users_.extract(mirror);
   if (!user) return;
-  const auto type = types_.find(user.mapped());
+  const auto node = nodes_.find(user.mapped().node);
+  if (--node->second == 0) {
+    nodes_.erase(node);
+    nodes_changed_ = true;
+  }
+  const auto type = types_.find(user.mapped().type);
   --type->second.users;
   drop_unused(type);
+}
+
+void PeerTypes::tell(const Definition& name, const std::string& text) {
+  mismatches_.on_there(name, text);
+  calls_.on_there(name, text);
+}
+
+void PeerTypes::on_looked_up(const TypeLookedUp& found) {
+  mismatches_.on_looked_up(found);
+  const auto name = calls_.on_looked_up(found);
+  if (!name) return;
+  const auto at = types_.find(*name);
+  if (at == types_.end()) return calls_.on_there(*name, {});
+  if (!at->second.text.empty()) return calls_.on_there(*name, at->second.text);
+  ask(*name, at->second);
 }
 
 void PeerTypes::explain(Mismatch mismatch, const Now& now) {
@@ -134,7 +156,7 @@ void PeerTypes::ask(const Definition& name, PeerType& type) {
   type.next.cancel();
   if (type.unusable || !wants(name, type)) {
     leave_line(type);
-    return mismatches_.on_there(name, {});
+    return tell(name, {});
   }
   const Link* full = nullptr;
   std::optional<TimePoint> again;
@@ -161,7 +183,7 @@ void PeerTypes::ask(const Definition& name, PeerType& type) {
     return;
   }
   if (full) return queue(name, type, *full);
-  mismatches_.on_there(name, {});
+  tell(name, {});
   if (type.users > 0 && again) type.next = timers_.set(*again, name);
 }
 
@@ -195,6 +217,7 @@ void PeerTypes::ask_next(Link& link) {
 // The answer may come still, and is taken then.
 void PeerTypes::on_time(const Now& now) {
   mismatches_.on_time(now);
+  calls_.on_time(now);
   while (const auto name = timers_.take_due(now.steady)) {
     PeerType& type = types_.at(*name);
     type.next.cancel();
@@ -240,7 +263,7 @@ void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const s
   type.holder = link.id;
   type.bytes = link.memory.hold(cost_of(text));
   if (type.users > 0) outputs_.push(DescribeType{name.first, name.second, text});
-  mismatches_.on_there(name, text);
+  tell(name, text);
 }
 
 // The link that gave it does not offer it any longer: it counts for one that does, if there is one.

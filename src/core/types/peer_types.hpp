@@ -1,5 +1,5 @@
-// The types of the topics that peers offer, as far as they are not the types that are installed
-// here.
+// The types of the topics and services that peers offer, as far as they are not the types that are
+// installed here.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,19 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "core/base/timers.hpp"
 #include "core/link/link.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
+#include "core/types/description_calls.hpp"
 #include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
+
+// Who needs a description: the mirror of a topic, or of a service.
+using TypeUser = std::variant<MirrorId, ServiceMirrorId>;
 
 // Asks the peers for the descriptions that something here needs, checks them against their hashes,
 // and keeps them as long as a channel with that type and hash is offered, or a mirror here has it.
@@ -30,7 +35,7 @@ class PeerTypes {
   static constexpr Duration kAskAgain = std::chrono::seconds(10);
   static constexpr int kAsksMax = 3;  // one connection about one type
 
-  explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs) {}
+  explicit PeerTypes(Outputs& outputs) : outputs_(outputs), mismatches_(outputs), calls_(outputs) {}
   PeerTypes(const PeerTypes&) = delete;
   PeerTypes& operator=(const PeerTypes&) = delete;
 
@@ -45,21 +50,28 @@ class PeerTypes {
   void on_link_dead(LinkId link);
 
   // A mirror has a type that is not installed: DescribeType follows for the first one of a type,
-  // when it is known.
-  void need(const Definition& type, MirrorId mirror);
+  // when it is known. `node`: to which the mirror belongs; empty: our own.
+  void need(const Definition& type, TypeUser mirror, const std::string& node);
   // The mirror ends. Of others nothing is known here.
-  void release(MirrorId mirror);
+  void release(TypeUser mirror);
   // The same to explain why the type here is not the peer's: one line for the log, at the latest
   // after Mismatches::kPatience.
   void explain(Mismatch mismatch, const Now& now);
 
   // An error ends the connection with its code.
   Result<Nothing> on_description(Link& link, const Description& description);
-  void on_looked_up(const TypeLookedUp& found) { mismatches_.on_looked_up(found); }
+  void on_looked_up(const TypeLookedUp& found);
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(timers_.deadline(), mismatches_.deadline());
+    return earliest(earliest(timers_.deadline(), mismatches_.deadline()), calls_.deadline());
   }
+
+  // The nodes here that have mirrors with types that are not installed, and how many of these; our
+  // own node's name is empty. take_nodes_change(): true once after they have changed.
+  [[nodiscard]] const std::map<std::string, std::size_t>& nodes() const { return nodes_; }
+  bool take_nodes_change() { return std::exchange(nodes_changed_, false); }
+  // Nodes here that ask what peers' types are made of.
+  [[nodiscard]] DescriptionCalls& calls() { return calls_; }
 
   // Definitions that are offered or waited for, and the bytes of their descriptions.
   [[nodiscard]] std::size_t size() const { return types_.size(); }
@@ -91,6 +103,10 @@ class PeerTypes {
     std::map<ChannelId, std::optional<Definition>> open;
     std::map<std::uint64_t, Definition> waiting;  // each type in one line at the most
   };
+  struct User {
+    Definition type;
+    std::string node;
+  };
   using Types = std::map<Definition, PeerType>;
 
   void ask(const Definition& name, PeerType& type);
@@ -102,14 +118,19 @@ class PeerTypes {
   [[nodiscard]] bool wants(const Definition& name, const PeerType& type) const;
   void drop_unused(Types::iterator type);
   static void hold(PeerType& type);
+  // To all who have asked; empty: it will not come.
+  void tell(const Definition& name, const std::string& text);
 
   Outputs& outputs_;
   Mismatches mismatches_;
+  DescriptionCalls calls_;
   TimePoint now_{};
   std::uint64_t last_turn_ = 0;
   Timers<Definition> timers_;
   Types types_;
-  std::map<MirrorId, Definition> users_;
+  std::map<TypeUser, User> users_;
+  std::map<std::string, std::size_t> nodes_;
+  bool nodes_changed_ = false;
   std::map<LinkId, Questions> questions_;
 };
 

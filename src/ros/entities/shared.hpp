@@ -51,8 +51,7 @@ struct Shared {
     if (!name || !told_types.first(name->to_install())) return;
     node.log(LogLevel::kInfo, "the type " + name->to_install() +
                                   " is not installed here: its messages are carried "
-                                  "unchecked (those of topics only until the peer has "
-                                  "described it)");
+                                  "unchecked, a peer's only until one has described it");
   }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }

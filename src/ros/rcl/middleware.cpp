@@ -28,13 +28,15 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
   } else if (identifier == "rmw_cyclonedds_cpp") {
     result.publisher_told = Middleware::PublisherTold::kHandle;
     result.fills_used_messages = false;
+    result.takes_bare_types = result.asks_for_fields = true;
     if (finds_handles) {
       result.participant_bytes = kParticipantBytes;
       result.caller_told = Middleware::CallerTold::kWriterHandle;
     }
   }
   result.joins_by_hash = identifier == "rmw_zenoh_cpp";
-  result.takes_bare_types = identifier == "rmw_fastrtps_cpp" || identifier == "rmw_zenoh_cpp";
+  if (identifier == "rmw_fastrtps_cpp" || identifier == "rmw_zenoh_cpp")
+    result.takes_bare_types = result.takes_bare_services = true;
   return result;
 }
 

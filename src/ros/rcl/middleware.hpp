@@ -50,10 +50,15 @@ struct Middleware {
   // that are in it (seen in 4.0.3): it must get an empty message each time.
   bool fills_used_messages = true;
 
-  // Whether endpoints can be created with types whose packages are not installed
-  // (types/bare_types.hpp): these middlewares read and write messages by functions of the type
-  // support, the others by a type's fields.
+  // Whether topics, and whether services, can have types whose packages are not installed
+  // (types/bare_types.hpp). rmw_fastrtps_cpp and rmw_zenoh_cpp read and write messages by functions
+  // of the type support, the others by a type's fields. Of these rmw_cyclonedds_cpp only copies
+  // what is serialized already, as the samples of topics are; requests and responses are not.
   bool takes_bare_types = false;
+  bool takes_bare_services = false;
+
+  // rmw_cyclonedds_cpp takes no other type support than one that shows a type's fields.
+  bool asks_for_fields = false;
 
   // rmw_zenoh_cpp connects the endpoints of a topic or service only if their type hashes are equal.
   bool joins_by_hash = false;

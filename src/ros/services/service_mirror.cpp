@@ -34,6 +34,10 @@ std::optional<Refusal> ServiceMirror::open() {
   if (!type_->is_installed) shared_.tell_not_installed(create_.type);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
+  const bool differs =
+      !type_->is_installed || (!type_->hash.empty() && type_->hash != create_.type_hash);
+  if (differs && !create_.type_hash.empty())
+    shared_.report(ServiceTypeDiffers{create_.id, type_->is_installed ? type_->hash : ""});
   // For requests that came before the callback was set: not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;

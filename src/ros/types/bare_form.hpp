@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "ros/types/described_fields.hpp"
 #include "ros/types/message_form.hpp"
 
 namespace connect_bridge::ros {
@@ -14,9 +15,11 @@ namespace connect_bridge::ros {
 // messages of a bare_form(). The caller sets the names.
 [[nodiscard]] message_type_support_callbacks_t bare_callbacks();
 
-// A request or response of a type that is not installed: the bytes are carried as they are, and
-// nothing is known of what is in them. Only plain CDR in this machine's byte order can be sent. The
-// bytes that it reads from must live until reset(). `type` is for errors.
-[[nodiscard]] std::unique_ptr<MessageForm> bare_form(std::string type);
+// A request or response of a type that is not installed: the bytes are carried as they are. What a
+// peer sends is checked from when `service` is described; null: never. Only plain CDR in this
+// machine's byte order can be sent. The bytes that it reads from must live until reset(). `type` is
+// the name of the message.
+[[nodiscard]] std::unique_ptr<MessageForm> bare_form(
+    std::string type, std::shared_ptr<const DescribedUse> service = nullptr);
 
 }  // namespace connect_bridge::ros

@@ -1,14 +1,16 @@
 #include "ros/types/bare_types.hpp"
 
+#include <rosidl_runtime_c/string.h>
 #include <rosidl_typesupport_fastrtps_cpp/service_type_support.h>
+#include <rosidl_typesupport_introspection_c/field_types.h>
 #include <rosidl_typesupport_introspection_c/identifier.h>
-#include <rosidl_typesupport_introspection_c/message_introspection.h>
 #include <rosidl_typesupport_fastrtps_cpp/identifier.hpp>
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
+#include "ros/rcl/middleware.hpp"
 #include "ros/types/bare_form.hpp"
 
 namespace connect_bridge::ros {
@@ -53,12 +55,33 @@ BareMessageType::BareMessageType(TypeName name)
     : name_(std::move(name)),
       name_space_(name_.package + "::" + name_.kind),
       callbacks_{bare_callbacks()} {
-  callbacks_.message_namespace_ = name_space_.c_str();
-  callbacks_.message_name_ = name_.name.c_str();
-  // A structure without fields, which only the middleware reads, for its type registry.
-  static const rosidl_typesupport_introspection_c__MessageMembers no_members{};
-  callbacks_.introspection.typesupport_identifier = rosidl_typesupport_introspection_c__identifier;
-  callbacks_.introspection.data = &no_members;
+  callbacks_.message_namespace_ = members_.message_namespace_ = name_space_.c_str();
+  callbacks_.message_name_ = members_.message_name_ = name_.name.c_str();
+  if (!middleware().asks_for_fields) return;
+  // rmw_cyclonedds_cpp uses the fields for messages that it serializes itself, and there are none.
+  // But of a structure of constant size it would lend the memory, so there is a string in this one.
+  static const rosidl_typesupport_introspection_c__MessageMember string = [] {
+    rosidl_typesupport_introspection_c__MessageMember member{};
+    member.name_ = "content";
+    member.type_id_ = rosidl_typesupport_introspection_c__ROS_TYPE_STRING;
+    return member;
+  }();
+  members_.members_ = &string;
+  members_.member_count_ = 1;
+  members_.size_of_ = sizeof(rosidl_runtime_c__String);
+}
+
+void BareMessageType::connect(Handle& handle) const {
+  handle.typesupport_identifier = typesupport_identifier;
+  handle.data = &callbacks_;
+  handle.func = &find;
+  handle.introspection.typesupport_identifier = rosidl_typesupport_introspection_c__identifier;
+  handle.introspection.data = &members_;
+  handle.introspection.func = [](const rosidl_message_type_support_t* self,
+                                 const char* identifier) {
+    const bool same = std::strcmp(identifier, rosidl_typesupport_introspection_c__identifier) == 0;
+    return same ? self : nullptr;
+  };
 }
 
 const rosidl_message_type_support_t* BareMessageType::with_hash(const std::string& text,
@@ -67,10 +90,7 @@ const rosidl_message_type_support_t* BareMessageType::with_hash(const std::strin
   if (found == handles_.end()) {
     if (handles_.size() >= kHashesMax) return nullptr;
     found = handles_.try_emplace(text, hash).first;
-    Handle& handle = found->second;
-    handle.typesupport_identifier = typesupport_identifier;
-    handle.data = static_cast<const message_type_support_callbacks_t*>(&callbacks_);
-    handle.func = &find;
+    connect(found->second);
   }
   return &found->second;
 }
@@ -84,7 +104,7 @@ std::shared_ptr<BareMessageType::Use> BareMessageType::use(const std::string& ha
                                                            std::shared_ptr<BareMessageType> self) {
   auto used = in_use(hash);
   if (!used) {
-    used = std::make_shared<Use>(Use{std::move(self)});
+    used = std::make_shared<Use>(std::move(self));
     handles_.at(hash).use = used;
   }
   return used;
@@ -106,12 +126,10 @@ const rosidl_message_type_support_t* BareMessageType::fields_of(
 const rosidl_message_type_support_t* BareMessageType::find(
     const rosidl_message_type_support_t* handle, const char* identifier) {
   if (std::strcmp(identifier, typesupport_identifier) == 0) return handle;
-  if (!distro::bare_types_need_introspection() ||
-      std::strcmp(identifier, rosidl_typesupport_introspection_c__identifier) != 0) {
+  const bool shown = distro::bare_types_need_introspection() || middleware().asks_for_fields;
+  if (!shown || std::strcmp(identifier, rosidl_typesupport_introspection_c__identifier) != 0)
     return nullptr;
-  }
-  const auto* callbacks = static_cast<const message_type_support_callbacks_t*>(handle->data);
-  return &static_cast<const Callbacks*>(callbacks)->introspection;
+  return &static_cast<const Handle*>(handle)->introspection;
 }
 
 std::shared_ptr<BareMessageType> BareTypes::type(const TypeName& name) {
@@ -136,11 +154,24 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
                                                               handle);
 }
 
-std::shared_ptr<BareMessageType::Use> BareTypes::in_use(const TypeName& name,
-                                                        const std::string& hash) const {
+void BareTypes::describe(const TypeName& name, const std::string& hash,
+                         const std::string& text) const {
   const auto found = types_.find(name.full());
   const auto type = found == types_.end() ? nullptr : found->second.lock();
-  return type ? type->in_use(hash) : nullptr;
+  if (const auto use = type ? type->in_use(hash) : nullptr) use->describe(text);
+  const auto service = services_.find({name.full(), hash});
+  if (const auto use = service == services_.end() ? nullptr : service->second.lock())
+    use->describe(text);
+}
+
+std::shared_ptr<DescribedUse> BareTypes::service_use(const std::string& name,
+                                                     const std::string& hash) {
+  auto use = services_[{name, hash}].lock();
+  if (use) return use;
+  std::erase_if(services_, [](const auto& entry) { return entry.second.expired(); });
+  use = std::make_shared<DescribedUse>();
+  services_[{name, hash}] = use;
+  return use;
 }
 
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
@@ -161,8 +192,9 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   const auto* responses = part("_Response", made->response_type);
   if (requests == nullptr || responses == nullptr) return too_many_hashes(name);
   made->connect(requests, responses);
-  made->request = bare_form(made->name + "_Request");
-  made->response = bare_form(made->name + "_Response");
+  const auto use = service_use(made->name, hash);
+  made->request = bare_form(made->name + "_Request", use);
+  made->response = bare_form(made->name + "_Response", use);
   return Service{std::move(made)};
 }
 
@@ -175,11 +207,15 @@ bool BareTypes::uses(std::string_view package) const {
 }
 
 std::size_t BareTypes::described() const {
-  return static_cast<std::size_t>(
-      std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
-        const auto type = entry.second.lock();
-        return type && type->is_described();
-      }));
+  const auto messages = std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
+    const auto type = entry.second.lock();
+    return type && type->is_described();
+  });
+  const auto services = std::count_if(services_.begin(), services_.end(), [](const auto& entry) {
+    const auto use = entry.second.lock();
+    return use && use->fields;
+  });
+  return static_cast<std::size_t>(messages + 2 * services);  // a request and a response
 }
 
 std::size_t BareTypes::size() const {

@@ -3,6 +3,7 @@
 
 #include <rosidl_runtime_c/message_type_support_struct.h>
 #include <rosidl_typesupport_fastrtps_cpp/message_type_support.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
 
 #include <map>
 #include <memory>
@@ -31,10 +32,9 @@ class BareMessageType {
 
   // What the users of one hash share: its fields are freed with the last of them, which may be long
   // before the last user of the name.
-  struct Use {
+  struct Use : DescribedUse {
+    explicit Use(std::shared_ptr<BareMessageType> of) : type(std::move(of)) {}
     std::shared_ptr<BareMessageType> type;
-    std::unique_ptr<DescribedFields> fields = nullptr;  // null: not known, or not how to read them
-    bool is_described = false;
   };
 
   // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
@@ -50,25 +50,25 @@ class BareMessageType {
 
  private:
   struct Handle : Hashed<rosidl_message_type_support_t> {
-    using Hashed::Hashed;
+    explicit Handle(const TypeHash& the_hash) : Hashed(the_hash), introspection(the_hash) {}
+
+    // For middlewares that read it (distro.hpp, Middleware::asks_for_fields).
+    Hashed<rosidl_message_type_support_t> introspection;
     std::weak_ptr<Use> use;
   };
-  // The object behind `data` of a handle. The second part is for middlewares that read it
-  // (distro.hpp).
-  struct Callbacks : message_type_support_callbacks_t {
-    rosidl_message_type_support_t introspection{};
-  };
 
+  void connect(Handle& handle) const;
   static const rosidl_message_type_support_t* find(const rosidl_message_type_support_t* handle,
                                                    const char* identifier);
 
   const TypeName name_;
   const std::string name_space_;  // "std_msgs::msg"
-  Callbacks callbacks_;
+  message_type_support_callbacks_t callbacks_;
+  rosidl_typesupport_introspection_c__MessageMembers members_{};
   std::map<std::string, Handle> handles_;
 };
 
-// Works where the middleware has the type support of Fast RTPS (Middleware::takes_bare_types).
+// Works with middlewares that take such types (Middleware::takes_bare_types, takes_bare_services).
 // Thread: the loop's. What it hands out may live longer than this.
 class BareTypes {
  public:
@@ -80,9 +80,8 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
-  // Who uses the type of this name and hash now, to learn its fields; nullptr: nobody.
-  [[nodiscard]] std::shared_ptr<BareMessageType::Use> in_use(const TypeName& name,
-                                                             const std::string& hash) const;
+  // To those who use the type of this name and hash now, of messages or of services.
+  void describe(const TypeName& name, const std::string& hash, const std::string& text) const;
 
   // Whether a type of this package is in use. If so, the package's other types must be made at run
   // time too: installed types and these must not be mixed in a service.
@@ -94,8 +93,11 @@ class BareTypes {
 
  private:
   std::shared_ptr<BareMessageType> type(const TypeName& name);
+  std::shared_ptr<DescribedUse> service_use(const std::string& name, const std::string& hash);
 
   std::map<std::string, std::weak_ptr<BareMessageType>, std::less<>> types_;  // by full name
+  // The descriptions of services in use, by full name and hash.
+  std::map<std::pair<std::string, std::string>, std::weak_ptr<DescribedUse>> services_;
 };
 
 }  // namespace connect_bridge::ros

@@ -54,6 +54,12 @@ std::unique_ptr<DescribedFields> DescribedFields::make(TypeDescription descripti
   return made->fill() ? std::move(made) : nullptr;
 }
 
+const rosidl_message_type_support_t* DescribedFields::introspection(std::string_view nested) const {
+  const DescribedType* type = description_.find(nested);
+  if (type == nullptr) return nullptr;
+  return &parts_[1 + static_cast<std::size_t>(type - description_.nested.data())].support;
+}
+
 bool DescribedFields::fill() {
   parts_.emplace_back().type = &description_.type;
   for (const auto& nested : description_.nested) parts_.emplace_back().type = &nested;
@@ -103,6 +109,12 @@ std::size_t DescribedFields::measure(Part& part) {
     sum = std::min(sum + std::min(size, kMemoryMax), kMemoryMax);
   }
   return part.members.size_of_ = sum;
+}
+
+void DescribedUse::describe(const std::string& text) {
+  if (std::exchange(is_described, true)) return;
+  if (auto description = parse_description(text))
+    fields = DescribedFields::make(std::move(description).value());
 }
 
 }  // namespace connect_bridge::ros

@@ -6,6 +6,8 @@
 
 #include <deque>
 #include <memory>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/types/type_description.hpp"
@@ -26,6 +28,8 @@ class DescribedFields {
   [[nodiscard]] const rosidl_message_type_support_t& introspection() const {
     return parts_.front().support;
   }
+  // The same of a nested type: a request or response of a service. nullptr: there is none.
+  [[nodiscard]] const rosidl_message_type_support_t* introspection(std::string_view nested) const;
 
  private:
   using Members = rosidl_typesupport_introspection_c__MessageMembers;
@@ -47,6 +51,15 @@ class DescribedFields {
 
   const TypeDescription description_;  // has the names
   std::deque<Part> parts_;             // the type itself, then the nested ones in their order
+};
+
+// What all users of a type that is not installed share, of one definition.
+struct DescribedUse {
+  std::unique_ptr<DescribedFields> fields = nullptr;  // null: not known, or not how to read them
+  bool is_described = false;
+
+  // What the first of them tells holds for all.
+  void describe(const std::string& text);
 };
 
 }  // namespace connect_bridge::ros

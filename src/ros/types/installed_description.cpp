@@ -31,9 +31,8 @@ DescribedType read(const rosidl_runtime_c__type_description__IndividualTypeDescr
   return type;
 }
 
-}  // namespace
-
-std::string description_of(const rosidl_message_type_support_t& type) {
+template <class Support>
+std::string text_of_type(const Support& type) {
   const auto* from =
       type.get_type_description_func ? type.get_type_description_func(&type) : nullptr;
   if (from == nullptr) return {};
@@ -43,9 +42,21 @@ std::string description_of(const rosidl_message_type_support_t& type) {
   return canonical_text(description);
 }
 
+}  // namespace
+
+std::string description_of(const rosidl_message_type_support_t& type) {
+  return text_of_type(type);
+}
+std::string description_of(const rosidl_service_type_support_t& type) {
+  return text_of_type(type);
+}
+
 #else
 
 std::string description_of(const rosidl_message_type_support_t&) {
+  return {};
+}
+std::string description_of(const rosidl_service_type_support_t&) {
   return {};
 }
 

@@ -93,44 +93,49 @@ TypeSupports::Message TypeSupports::message(const std::string& type, const std::
 }
 
 std::string TypeSupports::description(const std::string& type, const std::string& hash) {
-  const auto found = installed(type);
-  const auto* const* here = std::get_if<const MessageType*>(&found);
-  if (here == nullptr || distro::type_hash_of(*(*here)->handle) != hash) return {};
-  return description_of(*(*here)->handle);
+  const auto message = installed(type);
+  if (const auto* const* here = std::get_if<const MessageType*>(&message))
+    return distro::type_hash_of(*(*here)->handle) == hash ? description_of(*(*here)->handle) : "";
+  const auto service = installed_service(type);
+  if (const auto* here = std::get_if<std::shared_ptr<ServiceType>>(&service))
+    return (*here)->hash == hash ? description_of(*(*here)->handle) : "";
+  return {};
 }
 
 void TypeSupports::describe(const std::string& type, const std::string& hash,
                             const std::string& text) {
-  const auto name = parse_type_name(type);
-  const auto use = name ? bare_.in_use(*name, hash) : nullptr;
-  if (!use || std::exchange(use->is_described, true)) return;
-  if (auto description = parse_description(text))
-    use->fields = DescribedFields::make(std::move(description).value());
+  if (const auto name = parse_type_name(type)) bare_.describe(*name, hash, text);
+}
+
+TypeSupports::Service TypeSupports::installed_service(const std::string& type) {
+  const auto found = services_.find(type);
+  if (found != services_.end()) return found->second;
+  auto loaded = load_service(type);
+  if (auto* refusal = std::get_if<Refusal>(&loaded)) return std::move(*refusal);
+  return services_.emplace(type, std::move(std::get<0>(loaded))).first->second;
 }
 
 TypeSupports::Service TypeSupports::service(const std::string& type, const std::string& hash,
                                             bool any_definition) {
-  auto found = services_.find(type);
-  if (found == services_.end()) {
-    auto loaded = load_service(type);
-    if (const auto* refusal = std::get_if<Refusal>(&loaded))
-      return bare_service(type, hash, *refusal);
-    found = services_.emplace(type, std::move(std::get<0>(loaded))).first;
-  }
-  if (any_definition) return found->second;
-  if (auto refusal = mismatch(type, found->second->hash, hash)) return *refusal;
-  return found->second;
+  auto found = installed_service(type);
+  if (const auto* refusal = std::get_if<Refusal>(&found)) return bare_service(type, hash, *refusal);
+  if (any_definition) return found;
+  if (auto refusal = mismatch(type, std::get<0>(found)->hash, hash)) return *refusal;
+  return found;
 }
 
-std::optional<TypeName> TypeSupports::bare_name(const std::string& type,
-                                                const std::string& hash) const {
+std::optional<TypeName> TypeSupports::bare_name(const std::string& type, const std::string& hash,
+                                                bool is_service) const {
   if (!takes_bare_ || (hash.empty() && middleware().joins_by_hash)) return std::nullopt;
-  return parse_type_name(type);
+  auto name = parse_type_name(type);
+  const bool of_service = is_service || (name && name->kind == "action");
+  if (of_service && !middleware().takes_bare_services) return std::nullopt;
+  return name;
 }
 
 TypeSupports::Message TypeSupports::bare_message(const std::string& type, const std::string& hash,
                                                  const Refusal& not_installed) {
-  const auto name = bare_name(type, hash);
+  const auto name = bare_name(type, hash, false);
   if (!name) return not_installed;
   auto made = bare_.message(*name, hash);
   if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
@@ -139,7 +144,7 @@ TypeSupports::Message TypeSupports::bare_message(const std::string& type, const 
 
 TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,
                                                  const Refusal& not_installed) {
-  const auto name = bare_name(type, hash);
+  const auto name = bare_name(type, hash, true);
   if (!name) return not_installed;
   return bare_.service(*name, hash);
 }

@@ -53,8 +53,8 @@ class TypeSupports {
 
   // The canonical text of the installed definition, if it has this hash; else empty.
   std::string description(const std::string& type, const std::string& hash);
-  // The description of a type that is not installed (canonical and with that hash), for as long as
-  // it is in use.
+  // The description of a type that is not installed (canonical and with that hash), of messages or
+  // of services, for as long as it is in use.
   void describe(const std::string& type, const std::string& hash, const std::string& text);
 
   // How many types of messages are in use that are not installed.
@@ -64,10 +64,12 @@ class TypeSupports {
  private:
   // An installed type, or why there is none.
   std::variant<const MessageType*, Refusal> installed(const std::string& type);
+  Service installed_service(const std::string& type);
   Service load_service(const std::string& type);
-  // The name of a type that is not installed and can be made at run time; nullopt: it cannot.
-  [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type,
-                                                  const std::string& hash) const;
+  // The name of a type that is not installed and can be made at run time; nullopt: it cannot. The
+  // types of an action are made where those of its services can be: half of an action is none.
+  [[nodiscard]] std::optional<TypeName> bare_name(const std::string& type, const std::string& hash,
+                                                  bool is_service) const;
   // Such a type, or why it cannot be made.
   Message bare_message(const std::string& type, const std::string& hash,
                        const Refusal& not_installed);

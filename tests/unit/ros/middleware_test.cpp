@@ -75,13 +75,22 @@ TEST(Middleware, OthersTellIdsAndNoMore) {
 }
 
 TEST(Middleware, TypesThatAreNotInstalledNeedTheTypeSupportOfFastRtps) {
-  EXPECT_TRUE(middleware_named("rmw_fastrtps_cpp", false).takes_bare_types);
-  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).takes_bare_types);
-  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).joins_by_hash);
-  for (const char* name : {"rmw_fastrtps_dynamic_cpp", "rmw_cyclonedds_cpp", "rmw_of_tomorrow"}) {
-    EXPECT_FALSE(middleware_named(name, true).takes_bare_types) << name;
-    EXPECT_FALSE(middleware_named(name, true).joins_by_hash) << name;
+  for (const char* name : {"rmw_fastrtps_cpp", "rmw_zenoh_cpp"}) {
+    const auto of = middleware_named(name, false);
+    EXPECT_TRUE(of.takes_bare_types && of.takes_bare_services && !of.asks_for_fields) << name;
   }
+  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).joins_by_hash);
+  for (const char* name : {"rmw_fastrtps_dynamic_cpp", "rmw_of_tomorrow"}) {
+    const auto of = middleware_named(name, true);
+    EXPECT_FALSE(of.takes_bare_types || of.takes_bare_services || of.asks_for_fields) << name;
+    EXPECT_FALSE(of.joins_by_hash) << name;
+  }
+}
+
+TEST(Middleware, CycloneCopiesTheSamplesOfTopicsAndReadsRequestsByTheirFields) {
+  const auto of = middleware_named("rmw_cyclonedds_cpp", true);
+  EXPECT_TRUE(of.takes_bare_types && of.asks_for_fields);
+  EXPECT_FALSE(of.takes_bare_services || of.joins_by_hash);
 }
 
 }  // namespace

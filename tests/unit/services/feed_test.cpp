@@ -72,8 +72,9 @@ struct Fed : topics_test::Actions {
   Claims claims{Token128{}};
   ActionTopics action_topics;
   Jobs jobs{{1000}, outputs};
-  Mirroring mirroring{options,       names, own_node, policy, graph, claims,
-                      action_topics, jobs,  outputs,  {},     {},    {}};
+  PeerTypes types{outputs};
+  Mirroring mirroring{options, names,   own_node, policy, graph, claims, action_topics,
+                      jobs,    outputs, types,    {},     {},    {}};
   topics_test::OneLink peer;
   MirroredService* subject = nullptr;
 };

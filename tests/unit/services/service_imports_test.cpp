@@ -292,18 +292,69 @@ TEST(ServiceImports, APeerThatBreaksTheProtocolIsClosed) {
   EXPECT_EQ(s.did(), "close 1 4009\n");
 }
 
-TEST(ServiceImports, AnotherDefinitionIsAllowedOrNotFromNowOn) {
+// Whoever has the peer's definition does not notice.
+TEST(ServiceImports, WhetherAnotherDefinitionIsAllowedConcernsOnlyThoseThatHaveOne) {
   Script s(server({callable()}));
   mirrored(s);
+  for (const bool allowed : {true, false}) {
+    Rule rule = callable();
+    rule.treatment.allow_type_mismatch = allowed;
+    s.give(PolicyChanged{Policy{{rule}}});
+    EXPECT_EQ(s.did(), "");
+    EXPECT_EQ(s.said(1), "accepts 1 rules\n");
+  }
+  request(s, 1, "a");
+  s.pass(1);
+  EXPECT_EQ(s.said(1), "1.1 a\n");
+}
+
+TEST(ServiceImports, AnotherDefinitionIsAllowedOrNotFromNowOn) {
   Rule brave = callable();
   brave.treatment.allow_type_mismatch = true;
-  s.give(PolicyChanged{Policy{{brave}}});
-  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
-  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\nattach 1 2\n");
-  s.say(1, Attached{{1}, {2}, {0}, {}, "hash"});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
+  Script s(server({brave}));
+  mirrored(s);
+  s.give(ServiceTypeDiffers{{1}, "hash_here"});
+  s.did();
   s.give(PolicyChanged{Policy{{callable()}}});
-  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 2\n");
+  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(1), "describe 1\naccepts 1 rules\nwithdraw 1\nattach 1 2\n");
+}
+
+// The rules have changed while the mirror was made.
+TEST(ServiceImports, AnotherDefinitionIsNotUsedWhenItIsAllowedNoLonger) {
+  Rule brave = callable();
+  brave.treatment.allow_type_mismatch = true;
+  Script s(server({brave}));
+  mirrored(s);
+  s.give(PolicyChanged{Policy{{callable()}}});
+  EXPECT_EQ(s.did(), "");
+  s.give(ServiceTypeDiffers{{1}, "hash_here"});
+  EXPECT_NE(s.did().find("unmirror_service 1\n"), std::string::npos);
+}
+
+TEST(ServiceImports, WhatAnotherLinkOffersMayFit) {
+  Script s(server({callable()}));
+  mirrored(s);
+  s.join(2);
+  s.say(2, Offer{{service_channel(1, "/s")}, true});
+  s.give(ServiceMirrorFailed{{1}, "type_mismatch", "other hash", "hash_here"});
+  EXPECT_EQ(s.said(1), "describe 1\ndecline 1 type_mismatch\nwithdraw 1\n");
+  EXPECT_EQ(s.said(2), "attach 1 1\n");
+  s.say(2, Attached{{1}, {1}, {0}, {}, "hash_here"});
+  EXPECT_NE(s.did().find("mirror_service 2 /s\n"), std::string::npos);
+  // The first is not tried again.
+  s.say(2, Withdraw{{{1}}});
+  s.did();
+  EXPECT_EQ(s.said(1), "");
+}
+
+TEST(ServiceImports, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
+  Script s(server({callable()}));
+  mirrored(s);
+  s.join(2);
+  s.say(2, Offer{{service_channel(1, "/s")}, true});
+  s.give(ServiceMirrorFailed{{1}, "failed", "no memory"});
+  EXPECT_EQ(s.said(2), "");
 }
 
 // The peer has not withdrawn what was declined.

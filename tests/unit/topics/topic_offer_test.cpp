@@ -109,8 +109,8 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   s.did();
   EXPECT_EQ(
       s.logged,
-      "a message of 101 bytes on /a is larger than the max_message_size of /peer at 10.0.0.1, "
-      "or ours; such messages are dropped\n");
+      "a message of 101 bytes on /a is larger than the max_message_size of /peer at 10.0.0.1; "
+      "such messages are dropped\n");
 }
 
 }  // namespace

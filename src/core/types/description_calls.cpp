@@ -1,0 +1,83 @@
+#include "core/types/description_calls.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/types/description_service.hpp"
+#include "core/types/type_description.hpp"
+
+namespace connect_bridge {
+
+void DescriptionCalls::begin(const RequestTaken& request, const Now& now) {
+  const auto asked = read_description_request(request.payload.view());
+  if (!asked) return outputs_.push(DropRequest{request.mirror, request.request});
+  Call call{
+      request.mirror,        request.request, {asked->type, asked->hash}, asked->with_sources, {},
+      now.steady + kPatience};
+  if (calls_.size() >= kCallsMax) return answer(call, {});
+  call.lookup = outputs_.new_lookup();
+  outputs_.push(LookUpType{call.lookup, call.type.first, call.type.second});
+  calls_.push_back(std::move(call));
+}
+
+std::optional<Definition> DescriptionCalls::on_looked_up(const TypeLookedUp& found) {
+  const auto at = std::find_if(calls_.begin(), calls_.end(), [&](const Call& call) {
+    return call.lookup && call.lookup == found.lookup;
+  });
+  if (at == calls_.end()) return std::nullopt;
+  at->lookup = {};
+  const Definition type = at->type;
+  if (found.text.empty()) return type;
+  on_there(type, found.text);
+  return std::nullopt;
+}
+
+bool DescriptionCalls::waits_for(const Definition& type) const {
+  return std::any_of(calls_.begin(), calls_.end(),
+                     [&](const Call& call) { return !call.lookup && call.type == type; });
+}
+
+void DescriptionCalls::on_there(const Definition& type, const std::string& text) {
+  std::erase_if(calls_, [&](const Call& call) {
+    if (call.lookup || call.type != type) return false;
+    answer(call, text);
+    return true;
+  });
+}
+
+void DescriptionCalls::on_callers_gone(const CallersGone& gone) {
+  std::erase_if(calls_, [&](const Call& call) {
+    return call.server == gone.mirror && std::find(gone.requests.begin(), gone.requests.end(),
+                                                   call.request) != gone.requests.end();
+  });
+}
+
+void DescriptionCalls::on_server_gone(ServiceMirrorId server) {
+  std::erase_if(calls_, [&](const Call& call) { return call.server == server; });
+}
+
+void DescriptionCalls::on_time(const Now& now) {
+  while (!calls_.empty() && calls_.front().until <= now.steady) {
+    const Call call = std::move(calls_.front());
+    calls_.erase(calls_.begin());
+    answer(call, {});
+  }
+}
+
+std::optional<TimePoint> DescriptionCalls::deadline() const {
+  if (calls_.empty()) return std::nullopt;
+  return calls_.front().until;
+}
+
+void DescriptionCalls::answer(const Call& call, const std::string& text) {
+  const auto& [type, hash] = call.type;
+  const bool right = !text.empty() && type_hash_of(text) == hash;
+  const auto description = parse_description(right ? text : std::string{});
+  const bool known = description && description.value().type.name == type;
+  outputs_.push(SendResponse{
+      call.server, call.request,
+      known ? description_response(description.value(), call.with_sources)
+            : description_refusal("the type " + type + " with this hash is not known here")});
+}
+
+}  // namespace connect_bridge
