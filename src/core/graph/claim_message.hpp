@@ -22,6 +22,8 @@ inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimPeersMax + 100 * 
 
 // For how long a claim may say that it is good.
 inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
+// Where it does not say so.
+inline constexpr Duration kClaimGoodUntold = std::chrono::seconds(10);
 
 // Where a side stands, as its peer sees it: two sides of one place may be in one graph. Only to be
 // compared; all zero: not known.
@@ -50,7 +52,7 @@ struct Claim {
   std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
   std::vector<ClaimedPeer> peers = {};
   // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
-  // Longer, so also kForever: for ever.
+  // Longer: not said (in a message), or for ever.
   Duration good_for = kForever;
 
   friend bool operator==(const Claim&, const Claim&) = default;

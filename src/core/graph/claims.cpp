@@ -15,6 +15,7 @@ constexpr Duration kMirrorShown = std::chrono::seconds(30);
 // The same of a server. Other than a publisher it has no id in the claim, so a real one of its name
 // is taken for it: this is short, unless the bridge has ended without a word.
 constexpr Duration kServerShown = std::chrono::seconds(1);
+constexpr Duration kServedTurn = std::chrono::milliseconds(100);
 
 }  // namespace
 
@@ -85,8 +86,7 @@ bool Claims::expire(TimePoint now) {
   });
   const auto mirrors = ended_.size();
   while (!ended_.empty() && ended_.front().first <= now) ended_.pop_front();
-  const bool served = !served_.empty() && served_until_ <= now;
-  if (served) served_.clear();
+  const bool served = served_ends_ && *served_ends_ <= now && forget_served(now);
   if (silent > 0 || ended_.size() < mirrors) rebuild();
   peers_changed_ = peers_changed_ || silent > 0;
   return silent > 0 || served;
@@ -95,7 +95,7 @@ bool Claims::expire(TimePoint now) {
 std::optional<TimePoint> Claims::deadline() const {
   std::optional<TimePoint> first;
   if (!ended_.empty()) first = ended_.front().first;
-  if (!served_.empty()) first = earliest(first, served_until_);
+  first = earliest(first, served_ends_);
   for (const auto& [side, bridge] : by_side_) first = earliest(first, bridge.ends);
   return first;
 }
@@ -113,13 +113,26 @@ void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint n
   for (const auto& [gid, feeds] : next.origins) goes_on.insert(gid);
   for (const auto& [gid, feeds] : claim.origins) {
     if (!feeds || goes_on.contains(gid) || served_.size() >= kClaimOriginsMax) continue;
-    served_.insert(gid);
-    served_until_ = std::max(served_until_, silent ? shown : now + kServerShown);
+    const TimePoint until = silent ? shown : now + kServerShown;
+    served_[gid] = {until, silent};
+    served_ends_ = earliest(served_ends_, until);
   }
 }
 
+bool Claims::forget_served(TimePoint now) {
+  const auto forgotten = std::erase_if(served_, [&](const auto& entry) {
+    return entry.second.until <= now;
+  });
+  // Those of a tenth of a second together, however many end one by one.
+  served_ends_.reset();
+  for (const auto& [gid, served] : served_) served_ends_ = earliest(served_ends_, served.until);
+  if (served_ends_) served_ends_ = std::max(*served_ends_, now + kServedTurn);
+  return forgotten > 0;
+}
+
 void Claims::retain_served(const std::unordered_set<Gid>& shown) {
-  std::erase_if(served_, [&](const Gid& service) { return !shown.contains(service); });
+  std::erase_if(served_, [&](const auto& entry) { return !shown.contains(entry.first); });
+  if (served_.empty()) served_ends_.reset();
 }
 
 std::vector<Claims::FarPeer> Claims::peers() const {

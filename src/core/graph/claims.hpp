@@ -54,9 +54,15 @@ class Claims {
   [[nodiscard]] bool serves(const Gid& service) const {
     return claimed(service) || served_.contains(service);
   }
-  // The graph shows that these services of bridges have servers, and no others of `served()`.
+  // Another bridge claims it, or did and fell silent: its server may be shown, and is no reason not
+  // to take over. (One that was ended in order is soon gone, or gave way to a real one.)
+  [[nodiscard]] bool is_left_behind(const Gid& service) const {
+    const auto it = served_.find(service);
+    return claimed(service) || (it != served_.end() && it->second.silent);
+  }
+  // The graph shows that these services of bridges have servers, and no others of those that ended.
   void retain_served(const std::unordered_set<Gid>& shown);
-  [[nodiscard]] const std::unordered_set<Gid>& served() const { return served_; }
+  [[nodiscard]] bool any_served() const { return !served_.empty(); }
   // Another bridge has the better claim to this origin. `feeds`: our own claim says that we feed.
   [[nodiscard]] bool taken(const Gid& origin, bool feeds) const;
   // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
@@ -102,13 +108,20 @@ class Claims {
   // its bridge has not said that it ends.
   void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
 
+  // Whether there was any whose time is over.
+  bool forget_served(TimePoint now);
+
   Token128 own_;
   std::map<Token128, Bridge> by_side_;
   std::unordered_map<Gid, Others> claimed_;
   std::unordered_set<Gid> mirrors_;
   std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, until when the graph may show them
-  std::unordered_set<Gid> served_;               // the same of services (and of origins)
-  TimePoint served_until_{};                     // and of all of these
+  struct Served {
+    TimePoint until;  // the graph may show it
+    bool silent = false;
+  };
+  std::unordered_map<Gid, Served> served_;  // services (and origins) that ended
+  std::optional<TimePoint> served_ends_;    // the first of them
   std::map<LinkId, std::set<Token128>> missed_;  // by whose peer names them; no set is empty
   bool peers_changed_ = false;
 };

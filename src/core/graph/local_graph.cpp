@@ -21,7 +21,7 @@ std::unordered_set<Gid> shown_services(const GraphChanged& picture) {
 void LocalGraph::update(GraphChanged picture, const Now& now) {
   if (!since_) since_ = now.steady;
   const auto bridges_before = view.bridges();
-  if (!claims.served().empty()) claims.retain_served(shown_services(picture));
+  if (claims.any_served()) claims.retain_served(shown_services(picture));
   new_publishers_.hold(picture, claims.misses(), now);
   view = GraphView(std::move(picture), claims.mirrors());
   view.add_local(new_publishers_.held());

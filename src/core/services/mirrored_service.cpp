@@ -50,7 +50,7 @@ bool MirroredService::update(const Now& now) {
     if (!feed.asked_to_attach()) feed.attach();
     claim(now);
   }
-  if (!feed.is_attached() || mirror_ || !mirror_at_) return true;
+  if (!feed.is_attached() || mirror_ || !is_claimed()) return true;
   if (!follows_topics(true, now)) {
     mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
     return true;
@@ -111,7 +111,9 @@ bool MirroredService::may_exist(const Feed& feed) {
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
-  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.serves(gid)) return true;
+  if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.is_left_behind(gid))
+    return true;
+  if (mirroring_.claims.serves(gid)) return false;  // the graph tells soon whose server it is
   mirroring_.outputs.log_once(link.account->told, LogLevel::kWarn,
                               key_.first + " has a server here and one behind " + link.label() +
                                   ": the one there is not mirrored");
@@ -138,19 +140,21 @@ void MirroredService::claim(const Now& now) {
     mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
     return;
   }
-  const Duration settle = mirroring_.graph.bridges().empty() ? Duration::zero() : kServiceSettle;
-  const TimePoint at = std::max(now.steady + settle, discovered);
   const bool waited = mirror_at_ && waits_for_neighbours_;
   if (mirror_at_ && waited == misses) return;
-  // A bridge that need not wait must not give way to one that waits.
-  mirror_at_ = waited ? std::min(*mirror_at_, at) : mirror_at_ ? std::max(*mirror_at_, at) : at;
+  // Who waited has not claimed it: a bridge that need not wait must not give way to one that waits.
+  const bool settles = !mirroring_.graph.bridges().empty() || (waited && mirroring_.claims.any());
+  const TimePoint at =
+      std::max(now.steady + (settles ? kServiceSettle : Duration::zero()), discovered);
+  mirror_at_ = mirror_at_ && !waited ? std::max(*mirror_at_, at) : at;
   waits_for_neighbours_ = misses;
   mirroring_.claim_changed = true;
 }
 
 std::optional<TimePoint> MirroredService::due(const Now& now) const {
   if (mirror_) return std::nullopt;
-  return follows_topics(true, now) ? mirror_at_ : alone_at_;
+  // Without a claim it waits for its action's topics.
+  return mirror_at_ && follows_topics(true, now) ? mirror_at_ : alone_at_;
 }
 
 void MirroredService::create_mirror(const Feed& feed) {

@@ -40,12 +40,13 @@ void MirrorSettling::release(bool silent, const Now& now) {
   released_ = released;
   context_.claim_changed = true;
   if (released) {
-    released_at_ = now.steady;
+    // Who has not fed must claim it first when the link is back.
+    released_at_ = feeds_ ? now.steady : TimePoint::max() - kTopicSettle;
     settles_.cancel();
     return set_feeds(false);
   }
   // Another bridge that has the origin, too, has claimed it by then, if there is one.
-  const bool contested = context_.claims.claimed(origin_);
+  const bool contested = context_.claims.claimed(origin_) || released_at_ > now.steady;
   const TimePoint known = (contested ? now.steady : released_at_) + kTopicSettle;
   settle_at(std::max(known, *context_.graph_since + kDiscovery), now);
 }
@@ -57,11 +58,23 @@ void MirrorSettling::on_claims(const Now& now) {
   context_.claim_changed = true;
   const TimePoint since = *context_.graph_since;
   if (misses) return settle_at(std::max(settles_.at(), since + kNeighbourDiscovery), now);
-  settle_at(std::min(settles_.at(), std::max(now.steady + kTopicSettle, since + kDiscovery)), now);
+  // Nothing was claimed meanwhile.
+  const Duration settle = may_be_contested() ? kTopicSettle : Duration::zero();
+  settle_at(std::max(now.steady + settle, since + kDiscovery), now);
+}
+
+bool MirrorSettling::may_be_contested() const {
+  return context_.claims.any() || !context_.graph.bridges().empty();
 }
 
 bool MirrorSettling::on_time(const Now& now) {
   if (!settles_ || settles_.at() > now.steady) return false;
+  if (waits_for_neighbours_ && may_be_contested()) {  // nothing was claimed yet
+    waits_for_neighbours_ = released_ = false;
+    context_.claim_changed = true;
+    settle_at(now.steady + kTopicSettle, now);
+    return false;
+  }
   settles_.cancel();
   waits_for_neighbours_ = released_ = false;
   if (!feeds_) context_.claim_changed = true;
@@ -71,6 +84,8 @@ bool MirrorSettling::on_time(const Now& now) {
 
 void MirrorSettling::settle_at(TimePoint settled, const Now& now) {
   settles_.cancel();
+  // Who waits has claimed nothing, so it does not settle before that is over (on_claims()).
+  if (waits_for_neighbours_) settled = std::max(settled, now.steady + kTopicSettle);
   if (settled > now.steady) settles_ = context_.timers.set(settled, &mirror_);
   set_feeds(!settles_);
 }

@@ -44,6 +44,8 @@ class MirrorSettling {
   [[nodiscard]] bool released() const { return released_; }
 
  private:
+  // There is another bridge in the graph.
+  [[nodiscard]] bool may_be_contested() const;
   void settle_at(TimePoint settled, const Now& now);
   void set_feeds(bool feeds);
 

@@ -222,6 +222,36 @@ TEST(Claims, AServiceIsABridgesForAMomentLonger) {
   EXPECT_FALSE(claims.serves(service));
 }
 
+TEST(Claims, EachServiceThatEndedHasATimeOfItsOwn) {
+  Claims claims(side(5));
+  const Gid first = service_gid("/first"), second = service_gid("/second");
+  const auto say = [&](std::vector<ClaimedOrigin> origins, Duration at) {
+    Claim claim{side(4), std::move(origins)};
+    claim.good_for = 4s;
+    claims.update({}, std::move(claim), kNow + at);
+  };
+  say({{first, true}, {second, true}}, 0s);
+  say({{second, true}}, 1s);
+  EXPECT_FALSE(claims.is_left_behind(first));  // it was ended in order
+  say({}, 1900ms);
+  EXPECT_TRUE(claims.expire(kNow + 2s));
+  EXPECT_FALSE(claims.serves(first));
+  EXPECT_TRUE(claims.serves(second));
+  say({{first, true}}, 3s);
+  claims.expire(kNow + 7s);
+  EXPECT_TRUE(claims.is_left_behind(first));
+  EXPECT_FALSE(claims.serves(second));
+}
+
+TEST(Claims, OneThatDoesNotSayHowLongItIsGoodIsForgotten) {
+  Claims claims(side(5));
+  const auto claim = parse_claim(serialize(Claim{side(4), {{gid(1)}}}, 0).view());
+  ASSERT_TRUE(claim);
+  claims.update({}, *claim, kNow);
+  EXPECT_TRUE(claims.expire(kNow + 10s));
+  EXPECT_FALSE(claims.any());
+}
+
 TEST(Claims, PeersAreAsOldAsTheirBridgeIsKnown) {
   Claims claims(side(5));
   claims.update({}, {side(4), {}, {}, {{side(10)}}}, kNow + 5s);

@@ -177,6 +177,38 @@ TEST(Neighbours, OneThatIsElsewhereIsWaitedForAtTheStartOnly) {
   EXPECT_EQ(s.said(1), "demand 2 on\n");
 }
 
+// Whatever is handled first when that time is over.
+TEST(Neighbours, WhatIsMadeAsTheWaitEndsIsClaimed) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.be_welcomed(1);
+  s.say(1, with_neighbours({side_id(7)}));
+  s.did();
+  s.at += 3500;
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  s.pass(0);
+  s.pass(250);
+  EXPECT_NE(s.did().find("claim [11]"), std::string::npos);
+  EXPECT_NE(s.said(1).find("demand 1 on"), std::string::npos);
+}
+
+// Two who have waited for the same one have not heard each other's claims.
+TEST(Neighbours, BesideAnotherBridgeItClaimsBeforeItFeeds) {
+  Script s(client());
+  s.graph({topic("/a").sub(1)});
+  s.be_welcomed(1);
+  s.say(1, with_neighbours({side_id(7)}));
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
+  say_claim(s, {side_id(8), {}});
+  s.pass(3500);
+  s.said(1);
+  EXPECT_NE(s.did().find("claim [11?]"), std::string::npos);
+  s.pass(249);
+  EXPECT_EQ(s.said(1), "");
+  s.pass(1);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+}
+
 TEST(Neighbours, AReconnectWaitsForNobody) {
   Script s(client());
   s.graph({topic("/a").sub(1)});
@@ -216,9 +248,8 @@ TEST(Neighbours, WhoIsNotNamedAnyLongerIsNotWaitedFor) {
   s.say(1, with_neighbours({side_id(7)}));
   s.say(1, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
   s.pass(1000);
-  s.say(1, with_neighbours({}));
   s.said(1);
-  s.pass(250);
+  s.say(1, with_neighbours({}));
   EXPECT_EQ(s.said(1), "demand 1 on\n");
 }
 

@@ -275,7 +275,7 @@ TEST(Side, StopsOnceAndForAll) {
   s.give(ConnectionOpened{{2}, "10.0.0.2"});
   s.did();
   s.give(StopRequested{});
-  EXPECT_EQ(s.did(), "close 2 1001\nclose 1 1001\nunsubscribe 2\nunmirror 2\nclaim []\nstopped\n");
+  EXPECT_EQ(s.did(), "close 2 1001\nclose 1 1001\nunsubscribe 2\nunmirror 2\nclaim [] and ends\nstopped\n");
   s.give(StopRequested{});
   s.graph({});
   s.give(ConnectionOpened{{3}, "10.0.0.3"});
@@ -289,7 +289,7 @@ TEST(Side, AClientThatStopsDialsNoMore) {
   s.be_welcomed(1);
   s.did();
   s.give(StopRequested{});
-  EXPECT_EQ(s.did(), "close 1 1001\nstopped\n");
+  EXPECT_EQ(s.did(), "close 1 1001\nclaim [] and ends\nstopped\n");
   s.lose(1);
   s.pass(10'000);
   EXPECT_EQ(s.did(), "");

@@ -57,7 +57,8 @@ std::string word_of(const Action& action) {
           [&](const Publish& a) {
             const auto claim = parse_claim(a.payload.view());
             if (!claim) return "publish " + id(a.mirror) + " " + text_of(a.payload.view());
-            return "claim [" + words_of(claim->origins) + "]";
+            return "claim [" + words_of(claim->origins) + "]" +
+                   (claim->good_for == Duration::zero() ? " and ends" : "");
           },
           [&](const CreateServiceMirror& a) {
             return "mirror_service " + id(a.id) + " " + a.service;
