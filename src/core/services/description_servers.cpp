@@ -10,11 +10,11 @@ std::string DescriptionServers::service_of(const std::string& node) const {
   return (node.empty() ? own_node_ : node) + "/" + std::string{kDescriptionService};
 }
 
-void DescriptionServers::update(const std::function<bool(const std::string&)>& exists) {
+void DescriptionServers::update(const std::function<bool(const std::string&)>& exists, bool alone) {
   const auto& nodes = types_.nodes();
   for (auto it = servers_.begin(); it != servers_.end();) {
     const auto at = it++;
-    if (nodes.empty() || (!at->first.empty() && !nodes.contains(at->first))) {
+    if (nodes.empty() || (!at->first.empty() && !(alone && nodes.contains(at->first)))) {
       end(at->second);
       servers_.erase(at);
     }
@@ -22,7 +22,7 @@ void DescriptionServers::update(const std::function<bool(const std::string&)>& e
   if (nodes.empty()) return;
   servers_.try_emplace("");
   for (const auto& [node, users] : nodes)
-    if (servers_.size() < kServersMax) servers_.try_emplace(node);
+    if (alone && servers_.size() < kServersMax) servers_.try_emplace(node);
   for (auto& [node, server] : servers_) {
     const std::string service = service_of(node);
     if (exists(service)) {

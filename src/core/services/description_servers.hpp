@@ -21,8 +21,9 @@ class DescriptionServers {
   DescriptionServers(const std::string& own_node, Outputs& outputs, PeerTypes& types)
       : own_node_(own_node), outputs_(outputs), types_(types) {}
 
-  // `exists`: whether the graph, or a mirror, has this service.
-  void update(const std::function<bool(const std::string& service)>& exists);
+  // `exists`: whether the graph, or a mirror, has this service. `alone`: no other bridge is in the
+  // graph, which may have nodes of the same names; else only our own node has the service.
+  void update(const std::function<bool(const std::string& service)>& exists, bool alone);
   // False: it is not of one of these.
   [[nodiscard]] bool on_request(const RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone) { types_.calls().on_callers_gone(gone); }

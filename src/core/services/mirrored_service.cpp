@@ -7,6 +7,7 @@
 #include "core/link/standing.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
+#include "core/types/description_service.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -106,8 +107,10 @@ bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
   const Gid gid = service_gid(key_.first);
   if (mirroring_.claims.taken(gid, bool(mirror_))) return false;
-  // Our own parameter services are not in our view of the graph.
-  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
+  // Our own services are not in our view of the graph.
+  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node ||
+      key_.first == mirroring_.own_node + "/" + std::string(kDescriptionService))
+    return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;

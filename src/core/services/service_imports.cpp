@@ -141,14 +141,15 @@ bool ServiceImports::take_claim_change() {
   const bool nodes = mirroring_.types.take_nodes_change();
   const bool look = std::exchange(graph_changed_, false) || nodes || changed;
   if (!look || !mirroring_.options.describes_types) return changed;
-  describers_.update([this](const std::string& name) {
+  const auto exists = [this](const std::string& name) {
     const auto& services = mirroring_.services;
     for (auto at = services.lower_bound({name, ""}); at != services.end(); ++at) {
       if (at->first.first != name) break;
       if (at->second->is_claimed()) return true;
     }
     return mirroring_.graph.has_server(name);
-  });
+  };
+  describers_.update(exists, mirroring_.graph.bridges().empty());
   return changed;
 }
 

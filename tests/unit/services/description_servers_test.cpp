@@ -96,6 +96,25 @@ TEST(DescriptionServers, NoneWhereThePeersIsMirrored) {
   EXPECT_THAT(s.did(), HasSubstr("unmirror_service 2\n"));
 }
 
+// It may have nodes of the same names, and answer for them.
+TEST(DescriptionServers, BesideAnotherBridgeOnlyOurOwnNodeHasOne) {
+  Describing s;
+  s.did();
+  s.graph({topic("/_connect_bridge/claims").pub(9, {}, "bridge")});
+  EXPECT_THAT(s.did(), HasSubstr("unmirror_service 2\n"));
+  s.graph({});
+  EXPECT_THAT(s.did(), HasSubstr("mirror_service 3 /talker/get_type_description\n"));
+}
+
+TEST(DescriptionServers, APeerDoesNotAnswerForOurOwnNode) {
+  Describing s;
+  s.did();
+  s.say(1, Offer{{service_channel(2, "/own/get_type_description")}});
+  s.say(1, Attached{{2}, {1}, {0}});
+  s.pass(1000);
+  EXPECT_THAT(s.did(), Not(HasSubstr("mirror_service")));
+}
+
 TEST(DescriptionServers, OneThatFailsIsNotTriedAgain) {
   Describing s;
   s.did();
@@ -161,7 +180,9 @@ TEST(DescriptionServers, AnswerInTimeAndOnlyOnce) {
   s.give(TypeLookedUp{{1}, ""});
   s.give(CallersGone{{2}, {{2}}});
   s.pass(5000);
-  EXPECT_THAT(s.did(), HasSubstr(unknown(2, 1, kType)));
+  const std::string answers = s.did();
+  EXPECT_THAT(answers, HasSubstr(unknown(2, 1, kType)));
+  EXPECT_THAT(answers, Not(HasSubstr("respond 2.2")));
   s.give(TypeLookedUp{{2}, kText});
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
 }

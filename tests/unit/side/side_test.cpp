@@ -275,7 +275,8 @@ TEST(Side, StopsOnceAndForAll) {
   s.give(ConnectionOpened{{2}, "10.0.0.2"});
   s.did();
   s.give(StopRequested{});
-  EXPECT_EQ(s.did(), "close 2 1001\nclose 1 1001\nunsubscribe 2\nunmirror 2\nclaim [] and ends\nstopped\n");
+  EXPECT_EQ(s.did(),
+            "close 2 1001\nclose 1 1001\nunsubscribe 2\nunmirror 2\nclaim [] and ends\nstopped\n");
   s.give(StopRequested{});
   s.graph({});
   s.give(ConnectionOpened{{3}, "10.0.0.3"});
