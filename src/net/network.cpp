@@ -8,10 +8,12 @@
 #include "net/dial.hpp"
 #include "net/listener.hpp"
 #include "net/route_watch.hpp"
+#include "net/site.hpp"
 #include "net/socket.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 #include "net/tls_files.hpp"
+#include "net/websocket.hpp"
 
 namespace connect_bridge {
 
@@ -22,7 +24,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   void add(ConnectionOpened opened, std::shared_ptr<WebSocket> socket,
            std::shared_ptr<Admission::Pending> pending_slot, std::shared_ptr<void> connection_slot);
   void on_arrival(Listener::Arrival arrival);
-  void on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
+  void on_dialled(ConnectionId id, const DialOptions& options, std::shared_ptr<WebSocket> socket,
                   std::string problem);
   void abandon();
   void watch_routes();
@@ -127,14 +129,19 @@ void Network::State::on_arrival(Listener::Arrival arrival) {
       std::move(arrival.connection_slot));
 }
 
-void Network::State::on_dialled(ConnectionId id, const Url& url, std::shared_ptr<WebSocket> socket,
-                                std::string problem) {
+void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
+                                std::shared_ptr<WebSocket> socket, std::string problem) {
   dials.erase(id);
   if (!socket) {
     events.input(DialFailed{id, std::move(problem)});
     return;
   }
-  add({id, url.authority()}, std::move(socket), nullptr, nullptr);
+  ConnectionOpened opened{id, options.url.authority()};
+  ErrorCode error;
+  const auto remote = socket->next_layer().socket().remote_endpoint(error);
+  // Behind a proxy it is not known where the server is.
+  if (!error && !options.proxy) opened.site = site_of(remote.address());
+  add(std::move(opened), std::move(socket), nullptr, nullptr);
 }
 
 void Network::State::watch_routes() {
@@ -198,10 +205,10 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
   const auto dialing =
       std::make_shared<Dialing>(state_->io, options, state_->sockets, std::move(tls));
   state_->dials[connection] = dialing;
-  dialing->start([weak = std::weak_ptr{state_}, connection, url = options.url](
+  dialing->start([weak = std::weak_ptr{state_}, connection, options](
                      std::shared_ptr<WebSocket> socket, std::string failure) {
     if (const auto state = weak.lock()) {
-      state->on_dialled(connection, url, std::move(socket), std::move(failure));
+      state->on_dialled(connection, options, std::move(socket), std::move(failure));
     }
   });
   if (state_->stopped) problem = "this side stops";

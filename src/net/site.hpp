@@ -6,8 +6,9 @@
 
 namespace connect_bridge {
 
-// The network of a house or an office: an IPv4 /24, an IPv6 /56; all loopback addresses are one.
-// To be compared, not to be read.
+// The network of a house or an office: an IPv4 /24, an IPv6 /56; each block of private addresses is
+// one, and so are all loopback addresses. To be compared, not to be read, but for the first
+// character: '4' or '6' of an IPv4 or IPv6 network, which may be one (core/side/neighbours.cpp).
 [[nodiscard]] std::string site_of(const boost::asio::ip::address& address);
 
 }  // namespace connect_bridge

@@ -6,7 +6,6 @@
 #include "net/certified.hpp"
 #include "net/endpoint_text.hpp"
 #include "net/route_watch.hpp"
-#include "net/site.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
 #include "net/tls.hpp"
@@ -58,9 +57,6 @@ Socket::Socket(SocketSetup setup)
 }
 
 void Socket::open() {
-  ErrorCode error;
-  const auto remote = socket_->next_layer().socket().remote_endpoint(error);
-  if (!error && setup_.opened.site.empty()) setup_.opened.site = site_of(remote.address());
   setup_.events->input(ConnectionOpened(setup_.opened));
   if (state_ != State::kOpen) return;
   read();

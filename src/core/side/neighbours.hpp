@@ -3,44 +3,58 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "core/graph/claims.hpp"
+#include "core/graph/settling.hpp"
 #include "core/link/link.hpp"
 
 namespace connect_bridge {
 
-// The sides at the other ends of the open links, as far as they have said where they are.
+// The sides at the other ends of the open links, as far as it is known where they are.
 [[nodiscard]] std::vector<ClaimedPeer> peers_of(const LinkTable& links);
 
 // What each peer is told of its neighbours. Two clients that start together do not know of each
 // other, but whom they dial does; so the one that comes later is told of the other, which need not
-// wait. Single-threaded; owned by the side.
+// wait. All links are looked at twice for each connection, when it opens and when its peer has said
+// where it is; what changes later is looked at once a second, for the peers that may still wait.
+// Single-threaded; owned by the side.
 class Neighbours {
  public:
-  // What peers are told again takes so long at least.
+  // Peers are told again so seldom.
   static constexpr Duration kPause = std::chrono::seconds(1);
+  // Longer after its connection a peer waits for nobody: its graph has been discovered, but for the
+  // time from its connection to its first look at the graph.
+  static constexpr Duration kWaits = kNeighbourDiscovery + std::chrono::milliseconds(1500);
 
-  // Links, what peers accept, or other bridges have changed.
-  void change() { changed_ = true; }
   // Those of the peer: it is told of them now.
-  std::vector<Token128> tell(const Link& link, const LinkTable& links, const Claims& claims,
-                             const Now& now);
-  // The links whose peers are to be told again: of others, or that they were told of too many.
+  [[nodiscard]] std::vector<Token128> tell(const Link& link, const LinkTable& links,
+                                           const Claims& claims, const Now& now);
+  // The peer has said where it is. True: it is to be told now; of others, as it was told of too
+  // many, or of those that other bridges claim.
+  [[nodiscard]] bool locate(const Link& link, const LinkTable& links, const Claims& claims,
+                            const Now& now);
+  // The links whose peers are to be told of more.
   [[nodiscard]] std::vector<Link*> take_due(LinkTable& links, Claims& claims, const Now& now);
   // What the peer was told is gone with the connection.
-  void on_link_lost(LinkId link);
+  void on_link_lost(LinkId link) { told_.erase(link); }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
  private:
   struct Told {
-    std::vector<Token128> sides;
-    bool answered = false;  // since it is known where the peer is
-    TimePoint free_at{};
+    std::set<Token128> sides;
+    // Links that the peer may have had before it was started again, unless they live.
+    std::vector<LinkId> elders;
   };
-  std::map<LinkId, Told> told_;
-  bool changed_ = false;
+
+  Told& look(const Link& link, const LinkTable& links, const Claims& claims, const Now& now);
+  static bool take_living(Told& told, const Link& link, const LinkTable& links,
+                          const Claims& claims);
+
+  std::map<LinkId, Told> told_;  // of peers that may still wait
   std::optional<TimePoint> due_;
+  TimePoint free_at_{};
 };
 
 }  // namespace connect_bridge

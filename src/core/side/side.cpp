@@ -60,7 +60,8 @@ void Side::settle(const Now& now) {
   do {
     if (std::exchange(rights_changed_, false)) recheck_rights(now);
     service_imports_.on_action_topics(action_topics_.take_changes(), now);
-    tell_neighbours(now);
+    for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
+      send_accepts(*link, now);
     if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
       recheck(links, now);
     imports_.send_demands();
@@ -267,18 +268,15 @@ void Side::send_accepts(Link& link, const Now& now) {
   link.send(accepts);
 }
 
-void Side::tell_neighbours(const Now& now) {
-  for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
-    send_accepts(*link, now);
-}
-
 Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
   if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
-  if (link.accepts && link.accepts->told() == accepts) return Nothing{};  // but for neighbours
+  const bool first = !link.accepts;
+  if (!first) accepts.domain = link.accepts->told().domain;  // it stays while the connection does
+  if (!first && link.accepts->told() == accepts) return Nothing{};  // but for neighbours
   link.accepts.emplace(std::move(accepts), &link.memory);
-  claims_topic_.change();  // it names our peers
-  neighbours_.change();
-  tell_neighbours(now);  // before anything is offered
+  if (first) claims_topic_.change();  // it names our peers
+  if (first && neighbours_.locate(link, links_.all(), local_.claims, now))
+    send_accepts(link, now);  // before anything is offered
   recheck({&link}, now);
   return Nothing{};
 }

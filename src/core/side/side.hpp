@@ -131,7 +131,6 @@ class Side final : private LinksUser {
   void recheck(const Now& now) { recheck(all_of(links_.all()), now); }
   void recheck_rights(const Now& now);
   void send_accepts(Link& link, const Now& now);
-  void tell_neighbours(const Now& now);
   void tell_rights(Link& link, const Now& now);
   void send_offers(const Now& now);            // to all links that are open
   void end_calls(Link& link, const Now& now);  // and the mirrors of services

@@ -1,137 +1,14 @@
 // Two bridges in one graph, whatever its middleware tells of its endpoints.
+#include "unit/side/neighbours.hpp"
+
 #include <gtest/gtest.h>
 
-#include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
-#include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
 
 using namespace std::chrono_literals;
-
-Token128 side_id(std::uint8_t n) {
-  Token128 id;
-  id.bytes.fill(n);
-  return id;
-}
-
-// A claim whose sample does not tell its publisher.
-void say_claim(Script& s, Claim claim) {
-  s.give(MessageTaken{{1}, Gid{}, 0, serialize(claim, 0)});
-}
-
-Accepts with_neighbours(std::vector<Token128> sides) {
-  Accepts accepts{{{{"/**"}, {}}}, {}};
-  accepts.neighbours = std::move(sides);
-  return accepts;
-}
-
-// The neighbours that the peer is told of now; nothing: of none.
-std::optional<std::vector<Token128>> told(Script& s, std::uint32_t connection) {
-  std::optional<std::vector<Token128>> sides;
-  while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
-    if (!packet->text) continue;
-    const Bytes bytes = flow_test::joined(*packet);
-    const auto control = decode_control(std::string(bytes.begin(), bytes.end()));
-    if (const auto* accepts = std::get_if<Accepts>(&control.value())) sides = accepts->neighbours;
-  }
-  return sides;
-}
-
-// A peer logs in, and says what it accepts and in which domain it is. What it is told of.
-std::optional<std::vector<Token128>> arrive(Script& s, std::uint32_t connection,
-                                            std::optional<std::uint32_t> domain = {},
-                                            const Identity& who = {}) {
-  s.login(connection, {}, who);
-  const auto first = told(s, connection);
-  Accepts accepts = with_neighbours({});
-  accepts.domain = domain;
-  s.say(connection, accepts);
-  const auto then = told(s, connection);
-  return then ? then : first;
-}
-
-using Sides = std::vector<Token128>;
-
-TEST(Neighbours, WhoComesIsToldOfThoseWhoAreThere) {
-  Script s(server());
-  EXPECT_EQ(arrive(s, 1), Sides{});
-  EXPECT_EQ(arrive(s, 2), Sides{Script::peer_id(1)});
-  EXPECT_EQ(told(s, 1), std::nullopt);  // the first need not wait
-  // Another bridge of this graph has a client: it may be in the graph of ours.
-  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}, {Script::peer_id(2)}}});
-  EXPECT_EQ(arrive(s, 3), (Sides{side_id(77), Script::peer_id(1), Script::peer_id(2)}));
-}
-
-TEST(Neighbours, AreToldAgainWhenTheyChange) {
-  Script s(server());
-  arrive(s, 1);
-  s.pass(100);
-  // Its clients may have been there before ours.
-  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}}});
-  EXPECT_EQ(told(s, 1), Sides{side_id(77)});
-  // Not those that come now.
-  say_claim(s, {side_id(9), {}, {}, {{side_id(77)}, {side_id(78)}}});
-  s.pass(2000);
-  EXPECT_EQ(told(s, 1), std::nullopt);
-  say_claim(s, {side_id(8), {}, {}, {{side_id(79)}}});
-  EXPECT_EQ(told(s, 1), (Sides{side_id(77), side_id(79)}));
-}
-
-TEST(Neighbours, AreToldOnceASecond) {
-  Script s(server());
-  arrive(s, 1);
-  for (std::uint8_t i = 1; i <= 50; ++i) {
-    say_claim(s, {side_id(i), {}, {}, {{side_id(static_cast<std::uint8_t>(150 + i))}}});
-    s.pass(10);
-    EXPECT_EQ(told(s, 1).has_value(), i == 1) << int{i};
-  }
-  s.pass(500);
-  EXPECT_EQ(told(s, 1).value_or(Sides{}).size(), 50U);
-  s.pass(5000);
-  EXPECT_EQ(told(s, 1), std::nullopt);
-}
-
-TEST(Neighbours, AreInOneDomainAndOneNetwork) {
-  Script s(server());
-  s.site = "here";
-  EXPECT_EQ(arrive(s, 1, 7), Sides{});
-  EXPECT_EQ(arrive(s, 2, 8), Sides{});
-  s.site = "elsewhere";
-  EXPECT_EQ(arrive(s, 3, 7), Sides{});
-  s.site = "here";
-  EXPECT_EQ(arrive(s, 4, 7), Sides{Script::peer_id(1)});
-  // One that does not say its domain.
-  EXPECT_EQ(arrive(s, 5), (Sides{Script::peer_id(1), Script::peer_id(2), Script::peer_id(4)}));
-}
-
-TEST(Neighbours, TheClaimOfABridgeSaysWhereItsPeersAre) {
-  Script s(server());
-  Script other(server());
-  for (Script* script : {&s, &other}) script->site = "here";
-  arrive(other, 1, 7);
-  arrive(other, 2, 8);
-  other.pass(20);
-  while (const auto action = other.side.next_action()) {
-    const auto* publish = std::get_if<Publish>(&*action);
-    auto claim = publish ? parse_claim(publish->payload.view()) : std::nullopt;
-    if (!claim) continue;
-    claim->side = side_id(9);
-    say_claim(s, *claim);
-  }
-  EXPECT_EQ(arrive(s, 3, 8), Sides{Script::peer_id(2)});
-}
-
-TEST(Neighbours, WhoIsStartedAgainIsNotToldOfItself) {
-  Script s(server());
-  Identity who;
-  who.name = "operator";
-  arrive(s, 1, {}, who);
-  EXPECT_EQ(arrive(s, 2, {}, who), Sides{});  // the same node, another process
-  who.name = "another";
-  EXPECT_EQ(arrive(s, 3, {}, who), (Sides{Script::peer_id(1), Script::peer_id(2)}));
-}
 
 TEST(Neighbours, ANewcomerFeedsWhenItHasHeardThem) {
   Script s(client());
