@@ -114,7 +114,8 @@ std::string append_token_entry(const std::string& file, const TokenEntry& entry)
     auto before = read_secret_file(file, problem);
     if (!before) return problem;
     text = *before;
-    if (text.find_first_not_of(" \t\r\n") != std::string::npos) problem = token_entries_problem(text, file);
+    const bool empty = text.find_first_not_of(" \t\r\n") == std::string::npos;
+    if (!empty) problem = token_entries_problem(text, file);
     if (!problem.empty()) return problem;
   }
   if (!text.empty() && text.back() != '\n') text += '\n';

@@ -199,7 +199,7 @@ MUTANTS = BESIDE_BRIDGES + [
            ""),
     Mutant("keep-last keeps all",
            "while (waiting_.size() - first >= options_.depth) drop(DropReason::kQueueDepth);", ""),
-    Mutant("an overload lets all wait", "overload_.newest_only() && ...size() > first", "false"),
+    Mutant("an overload lets all wait", "overload_.newest_only() && i-- > first", "false"),
     Mutant("an overload never ends", "if (empty()) overload_.emptied();", ""),
     Mutant("sequence unchecked",
            "if (!is_after(frame.sequence, stream.last_sequence))",

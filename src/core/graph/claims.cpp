@@ -120,9 +120,8 @@ void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint n
 }
 
 bool Claims::forget_served(TimePoint now) {
-  const auto forgotten = std::erase_if(served_, [&](const auto& entry) {
-    return entry.second.until <= now;
-  });
+  const auto forgotten =
+      std::erase_if(served_, [&](const auto& entry) { return entry.second.until <= now; });
   // Those of a tenth of a second together, however many end one by one.
   served_ends_.reset();
   for (const auto& [gid, served] : served_) served_ends_ = earliest(served_ends_, served.until);

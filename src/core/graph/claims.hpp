@@ -120,8 +120,8 @@ class Claims {
     TimePoint until;  // the graph may show it
     bool silent = false;
   };
-  std::unordered_map<Gid, Served> served_;  // services (and origins) that ended
-  std::optional<TimePoint> served_ends_;    // the first of them
+  std::unordered_map<Gid, Served> served_;       // services (and origins) that ended
+  std::optional<TimePoint> served_ends_;         // the first of them
   std::map<LinkId, std::set<Token128>> missed_;  // by whose peer names them; no set is empty
   bool peers_changed_ = false;
 };

@@ -202,6 +202,26 @@ TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
   EXPECT_EQ(s.said(1).substr(0, 14), "demand 1 3 on\n");
 }
 
+// Its topics may be declined, or find no place. Nothing else happens meanwhile.
+TEST(ServiceImports, AnActionWithoutItsTopicsIsThereAfterAWhile) {
+  Rule acting = callable();
+  acting.import_actions = {Pattern::parse("/**").value()};
+  Script s(server({acting}));
+  s.graph({});
+  s.join(1);
+  s.pass(1000);
+  ChannelOffer goals = service_channel(1, "/fib/_action/send_goal");
+  goals.type = "p/action/Fib_SendGoal";
+  goals.action_type = "p/action/Fib";
+  s.say(1, Offer{{goals}, true});
+  s.say(1, Attached{{1}, {1}, {0}});
+  s.did();
+  s.pass(1999);
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did().substr(0, 17), "mirror_service 1 ");
+}
+
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
   Script s(server({callable()}));
   mirrored(s);
