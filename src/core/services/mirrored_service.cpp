@@ -147,8 +147,10 @@ void MirroredService::claim(const Now& now) {
   if (mirror_at_ && waited == misses) return;
   // Who waited has not claimed it: a bridge that need not wait must not give way to one that waits.
   const bool settles = !mirroring_.graph.bridges().empty() || (waited && mirroring_.claims.any());
-  const TimePoint at =
-      std::max(now.steady + (settles ? kServiceSettle : Duration::zero()), discovered);
+  const Duration settle = settles ? kServiceSettle : Duration::zero();
+  // Who was waited for, and started at the same moment, must be heard to serve.
+  const TimePoint at = waited ? std::max(now.steady, discovered) + settle
+                              : std::max(now.steady + settle, discovered);
   mirror_at_ = mirror_at_ && !waited ? std::max(*mirror_at_, at) : at;
   waits_for_neighbours_ = misses;
   mirroring_.claim_changed = true;

@@ -58,9 +58,10 @@ void MirrorSettling::on_claims(const Now& now) {
   context_.claim_changed = true;
   const TimePoint since = *context_.graph_since;
   if (misses) return settle_at(std::max(settles_.at(), since + kNeighbourDiscovery), now);
-  // Nothing was claimed meanwhile.
+  // Nothing was claimed meanwhile. And who was waited for, and started at the same moment, must be
+  // heard to feed: two that settle together both feed until their claims have crossed.
   const Duration settle = may_be_contested() ? kTopicSettle : Duration::zero();
-  settle_at(std::max(now.steady + settle, since + kDiscovery), now);
+  settle_at(std::max(now.steady, since + kDiscovery) + settle, now);
 }
 
 bool MirrorSettling::may_be_contested() const {
