@@ -4,6 +4,7 @@
 #include <iterator>
 #include <utility>
 
+#include "core/base/fnv.hpp"
 #include "core/base/timers.hpp"
 
 namespace connect_bridge {
@@ -22,12 +23,7 @@ constexpr Duration kServedTurn = std::chrono::milliseconds(100);
 Gid service_gid(std::string_view service) {
   Gid result;
   for (std::size_t word = 0; word < 3; ++word) {
-    std::uint64_t hash = 14695981039346656037ULL + word;  // FNV-1a
-    const auto add = [&](std::string_view text) {
-      for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;
-    };
-    add("service:");
-    add(service);
+    const std::uint64_t hash = fnv1a(service, fnv1a("service:", kFnvBasis + word));
     for (std::size_t i = 0; i < 8; ++i)
       result.bytes[8 * word + i] = static_cast<std::uint8_t>(hash >> (8 * i));
   }

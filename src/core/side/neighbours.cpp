@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/fnv.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/standing.hpp"
 #include "core/wire/control.hpp"
@@ -25,15 +26,13 @@ const std::string& site_of(const Link& link) {
   return link.connection->peer().site;
 }
 
-// A domain and a network as one number that says nothing (FNV-1a); zero where one of them is not
+// A domain and a network as one number that says nothing; zero where one of them is not
 // known. The peers of other bridges are compared whole: what is not known of them is nowhere.
 Place place_of(const Link& link) {
   Place place;
   const auto domain = domain_of(link);
   if (!domain || site_of(link).empty()) return place;
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : std::to_string(*domain) + ' ' + site_of(link))
-    hash = (hash ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;
+  const std::uint64_t hash = fnv1a(std::to_string(*domain) + ' ' + site_of(link));
   for (std::size_t i = 0; i < place.bytes.size(); ++i)
     place.bytes[i] = static_cast<std::uint8_t>(hash >> (8 * i));
   return place;

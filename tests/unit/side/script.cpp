@@ -181,6 +181,7 @@ std::string Script::did() {
 bool Script::is_repeated(const std::string& word) {
   if (word.starts_with("unmirror")) claimed_.clear();
   if (!word.starts_with("claim [")) return false;
+  ++claims;
   return std::exchange(claimed_, word) == word;
 }
 
