@@ -27,8 +27,9 @@ def two_clients(make_pair, make_side):
             arguments=["--ros-args", "-r", "__node:=second_client", "--"],
         )
         second.set_parameters({**pair.client.parameters, "status_file": str(second.status_file)})
-        publisher = pair.robot.publisher(Int32, "/t/count")
-        collector = pair.operator.collector(Int32, "/t/count")
+        # Deep queues: what a Python node misses on a busy machine is not what is looked for.
+        publisher = pair.robot.publisher(Int32, "/t/count", 1000)
+        collector = pair.operator.collector(Int32, "/t/count", 1000)
         pair.client.start()
         time.sleep(after)
         second.start()
@@ -54,9 +55,8 @@ def test_no_message_twice_and_none_lost_at_their_start(two_clients, after):
     time.sleep(1)
     heard = [m.data for m in collector.messages]
     twice = len(heard) - len(set(heard))
-    lost = heard[-1] - heard[0] + 1 - len(set(heard))
-    print(f"after {after} s: heard {len(heard)} of 250, {twice} twice, {lost} lost in between")
-    assert (twice, lost, heard[-1]) == (0, 0, 249)
+    print(f"after {after} s: heard {len(heard)} of 250, {twice} twice")
+    assert heard == list(range(250))
 
 
 @pytest.mark.slow
@@ -78,6 +78,9 @@ def test_the_other_client_takes_over(two_clients, how):
     gap = max(b - a - 1 for a, b in zip(heard, heard[1:]))
     print(f"{how.name}: {gap} messages of 20 ms lost at the take-over")
     assert len(heard) == len(set(heard)) and heard[-1] == following + 299
-    assert gap <= 225, "4 s of silence (a claim outlives dead_after) and the time to settle"
+    if how == signal.SIGTERM:
+        assert gap <= 50, "its last word, and the time to settle"
+    else:
+        assert gap <= 225, "4 s of silence (a claim outlives dead_after), and the time to settle"
     assert other.running()
     feeder.start().wait_linked()
