@@ -12,7 +12,8 @@ import pytest
 from graph import until
 from lacking import TEST_PACKAGE, without
 from harness.domains import free_port
-from harness.programs import Bridge, Program, rmw_environment, ros_environment
+from harness.middleware import rmw_environment
+from harness.programs import Bridge, Program, ros_environment
 
 PARTS = 2
 RMWS = ("rmw_fastrtps_cpp", "rmw_cyclonedds_cpp", "rmw_zenoh_cpp")
@@ -55,8 +56,7 @@ class World:
             for side, environment in zip(bridge.sides, environments):
                 side.env.update(environment)
                 if lacking:
-                    libraries = environment["LD_LIBRARY_PATH"]
-                    side.env.update(without(lacking, within / f"{side.name} lacks", libraries))
+                    side.env.update(without(lacking, within / f"{side.name} lacks", environment))
             self.bridges.append(bridge)
         for name, domain, environment in zip(("robot", "operator"), domains, environments):
             env = ros_environment(domain, **environment)
