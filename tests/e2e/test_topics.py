@@ -3,6 +3,7 @@
 import array
 import hashlib
 import itertools
+import os
 import time
 
 import pytest
@@ -140,7 +141,8 @@ def test_qos_is_adapted_when_publishers_change(pair, topic):
     collector.wait_for(lambda m: m.data == "c")
     collector.wait_for(lambda m: m.data == "d")
     late.wait_for(lambda m: m.data == "c")
-    assert all(m.data != "d" for m in late.messages)
+    if os.environ.get("RMW_IMPLEMENTATION") != "rmw_zenoh_cpp":  # which joins all
+        assert all(m.data != "d" for m in late.messages)
 
 
 def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
