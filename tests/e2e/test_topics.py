@@ -145,6 +145,9 @@ def test_qos_is_adapted_when_publishers_change(pair, topic):
         assert all(m.data != "d" for m in late.messages)
 
 
+@pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp", reason="rmw_zenoh_cpp joins any QoS"
+)
 def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
     pair.robot.publisher(String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT))
     pair.operator.wait_publishers(topic, 1)

@@ -23,15 +23,15 @@ _PATIENCE = (f"{_DROP}/wait_before_drop=100000", f"{_DROP}/max_wait_before_drop_
 _router = {}  # of this process: its program, its port
 
 
-def _meeting_point(prefixes):
+def _meeting_point(environment):
     """Nodes with rmw_zenoh_cpp find each other by a router. One is started here, which ends with
     this process. It is enough for many graphs: the domain id is a part of all names."""
     if not _router:
+        prefixes = environment["AMENT_PREFIX_PATH"].split(":")
         programs = [pathlib.Path(p, "lib/rmw_zenoh_cpp/rmw_zenohd") for p in prefixes]
         command = [next(program for program in programs if program.exists())]
         at = f'endpoints=["tcp/127.0.0.1:{free_port()}"]'
-        env = dict(os.environ, AMENT_PREFIX_PATH=":".join(prefixes))
-        env["ZENOH_CONFIG_OVERRIDE"] = f"listen/{at}"
+        env = dict(os.environ, **environment, ZENOH_CONFIG_OVERRIDE=f"listen/{at}")
         with tempfile.TemporaryDirectory() as folder:  # it still has its log when that is gone
             router = Program("router", command, env, folder).start()
             router.wait_for("Started Zenoh router", 60)
@@ -60,7 +60,7 @@ def rmw_environment(name):
         "AMENT_PREFIX_PATH": ":".join(prefixes),
     }
     if name == "rmw_zenoh_cpp":
-        environment.update(_meeting_point(prefixes))
+        environment.update(_meeting_point(environment))
     return environment
 
 

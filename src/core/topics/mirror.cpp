@@ -256,7 +256,8 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
 }
 
 void Mirror::warn_incompatible(const Now& now) {
-  const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
+  const bool any_fits = !context_.graph_options.qos_must_fit;
+  const TopicState* topic = id_ && !any_fits ? context_.graph.find(key_.first) : nullptr;
   if (!topic) return;
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
