@@ -37,9 +37,9 @@ std::optional<ParameterDescriptor> describe_rule(const std::string& name) {
 }
 
 // A parameter server with a loop that runs until a program has ended.
-class Server {
+class RunningServer {
  public:
-  explicit Server(Node& node)
+  explicit RunningServer(Node& node)
       : server(node,
                {entries(), [this](const std::vector<Parameter>& wanted) { return set(wanted); },
                 describe_rule, [this](bool on) { sim_time = on; }, [this] { alarm.wake(); }}) {}
@@ -85,7 +85,7 @@ using ParameterServerTest = RosTest;
 
 TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
   TestNode node("connect_server");
-  Server server(*node);
+  RunningServer server(*node);
   const std::string report = server.run(usual_client());
   const auto expect = [&](const std::string& part) {
     EXPECT_NE(std::string::npos, report.find(part)) << part << "\nis missing in\n" << report;
@@ -112,7 +112,7 @@ TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
 TEST_F(ParameterServerTest, TellsParameterEvents) {
   TestNode node("connect_server");
   TestNode listener("listener");
-  Server server(*node);
+  RunningServer server(*node);
   RawSubscription events(listener, "/parameter_events", qos_of_depth(1000),
                          "rcl_interfaces/msg/ParameterEvent");
   server.run(usual_client());
