@@ -1,11 +1,11 @@
 #include "ros/parameters/parameter_server.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <thread>
 
 #include "ros/parameters/parameter_table.hpp"
 #include "ros/ros_fixture.hpp"
+#include "unit/source_text.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -77,8 +77,8 @@ class RunningServer {
 };
 
 std::string usual_client() {
-  const auto script = std::filesystem::path(__FILE__).parent_path() / "parameter_client.py";
-  return "python3 -B '" + script.string() + "' /connect_server 2>&1";
+  return "python3 -B '" + test::source_path("tests/ros/parameter_client.py") +
+         "' /connect_server 2>&1";
 }
 
 using ParameterServerTest = RosTest;
