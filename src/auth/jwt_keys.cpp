@@ -12,8 +12,8 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <utility>
+#include "core/base/json.hpp"
 
 #include "auth/secret.hpp"
 #include "core/base/hex.hpp"
@@ -21,7 +21,6 @@
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
 using Key = std::shared_ptr<EVP_PKEY>;
 
 constexpr int kRsaBitsMin = 2048;

@@ -9,15 +9,13 @@
 #include "config/document.hpp"
 #include "config/key_search.hpp"
 #include "run/assembly.hpp"
+#include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/pairing.hpp"
 #include "run/stop.hpp"
 
 namespace connect_bridge {
 namespace {
-
-constexpr int kExitRos = 1;
-constexpr int kExitConfiguration = 2;
 
 const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";

@@ -10,7 +10,7 @@ namespace connect_bridge {
 namespace {
 
 // A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
-constexpr Duration kLinger = std::chrono::milliseconds(200);
+constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 // Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
@@ -91,7 +91,7 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
   charge();
   if (candidates_.empty()) {
-    ends_ = context_.timers.set(now.steady + kLinger, this);
+    ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
     return;
   }
   const bool taken_over = refresh(now);

@@ -1,15 +1,10 @@
 #include "core/policy/interface.hpp"
 
 #include <gtest/gtest.h>
+#include "unit/policy/words.hpp"
 
-namespace connect_bridge {
+namespace connect_bridge::policy_test {
 namespace {
-
-constexpr auto kTopic = InterfaceKind::kTopic;
-constexpr auto kService = InterfaceKind::kService;
-constexpr auto kFibonacci = "p/action/Fibonacci";
-constexpr auto kCancel = "action_msgs/srv/CancelGoal";
-constexpr auto kStatus = "action_msgs/msg/GoalStatusArray";
 
 // "kActions /fib p/action/Fibonacci"
 std::string opened(const Interface& what) {
@@ -179,4 +174,4 @@ TEST(DefaultPriority, CallsAreHighAndFeedbackIsNot) {
 }
 
 }  // namespace
-}  // namespace connect_bridge
+}  // namespace connect_bridge::policy_test
