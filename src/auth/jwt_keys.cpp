@@ -13,10 +13,10 @@
 #include <algorithm>
 #include <array>
 #include <utility>
-#include "core/base/json.hpp"
 
 #include "auth/secret.hpp"
 #include "core/base/hex.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {

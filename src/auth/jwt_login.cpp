@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
-#include "core/base/json.hpp"
 
 #include "auth/names.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {

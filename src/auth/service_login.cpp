@@ -1,10 +1,10 @@
 #include "auth/service_login.hpp"
 
 #include <utility>
-#include "core/base/json.hpp"
 
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <string_view>
-#include "core/base/json.hpp"
 
+#include "core/base/json.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {

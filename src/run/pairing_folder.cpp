@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include "core/base/json.hpp"
 
 #include "auth/credential.hpp"
+#include "core/base/json.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/status_file.hpp"
 

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iterator>
 #include <utility>
-#include "core/base/json.hpp"
 
+#include "core/base/json.hpp"
 #include "run/status_file.hpp"
 
 namespace connect_bridge {

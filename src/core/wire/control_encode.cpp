@@ -1,8 +1,8 @@
 // Control messages -> JSON text.
 #include <utility>
-#include "core/base/json.hpp"
 
 #include "core/base/hex.hpp"
+#include "core/base/json.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/control_accepts.hpp"
 #include "core/wire/control_listeners.hpp"

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include "core/base/json.hpp"
 
+#include "core/base/json.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/login.hpp"

@@ -1,6 +1,7 @@
 #include "core/policy/interface.hpp"
 
 #include <gtest/gtest.h>
+
 #include "unit/policy/words.hpp"
 
 namespace connect_bridge::policy_test {

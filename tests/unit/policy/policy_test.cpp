@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+
 #include "unit/policy/words.hpp"
 
 namespace connect_bridge::policy_test {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <mutex>
 #include <sstream>
-#include "core/base/json.hpp"
 
+#include "core/base/json.hpp"
 #include "run/audit_book.hpp"
 #include "run/audit_file.hpp"
 #include "run/audit_json.hpp"

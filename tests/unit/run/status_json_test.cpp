@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include "core/base/json.hpp"
 
+#include "core/base/json.hpp"
 #include "run/status_file.hpp"
 #include "unit/scratch.hpp"
 
