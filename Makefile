@@ -44,7 +44,7 @@ setup: prefix
 rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
 	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
 
-build: setup ## build everything into build/ (BUILD=dir for another folder, TARGETS="sim ..." for a part)
+build: setup ## build everything into build/ (BUILD=dir for another folder, TARGETS="sim ..." for a part, CMAKE_ARGS=-DCMAKE_UNITY_BUILD=OFF: each source by itself)
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
 
 test: build ## set up, build, and run all tests
@@ -84,7 +84,7 @@ smoke = -R '^(e2e_topics|peer_peer_(hostile|hostile_topics|hostile_server|refuse
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
 	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
-	@tools/setup/syntax.py "$(BUILD)-asan"
+	@tools/setup/syntax.py "$(BUILD)-asan" src
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
 

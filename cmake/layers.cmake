@@ -8,11 +8,6 @@ function(connect_layer name)
   if(sources)
     add_library(connect_${name} STATIC ${sources})
     target_link_libraries(connect_${name} PUBLIC connect_options ${ARGN})
-    if(connect_boost IN_LIST ARGN)
-      connect_precompiled(connect_${name} <boost/asio.hpp> <boost/asio/ssl.hpp> <boost/beast.hpp>)
-    else()
-      connect_precompiled(connect_${name})
-    endif()
     # With the address sanitizer, code that is not optimized takes half the time to compile, but runs several times as long:
     # too long for what the simulator and the fuzzers run most.
     if(CONNECT_SANITIZE MATCHES "address" AND name MATCHES "^(net|ros|run)$")
@@ -55,7 +50,7 @@ if(TARGET connect_auth)
   target_include_directories(connect_auth PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
 endif()
 # It includes <linux/tcp.h>, which does not go with the C library's header of that name.
-set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/traffic.cpp" PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/traffic.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
 
 if(CONNECT_ROS)

@@ -12,16 +12,15 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "auth/secret.hpp"
 #include "core/base/hex.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
 using Key = std::shared_ptr<EVP_PKEY>;
 
 constexpr int kRsaBitsMin = 2048;

@@ -1,23 +1,18 @@
 #include "auth/jwt_login.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "auth/names.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
+constexpr Stamp kSkew = 30 * kStampSecond;  // for "nbf" from a clock that is a little ahead
 
-constexpr Stamp kSecond = 1'000'000'000;
-constexpr double kSecondsMax = 4e9;    // 2096: a later value is not a date
-constexpr Stamp kSkew = 30 * kSecond;  // for "nbf" from a clock that is a little ahead
-constexpr std::size_t kGroupsMax = 256;
-
-Judgement refused(std::string why) {
+Judgement jwt_refused(std::string why) {
   return {std::nullopt, "JWT: " + std::move(why)};
 }
 
@@ -40,7 +35,7 @@ Json object_of(std::string_view base64url) {
   return text ? Json::parse(text->begin(), text->end(), nullptr, false) : Json();
 }
 
-const std::string* text_of(const Json& json, const char* key) {
+const std::string* text_at(const Json& json, const char* key) {
   const auto member = json.find(key);
   return member == json.end() ? nullptr : member->get_ptr<const std::string*>();
 }
@@ -50,8 +45,8 @@ std::optional<Stamp> time_of(const Json& json, const char* key) {
   const auto member = json.find(key);
   if (member == json.end() || !member->is_number()) return std::nullopt;
   const double seconds = member->get<double>();
-  if (!(seconds >= 0 && seconds <= kSecondsMax)) return std::nullopt;
-  return static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
+  if (!(seconds >= 0 && seconds <= kExpirySecondsMax)) return std::nullopt;
+  return stamp_of_seconds(seconds);
 }
 
 bool is_for(const Json& payload, const std::string& audience) {
@@ -66,7 +61,7 @@ std::string read_groups(const Json& payload, const std::string& claim, Identity&
   const auto member = payload.find(claim);
   if (member == payload.end()) return {};
   const Json list = member->is_string() ? Json::array({*member}) : *member;
-  if (!list.is_array() || list.size() > kGroupsMax)
+  if (!list.is_array() || list.size() > kIdentityGroupsMax)
     return "\"" + claim + "\" is not a list of groups";
   for (const Json& group : list) {
     const auto* name = group.get_ptr<const std::string*>();
@@ -78,22 +73,22 @@ std::string read_groups(const Json& payload, const std::string& claim, Identity&
 
 Judgement judge_claims(const Json& payload, const JwtOptions& options, const std::string& key,
                        Stamp now) {
-  if (!payload.is_object()) return refused("the payload is not a JSON object");
-  const std::string* const issuer = text_of(payload, "iss");
-  if (!issuer || *issuer != options.issuer) return refused("it is of another issuer");
-  if (!is_for(payload, options.audience)) return refused("it is for another audience");
+  if (!payload.is_object()) return jwt_refused("the payload is not a JSON object");
+  const std::string* const issuer = text_at(payload, "iss");
+  if (!issuer || *issuer != options.issuer) return jwt_refused("it is of another issuer");
+  if (!is_for(payload, options.audience)) return jwt_refused("it is for another audience");
   const auto expires = time_of(payload, "exp");
-  if (!expires || *expires == 0) return refused("\"exp\" is missing or not a time");
-  if (*expires <= now) return refused("it has expired");
+  if (!expires || *expires == 0) return jwt_refused("\"exp\" is missing or not a time");
+  if (*expires <= now) return jwt_refused("it has expired");
   const auto not_before = time_of(payload, "nbf");
-  if (payload.contains("nbf") && !not_before) return refused("\"nbf\" is not a time");
-  if (not_before && *not_before > now + kSkew) return refused("it is not valid yet");
-  const std::string* const subject = text_of(payload, "sub");
+  if (payload.contains("nbf") && !not_before) return jwt_refused("\"nbf\" is not a time");
+  if (not_before && *not_before > now + kSkew) return jwt_refused("it is not valid yet");
+  const std::string* const subject = text_at(payload, "sub");
   if (!subject || !name_problem(*subject).empty())
-    return refused("\"sub\" is missing or not a name");
+    return jwt_refused("\"sub\" is missing or not a name");
   Identity identity{*subject, {}, *expires, key};
   const std::string wrong = read_groups(payload, options.groups_claim, identity);
-  if (!wrong.empty()) return refused(wrong);
+  if (!wrong.empty()) return jwt_refused(wrong);
   return {std::move(identity), {}};
 }
 
@@ -102,18 +97,18 @@ Judgement judge_claims(const Json& payload, const JwtOptions& options, const std
 Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
                     const JwtOptions& options, Stamp now, bool* unknown_key) {
   const auto parts = split(token);
-  if (!parts) return refused("it does not have three parts");
+  if (!parts) return jwt_refused("it does not have three parts");
   const Json header = object_of(parts->header);
-  if (!header.is_object()) return refused("the header is not a JSON object");
+  if (!header.is_object()) return jwt_refused("the header is not a JSON object");
   // Extensions that must be understood; we understand none.
-  if (header.contains("crit")) return refused("it needs extensions (\"crit\")");
-  const std::string* const algorithm = text_of(header, "alg");
+  if (header.contains("crit")) return jwt_refused("it needs extensions (\"crit\")");
+  const std::string* const algorithm = text_at(header, "alg");
   const auto& taken = options.algorithms;
   if (!algorithm || std::find(taken.begin(), taken.end(), *algorithm) == taken.end())
-    return refused("its algorithm is not in auth.jwt_algorithms");
+    return jwt_refused("its algorithm is not in auth.jwt_algorithms");
   const auto signature = from_base64url(parts->signature);
-  if (!signature) return refused("the signature is not base64url");
-  const std::string* const id = text_of(header, "kid");
+  if (!signature) return jwt_refused("the signature is not base64url");
+  const std::string* const id = text_at(header, "kid");
   bool any = false;
   for (const JwtKey& key : keys) {
     if (key.algorithm() != *algorithm || (id && !key.id().empty() && key.id() != *id)) continue;
@@ -122,7 +117,7 @@ Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
       return judge_claims(object_of(parts->payload), options, key.fingerprint(), now);
   }
   if (!any && unknown_key) *unknown_key = true;
-  return refused(any ? "the signature is wrong" : "there is no key for it");
+  return jwt_refused(any ? "the signature is wrong" : "there is no key for it");
 }
 
 JwtLogin::JwtLogin(JwtOptions options, std::unique_ptr<KeySource> source)

@@ -1,28 +1,23 @@
 #include "auth/service_login.hpp"
 
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr int kOk = 200;
-constexpr Stamp kSecond = 1'000'000'000;
-constexpr double kSecondsMax = 4e9;  // 2096: a later value is not a date
-constexpr std::size_t kGroupsMax = 256;
 
-Judgement refused(const std::string& why) {
+Judgement service_refused(const std::string& why) {
   return {std::nullopt, "login service: " + why};
 }
 
 // It did not say whether the login is right.
 Judgement unanswered(const std::string& why) {
-  Judgement judged = refused(why);
+  Judgement judged = service_refused(why);
   judged.judged = false;
   return judged;
 }
@@ -41,7 +36,7 @@ std::string read_identity(const Json& answer, Identity& identity) {
   identity.name = name->get<std::string>();
   if (!name_problem(identity.name).empty()) return "its \"identity\" is not a name";
   const auto groups = answer.find("groups");
-  if (groups != answer.end() && (!groups->is_array() || groups->size() > kGroupsMax))
+  if (groups != answer.end() && (!groups->is_array() || groups->size() > kIdentityGroupsMax))
     return "its \"groups\" are not a list";
   for (const Json& group : groups == answer.end() ? Json::array() : *groups) {
     if (!group.is_string() || !name_problem(group.get<std::string>()).empty())
@@ -51,8 +46,8 @@ std::string read_identity(const Json& answer, Identity& identity) {
   const auto expires = answer.find("expires");
   if (expires == answer.end()) return {};
   const double seconds = expires->is_number() ? expires->get<double>() : 0;
-  if (!(seconds > 0 && seconds <= kSecondsMax)) return "its \"expires\" is not a time";
-  identity.expires = static_cast<Stamp>(seconds * 1000) * (kSecond / 1000);
+  if (!(seconds > 0 && seconds <= kExpirySecondsMax)) return "its \"expires\" is not a time";
+  identity.expires = stamp_of_seconds(seconds);
   return {};
 }
 
@@ -62,20 +57,21 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "service")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'service'"};
   const std::string credential{attempt.credential.begin(), attempt.credential.end()};
-  if (!token_problem(credential).empty()) return refused("the credential is not a token");
+  if (!token_problem(credential).empty()) return service_refused("the credential is not a token");
   HttpRequest request;
   request.address = service_;
   request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();
   const HttpAnswer answer = fetch_(request);
   wipe(request.json);
   if (!answer.problem.empty()) return unanswered(answer.problem);
-  if (is_refusal(answer.status)) return refused("refused (" + std::to_string(answer.status) + ")");
+  if (is_refusal(answer.status))
+    return service_refused("refused (" + std::to_string(answer.status) + ")");
   if (answer.status != kOk) return unanswered("it answers " + std::to_string(answer.status));
   Identity identity;
   const std::string wrong = read_identity(Json::parse(answer.body, nullptr, false), identity);
   if (!wrong.empty()) return unanswered(wrong);
   if (identity.expires != 0 && identity.expires <= now)
-    return refused("it says that the login has expired");
+    return service_refused("it says that the login has expired");
   return {std::move(identity), {}};
 }
 

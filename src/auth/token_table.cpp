@@ -15,8 +15,6 @@
 namespace connect_bridge {
 namespace {
 
-constexpr Stamp kSecond = 1'000'000'000;
-
 bool read_number(std::string_view text, std::size_t offset, std::size_t digits, int& number) {
   const char* const begin = text.data() + offset;
   const auto parsed = std::from_chars(begin, begin + digits, number);
@@ -49,12 +47,12 @@ std::optional<Stamp> parse_date(std::string_view text) {
       time.tm_hour != asked.tm_hour || time.tm_min != asked.tm_min || time.tm_sec != asked.tm_sec) {
     return std::nullopt;
   }
-  return static_cast<Stamp>(seconds) * kSecond;
+  return static_cast<Stamp>(seconds) * kStampSecond;
 }
 
 std::string date_text(Stamp time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z",
-                     fmt::gmtime(static_cast<std::time_t>(time / kSecond)));
+                     fmt::gmtime(static_cast<std::time_t>(time / kStampSecond)));
 }
 
 // Walks the YAML of one token file.

@@ -16,8 +16,6 @@ using namespace syntax;  // NOLINT: a table reads better without the repeated wo
 using Strings = std::vector<std::string>;
 using Rows = std::vector<KeySpec>;
 
-constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
-
 double seconds(Duration duration) {
   return std::chrono::duration<double>(duration).count();
 }

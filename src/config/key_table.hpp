@@ -13,6 +13,8 @@
 
 namespace connect_bridge {
 
+inline constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;  // in bytes, for the ranges
+
 enum class UsedBy : std::uint8_t { kServer, kClient, kBoth };
 
 // Checks a string (or each string of a list); nullopt: valid, else what was expected.

@@ -11,8 +11,6 @@ using namespace syntax;  // NOLINT: a table reads better without the repeated wo
 using Strings = std::vector<std::string>;
 using Rows = std::vector<KeySpec>;
 
-constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;
-
 template <class Words>
 Strings texts(const Words& words) {
   Strings list;

@@ -6,12 +6,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr double kGiB = 1 << 30;
 constexpr char kSection[] = "Limits of a link";
-
-ParameterValue whole(std::int64_t value) {
-  return value;
-}
 
 // What may appear here, come and go, and be said because of peers.
 void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
@@ -20,7 +15,7 @@ void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
     rows.push_back({.section = kSection,
                     .key = std::move(key),
                     .type = ParameterType::kInteger,
-                    .fallback = whole(fallback),
+                    .fallback = fallback,
                     .min = min,
                     .max = max,
                     .unit = std::move(unit),
@@ -50,7 +45,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   rows.push_back({.section = kSection,
                   .key = "memory_max",
                   .type = ParameterType::kInteger,
-                  .fallback = whole(static_cast<std::int64_t>(core.account.memory_bytes_max)),
+                  .fallback = static_cast<std::int64_t>(core.account.memory_bytes_max),
                   .min = 1 << 20,
                   .max = 1024 * kGiB,
                   .unit = "bytes",
@@ -64,7 +59,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
       {.section = kSection,
        .key = "mirrors_per_second",
        .type = ParameterType::kInteger,
-       .fallback = whole(Duration(std::chrono::seconds(1)) / core.account.mirror_period),
+       .fallback = Duration(std::chrono::seconds(1)) / core.account.mirror_period,
        .min = 1,
        .max = 100000,
        .help =
@@ -77,7 +72,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
       {.section = kSection,
        .key = "peer_packets_per_second",
        .type = ParameterType::kInteger,
-       .fallback = whole(50'000),
+       .fallback = std::int64_t{50'000},
        .min = 0,
        .max = 1'000'000'000,
        .help =
@@ -87,7 +82,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   rows.push_back({.section = kSection,
                   .key = "peer_bytes_per_second",
                   .type = ParameterType::kInteger,
-                  .fallback = whole(0),
+                  .fallback = std::int64_t{0},
                   .min = 0,
                   .max = 1024 * kGiB,
                   .unit = "bytes",

@@ -20,13 +20,13 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::uint32_t kHeaderBytesMax = 8192;
+constexpr std::uint32_t kRequestHeaderBytesMax = 8192;
 constexpr std::chrono::milliseconds kRefusalTime{1000};
 constexpr char kServerName[] = "ROS2 Connect";
 constexpr char kXForwardedForHeader[] = "X-Forwarded-For";
 constexpr char kForwardedHeader[] = "Forwarded";
 
-using HttpRequest = http::request<http::empty_body>;
+using UpgradeRequest = http::request<http::empty_body>;
 
 struct Refusal {
   http::status status;
@@ -51,7 +51,7 @@ bool is_proxy_protocol(asio::const_buffer received) {
 }
 
 // Why the request does not open a connection of this protocol.
-std::optional<Refusal> refusal_of(const HttpRequest& request, const AcceptOptions& options) {
+std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOptions& options) {
   const std::string target = to_string(request.target());
   const std::string path = target.substr(0, target.find('?'));
   const std::string here = "This is a ROS2 Connect server. ";
@@ -90,7 +90,7 @@ bool names_subprotocol(beast::string_view list) {
 }
 
 struct Acceptance::Request {
-  beast::flat_buffer buffer{kHeaderBytesMax};
+  beast::flat_buffer buffer{kRequestHeaderBytesMax};
   http::request_parser<http::empty_body> parser;
   http::response<http::string_body> response;
 };
@@ -103,7 +103,7 @@ Acceptance::Acceptance(TcpSocket socket, std::shared_ptr<const AcceptOptions> op
       identify_(std::move(identify)),
       await_turn_(std::move(await_turn)),
       deadline_(socket_->get_executor()) {
-  request_->parser.header_limit(kHeaderBytesMax);
+  request_->parser.header_limit(kRequestHeaderBytesMax);
 }
 
 Acceptance::~Acceptance() = default;
@@ -232,7 +232,7 @@ void Acceptance::on_request(const ErrorCode& error) {
   }
   if (error) return fail(failure_text(error, socket_->next_layer().tls(), {}));
   if (!read_forwarded()) return;
-  const HttpRequest& request = request_->parser.get();
+  const UpgradeRequest& request = request_->parser.get();
   if (const auto refusal = refusal_of(request, *options_)) {
     return refuse(static_cast<unsigned>(refusal->status), refusal->text);
   }

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <openssl/err.h>
-#include <openssl/evp.h>
 #include <openssl/pem.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
@@ -13,9 +12,9 @@
 #include <boost/asio/ip/address.hpp>
 #include <cerrno>
 #include <cstring>
-#include <memory>
 #include <optional>
 
+#include "net/openssl_owned.hpp"
 #include "net/tls.hpp"
 
 namespace connect_bridge {
@@ -29,16 +28,6 @@ constexpr std::size_t kCommonNameMax = 64;  // RFC 5280, upper bounds
 constexpr std::size_t kHostMax = 253;
 constexpr std::size_t kListMax = 100;
 
-struct Free {
-  void operator()(EVP_PKEY* key) const { EVP_PKEY_free(key); }
-  void operator()(X509* certificate) const { X509_free(certificate); }
-  void operator()(BIGNUM* number) const { BN_free(number); }
-  void operator()(BIO* bio) const { BIO_free(bio); }
-  void operator()(X509_EXTENSION* extension) const { X509_EXTENSION_free(extension); }
-};
-template <class T>
-using Owned = std::unique_ptr<T, Free>;
-
 // OpenSSL fails here only for lack of memory or randomness, and nothing can be done about that.
 struct Failed {
   std::string what;
@@ -48,11 +37,11 @@ void must(bool good, const char* what) {
 }
 
 struct Signed {
-  Owned<X509> certificate;
-  Owned<EVP_PKEY> key;
+  OpenSslOwned<X509> certificate;
+  OpenSslOwned<EVP_PKEY> key;
 };
 
-struct Subject {
+struct CertificateSubject {
   std::string common_name;
   std::vector<std::string> organizations;
   std::string alternatives;  // "DNS:robot,IP:10.0.0.1"; empty: none
@@ -78,18 +67,19 @@ void add_extension(X509* certificate, X509* issuer, int kind, const std::string&
   X509V3_CTX context;
   X509V3_set_ctx_nodb(&context);
   X509V3_set_ctx(&context, issuer, certificate, nullptr, nullptr, 0);
-  const Owned<X509_EXTENSION> made{X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
+  const OpenSslOwned<X509_EXTENSION> made{
+      X509V3_EXT_conf_nid(nullptr, &context, kind, value.c_str())};
   must(made && X509_add_ext(certificate, made.get(), -1) == 1, "write an extension");
 }
 
 void add_serial(X509* certificate) {
-  const Owned<BIGNUM> number{BN_new()};
+  const OpenSslOwned<BIGNUM> number{BN_new()};
   must(number && BN_rand(number.get(), kSerialBits, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1 &&
            BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr,
        "make a serial number");
 }
 
-void add_extensions(X509* certificate, X509* issuer, const Subject& subject) {
+void add_extensions(X509* certificate, X509* issuer, const CertificateSubject& subject) {
   const bool authority = subject.usage == nullptr;
   add_extension(certificate, issuer, NID_basic_constraints,
                 authority ? "critical,CA:TRUE,pathlen:0" : "critical,CA:FALSE");
@@ -105,8 +95,8 @@ void add_extensions(X509* certificate, X509* issuer, const Subject& subject) {
 }
 
 // Signed by `issuer`, or by itself.
-Signed sign(const Subject& subject, const Signed* issuer) {
-  Signed made{Owned<X509>{X509_new()}, Owned<EVP_PKEY>{EVP_EC_gen("P-256")}};
+Signed sign(const CertificateSubject& subject, const Signed* issuer) {
+  Signed made{OpenSslOwned<X509>{X509_new()}, OpenSslOwned<EVP_PKEY>{EVP_EC_gen("P-256")}};
   X509* const certificate = made.certificate.get();
   must(certificate != nullptr && made.key != nullptr, "make a key");
   const Signed& signer = issuer == nullptr ? made : *issuer;
@@ -127,23 +117,17 @@ Signed sign(const Subject& subject, const Signed* issuer) {
   return made;
 }
 
-std::string text_of(BIO* bio) {
-  char* begin = nullptr;
-  const long size = BIO_get_mem_data(bio, &begin);
-  return {begin, static_cast<std::size_t>(size)};
-}
-
 // NAME.crt and NAME.key.
 void add_sheets(const std::string& name, const Signed& made, std::vector<Sheet>& sheets) {
-  const Owned<BIO> certificate{BIO_new(BIO_s_mem())};
-  const Owned<BIO> key{BIO_new(BIO_s_mem())};
+  const OpenSslOwned<BIO> certificate{BIO_new(BIO_s_mem())};
+  const OpenSslOwned<BIO> key{BIO_new(BIO_s_mem())};
   must(certificate && PEM_write_bio_X509(certificate.get(), made.certificate.get()) == 1,
        "write a certificate");
   must(key && PEM_write_bio_PrivateKey(key.get(), made.key.get(), nullptr, nullptr, 0, nullptr,
                                        nullptr) == 1,
        "write a key");
-  sheets.push_back({name + ".crt", text_of(certificate.get()), false});
-  sheets.push_back({name + ".key", text_of(key.get()), true});
+  sheets.push_back({name + ".crt", written_to(certificate.get()), false});
+  sheets.push_back({name + ".key", written_to(key.get()), true});
 }
 
 bool exists(const std::string& path) {
@@ -198,8 +182,8 @@ std::string alternatives_of(const std::vector<std::string>& hosts) {
 
 // The authority that the folder has already.
 std::optional<Signed> read_authority(const std::string& name, std::string& problem) {
-  const Owned<BIO> certificate{BIO_new_file((name + ".crt").c_str(), "r")};
-  const Owned<BIO> key{BIO_new_file((name + ".key").c_str(), "r")};
+  const OpenSslOwned<BIO> certificate{BIO_new_file((name + ".crt").c_str(), "r")};
+  const OpenSslOwned<BIO> key{BIO_new_file((name + ".key").c_str(), "r")};
   Signed read;
   if (certificate)
     read.certificate.reset(PEM_read_bio_X509(certificate.get(), nullptr, nullptr, nullptr));
@@ -223,7 +207,7 @@ Signed new_authority() {
   char text[2 * sizeof random + 1];
   for (std::size_t i = 0; i < sizeof random; ++i)
     std::snprintf(text + 2 * i, 3, "%02x", static_cast<unsigned>(random[i]));
-  Subject subject;
+  CertificateSubject subject;
   subject.common_name = std::string{"ROS2 Connect authority "} + text;
   subject.usage = nullptr;
   subject.days = kAuthorityDays;
@@ -300,9 +284,9 @@ CertificatesMade make_certificates(const CertificateOrder& order) {
 }
 
 std::string pin_of_file(const std::string& file, std::string& problem) {
-  const Owned<BIO> opened{BIO_new_file(file.c_str(), "r")};
-  const Owned<X509> certificate{opened ? PEM_read_bio_X509(opened.get(), nullptr, nullptr, nullptr)
-                                       : nullptr};
+  const OpenSslOwned<BIO> opened{BIO_new_file(file.c_str(), "r")};
+  const OpenSslOwned<X509> certificate{
+      opened ? PEM_read_bio_X509(opened.get(), nullptr, nullptr, nullptr) : nullptr};
   ERR_clear_error();
   if (certificate) return pin_of_certificate(certificate.get());
   problem = file + " is not a certificate";

@@ -3,22 +3,16 @@
 #include <openssl/x509v3.h>
 
 #include <ctime>
-#include <memory>
 #include <vector>
 
 #include "core/wire/text.hpp"
+#include "net/openssl_owned.hpp"
 
 namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kNameBytesMax = 128;
 constexpr std::size_t kGroupsMax = 32;
-constexpr Stamp kSecond = 1'000'000'000;
-
-struct Free {
-  void operator()(X509* certificate) const { X509_free(certificate); }
-  void operator()(GENERAL_NAMES* names) const { GENERAL_NAMES_free(names); }
-};
 
 // An authority may sign any text: only a name that can be shown is accepted.
 std::optional<std::string> name_of(const ASN1_STRING* text) {
@@ -43,7 +37,7 @@ std::optional<std::vector<std::string>> entries(X509_NAME* subject, int kind) {
 }
 
 std::optional<std::string> alternative_name(X509* certificate) {
-  const std::unique_ptr<GENERAL_NAMES, Free> names{static_cast<GENERAL_NAMES*>(
+  const OpenSslOwned<GENERAL_NAMES> names{static_cast<GENERAL_NAMES*>(
       X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr))};
   for (int i = 0; names && i < sk_GENERAL_NAME_num(names.get()); ++i) {
     const GENERAL_NAME* const entry = sk_GENERAL_NAME_value(names.get(), i);
@@ -60,8 +54,7 @@ Certified refused(std::string reason) {
 }  // namespace
 
 Certified certified_by(SSL* tls) {
-  const std::unique_ptr<X509, Free> shown{tls == nullptr ? nullptr
-                                                         : SSL_get1_peer_certificate(tls)};
+  const OpenSslOwned<X509> shown{tls == nullptr ? nullptr : SSL_get1_peer_certificate(tls)};
   if (!shown) return refused("no certificate was shown");
   if (SSL_get_verify_result(tls) != X509_V_OK) return refused("the certificate was not verified");
   X509_NAME* const subject = X509_get_subject_name(shown.get());
@@ -74,7 +67,7 @@ Certified certified_by(SSL* tls) {
   std::tm end{};
   if (ASN1_TIME_to_tm(X509_get0_notAfter(shown.get()), &end) != 1)
     return refused("the certificate's end cannot be read");
-  Identity identity{*name, *groups, static_cast<Stamp>(::timegm(&end)) * kSecond};
+  Identity identity{*name, *groups, static_cast<Stamp>(::timegm(&end)) * kStampSecond};
   return {std::move(identity), {}};
 }
 

@@ -17,7 +17,7 @@ namespace {
 namespace beast = boost::beast;
 namespace http = boost::beast::http;
 
-constexpr std::uint32_t kHeaderBytesMax = 16 << 10;
+constexpr std::uint32_t kAnswerHeaderBytesMax = 16 << 10;
 constexpr int kHttp11 = 11;
 
 // Of "public, max-age=600" (RFC 9111 section 5.2.2.1).
@@ -95,7 +95,7 @@ class Exchange {
 
   void receive() {
     parser_.body_limit(request_.answer_bytes_max);
-    parser_.header_limit(kHeaderBytesMax);
+    parser_.header_limit(kAnswerHeaderBytesMax);
     http::async_read(*transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
       if (error == http::error::body_limit) return fail("the answer is too large");
       if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));

@@ -14,7 +14,8 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <memory>
+
+#include "net/openssl_owned.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -127,17 +128,6 @@ std::string certificate_problem(long result, const std::string& name) {
   }
 }
 
-struct Free {
-  void operator()(X509* certificate) const { X509_free(certificate); }
-  void operator()(BIO* bio) const { BIO_free(bio); }
-};
-
-std::string text_of(BIO* bio) {
-  char* begin = nullptr;
-  const long size = BIO_get_mem_data(bio, &begin);
-  return {begin, static_cast<std::size_t>(size)};
-}
-
 bool is_tls_reason(const ErrorCode& error, int reason) {
   return error.category() == asio::error::get_ssl_category() &&
          ERR_GET_REASON(static_cast<unsigned long>(error.value())) == reason;
@@ -204,7 +194,7 @@ void expect_server(SSL* tls, const std::string& name, bool verify) {
 }
 
 std::string pin_of(SSL* tls) {
-  const std::unique_ptr<X509, Free> certificate{SSL_get1_peer_certificate(tls)};
+  const OpenSslOwned<X509> certificate{SSL_get1_peer_certificate(tls)};
   return certificate ? pin_of_certificate(certificate.get()) : "";
 }
 
@@ -230,12 +220,12 @@ std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {
 std::string certificate_text(asio::ssl::context& context) {
   const X509* const certificate = SSL_CTX_get0_certificate(context.native_handle());
   if (certificate == nullptr) return {};
-  const std::unique_ptr<BIO, Free> name{BIO_new(BIO_s_mem())};
-  const std::unique_ptr<BIO, Free> end{BIO_new(BIO_s_mem())};
+  const OpenSslOwned<BIO> name{BIO_new(BIO_s_mem())};
+  const OpenSslOwned<BIO> end{BIO_new(BIO_s_mem())};
   if (!name || !end) return {};
   X509_NAME_print_ex(name.get(), X509_get_subject_name(certificate), 0, XN_FLAG_RFC2253);
   ASN1_TIME_print(end.get(), X509_get0_notAfter(certificate));
-  return "certificate of '" + text_of(name.get()) + "', valid until " + text_of(end.get());
+  return "certificate of '" + written_to(name.get()) + "', valid until " + written_to(end.get());
 }
 
 bool is_plain_http(const ErrorCode& error) {

@@ -28,7 +28,7 @@ constexpr std::size_t kStrangersSpare = 64;
 constexpr int kHandshakeSecondsAtOnce = 3;
 
 Stamp wall_clock() {
-  return static_cast<Stamp>(std::time(nullptr)) * 1'000'000'000;
+  return static_cast<Stamp>(std::time(nullptr)) * kStampSecond;
 }
 
 std::uint64_t secret_random() {

@@ -3,16 +3,13 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "core/base/json.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
-
-using Json = nlohmann::ordered_json;
-using Clock = std::chrono::system_clock;
 
 constexpr std::size_t kStringBytesMax = 512;
 constexpr std::size_t kGroupsMax = 32;
@@ -21,19 +18,19 @@ std::string cut(const std::string& text) {
   return text.size() <= kStringBytesMax ? text : text.substr(0, kStringBytesMax) + "...";
 }
 
-void add(Json& json, const char* key, const std::string& text) {
+void add(OrderedJson& json, const char* key, const std::string& text) {
   if (!text.empty()) json[key] = cut(text);
 }
 
-std::string as_line(const Json& json) {
-  return json.dump(-1, ' ', true, Json::error_handler_t::replace) + "\n";
+std::string as_line(const OrderedJson& json) {
+  return json.dump(-1, ' ', true, OrderedJson::error_handler_t::replace) + "\n";
 }
 
-Json begin(Clock::time_point time, std::string_view event) {
+OrderedJson begin(std::chrono::system_clock::time_point time, std::string_view event) {
   return {{"time", rfc3339(time)}, {"event", std::string(event)}};
 }
 
-void add_channel(Json& json, const AuditChannel& channel) {
+void add_channel(OrderedJson& json, const AuditChannel& channel) {
   json["direction"] = channel.direction == Direction::kExport ? "export" : "import";
   json["kind"] = std::string(word_of(kKindWords, channel.kind));
   add(json, "name", channel.name);
@@ -43,14 +40,15 @@ void add_channel(Json& json, const AuditChannel& channel) {
 
 }  // namespace
 
-std::string rfc3339(Clock::time_point time) {
+std::string rfc3339(std::chrono::system_clock::time_point time) {
   const auto whole = std::chrono::floor<std::chrono::milliseconds>(time).time_since_epoch().count();
   const auto seconds = static_cast<std::time_t>(whole / 1000);
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(seconds), whole % 1000);
 }
 
-std::string to_line(const Audit& audit, Clock::time_point time, std::uint64_t times) {
-  Json json = begin(time, name_of(audit.event));
+std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time,
+                    std::uint64_t times) {
+  OrderedJson json = begin(time, name_of(audit.event));
   if (audit.link) json["link"] = audit.link.value;
   add(json, "identity", audit.identity);
   add(json, "address", audit.address);
@@ -64,8 +62,8 @@ std::string to_line(const Audit& audit, Clock::time_point time, std::uint64_t ti
   return as_line(json);
 }
 
-std::string line_of_lost(std::uint64_t count, Clock::time_point time) {
-  Json json = begin(time, "lost");
+std::string line_of_lost(std::uint64_t count, std::chrono::system_clock::time_point time) {
+  OrderedJson json = begin(time, "lost");
   json["times"] = count;
   return as_line(json);
 }

@@ -8,11 +8,11 @@
 #include "config/explain_right.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
+#include "run/exit_codes.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr int kExitConfiguration = 2;
 constexpr char kServerNode[] = "/connect_server";
 constexpr char kClientNode[] = "/connect_client";
 

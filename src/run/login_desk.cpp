@@ -10,7 +10,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kLookPeriod = std::chrono::seconds(1);
+constexpr auto kRefreshPeriod = std::chrono::seconds(1);
 constexpr std::size_t kProblemsTold = 5;
 
 Stamp system_now() {
@@ -96,7 +96,7 @@ void LoginDesk::judge_all() {
 }
 
 void LoginDesk::look_around() {
-  auto due = Clock::now() + kLookPeriod;
+  auto due = Clock::now() + kRefreshPeriod;
   for (;;) {
     std::unique_lock lock(mutex_);
     changed_.wait_until(lock, due, [this] { return ending_ || anybody_waits(); });
@@ -105,7 +105,7 @@ void LoginDesk::look_around() {
     lock.unlock();
     if (next) judge(std::move(*next));
     if (Clock::now() < due) continue;
-    due = Clock::now() + kLookPeriod;
+    due = Clock::now() + kRefreshPeriod;
     if (options_.authenticator) tell(options_.authenticator->refresh(system_now()));
     if (!options_.credential_file) continue;
     if (auto credential = options_.credential_file->changed()) tell(std::move(*credential));

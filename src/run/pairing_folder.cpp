@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "auth/credential.hpp"
+#include "core/base/json.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/status_file.hpp"
 
@@ -66,7 +66,7 @@ std::string PairingFolder::write_parameters(const ParameterMap& parameters) cons
   // JSON is valid YAML, whatever a text contains.
   for (const auto& [key, value] : parameters)
     text += "\n    " + key + ": " +
-            std::visit([](const auto& held) { return nlohmann::json(held).dump(); }, value);
+            std::visit([](const auto& held) { return Json(held).dump(); }, value);
   return write_atomically(parameter_file(), text);
 }
 

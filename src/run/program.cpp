@@ -10,15 +10,13 @@
 #include "config/key_search.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/assembly.hpp"
+#include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/pairing.hpp"
 #include "run/stop.hpp"
 
 namespace connect_bridge {
 namespace {
-
-constexpr int kExitRos = 1;
-constexpr int kExitConfiguration = 2;
 
 const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";

@@ -1,21 +1,19 @@
 #include "run/status_json.hpp"
 
-#include <nlohmann/json.hpp>
+#include "core/base/json.hpp"
 
 namespace connect_bridge {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 double milliseconds(Duration d) {
   return static_cast<double>(d.count()) / 1e6;
 }
 
-Json to_value(const Traffic& traffic) {
+OrderedJson to_value(const Traffic& traffic) {
   return {{"sent_bytes", traffic.sent}, {"received_bytes", traffic.received}};
 }
 
-Json to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
+OrderedJson to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
   return {{"accepted", doors.accepted},
           {"refused", doors.refused},
           {"waiting", strangers.waiting},
@@ -30,67 +28,67 @@ Json to_value(const StrangersStatus& strangers, const DoorCounts& doors) {
           {"logins_not_judged", strangers.logins_not_judged}};
 }
 
-Json to_value(const TopicStatus& topic) {
-  Json dropped = Json::object();
+OrderedJson to_value(const TopicStatus& topic) {
+  OrderedJson dropped = OrderedJson::object();
   for (std::size_t i = 0; i < kDropReasons; ++i)
     if (topic.dropped.by_reason[i] > 0)
       dropped[std::string(name_of(static_cast<DropReason>(i)))] = topic.dropped.by_reason[i];
-  Json json = {{"topic", topic.topic},
-               {"type", topic.type},
-               {"direction", topic.exported ? "export" : "import"},
-               {"demanded", topic.demanded},
-               {"origins", topic.origins},
-               {"messages", topic.messages},
-               {"bytes", topic.bytes},
-               {"wire_bytes", topic.wire_bytes},
-               {"queued", topic.queued},
-               {"dropped", dropped}};
+  OrderedJson json = {{"topic", topic.topic},
+                      {"type", topic.type},
+                      {"direction", topic.exported ? "export" : "import"},
+                      {"demanded", topic.demanded},
+                      {"origins", topic.origins},
+                      {"messages", topic.messages},
+                      {"bytes", topic.bytes},
+                      {"wire_bytes", topic.wire_bytes},
+                      {"queued", topic.queued},
+                      {"dropped", dropped}};
   if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
   if (!topic.declined.empty()) json["declined"] = topic.declined;
   return json;
 }
 
-Json to_value(const ServiceStatus& service) {
-  Json json = {{"service", service.service},
-               {"type", service.type},
-               {"direction", service.exported ? "export" : "import"},
-               {"attached", service.attached},
-               {"pending", service.pending},
-               {"waiting", service.waiting},
-               {"calls", service.calls},
-               {"answered", service.answered},
-               {"refused", service.refused},
-               {"timed_out", service.timed_out},
-               {"forgotten", service.forgotten},
-               {"lost", service.lost},
-               {"duplicates", service.duplicates},
-               {"request_bytes", service.request_bytes},
-               {"response_bytes", service.response_bytes}};
+OrderedJson to_value(const ServiceStatus& service) {
+  OrderedJson json = {{"service", service.service},
+                      {"type", service.type},
+                      {"direction", service.exported ? "export" : "import"},
+                      {"attached", service.attached},
+                      {"pending", service.pending},
+                      {"waiting", service.waiting},
+                      {"calls", service.calls},
+                      {"answered", service.answered},
+                      {"refused", service.refused},
+                      {"timed_out", service.timed_out},
+                      {"forgotten", service.forgotten},
+                      {"lost", service.lost},
+                      {"duplicates", service.duplicates},
+                      {"request_bytes", service.request_bytes},
+                      {"response_bytes", service.response_bytes}};
   if (!service.declined.empty()) json["declined"] = service.declined;
   return json;
 }
 
-Json to_value(const LinkStatus& link) {
-  Json json = {{"peer", link.peer},
-               {"node", link.node},
-               {"identity", link.identity},
-               {"open", link.open},
-               {"connects", link.connects},
-               {"mirrors_waited", link.mirrors_waited},
-               {"sent_bytes", link.sent_bytes},
-               {"received_bytes", link.received_bytes},
-               {"queued_bytes", link.queued_bytes},
-               {"unacknowledged_bytes", link.unacknowledged_bytes},
-               {"memory_bytes", link.memory_bytes},
-               {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
-               {"path_queue_ms", milliseconds(link.path_queue)}};
+OrderedJson to_value(const LinkStatus& link) {
+  OrderedJson json = {{"peer", link.peer},
+                      {"node", link.node},
+                      {"identity", link.identity},
+                      {"open", link.open},
+                      {"connects", link.connects},
+                      {"mirrors_waited", link.mirrors_waited},
+                      {"sent_bytes", link.sent_bytes},
+                      {"received_bytes", link.received_bytes},
+                      {"queued_bytes", link.queued_bytes},
+                      {"unacknowledged_bytes", link.unacknowledged_bytes},
+                      {"memory_bytes", link.memory_bytes},
+                      {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
+                      {"path_queue_ms", milliseconds(link.path_queue)}};
   if (link.clock.known)
     json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
                      {"round_trip_ms", milliseconds(link.clock.round_trip)},
                      {"error_bound_ms", milliseconds(link.clock.error_bound)}};
-  json["topics"] = Json::array();
+  json["topics"] = OrderedJson::array();
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
-  json["services"] = Json::array();
+  json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
   return json;
 }
@@ -98,28 +96,29 @@ Json to_value(const LinkStatus& link) {
 }  // namespace
 
 std::string to_json(const Status& status, const RunStatus& run) {
-  Json json = {{"node", run.node},
-               {"role", run.role},
-               {"loop_lag_ms", run.loop_lag_ms},
-               {"memory_bytes", status.memory_bytes},
-               {"memory_max_used_bytes", status.shared_bytes},
-               {"memory_max_bytes", status.shared_bytes_max},
-               {"taken", run.taken},
-               {"published", run.published},
-               {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
-               {"types_not_installed", run.types_not_installed},
-               {"types_described", run.types_described},
-               {"reading_held", run.held},
-               {"extra_frames", run.extra_frames},
-               {"last_failure", status.last_failure}};
+  OrderedJson json = {
+      {"node", run.node},
+      {"role", run.role},
+      {"loop_lag_ms", run.loop_lag_ms},
+      {"memory_bytes", status.memory_bytes},
+      {"memory_max_used_bytes", status.shared_bytes},
+      {"memory_max_bytes", status.shared_bytes_max},
+      {"taken", run.taken},
+      {"published", run.published},
+      {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
+      {"types_not_installed", run.types_not_installed},
+      {"types_described", run.types_described},
+      {"reading_held", run.held},
+      {"extra_frames", run.extra_frames},
+      {"last_failure", status.last_failure}};
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
   if (run.doors) json["strangers"] = to_value(status.strangers, *run.doors);
-  json["links"] = Json::array();
+  json["links"] = OrderedJson::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));
-  return json.dump(1, ' ', false, Json::error_handler_t::replace);
+  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 }  // namespace connect_bridge

@@ -7,15 +7,13 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/base/json.hpp"
 #include "run/status_file.hpp"
 
 namespace connect_bridge {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr unsigned kWritePeriod = 60;  // seconds
 constexpr std::streamsize kFileBytesMax = 65536;
@@ -29,7 +27,7 @@ bool is_day(const std::string& text) {
 }  // namespace
 
 bool Usage::read_text(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const OrderedJson json = OrderedJson::parse(text, nullptr, false);
   const auto days = json.is_object() ? json.find("days") : json.end();
   if (days == json.end() || !days->is_object() || days->size() > kDaysMax) return false;
   std::map<std::string, Traffic> read;
@@ -44,9 +42,9 @@ bool Usage::read_text(const std::string& text) {
 }
 
 std::string Usage::write_text() const {
-  Json days = Json::object();
+  OrderedJson days = OrderedJson::object();
   for (const auto& [day, traffic] : days_) days[day] = {traffic.sent, traffic.received};
-  return Json{{"unit", "bytes of IP packets: sent, received"}, {"days", days}}.dump(1);
+  return OrderedJson{{"unit", "bytes of IP packets: sent, received"}, {"days", days}}.dump(1);
 }
 
 void Usage::count(const Traffic& total, const std::string& day) {

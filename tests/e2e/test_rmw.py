@@ -114,8 +114,8 @@ def test_all_kinds_cross(make_world, rmws):
 @pytest.mark.slow
 @pytest.mark.parametrize("rmw", RMWS, ids=short)
 def test_topics_of_types_that_are_not_installed(make_world, rmw):
-    """Both ways, volatile and latched. An action crosses as well, or the log of the side that cannot
-    have it says what to install."""
+    """Both ways, volatile and latched. An action crosses as well, or the log of the side that
+    cannot have it says what to install."""
     world = make_world((rmw, rmw), lacking=("std_msgs", TEST_PACKAGE))
     heard = lambda: told(world.operator)  # noqa: E731
     until(lambda: len(heard()["static"]) == 3, lambda: f"latched; heard {dict(heard())}", 40)

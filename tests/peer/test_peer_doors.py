@@ -81,7 +81,7 @@ def test_parameters_of_a_node_that_is_named(world, peer):
         def offered():
             return {o["name"] for o in mine.offers.values() if o["kind"] == "service"}
 
-        mine.until(lambda: len(offered()) >= 6, "the node's services, which its graph may show late")
+        mine.until(lambda: len(offered()) >= 6, "the services, which a graph may show late")
         services = offered()
         assert len(services) == 6 and {n.rsplit("/", 1)[0] for n in services} == {"/open_node"}
         assert {origin["node"] for origin in mine.offers[channel]["origins"]} == {"/open_node"}

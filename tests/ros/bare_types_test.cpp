@@ -23,7 +23,6 @@ namespace {
 
 const std::string kHash = "RIHS01_" + std::string(64, 'a');
 const std::string kOther = "RIHS01_" + std::string(64, 'b');
-constexpr char kThing[] = "made_up/msg/Thing";
 
 Bytes message_of(std::size_t size) {
   Bytes bytes(4 + size);
@@ -85,7 +84,7 @@ class BareTypesTest : public RosTest {
 };
 
 TEST(BareForm, TakesAllBytesWhateverTheirNumber) {
-  const auto form = bare_form(kThing);
+  const auto form = bare_form(kMadeUp);
   std::vector<std::size_t> sizes(300);
   std::iota(sizes.begin(), sizes.end(), 0);
   for (const std::size_t large : {70'000, 3, 1'000'003, 65'536, 65'537, 131'072, 0, 5'000'000, 1})
@@ -105,7 +104,7 @@ TEST(BareForm, TakesAllBytesWhateverTheirNumber) {
 }
 
 TEST(BareForm, KeepsTheByteOrderThatItFound) {
-  const auto form = bare_form(kThing);
+  const auto form = bare_form(kMadeUp);
   Bytes bytes = message_of(8);
   bytes[1] = 0;
   ASSERT_TRUE(read(*form, bytes));
@@ -115,7 +114,7 @@ TEST(BareForm, KeepsTheByteOrderThatItFound) {
 }
 
 TEST(BareForm, SendsOnlyPlainCdrOfThisByteOrder) {
-  const auto form = bare_form(kThing);
+  const auto form = bare_form(kMadeUp);
   Bytes good = message_of(8);
   EXPECT_EQ(std::nullopt, form->read_from(good, 0));
   EXPECT_EQ(8u, bare_callbacks().get_serialized_size(form->message()));
@@ -130,9 +129,9 @@ TEST(BareForm, SendsOnlyPlainCdrOfThisByteOrder) {
 TEST_F(BareTypesTest, AreOfOneNameAndGoWithTheirLastUser) {
   TypeSupports types(true);
   {
-    const auto first = std::get<MessageType>(types.message(kThing, kHash));
-    const auto same = std::get<MessageType>(types.message(kThing, kHash));
-    const auto other = std::get<MessageType>(types.message(kThing, kOther));
+    const auto first = std::get<MessageType>(types.message(kMadeUp, kHash));
+    const auto same = std::get<MessageType>(types.message(kMadeUp, kHash));
+    const auto other = std::get<MessageType>(types.message(kMadeUp, kOther));
     EXPECT_EQ(nullptr, first.introspection);
     EXPECT_EQ(first.handle, same.handle);
     EXPECT_NE(first.handle, other.handle);
@@ -154,11 +153,11 @@ TEST_F(BareTypesTest, AreOfOneNameAndGoWithTheirLastUser) {
 TEST_F(BareTypesTest, OnlyHashesOfRosAndNotTooMany) {
   TypeSupports types(true);
   const auto code = [&](const std::string& hash) {
-    const auto made = types.message(kThing, hash);
+    const auto made = types.message(kMadeUp, hash);
     return std::holds_alternative<Refusal>(made) ? std::get<Refusal>(made).code : "";
   };
   const auto keep =
-      std::get<MessageType>(types.message(kThing, middleware().joins_by_hash ? kHash : ""));
+      std::get<MessageType>(types.message(kMadeUp, middleware().joins_by_hash ? kHash : ""));
   for (const char* bad : {"x", "RIHS01_", "RIHS01_00", "RIHS99"})
     EXPECT_EQ("type_mismatch", code(bad)) << bad;
   for (std::size_t i = 1; i <= BareMessageType::kHashesMax; ++i) {
@@ -198,16 +197,16 @@ TEST_F(BareTypesTest, SamplesPass) {
   TestSide from("connect_server"), to("connect_client");
   const MirrorId mirror{1};
   const SubscriptionId subscription{1};
-  from.gateway.apply(CreateMirror{mirror, topic("thing"), kThing, kHash, qos_of_depth(10)});
+  from.gateway.apply(CreateMirror{mirror, topic("thing"), kMadeUp, kHash, qos_of_depth(10)});
   const auto state =
       to.topic_state(topic("thing"), [](const TopicState& s) { return s.publishers.size() == 1; });
   ASSERT_TRUE(state);
-  EXPECT_EQ(kThing, state->type);
+  EXPECT_EQ(kMadeUp, state->type);
 #if CONNECT_TYPE_HASHES
   EXPECT_EQ(kHash, state->type_hash);
 #endif
-  to.gateway.apply(
-      CreateSubscription{subscription, topic("thing"), kThing, state->type_hash, qos_of_depth(10)});
+  to.gateway.apply(CreateSubscription{subscription, topic("thing"), kMadeUp, state->type_hash,
+                                      qos_of_depth(10)});
   for (const std::size_t size : {8, 1, 100'000}) {
     const Bytes sent = message_of(size);
     std::optional<MessageTaken> taken;

@@ -20,7 +20,6 @@ namespace {
 #if CONNECT_TYPE_HASHES
 
 const std::string kPackage = kTestPackage;
-constexpr char kThing[] = "made_up/msg/Thing";
 
 class DescribedTypesTest : public RosTest {
  protected:
@@ -48,7 +47,8 @@ std::unique_ptr<DescribedFields> described(const std::string& type) {
 // std::uint8_t[] and a text.
 std::string thing_text() {
   return canonical_text(
-      {{kThing, {{"data", FieldKind::kUint8, FieldShape::kSequence}, {"name", FieldKind::kString}}},
+      {{kMadeUp,
+        {{"data", FieldKind::kUint8, FieldShape::kSequence}, {"name", FieldKind::kString}}},
        {}});
 }
 
@@ -90,14 +90,14 @@ TEST(DescribedTypes, AreCheckedLikeInstalledOnes) {
 
 TEST(DescribedTypes, WhatNobodyKnowsHowToReadIsNotChecked) {
   for (const FieldKind kind : {FieldKind::kWchar, FieldKind::kLongDouble})
-    EXPECT_FALSE(DescribedFields::make({{kThing, {{"f", kind}}}, {}}));
+    EXPECT_FALSE(DescribedFields::make({{kMadeUp, {{"f", kind}}}, {}}));
 }
 
 // Arrays of arrays of arrays: what one would take is no number of 64 bits.
 TEST(DescribedTypes, HugeArraysAreNoTrouble) {
   constexpr std::uint32_t kMany = 0xFFFFFFFF;
   TypeDescription huge{
-      {kThing, {{"f", FieldKind::kNested, FieldShape::kSequence, 0, 0, "a/msg/A"}}}, {}};
+      {kMadeUp, {{"f", FieldKind::kNested, FieldShape::kSequence, 0, 0, "a/msg/A"}}}, {}};
   huge.nested.push_back(
       {"a/msg/A", {{"f", FieldKind::kNested, FieldShape::kArray, kMany, 0, "a/msg/B"}}});
   huge.nested.push_back(
@@ -114,7 +114,7 @@ TEST(DescribedTypes, HugeArraysAreNoTrouble) {
 // A peer chooses the fields and the bytes: what the check costs is in proportion to these.
 TEST(DescribedTypes, MessagesInMessagesForEveryByteAreRefused) {
   TypeDescription deep{
-      {kThing, {{"f", FieldKind::kNested, FieldShape::kSequence, 0, 0, "a/msg/A0"}}}, {}};
+      {kMadeUp, {{"f", FieldKind::kNested, FieldShape::kSequence, 0, 0, "a/msg/A0"}}}, {}};
   for (int depth = 0; depth < 30; ++depth)
     deep.nested.push_back({"a/msg/A" + std::to_string(depth),
                            {{"f", FieldKind::kNested, FieldShape::kSingle, 0, 0,
@@ -136,35 +136,35 @@ TEST(DescribedTypes, MessagesInMessagesForEveryByteAreRefused) {
 TEST_F(DescribedTypesTest, FieldsAreFreedWithTheLastUserOfTheirHash) {
   TypeSupports types(true);
   const std::string text = thing_text(), hash = type_hash_of(text);
-  const auto other = types.message(kThing, "RIHS01_" + std::string(64, 'a'));
+  const auto other = types.message(kMadeUp, "RIHS01_" + std::string(64, 'a'));
   {
-    const auto first = types.message(kThing, hash);
-    types.describe(kThing, hash, text);
+    const auto first = types.message(kMadeUp, hash);
+    types.describe(kMadeUp, hash, text);
     EXPECT_EQ(types.described(), 1U);
     EXPECT_NE(std::get<0>(first).fields(), nullptr);
     // Who comes later knows them, too.
-    EXPECT_NE(std::get<0>(types.message(kThing, hash)).fields(), nullptr);
+    EXPECT_NE(std::get<0>(types.message(kMadeUp, hash)).fields(), nullptr);
   }
   EXPECT_EQ(types.made(), 1U);
   EXPECT_EQ(types.described(), 0U);
-  EXPECT_EQ(std::get<0>(types.message(kThing, hash)).fields(), nullptr);
+  EXPECT_EQ(std::get<0>(types.message(kMadeUp, hash)).fields(), nullptr);
 }
 
 TEST_F(DescribedTypesTest, SamplesAreCheckedFromThenOn) {
   const std::string text = thing_text();
   TestSide side("connect_client");
   side.gateway.apply(
-      CreateMirror{MirrorId{1}, topic("thing"), kThing, type_hash_of(text), qos_of_depth(10)});
+      CreateMirror{MirrorId{1}, topic("thing"), kMadeUp, type_hash_of(text), qos_of_depth(10)});
   const auto differs = side.next<TypeDiffers>();
   ASSERT_TRUE(differs);
   EXPECT_EQ(differs->mirror, MirrorId{1});
   EXPECT_EQ(differs->hash_here, "");
   const Bytes right = Cdr{}.u32(2000).zeros(2000).text("a name").bytes();
   const Bytes wrong = Cdr{}.u32(3000).zeros(2000).bytes();
-  EXPECT_TRUE(publishes(side, wrong));                                    // nobody knows
-  side.gateway.apply(DescribeType{kThing, type_hash_of("other"), text});  // of nobody
+  EXPECT_TRUE(publishes(side, wrong));                                     // nobody knows
+  side.gateway.apply(DescribeType{kMadeUp, type_hash_of("other"), text});  // of nobody
   EXPECT_TRUE(publishes(side, wrong));
-  side.gateway.apply(DescribeType{kThing, type_hash_of(text), text});
+  side.gateway.apply(DescribeType{kMadeUp, type_hash_of(text), text});
   EXPECT_FALSE(publishes(side, wrong));
   EXPECT_EQ(side.next<PublishFailed>()->count, 1U);
   EXPECT_TRUE(publishes(side, right));
@@ -244,7 +244,7 @@ TEST_F(DescribedTypesTest, InstalledTypesAreLookedUpByTheirHash) {
   EXPECT_EQ(side.next<TypeLookedUp>()->text, text);
   side.gateway.apply(LookUpType{LookupId{2}, kPackage + "/msg/Tree", type_hash_of("other")});
   EXPECT_EQ(side.next<TypeLookedUp>()->text, "");
-  side.gateway.apply(LookUpType{LookupId{3}, kThing, type_hash_of(text)});
+  side.gateway.apply(LookUpType{LookupId{3}, kMadeUp, type_hash_of(text)});
   EXPECT_EQ(side.next<TypeLookedUp>()->text, "");
 }
 
@@ -287,7 +287,8 @@ TEST_F(DescribedTypesTest, AThousandAreFreedWithTheirLastUsers) {
     side.drain_for(200ms);
     memory.push_back(resident_kilobytes());
   }
-  // All descriptions of a round have 15 MB and more. rmw_zenoh_cpp 0.6.7 keeps 4 kB of each publisher.
+  // All descriptions of a round have 15 MB and more. rmw_zenoh_cpp 0.6.7 keeps 4 kB of each
+  // publisher.
   const std::size_t kept = middleware().joins_by_hash ? 2 * 6 * kTypes : 0;
   EXPECT_LT(memory[3], memory[1] + 8192 + kept) << testing::PrintToString(memory);
 }

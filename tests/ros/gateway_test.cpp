@@ -14,10 +14,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-Bytes bytes_of(const Payload& payload) {
-  return {payload.view().begin(), payload.view().end()};
-}
-
 class GatewayTest : public RosTest {
  protected:
   void subscribe(TestSide& side, const std::string& name, std::uint32_t depth = 10) {
@@ -26,9 +22,6 @@ class GatewayTest : public RosTest {
   void mirror(TestSide& side, const std::string& name, const Qos& qos) {
     side.gateway.apply(CreateMirror{kMirror, name, kString, "", qos});
   }
-
-  static constexpr SubscriptionId kSubscription{7};
-  static constexpr MirrorId kMirror{9};
 };
 
 TEST_F(GatewayTest, TakesWhatOthersPublish) {
@@ -362,11 +355,6 @@ TEST_F(GatewayTest, ManyCyclesWhileCallbacksFire) {
   EXPECT_GT(taken, 0u);
   EXPECT_EQ(0u, side.gateway.counters().subscriptions);
   EXPECT_EQ(0u, side.gateway.counters().mirrors);
-}
-
-std::size_t threads() {
-  const std::filesystem::directory_iterator tasks("/proc/self/task");
-  return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
 TEST_F(GatewayTest, StopsInTimeAndLeavesNoThread) {

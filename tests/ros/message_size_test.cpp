@@ -7,12 +7,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-constexpr SubscriptionId kSubscription{7};
-
-Bytes bytes_of(const Payload& payload) {
-  return {payload.view().begin(), payload.view().end()};
-}
-
 using MessageSizeTest = RosTest;
 
 TEST_F(MessageSizeTest, DropsWhatIsTooLarge) {

@@ -4,9 +4,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-constexpr SubscriptionId kSubscription{7};
-constexpr MirrorId kMirror{9};
-
 class OwnSamplesTest : public RosTest {
  protected:
   static void open(TestSide& side) {
@@ -15,10 +12,6 @@ class OwnSamplesTest : public RosTest {
     side.gateway.apply(CreateSubscription{kSubscription, name, kString, "", qos_of_depth(10)});
   }
 };
-
-Bytes bytes_of(const Payload& payload) {
-  return {payload.view().begin(), payload.view().end()};
-}
 
 TEST_F(OwnSamplesTest, IgnoresItsOwnMirrors) {
   TestNode talker("talker");

@@ -1,11 +1,11 @@
 #include "ros/parameters/parameter_server.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <thread>
 
 #include "ros/parameters/parameter_table.hpp"
 #include "ros/ros_fixture.hpp"
+#include "unit/source_text.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -37,9 +37,9 @@ std::optional<ParameterDescriptor> describe_rule(const std::string& name) {
 }
 
 // A parameter server with a loop that runs until a program has ended.
-class Server {
+class RunningServer {
  public:
-  explicit Server(Node& node)
+  explicit RunningServer(Node& node)
       : server(node,
                {entries(), [this](const std::vector<Parameter>& wanted) { return set(wanted); },
                 describe_rule, [this](bool on) { sim_time = on; }, [this] { alarm.wake(); }}) {}
@@ -77,15 +77,15 @@ class Server {
 };
 
 std::string usual_client() {
-  const auto script = std::filesystem::path(__FILE__).parent_path() / "parameter_client.py";
-  return "python3 -B '" + script.string() + "' /connect_server 2>&1";
+  return "python3 -B '" + test::source_path("tests/ros/parameter_client.py") +
+         "' /connect_server 2>&1";
 }
 
 using ParameterServerTest = RosTest;
 
 TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
   TestNode node("connect_server");
-  Server server(*node);
+  RunningServer server(*node);
   const std::string report = server.run(usual_client());
   const auto expect = [&](const std::string& part) {
     EXPECT_NE(std::string::npos, report.find(part)) << part << "\nis missing in\n" << report;
@@ -112,7 +112,7 @@ TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
 TEST_F(ParameterServerTest, TellsParameterEvents) {
   TestNode node("connect_server");
   TestNode listener("listener");
-  Server server(*node);
+  RunningServer server(*node);
   RawSubscription events(listener, "/parameter_events", qos_of_depth(1000),
                          "rcl_interfaces/msg/ParameterEvent");
   server.run(usual_client());

@@ -137,11 +137,6 @@ TEST_F(ProxyNodeTest, NamesThatAreNoneBecomeOurs) {
   EXPECT_FALSE(side.next<MirrorFailed>(0ms));
 }
 
-std::size_t threads() {
-  const std::filesystem::directory_iterator tasks("/proc/self/task");
-  return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
-}
-
 // For the documents: what one costs.
 TEST_F(ProxyNodeTest, CostsLittle) {
   TestSide side("connect_client");

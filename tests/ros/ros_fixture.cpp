@@ -54,6 +54,15 @@ void separate_nodes() {
 
 }  // namespace
 
+Bytes bytes_of(const Payload& payload) {
+  return {payload.view().begin(), payload.view().end()};
+}
+
+std::size_t threads() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
+}
+
 std::size_t resident_kilobytes() {
   std::size_t total = 0, resident = 0;
   std::ifstream("/proc/self/statm") >> total >> resident;

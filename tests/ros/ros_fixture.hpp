@@ -27,11 +27,15 @@ using namespace std::chrono_literals;
 
 constexpr char kString[] = "std_msgs/msg/String";
 constexpr auto kPatience = 10s;
+constexpr SubscriptionId kSubscription{7};
+constexpr MirrorId kMirror{9};
 
 // std_msgs/msg/String in CDR, little endian, padded to 4 bytes as it is on the wire.
 Bytes string_message(const std::string& text);
 Qos qos_of_depth(std::uint32_t depth);
+Bytes bytes_of(const Payload& payload);
 std::size_t resident_kilobytes();  // of this process
+std::size_t threads();             // likewise
 // rmw_zenoh_cpp 0.6.7 blocks its thread for ever when an entity is destroyed while its callback
 // runs (ros2/rmw_zenoh#993).
 bool may_block_when_destroying();

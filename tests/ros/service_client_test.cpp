@@ -6,10 +6,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-Bytes bytes_of(const Payload& payload) {
-  return {payload.view().begin(), payload.view().end()};
-}
-
 class ServiceClientTest : public RosTest {
  protected:
   void client(TestSide& side, const std::string& type = kSetBool) {

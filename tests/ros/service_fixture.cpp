@@ -10,7 +10,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-constexpr std::size_t kMemoryMax = 1U << 30;
+constexpr std::size_t kCallMemoryMax = 1U << 30;
 
 Bytes bytes_of_message(MessageForm& form) {
   rmw_serialized_message_t message = rmw_get_zero_initialized_serialized_message();
@@ -106,7 +106,7 @@ std::optional<RawServer::Request> RawServer::take() {
 
 bool RawServer::try_respond(const Request& request, const Bytes& response) {
   rmw_request_id_t id = request.first;
-  EXPECT_EQ(std::nullopt, type_->response->read_from(response, kMemoryMax));
+  EXPECT_EQ(std::nullopt, type_->response->read_from(response, kCallMemoryMax));
   const rcl_ret_t result = rcl_send_response(&service_, &id, type_->response->message());
   if (result == RCL_RET_OK) return true;
   rcl_reset_error();
@@ -141,7 +141,7 @@ bool RawClient::ready() {
 
 std::int64_t RawClient::send(const Bytes& request) {
   std::int64_t number = 0;
-  EXPECT_EQ(std::nullopt, type_->request->read_from(request, kMemoryMax));
+  EXPECT_EQ(std::nullopt, type_->request->read_from(request, kCallMemoryMax));
   EXPECT_EQ(RCL_RET_OK, rcl_send_request(&client_, type_->request->message(), &number));
   return number;
 }

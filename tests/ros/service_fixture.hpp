@@ -17,6 +17,7 @@ namespace connect_bridge::ros {
 
 constexpr char kSetBool[] = "std_srvs/srv/SetBool";
 constexpr char kTestPackage[] = "connect_bridge_test_interfaces";
+constexpr char kMadeUp[] = "made_up/msg/Thing";  // is not installed
 
 // CDR, little endian, built field by field.
 class Cdr {

@@ -8,10 +8,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-Bytes bytes_of(const Payload& payload) {
-  return {payload.view().begin(), payload.view().end()};
-}
-
 class ServiceMirrorTest : public RosTest {
  protected:
   void mirror(TestSide& side, const std::string& type = kSetBool, const std::string& hash = "") {

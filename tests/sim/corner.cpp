@@ -5,7 +5,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr char kType[] = "std_srvs/srv/Trigger";
+constexpr char kCornerType[] = "std_srvs/srv/Trigger";
 
 struct Offered {
   const char* name;
@@ -13,8 +13,8 @@ struct Offered {
 };
 // Services that strangers offer, and that nodes here would call.
 constexpr Offered kCalled[] = {
-    {"/hostile/a", kType},
-    {"/hostile/b/c", kType},
+    {"/hostile/a", kCornerType},
+    {"/hostile/b/c", kCornerType},
     {"/hostile/a/get_parameters", "rcl_interfaces/srv/GetParameters"},
     {"/hostile/act/_action/send_goal", "test/action/Fib_SendGoal"},
 };
@@ -49,7 +49,7 @@ void Corner::start(int graphs) {
 }
 
 void Corner::add_servant(int graph, const std::string& name) {
-  servants_.push_back(services_.create_servant(spec(graph, name, kType)));
+  servants_.push_back(services_.create_servant(spec(graph, name, kCornerType)));
 }
 
 // Servers and callers are replaced from time to time.

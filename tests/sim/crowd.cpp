@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kEndpointsMax = 40;
+constexpr std::size_t kTopicEndpointsMax = 40;
 
 }  // namespace
 
@@ -164,7 +164,7 @@ void Crowd::remove_writer(std::size_t at) {
 void Crowd::churn() {
   if (calm_) return;
   const auto what = rng_.below(5);
-  if (what == 0 && writers_.size() < kEndpointsMax) {
+  if (what == 0 && writers_.size() < kTopicEndpointsMax) {
     const TopicPlan& topic = rng_.pick(scenario_.topics);
     add_writer(topic, rng_.pick(topic.graphs), "writer" + std::to_string(++last_node_));
   } else if (what == 1 && !writers_.empty()) {
@@ -179,7 +179,7 @@ void Crowd::churn() {
     schedule_.after(gap, [this, &topic, old] {
       if (!calm_) add_writer(topic, old.graph, old.node_name);
     });
-  } else if (what == 3 && readers_.size() < kEndpointsMax) {
+  } else if (what == 3 && readers_.size() < kTopicEndpointsMax) {
     add_random_reader();
   } else if (!readers_.empty()) {
     const auto at = rng_.below(readers_.size());

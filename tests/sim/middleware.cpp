@@ -13,10 +13,6 @@ bool same_topic(const EndpointSpec& a, const EndpointSpec& b) {
   return a.graph == b.graph && a.topic == b.topic && a.type == b.type;
 }
 
-bool same_process(const EndpointSpec& a, const EndpointSpec& b) {
-  return a.host >= 0 && a.host == b.host;
-}
-
 }  // namespace
 
 bool compatible(const Qos& offered, const Qos& requested) {

@@ -47,6 +47,11 @@ struct EndpointSpec {
   std::uint32_t handle = 0;  // that process's number for it
 };
 
+// Of one bridge.
+inline bool same_process(const EndpointSpec& a, const EndpointSpec& b) {
+  return a.host >= 0 && a.host == b.host;
+}
+
 struct Sample {
   Payload payload;
   Stamp stamp = 0;

@@ -9,15 +9,15 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Kind {
+struct TopicKind {
   const char* name;
   const char* type;
   bool latched;
   bool large;
 };
 
-const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> kKinds = {
+const std::vector<TopicKind>& topic_kinds() {
+  static const std::vector<TopicKind> kKinds = {
       {"/tf", "tf2_msgs/msg/TFMessage", false, false},
       {"/tf_static", "tf2_msgs/msg/TFMessage", true, false},
       {"/robot/odom", "nav_msgs/msg/Odometry", false, false},
@@ -63,7 +63,7 @@ GraphPlan random_graph(Rng& rng, const Scenario& scenario) {
   return graph;
 }
 
-TopicPlan random_topic(Rng& rng, const Kind& kind, int graphs) {
+TopicPlan random_topic(Rng& rng, const TopicKind& kind, int graphs) {
   TopicPlan topic;
   topic.name = kind.name;
   topic.type = kind.type;
@@ -199,7 +199,7 @@ Scenario make_scenario(std::uint64_t seed) {
   const int graphs = graphs_of(scenario.shape);
   const auto topics = rng.between(1, 9);
   for (int i = 0; i < topics; ++i) {
-    TopicPlan topic = random_topic(rng, rng.pick(kinds()), graphs);
+    TopicPlan topic = random_topic(rng, rng.pick(topic_kinds()), graphs);
     const bool known = std::any_of(scenario.topics.begin(), scenario.topics.end(),
                                    [&](const auto& t) { return t.name == topic.name; });
     if (!known) scenario.topics.push_back(std::move(topic));

@@ -80,6 +80,8 @@ struct Scenario {
 
 Scenario make_scenario(std::uint64_t seed);
 
+// Of a text that is right.
+Pattern pattern(const std::string& text);
 // A random set of rules; most of it lets most topics through. Used by make_scenario().
 std::vector<Rule> random_rules(Rng& rng);
 // Services, with their part of the rules and of the limits. What make_scenario() has drawn for

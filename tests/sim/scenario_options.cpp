@@ -8,13 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Pattern pattern(const std::string& text) {
-  auto parsed = Pattern::parse(text);
-  if (!parsed) violated("the simulation uses a bad pattern: " + parsed.error().message);
-  return std::move(parsed).value();
-}
-
-const std::vector<std::string>& allowed_patterns() {
+const std::vector<std::string>& topic_patterns() {
   static const std::vector<std::string> kTexts = {"/**",
                                                   "/**",
                                                   "/**",
@@ -65,12 +59,18 @@ Treatment random_treatment(Rng& rng) {
   return t;
 }
 
-void draw_patterns(Rng& rng, std::vector<Pattern>& into) {
+void draw_topics(Rng& rng, std::vector<Pattern>& into) {
   const auto count = rng.between(0, 3);
-  for (int i = 0; i < count; ++i) into.push_back(pattern(rng.pick(allowed_patterns())));
+  for (int i = 0; i < count; ++i) into.push_back(pattern(rng.pick(topic_patterns())));
 }
 
 }  // namespace
+
+Pattern pattern(const std::string& text) {
+  auto parsed = Pattern::parse(text);
+  if (!parsed) violated("the simulation uses a bad pattern: " + parsed.error().message);
+  return std::move(parsed).value();
+}
 
 std::vector<Rule> random_rules(Rng& rng) {
   std::vector<Rule> rules;
@@ -78,8 +78,8 @@ std::vector<Rule> random_rules(Rng& rng) {
   for (int i = 0; i < count; ++i) {
     Rule rule;
     rule.name = "rule" + std::to_string(i);
-    draw_patterns(rng, rule.export_topics);
-    draw_patterns(rng, rule.import_topics);
+    draw_topics(rng, rule.export_topics);
+    draw_topics(rng, rule.import_topics);
     if (rng.chance(250)) rule.deny.push_back(pattern(rng.pick(denied_patterns())));
     if (rng.chance(150)) rule.types = {"std_msgs/msg/String", "nav_msgs/msg/Odometry"};
     if (rng.chance(150)) rule.identities = {"ann"};

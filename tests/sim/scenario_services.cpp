@@ -9,14 +9,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Kind {
+struct ServiceKind {
   const char* name;
   const char* type;
   bool large;
 };
 
-const std::vector<Kind>& kinds() {
-  static const std::vector<Kind> kKinds = {
+const std::vector<ServiceKind>& service_kinds() {
+  static const std::vector<ServiceKind> kKinds = {
       {"/robot/arm/enable", "std_srvs/srv/SetBool", false},
       {"/robot/arm/reset", "std_srvs/srv/Trigger", false},
       {"/map/get", "nav_msgs/srv/GetMap", true},
@@ -35,7 +35,7 @@ const std::vector<Kind>& kinds() {
   return kKinds;
 }
 
-const std::vector<std::string>& allowed_patterns() {
+const std::vector<std::string>& service_patterns() {
   static const std::vector<std::string> kTexts = {"/**",
                                                   "/**",
                                                   "/robot/**",
@@ -54,15 +54,9 @@ const std::vector<std::string>& allowed_patterns() {
   return kTexts;
 }
 
-Pattern pattern(const std::string& text) {
-  auto parsed = Pattern::parse(text);
-  if (!parsed) violated("the simulation uses a bad pattern: " + parsed.error().message);
-  return std::move(parsed).value();
-}
-
-void draw_patterns(Rng& rng, std::vector<Pattern>& into) {
+void draw_services(Rng& rng, std::vector<Pattern>& into) {
   const auto count = rng.between(0, 3);
-  for (int i = 0; i < count; ++i) into.push_back(pattern(rng.pick(allowed_patterns())));
+  for (int i = 0; i < count; ++i) into.push_back(pattern(rng.pick(service_patterns())));
 }
 
 void draw_limits(Rng& rng, Treatment& treatment) {
@@ -76,12 +70,12 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
   for (auto& rule : rules) {
     draw_limits(rng, rule.treatment);
     if (rule.name == "corner") continue;  // the strangers', and all theirs
-    if (rng.chance(300)) draw_patterns(rng, rule.export_services);
-    if (rng.chance(300)) draw_patterns(rng, rule.import_services);
-    if (rng.chance(200)) draw_patterns(rng, rule.export_parameters);
-    if (rng.chance(200)) draw_patterns(rng, rule.import_parameters);
-    if (rng.chance(300)) draw_patterns(rng, rule.export_actions);
-    if (rng.chance(300)) draw_patterns(rng, rule.import_actions);
+    if (rng.chance(300)) draw_services(rng, rule.export_services);
+    if (rng.chance(300)) draw_services(rng, rule.import_services);
+    if (rng.chance(200)) draw_services(rng, rule.export_parameters);
+    if (rng.chance(200)) draw_services(rng, rule.import_parameters);
+    if (rng.chance(300)) draw_services(rng, rule.export_actions);
+    if (rng.chance(300)) draw_services(rng, rule.import_actions);
   }
   if (rng.chance(850)) {
     Rule calls;
@@ -92,7 +86,7 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
     if (rng.chance(700)) calls.import_parameters = {pattern("/**")};
     if (rng.chance(800)) calls.export_actions = {pattern("/**")};
     if (rng.chance(800)) calls.import_actions = {pattern("/**")};
-    if (rng.chance(200)) calls.deny = {pattern(rng.pick(allowed_patterns()))};
+    if (rng.chance(200)) calls.deny = {pattern(rng.pick(service_patterns()))};
     if (rng.chance(300)) {
       calls.treatment.compression.codec = rng.chance(500) ? Codec::kLz4 : Codec::kZstd;
     } else if (rng.chance(500)) {
@@ -105,7 +99,7 @@ Policy with_services(Rng& rng, const Policy& policy, bool strangers) {
   return Policy{std::move(rules)};
 }
 
-ServicePlan random_service(Rng& rng, const Kind& kind, int graphs) {
+ServicePlan random_service(Rng& rng, const ServiceKind& kind, int graphs) {
   ServicePlan service;
   service.name = kind.name;
   const auto hidden = service.name.find("/_action/");
@@ -137,7 +131,7 @@ void add_services(Scenario& scenario) {
   const int graphs = static_cast<int>(scenario.graphs.size());
   const auto count = rng.between(1, 5);
   for (int i = 0; i < count; ++i) {
-    ServicePlan plan = random_service(rng, rng.pick(kinds()), graphs);
+    ServicePlan plan = random_service(rng, rng.pick(service_kinds()), graphs);
     const bool known = std::any_of(scenario.services.begin(), scenario.services.end(),
                                    [&](const auto& s) { return s.name == plan.name; });
     if (!known) scenario.services.push_back(std::move(plan));

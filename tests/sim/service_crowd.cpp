@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kEndpointsMax = 24;
+constexpr std::size_t kServiceEndpointsMax = 24;
 
 }  // namespace
 
@@ -149,13 +149,13 @@ void ServiceCrowd::churn() {
   if (calm_) return;
   const auto what = rng_.below(6);
   const ServicePlan& plan = rng_.pick(scenario_.services);
-  if (what == 0 && servants_.size() < kEndpointsMax) {
+  if (what == 0 && servants_.size() < kServiceEndpointsMax) {
     add_servant(plan, rng_.pick(plan.graphs), "servant" + std::to_string(++last_node_));
   } else if (what == 1 && !servants_.empty()) {
     remove_servant(rng_.below(servants_.size()), "is gone");
   } else if (what == 2 && !servants_.empty()) {
     restart_servant();
-  } else if (what <= 4 && callers_.size() < kEndpointsMax) {
+  } else if (what <= 4 && callers_.size() < kServiceEndpointsMax) {
     add_caller(plan, static_cast<int>(rng_.below(scenario_.graphs.size())));
   } else if (!callers_.empty()) {
     remove_caller(rng_.below(callers_.size()));

@@ -14,10 +14,6 @@ bool same_service(const EndpointSpec& a, const EndpointSpec& b) {
   return a.graph == b.graph && a.topic == b.topic && a.type == b.type;
 }
 
-bool same_process(const EndpointSpec& a, const EndpointSpec& b) {
-  return a.host >= 0 && a.host == b.host;
-}
-
 }  // namespace
 
 void Services::announce(const EndpointSpec& spec) {

@@ -13,7 +13,7 @@ constexpr Duration kFirstStart = 1s;
 constexpr Duration kPeriod = 20ms;
 constexpr Duration kEnd = 13s;
 constexpr Duration kOver = 24s;
-constexpr const char* kType = "std_msgs/msg/String";
+constexpr const char* kTwinType = "std_msgs/msg/String";
 // Login, offers, the first picture of the graph and the discovery that a start waits for, on a
 // quick network.
 constexpr Duration kStartMax = 1500ms;
@@ -140,7 +140,7 @@ Twins::Stream Twins::make_stream(const std::string& topic, int from) {
   EndpointSpec spec;
   spec.graph = from;
   spec.topic = topic;
-  spec.type = kType;
+  spec.type = kTwinType;
   spec.node_namespace = "/";
   spec.node_name = "talker" + std::to_string(from);
   spec.qos.depth = 100;

@@ -7,8 +7,12 @@
 
 namespace connect_bridge::test {
 
+std::string source_path(const std::string& path) {
+  return std::string(CONNECT_SOURCE_DIR) + "/" + path;
+}
+
 std::string source_text(const std::string& path) {
-  std::ifstream file(std::string(CONNECT_SOURCE_DIR) + "/" + path);
+  std::ifstream file(source_path(path));
   EXPECT_TRUE(file) << path;
   std::ostringstream text;
   text << file.rdbuf();

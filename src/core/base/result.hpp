@@ -17,6 +17,10 @@ struct Error {
   std::string message;
 };
 
+inline Error malformed(std::string message) {
+  return {CloseCode::kMalformed, std::move(message)};
+}
+
 // A value or the reason why there is none.
 template <class T>
 class [[nodiscard]] Result {

@@ -20,6 +20,7 @@ using TimePoint = Timeline::time_point;
 
 // Nanoseconds since 1970-01-01 UTC (system clock) or of a node's ROS time; 0 means "not known".
 using Stamp = std::int64_t;
+inline constexpr Stamp kStampSecond = 1'000'000'000;
 
 // Whether arithmetic on a stamp from a peer cannot overflow (up to the year 2116).
 constexpr bool is_plausible(Stamp stamp) {

@@ -29,10 +29,6 @@ ZSTD_DCtx* decompress_context() {
   return context.get();
 }
 
-Error malformed(const char* message) {
-  return Error{CloseCode::kMalformed, message};
-}
-
 const char* chars(ByteView bytes) {
   return reinterpret_cast<const char*>(bytes.data());
 }

@@ -67,11 +67,11 @@ ChannelOffer Attachment::open_channel() {
 // them: with their usual ratio and a worker's usual rate, compression pays below this rate of the
 // path.
 Compression Attachment::compression_of(std::size_t bytes) const {
-  constexpr double kRateMax = 20e6;
+  constexpr double kCompressedRateMax = 20e6;
   Compression how = decision_.treatment.compression;
   if (!how.automatic || !link_.open() || !serving_.jobs.is_large(bytes)) return how;
   const double rate = link_.outbox().assumed_rate();
-  if (rate > 0 && rate < kRateMax) how.codec = Codec::kZstd;
+  if (rate > 0 && rate < kCompressedRateMax) how.codec = Codec::kZstd;
   return how;
 }
 

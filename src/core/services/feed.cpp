@@ -15,7 +15,7 @@ namespace {
 // Bytes of compressed answers that may wait for the worker; answers beyond that are decompressed at
 // once.
 constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
-constexpr char kNoMemory[] = "no memory is left in the share of ";
+constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
 
 }  // namespace
 
@@ -169,7 +169,7 @@ std::string Feed::no_room(std::size_t bytes) const {
   if (load_.request_bytes.used() + bytes > limits.call_bytes_max ||
       (link_.connection && link_.outbox().kept_bytes() > kept_bytes_max(limits.call_bytes_max)))
     return "too many bytes of requests wait for " + link_.label();
-  if (bytes > link_.memory.room()) return std::string(kNoMemory) + link_.label();
+  if (bytes > link_.memory.room()) return std::string(kNoMemoryOf) + link_.label();
   if (last_.value >= UINT32_MAX - 1) return "no call numbers are left";
   return {};
 }
@@ -229,7 +229,7 @@ Result<Nothing> Feed::on_message(InMessage message, const Now& now) {
   }
   MadeCall& call = at->second;
   if (!message.kept) {
-    note_refusal(kNoMemory + link_.label(), now);
+    note_refusal(kNoMemoryOf + link_.label(), now);
     give_up(call);
     return Nothing{};
   }

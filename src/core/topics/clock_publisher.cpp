@@ -7,16 +7,15 @@
 namespace connect_bridge {
 namespace {
 
-constexpr Stamp kSecond = 1'000'000'000;
-constexpr double kRateMax = 100.0;
+constexpr double kClockRateMax = 100.0;
 // Two samples closer than this say little about the rate.
-constexpr Stamp kRateBase = kSecond / 20;
+constexpr Stamp kRateBase = kStampSecond / 20;
 
 // rosgraph_msgs/msg/Clock: int32 seconds, uint32 nanoseconds.
 Payload clock_message(Stamp ros) {
   return CdrWriter()
-      .u32(static_cast<std::uint32_t>(ros / kSecond))
-      .u32(static_cast<std::uint32_t>(ros % kSecond))
+      .u32(static_cast<std::uint32_t>(ros / kStampSecond))
+      .u32(static_cast<std::uint32_t>(ros % kStampSecond))
       .take();
 }
 
@@ -52,7 +51,7 @@ void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {
     // twice, otherwise we would run ahead and then back. A jump back (a restarted simulation) gives
     // no rate.
     if (rate >= 0) {
-      rate_ = std::min({rate, measured_rate_, kRateMax});
+      rate_ = std::min({rate, measured_rate_, kClockRateMax});
       measured_rate_ = rate;
     }
   }
@@ -69,7 +68,7 @@ void ClockPublisher::on_time(Outputs& outputs, const Now& now) {
   next_ = std::max(next_ + period_, now.steady);
   if (!sample_) return;
   Stamp ros = ros_at(now.system);
-  if (ros < last_published_ && last_published_ - ros < kSecond) ros = last_published_;
+  if (ros < last_published_ && last_published_ - ros < kStampSecond) ros = last_published_;
   last_published_ = ros;
   outputs.push(Publish{mirror_, clock_message(ros)});
 }

@@ -10,7 +10,7 @@ namespace connect_bridge {
 namespace {
 
 // A mirror whose origin is gone stays this long, so that the middleware delivers its last samples.
-constexpr Duration kLinger = std::chrono::milliseconds(200);
+constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 // Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
@@ -91,7 +91,7 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
   std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
   charge();
   if (candidates_.empty()) {
-    ends_ = context_.timers.set(now.steady + kLinger, this);
+    ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
     return;
   }
   const bool taken_over = refresh(now);
@@ -256,9 +256,8 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
 }
 
 void Mirror::warn_incompatible(const Now& now) {
-  const bool any_fits = !context_.graph_options.qos_must_fit;
-  const TopicState* topic = id_ && !any_fits ? context_.graph.find(key_.first) : nullptr;
-  if (!topic) return;
+  const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
+  if (!topic || !context_.graph_options.qos_must_fit) return;
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
   for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);

@@ -5,8 +5,8 @@
 namespace connect_bridge {
 namespace {
 
-constexpr Duration kLinger = std::chrono::milliseconds(300);
-constexpr Duration kLingerMax = std::chrono::seconds(3);  // while its samples wait in a queue
+constexpr Duration kOriginLinger = std::chrono::milliseconds(300);
+constexpr Duration kOriginLingerMax = std::chrono::seconds(3);  // while its samples wait in a queue
 
 }  // namespace
 
@@ -32,7 +32,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
   }
   for (auto& [gid, origin] : origins_) {
     if (!origin.seen && !origin.vanishes)
-      origin.vanishes = timers_.set(now.steady + kLinger, topic_);
+      origin.vanishes = timers_.set(now.steady + kOriginLinger, topic_);
     origin.seen = false;
   }
   return told;
@@ -47,11 +47,11 @@ std::vector<OriginId> Origins::remove_vanished(bool drained,
     if (!origin.vanishes || origin.vanishes.at() > now.steady) {
       ++it;
     } else if (is_kept(origin.id)) {
-      origin.vanishes = timers_.set(now.steady + kLinger, topic_);
+      origin.vanishes = timers_.set(now.steady + kOriginLinger, topic_);
       ++it;
     } else if (!drained && !origin.lingering) {
       origin.lingering = true;
-      origin.vanishes = timers_.set(now.steady + kLingerMax, topic_);
+      origin.vanishes = timers_.set(now.steady + kOriginLingerMax, topic_);
       ++it;
     } else {
       removed.push_back(origin.id);

@@ -9,8 +9,6 @@
 namespace connect_bridge {
 namespace {
 
-using Json = ControlReader::Json;
-
 std::vector<std::string> read_strings(ControlReader& reader, const Json& json, const char* key,
                                       bool optional = false) {
   std::vector<std::string> strings;
@@ -75,11 +73,11 @@ std::size_t patterns_of(const Accepts& accepts) {
   return count;
 }
 
-void put(const Accepts& message, nlohmann::ordered_json& json) {
+void put(const Accepts& message, OrderedJson& json) {
   json["type"] = "accepts";
-  auto& rules = json["rules"] = nlohmann::ordered_json::array();
+  auto& rules = json["rules"] = OrderedJson::array();
   for (const auto& rule : message.rules) {
-    nlohmann::ordered_json entry;
+    OrderedJson entry;
     entry["topics"] = rule.topics;
     if (!rule.services.empty()) entry["services"] = rule.services;
     if (!rule.actions.empty()) entry["actions"] = rule.actions;

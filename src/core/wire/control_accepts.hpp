@@ -5,7 +5,7 @@
 
 namespace connect_bridge {
 
-Accepts read_accepts(ControlReader& reader, const ControlReader::Json& json);
-void put(const Accepts& message, nlohmann::ordered_json& json);
+Accepts read_accepts(ControlReader& reader, const Json& json);
+void put(const Accepts& message, OrderedJson& json);
 
 }  // namespace connect_bridge

@@ -14,7 +14,6 @@
 namespace connect_bridge {
 namespace {
 
-using Json = ControlReader::Json;
 using Reader = ControlReader;
 
 Gid read_gid(Reader& reader, const Json& json) {

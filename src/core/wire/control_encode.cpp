@@ -1,8 +1,8 @@
 // Control messages -> JSON text.
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/base/hex.hpp"
+#include "core/base/json.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/control_accepts.hpp"
 #include "core/wire/control_listeners.hpp"
@@ -13,10 +13,8 @@
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-Json json_of(const OriginOffer& origin) {
-  Json json;
+OrderedJson json_of(const OriginOffer& origin) {
+  OrderedJson json;
   json["origin"] = origin.origin.value;
   json["gid"] = to_hex(origin.gid.bytes);
   json["node"] = to_text(origin.node, kNameBytesMax);
@@ -24,21 +22,21 @@ Json json_of(const OriginOffer& origin) {
   return json;
 }
 
-Json json_of(const std::vector<OriginOffer>& origins) {
-  Json json = Json::array();
+OrderedJson json_of(const std::vector<OriginOffer>& origins) {
+  OrderedJson json = OrderedJson::array();
   for (const auto& origin : origins) json.push_back(json_of(origin));
   return json;
 }
 
 template <class Tag, class Value>
-Json json_of(const std::vector<Id<Tag, Value>>& ids) {
-  Json json = Json::array();
+OrderedJson json_of(const std::vector<Id<Tag, Value>>& ids) {
+  OrderedJson json = OrderedJson::array();
   for (const auto& id : ids) json.push_back(id.value);
   return json;
 }
 
-Json json_of(const ChannelOffer& channel) {
-  Json json;
+OrderedJson json_of(const ChannelOffer& channel) {
+  OrderedJson json;
   json["channel"] = channel.channel.value;
   json["kind"] = word_of(kKindWords, channel.kind);
   json["name"] = channel.name;
@@ -58,21 +56,21 @@ Json json_of(const ChannelOffer& channel) {
   return json;
 }
 
-void put(const Offer& message, Json& json) {
+void put(const Offer& message, OrderedJson& json) {
   json["type"] = "offer";
-  Json& channels = json["channels"] = Json::array();
+  OrderedJson& channels = json["channels"] = OrderedJson::array();
   for (const auto& channel : message.channels) channels.push_back(json_of(channel));
   json["complete"] = message.complete;
 }
 
-void put(const OriginsChanged& message, Json& json) {
+void put(const OriginsChanged& message, OrderedJson& json) {
   json["type"] = "origins";
   json["channel"] = message.channel.value;
   json["added"] = json_of(message.added);
   json["removed"] = json_of(message.removed);
 }
 
-void put(const Withdraw& message, Json& json) {
+void put(const Withdraw& message, OrderedJson& json) {
   json["type"] = "withdraw";
   json["channels"] = json_of(message.channels);
   if (message.code.empty()) return;
@@ -80,7 +78,7 @@ void put(const Withdraw& message, Json& json) {
   json["reason"] = to_text(message.reason, kReasonBytesMax);
 }
 
-void put(const Demand& message, Json& json) {
+void put(const Demand& message, OrderedJson& json) {
   json["type"] = "demand";
   json["channels"] = json_of(message.channels);
   json["number"] = message.number;
@@ -88,20 +86,20 @@ void put(const Demand& message, Json& json) {
   if (!message.after.empty()) json["after"] = message.after;
 }
 
-void put(const Decline& message, Json& json) {
+void put(const Decline& message, OrderedJson& json) {
   json["type"] = "decline";
   json["channel"] = message.channel.value;
   json["code"] = message.code;
   json["reason"] = to_text(message.reason, kReasonBytesMax);
 }
 
-void put(const Attach& message, Json& json) {
+void put(const Attach& message, OrderedJson& json) {
   json["type"] = "attach";
   json["channel"] = message.channel.value;
   json["requests"] = message.requests.value;
 }
 
-void put(const Attached& message, Json& json) {
+void put(const Attached& message, OrderedJson& json) {
   json["type"] = "attached";
   json["channel"] = message.channel.value;
   json["requests"] = message.requests.value;
@@ -110,7 +108,7 @@ void put(const Attached& message, Json& json) {
   json["type_hash"] = to_text(message.type_hash, kNameBytesMax);
 }
 
-void put(const Refuse& message, Json& json) {
+void put(const Refuse& message, OrderedJson& json) {
   json["type"] = "refuse";
   json["channel"] = message.channel.value;
   json["calls"] = json_of(message.calls);
@@ -118,37 +116,37 @@ void put(const Refuse& message, Json& json) {
   json["reason"] = to_text(message.reason, kReasonBytesMax);
 }
 
-void put(const Forget& message, Json& json) {
+void put(const Forget& message, OrderedJson& json) {
   json["type"] = "forget";
   json["channel"] = message.channel.value;
   json["calls"] = json_of(message.calls);
 }
 
-void put(const Describe& message, Json& json) {
+void put(const Describe& message, OrderedJson& json) {
   json["type"] = "describe";
   json["channels"] = json_of(message.channels);
 }
 
-void put(const Description& message, Json& json) {
+void put(const Description& message, OrderedJson& json) {
   json["type"] = "description";
   json["channel"] = message.channel.value;
   if (!message.text.empty()) json["text"] = message.text;
 }
 
-void put(const Renew& message, Json& json) {
+void put(const Renew& message, OrderedJson& json) {
   json["type"] = "renew";
   json["method"] = message.method;
   json["credential"] = message.credential;
 }
 
-void put(const Renewed& message, Json& json) {
+void put(const Renewed& message, OrderedJson& json) {
   json["type"] = "renewed";
   json["accepted"] = message.accepted;
 }
 
 // Bytes that are not UTF-8 are replaced: dump() must not throw because of a name in the graph.
-std::string dump(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+std::string dump(const OrderedJson& json) {
+  return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
 }
 
 std::string offer_of(const std::vector<std::string>& channels, bool complete) {
@@ -164,7 +162,7 @@ std::string offer_of(const std::vector<std::string>& channels, bool complete) {
 }  // namespace
 
 std::string encode(const Control& message) {
-  Json json;
+  OrderedJson json;
   std::visit([&json](const auto& kind) { put(kind, json); }, message);
   return dump(json);
 }

@@ -7,8 +7,6 @@
 namespace connect_bridge {
 namespace {
 
-using Json = ControlReader::Json;
-
 std::vector<ListenerId> read_removed(ControlReader& reader, const Json& json) {
   std::vector<ListenerId> removed;
   const Json* list = reader.array(json, "removed", kListenersMax);
@@ -42,11 +40,11 @@ Listeners read_listeners(ControlReader& reader, const Json& json) {
   return listeners;
 }
 
-void put(const Listeners& message, nlohmann::ordered_json& json) {
+void put(const Listeners& message, OrderedJson& json) {
   json["type"] = "listeners";
-  auto& added = json["added"] = nlohmann::ordered_json::array();
+  auto& added = json["added"] = OrderedJson::array();
   for (const auto& told : message.added) {
-    nlohmann::ordered_json entry;
+    OrderedJson entry;
     entry["listener"] = told.listener.value;
     entry["name"] = told.name;
     entry["type"] = told.type;
@@ -55,7 +53,7 @@ void put(const Listeners& message, nlohmann::ordered_json& json) {
     entry["qos"] = json_of(told.qos);
     added.push_back(std::move(entry));
   }
-  auto& removed = json["removed"] = nlohmann::ordered_json::array();
+  auto& removed = json["removed"] = OrderedJson::array();
   for (const ListenerId gone : message.removed) removed.push_back(gone.value);
 }
 

@@ -5,7 +5,7 @@
 
 namespace connect_bridge {
 
-Listeners read_listeners(ControlReader& reader, const ControlReader::Json& json);
-void put(const Listeners& message, nlohmann::ordered_json& json);
+Listeners read_listeners(ControlReader& reader, const Json& json);
+void put(const Listeners& message, OrderedJson& json);
 
 }  // namespace connect_bridge

@@ -3,16 +3,14 @@
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-void put_duration(const char* key, Duration duration, Json& json) {
+void put_duration(const char* key, Duration duration, OrderedJson& json) {
   if (duration >= Duration::zero() && duration <= kDurationMax) json[key] = duration.count();
 }
 
 }  // namespace
 
-Json json_of(const Qos& qos) {
-  Json json;
+OrderedJson json_of(const Qos& qos) {
+  OrderedJson json;
   json["reliability"] = word_of(kReliabilityWords, qos.reliability);
   json["durability"] = word_of(kDurabilityWords, qos.durability);
   json["history"] = word_of(kHistoryWords, qos.history);
@@ -24,10 +22,10 @@ Json json_of(const Qos& qos) {
   return json;
 }
 
-Qos read_qos(ControlReader& reader, const ControlReader::Json& json) {
-  const ControlReader::Json* member = reader.find(json, "qos");
+Qos read_qos(ControlReader& reader, const Json& json) {
+  const Json* member = reader.find(json, "qos");
   if (member == nullptr) return {};
-  const ControlReader::Json& object = reader.object(*member, "qos");
+  const Json& object = reader.object(*member, "qos");
   Qos qos;
   qos.reliability = reader.word(object, "reliability", kReliabilityWords, qos.reliability);
   qos.durability = reader.word(object, "durability", kDurabilityWords, qos.durability);

@@ -7,7 +7,7 @@
 namespace connect_bridge {
 
 // The member `qos` of `json`, which must be there.
-Qos read_qos(ControlReader& reader, const ControlReader::Json& json);
-nlohmann::ordered_json json_of(const Qos& qos);
+Qos read_qos(ControlReader& reader, const Json& json);
+OrderedJson json_of(const Qos& qos);
 
 }  // namespace connect_bridge

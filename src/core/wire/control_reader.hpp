@@ -4,11 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/base/json.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/control.hpp"
 #include "core/wire/login.hpp"
@@ -21,8 +21,6 @@ namespace connect_bridge {
 // default, so that callers check once, at the end.
 class ControlReader {
  public:
-  using Json = nlohmann::json;
-
   [[nodiscard]] bool failed() const { return failed_; }
   [[nodiscard]] const Error& error() const { return error_; }
 

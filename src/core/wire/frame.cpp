@@ -23,10 +23,6 @@ constexpr std::size_t kZeroBytesBeforeNumbers = 8;  // ack and time frames: type
 
 using Outcome = Result<std::optional<Frame>>;
 
-Error malformed(std::string message) {
-  return Error{CloseCode::kMalformed, std::move(message)};
-}
-
 bool all_zero(ByteView bytes) {
   for (const auto byte : bytes) {
     if (byte != 0) return false;

@@ -21,16 +21,12 @@ constexpr std::size_t kHelloBytes = 42;    // without the node name
 constexpr std::size_t kLoginBytes = 8;     // without method and credential
 constexpr std::size_t kWelcomeBytes = 52;  // without node name and identity
 
-Error malformed(const char* message) {
-  return Error{CloseCode::kMalformed, message};
-}
-
-std::string_view chars(ByteView bytes) {
+std::string_view text_in(ByteView bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 bool has_magic(ByteView record, std::string_view magic) {
-  return record.size() >= kMagicBytes && chars(record.first(kMagicBytes)) == magic;
+  return record.size() >= kMagicBytes && text_in(record.first(kMagicBytes)) == magic;
 }
 
 Token128 get_token(ByteView record, std::size_t offset) {
@@ -141,7 +137,7 @@ Result<Hello> decode_hello(ByteView record) {
   hello.session = get_token(record, 24);
   const auto node_bytes = get_le<std::uint16_t>(record, 40);
   if (record.size() != kHelloBytes + node_bytes) return malformed("a hello has a wrong length");
-  const std::string_view node = chars(record.subspan(kHelloBytes));
+  const std::string_view node = text_in(record.subspan(kHelloBytes));
   if (!hello.side) return malformed("a hello has no side id");
   if (node.size() > kNodeBytesMax) {
     return Error{CloseCode::kTooLarge, "the node name of a hello is longer than 255 bytes"};
@@ -158,7 +154,7 @@ Result<Login> decode_login(ByteView record) {
   if (record.size() != kLoginBytes + std::size_t{method_bytes} + credential_bytes) {
     return malformed("a login has a wrong length");
   }
-  const std::string_view method = chars(record.subspan(kLoginBytes, method_bytes));
+  const std::string_view method = text_in(record.subspan(kLoginBytes, method_bytes));
   if (!is_method(method)) return malformed("a login's method is not a word of 1 to 32 [a-z0-9_]");
   if (credential_bytes > kCredentialBytesMax) {
     return Error{CloseCode::kTooLarge, "a login's credential is longer than 3900 bytes"};
@@ -189,8 +185,8 @@ Result<Welcome> decode_welcome(ByteView record) {
   if (record.size() != kWelcomeBytes + node_bytes + identity_bytes) {
     return malformed("a welcome has a wrong length");
   }
-  const std::string_view node = chars(record.subspan(kWelcomeBytes, node_bytes));
-  const std::string_view identity = chars(record.subspan(kWelcomeBytes + node_bytes));
+  const std::string_view node = text_in(record.subspan(kWelcomeBytes, node_bytes));
+  const std::string_view identity = text_in(record.subspan(kWelcomeBytes + node_bytes));
   if (!welcome.side || !welcome.session) return malformed("a welcome has no side or session id");
   if (welcome.dead_after_ms != 0 &&
       (welcome.dead_after_ms < kDeadAfterMsMin || welcome.dead_after_ms > kDeadAfterMsMax)) {

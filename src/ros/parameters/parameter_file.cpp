@@ -8,7 +8,7 @@ namespace connect_bridge::ros {
 namespace {
 
 template <class Value, class Array>
-std::vector<Value> list_of(const Array& array) {
+std::vector<Value> values_of(const Array& array) {
   return std::vector<Value>(array.values, array.values + array.size);
 }
 
@@ -17,10 +17,10 @@ ParameterValue value_of(const rcl_variant_t& value) {
   if (value.integer_value) return *value.integer_value;
   if (value.double_value) return *value.double_value;
   if (value.string_value) return std::string{value.string_value};
-  if (value.byte_array_value) return list_of<std::uint8_t>(*value.byte_array_value);
-  if (value.bool_array_value) return list_of<bool>(*value.bool_array_value);
-  if (value.integer_array_value) return list_of<std::int64_t>(*value.integer_array_value);
-  if (value.double_array_value) return list_of<double>(*value.double_array_value);
+  if (value.byte_array_value) return values_of<std::uint8_t>(*value.byte_array_value);
+  if (value.bool_array_value) return values_of<bool>(*value.bool_array_value);
+  if (value.integer_array_value) return values_of<std::int64_t>(*value.integer_array_value);
+  if (value.double_array_value) return values_of<double>(*value.double_array_value);
   std::vector<std::string> strings;
   if (const auto* array = value.string_array_value) {
     strings.assign(array->data, array->data + array->size);

@@ -11,9 +11,9 @@ namespace {
 
 // From dds/dds.h of Cyclone DDS 0.10. Declared here so that the bridge is built once for all
 // middlewares. Node checks at its start that a publisher of its own is found this way.
-using Entity = std::int32_t;
-constexpr Entity kPublicationTopic = 0x7fff0000 + 3;  // DDS_BUILTIN_TOPIC_DCPSPUBLICATION
-constexpr std::uint32_t kAlive = 16;                  // DDS_ALIVE_INSTANCE_STATE
+using DdsEntity = std::int32_t;
+constexpr DdsEntity kPublicationTopic = 0x7fff0000 + 3;  // DDS_BUILTIN_TOPIC_DCPSPUBLICATION
+constexpr std::uint32_t kAlive = 16;                     // DDS_ALIVE_INSTANCE_STATE
 
 struct SampleInfo {
   std::uint32_t sample_state, view_state, instance_state;
@@ -28,13 +28,14 @@ struct PublicationSample {  // the beginning of dds_builtintopic_endpoint_t
 };
 
 struct Functions {
-  Entity (*lookup_participant)(std::uint32_t domain, Entity* found, std::size_t size) = nullptr;
-  Entity (*create_reader)(Entity participant, Entity topic, const void* qos,
-                          const void* listener) = nullptr;
-  Entity (*take)(Entity reader, void** samples, SampleInfo* infos, std::size_t size,
-                 std::uint32_t max) = nullptr;
-  Entity (*return_loan)(Entity reader, void** samples, std::int32_t count) = nullptr;
-  Entity (*remove)(Entity entity) = nullptr;
+  DdsEntity (*lookup_participant)(std::uint32_t domain, DdsEntity* found,
+                                  std::size_t size) = nullptr;
+  DdsEntity (*create_reader)(DdsEntity participant, DdsEntity topic, const void* qos,
+                             const void* listener) = nullptr;
+  DdsEntity (*take)(DdsEntity reader, void** samples, SampleInfo* infos, std::size_t size,
+                    std::uint32_t max) = nullptr;
+  DdsEntity (*return_loan)(DdsEntity reader, void** samples, std::int32_t count) = nullptr;
+  DdsEntity (*remove)(DdsEntity entity) = nullptr;
   bool complete = false;
 };
 
@@ -86,7 +87,7 @@ CyclonePublishers::~CyclonePublishers() {
 // Any participant of the process works: all see the same, with the same handles.
 bool CyclonePublishers::open() {
   if (reader_ > 0) return true;
-  Entity participant = 0;
+  DdsEntity participant = 0;
   if (!available() || functions().lookup_participant(domain_, &participant, 1) < 1) return false;
   reader_ =
       std::max(0, functions().create_reader(participant, kPublicationTopic, nullptr, nullptr));
@@ -104,7 +105,8 @@ std::vector<PublisherChange> CyclonePublishers::changes() {
   while (open()) {
     std::array<void*, kAtOnce> samples{};
     std::array<SampleInfo, kAtOnce> infos{};
-    const Entity count = functions().take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
+    const DdsEntity count =
+        functions().take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
     if (count < 0) close();  // it ended with its participant; the next call reads everything again
     if (count <= 0) break;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {

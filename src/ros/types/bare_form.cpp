@@ -16,7 +16,6 @@ namespace {
 
 using eprosima::fastcdr::Cdr;
 
-constexpr std::size_t kHeaderSize = 4;
 constexpr std::uint8_t kOrder = std::endian::native == std::endian::little ? 1 : 0;
 // How many bytes are requested first, before the size of a message predicts that of the next one.
 constexpr std::size_t kFirstBytes = 64;
@@ -26,7 +25,7 @@ constexpr std::size_t kExpectedMax = 64U << 10U;
 struct BareMessage {
   BareMessage() : taken(rmw_get_zero_initialized_serialized_message()) {
     auto allocator = rcutils_get_default_allocator();
-    ignore_error(rmw_serialized_message_init(&taken, kHeaderSize + kFirstBytes, &allocator));
+    ignore_error(rmw_serialized_message_init(&taken, kCdrHeaderSize + kFirstBytes, &allocator));
   }
   ~BareMessage() { ignore_error(rmw_serialized_message_fini(&taken)); }
   BareMessage(const BareMessage&) = delete;
@@ -68,7 +67,7 @@ bool make_room(rmw_serialized_message_t& bytes, std::size_t capacity) {
 // a few.
 bool take_all(Cdr& cdr, BareMessage& message) {
   rmw_serialized_message_t& taken = message.taken;
-  std::size_t size = kHeaderSize;
+  std::size_t size = kCdrHeaderSize;
   std::size_t step = std::clamp<std::size_t>(message.expected, 1, kExpectedMax);
   bool shrinks = false;
   for (bool first = true; step > 0; first = false) {
@@ -83,7 +82,7 @@ bool take_all(Cdr& cdr, BareMessage& message) {
       shrinks = true;
     }
   }
-  message.expected = size - kHeaderSize;
+  message.expected = size - kCdrHeaderSize;
   taken.buffer_length = size;
   // The bytes may wait in queues that count their size, so the buffer must not be much larger.
   return taken.buffer_capacity <= 2 * size + kFirstBytes || make_room(taken, size);
@@ -94,7 +93,7 @@ bool deserialize(Cdr& cdr, void* untyped) {
   message.taken.buffer_length = 0;
   if (!is_plain(cdr) || !take_all(cdr, message)) return false;
   const bool little = cdr.endianness() == Cdr::LITTLE_ENDIANNESS;
-  std::fill_n(message.taken.buffer, kHeaderSize, std::uint8_t{0});
+  std::fill_n(message.taken.buffer, kCdrHeaderSize, std::uint8_t{0});
   message.taken.buffer[1] = little ? 1 : 0;
   return true;
 }
@@ -122,13 +121,13 @@ class BareForm final : public MessageForm {
 
   // Swaps its buffer with that of `bytes`: no copy.
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
-    if (message_.taken.buffer_length < kHeaderSize) return "no bytes of a " + type_;
+    if (message_.taken.buffer_length < kCdrHeaderSize) return "no bytes of a " + type_;
     std::swap(bytes, message_.taken);
     return std::nullopt;
   }
 
   std::optional<std::string> read_from(ByteView bytes, std::size_t) override {
-    if (bytes.size() < kHeaderSize || bytes[0] != 0 || bytes[1] > 1)
+    if (bytes.size() < kCdrHeaderSize || bytes[0] != 0 || bytes[1] > 1)
       return "not a " + type_ + ": the bytes are not plain CDR";
     if (bytes[1] != kOrder)
       return "a " + type_ + " of the other byte order can be sent only where the type is installed";
@@ -137,7 +136,7 @@ class BareForm final : public MessageForm {
     if (fields != nullptr)
       if (const auto problem = check_cdr(bytes, *fields, described_limits(bytes.size())))
         return "not a " + type_ + ": " + *problem;
-    message_.body = bytes.subspan(kHeaderSize);
+    message_.body = bytes.subspan(kCdrHeaderSize);
     return std::nullopt;
   }
 

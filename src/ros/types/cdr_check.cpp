@@ -16,7 +16,6 @@ namespace {
 using Members = rosidl_typesupport_introspection_c__MessageMembers;
 using Member = rosidl_typesupport_introspection_c__MessageMember;
 
-constexpr std::size_t kHeaderSize = 4;
 // A problem names the innermost fields; their names may be a peer's.
 constexpr std::size_t kProblemBytes = 200;
 // All middlewares write a character of a wstring as 32 bits.
@@ -207,10 +206,10 @@ const rosidl_message_type_support_t* introspection_of(const rosidl_message_type_
 std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_support_t& type,
                                      const CdrLimits& limits) {
   // Other encapsulations exist (parameter lists, XCDR2); no ROS middleware writes them.
-  if (bytes.size() < kHeaderSize || bytes[0] != 0 || bytes[1] > 1) {
+  if (bytes.size() < kCdrHeaderSize || bytes[0] != 0 || bytes[1] > 1) {
     return "the bytes are not plain CDR";
   }
-  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, limits);
+  Walk walk(bytes.subspan(kCdrHeaderSize), bytes[1] == 1, limits);
   if (walk.message(members_of(type))) return std::nullopt;
   return walk.problem;
 }
@@ -218,17 +217,17 @@ std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_s
 std::optional<std::size_t> clear_padding(std::span<std::uint8_t> bytes,
                                          const rosidl_message_type_support_t& type,
                                          std::string& problem) {
-  if (bytes.size() < kHeaderSize) {
+  if (bytes.size() < kCdrHeaderSize) {
     problem = "the bytes are not plain CDR";
     return std::nullopt;
   }
-  Walk walk(bytes.subspan(kHeaderSize), bytes[1] == 1, {});
-  walk.clear = bytes.data() + kHeaderSize;
+  Walk walk(bytes.subspan(kCdrHeaderSize), bytes[1] == 1, {});
+  walk.clear = bytes.data() + kCdrHeaderSize;
   if (!walk.message(members_of(type))) {
     problem = walk.problem;
     return std::nullopt;
   }
-  return kHeaderSize + walk.place();
+  return kCdrHeaderSize + walk.place();
 }
 
 }  // namespace connect_bridge::ros

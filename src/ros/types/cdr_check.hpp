@@ -15,6 +15,9 @@
 
 namespace connect_bridge::ros {
 
+// Before the fields: which order of bytes, and options that are not used.
+inline constexpr std::size_t kCdrHeaderSize = 4;
+
 // How many strings and sequences, and nested messages, a message of a peer may contain. A few
 // kilobytes that decompress to 64 MiB can be millions of empty ones, which take almost no memory
 // but most of a second of the loop's time. Measured: a string or sequence takes about 100 ns to

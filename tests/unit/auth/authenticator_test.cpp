@@ -22,14 +22,14 @@ using testing::IsEmpty;
 
 constexpr char kToken[] = "0123456789abcdef-secret";
 
-constexpr Stamp kNow = 0;
+constexpr Stamp kEarly = 0;
 
 Judgement check(Authenticator& method, const std::string& token, const std::string& peer,
                 const std::string& name = "token") {
-  return method.judge({name, Bytes(token.begin(), token.end()), peer}, kNow);
+  return method.judge({name, Bytes(token.begin(), token.end()), peer}, kEarly);
 }
 
-std::string entry(const std::string& name, const std::string& more = {}) {
+std::string token_entry(const std::string& name, const std::string& more = {}) {
   const ByteView token{reinterpret_cast<const std::uint8_t*>(kToken), sizeof kToken - 1};
   return "- {identity: " + name + ", token_sha256: " + to_hex(sha256(token)) + more + "}\n";
 }
@@ -44,7 +44,7 @@ std::string write_file(const std::string& name, const std::string& text, mode_t 
 TEST(Authenticator, KnowsTheTokenAndNothingElse) {
   AuthOptions options;
   options.token = kToken;
-  const AuthSetup setup = make_authenticator(options, kNow);
+  const AuthSetup setup = make_authenticator(options, kEarly);
   ASSERT_THAT(setup.problems, IsEmpty());
   EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1").identity.value().name, "token");
   EXPECT_FALSE(check(*setup.authenticator, "", "1.1.1.1:1").identity.has_value());
@@ -56,62 +56,64 @@ TEST(Authenticator, KnowsTheTokenAndNothingElse) {
 TEST(Authenticator, WithoutLoginEverybodyIsNobody) {
   AuthOptions options;
   options.method = "none";
-  const AuthSetup setup = make_authenticator(options, kNow);
+  const AuthSetup setup = make_authenticator(options, kEarly);
   EXPECT_EQ(check(*setup.authenticator, "", "1.1.1.1:1", "none").identity.value().name, "");
 }
 
 TEST(Authenticator, ReportsProblems) {
   AuthOptions options;
-  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("at least one")));
+  EXPECT_THAT(make_authenticator(options, kEarly).problems, ElementsAre(HasSubstr("at least one")));
   options.token = "short";
   options.token_file = "/nowhere/tokens.yaml";
-  const AuthSetup both = make_authenticator(options, kNow);
+  const AuthSetup both = make_authenticator(options, kEarly);
   EXPECT_THAT(both.problems,
               ElementsAre(HasSubstr("auth.token: the token has 5 characters"),
                           HasSubstr("'/nowhere/tokens.yaml' cannot be read: No such file")));
   EXPECT_EQ(both.authenticator, nullptr);
   options = {};
   options.method = "magic";
-  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("'magic'")));
+  EXPECT_THAT(make_authenticator(options, kEarly).problems, ElementsAre(HasSubstr("'magic'")));
 }
 
 TEST(Authenticator, ReadsAFileAndWarnsWhenOthersCanToo) {
   AuthOptions options;
   options.token_file = write_file("open.token", kToken, 0644);
-  const AuthSetup setup = make_authenticator(options, kNow);
+  const AuthSetup setup = make_authenticator(options, kEarly);
   EXPECT_THAT(setup.warnings, ElementsAre(HasSubstr("may read it")));
   EXPECT_EQ(check(*setup.authenticator, kToken, "1.1.1.1:1").identity.value().name, "token");
-  options.token_file = write_file("open_tokens.yaml", entry("anna"), 0644);  // hashes are no secret
-  EXPECT_THAT(make_authenticator(options, kNow).warnings, IsEmpty());
+  options.token_file =
+      write_file("open_tokens.yaml", token_entry("anna"), 0644);  // hashes are no secret
+  EXPECT_THAT(make_authenticator(options, kEarly).warnings, IsEmpty());
 }
 
 TEST(Authenticator, RefusesAFileThatEverybodyMayChange) {
   AuthOptions options;
-  options.token_file = write_file("wide_open.yaml", entry("anna"), 0602);
-  EXPECT_THAT(make_authenticator(options, kNow).problems, ElementsAre(HasSubstr("may change it")));
+  options.token_file = write_file("wide_open.yaml", token_entry("anna"), 0602);
+  EXPECT_THAT(make_authenticator(options, kEarly).problems,
+              ElementsAre(HasSubstr("may change it")));
 }
 
 // Two refreshes: the writer of the file must be done.
 Refreshed looks(Authenticator& method) {
-  const Refreshed first = method.refresh(kNow);
+  const Refreshed first = method.refresh(kEarly);
   EXPECT_THAT(first.changes, IsEmpty());
   EXPECT_THAT(first.problems, IsEmpty());
-  return method.refresh(kNow);
+  return method.refresh(kEarly);
 }
 
 TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {
   AuthOptions options;
-  options.token_file = write_file("followed.yaml", entry("anna"));
-  const AuthSetup setup = make_authenticator(options, kNow);
+  options.token_file = write_file("followed.yaml", token_entry("anna"));
+  const AuthSetup setup = make_authenticator(options, kEarly);
   Authenticator& method = *setup.authenticator;
   EXPECT_THAT(looks(method).news, IsEmpty());
-  write_file("followed.yaml", entry("anna", ", groups: [ops]"));
+  write_file("followed.yaml", token_entry("anna", ", groups: [ops]"));
   const Refreshed more = looks(method);
   ASSERT_EQ(more.changes.size(), 1U);
   EXPECT_THAT(more.changes[0].identity.value().groups, ElementsAre("ops"));
   EXPECT_THAT(more.news, ElementsAre(HasSubstr("1 tokens, 0 withdrawn, 1 with changed rights")));
   EXPECT_THAT(looks(method).news, IsEmpty());  // once
-  for (const std::string& wrong : {entry("anna") + "- {identity: bert}\n", std::string{}}) {
+  for (const std::string& wrong : {token_entry("anna") + "- {identity: bert}\n", std::string{}}) {
     write_file("followed.yaml", wrong);
     const Refreshed refused = looks(method);
     EXPECT_THAT(refused.problems, testing::Not(IsEmpty()));
@@ -131,7 +133,7 @@ TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {
 TEST(Authenticator, ARightTokenGetsInWhateverOthersOfItsAddressTry) {
   AuthOptions options;
   options.token = kToken;
-  const AuthSetup setup = make_authenticator(options, kNow);
+  const AuthSetup setup = make_authenticator(options, kEarly);
   for (int i = 0; i < 1000; ++i)
     EXPECT_EQ(check(*setup.authenticator, "wrong", "127.0.0.1:1").reason, "unknown token");
   EXPECT_TRUE(check(*setup.authenticator, kToken, "127.0.0.1:2").identity.has_value());

@@ -20,8 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr Stamp kSecond = 1'000'000'000;
-constexpr Stamp kNow = 1'800'000'000 * kSecond;
+constexpr Stamp kJwtNow = 1'800'000'000 * kStampSecond;
 
 // The octet key of RFC 7515 A.1, the public keys of A.2, A.3 and of RFC 8037 A.2.
 constexpr char kOct[] =
@@ -98,7 +97,7 @@ std::string claims(const std::string& more = {}) {
 }
 
 std::string refusal_of(const std::string& text, const JwtOptions& how = options()) {
-  const Judgement judged = judge_jwt(text, keys_of(jwks({kOct, kRsa, kEc, kEd})), how, kNow);
+  const Judgement judged = judge_jwt(text, keys_of(jwks({kOct, kRsa, kEc, kEd})), how, kJwtNow);
   EXPECT_EQ(judged.identity.has_value(), judged.reason.empty());
   return judged.reason;
 }
@@ -217,11 +216,11 @@ TEST(Base64url, HasOneTextForEachValue) {
 TEST(Jwt, SaysWhoItIs) {
   const auto keys = keys_of(jwks({kOct}));
   const Judgement anna = judge_jwt(token(claims(R"("groups":["ops","night"],"nbf":1800000020)")),
-                                   keys, options(), kNow);
+                                   keys, options(), kJwtNow);
   ASSERT_TRUE(anna.identity.has_value()) << anna.reason;
   EXPECT_EQ(anna.identity->name, "anna");
   EXPECT_THAT(anna.identity->groups, ElementsAre("ops", "night"));
-  EXPECT_EQ(anna.identity->expires, 1'800'000'060 * kSecond);
+  EXPECT_EQ(anna.identity->expires, 1'800'000'060 * kStampSecond);
   EXPECT_EQ(anna.identity->credential, keys[0].fingerprint());
   EXPECT_EQ(refusal_of(token(claims(R"("groups":"ops")"))), "");
   EXPECT_EQ(refusal_of(token(claims(), R"({"alg":"HS256","kid":"h"})")), "");
@@ -280,7 +279,7 @@ TEST(Jwt, IsRefusedForItsAlgorithm) {
 TEST(Jwt, APublicKeyIsNoSecret) {
   const auto keys = keys_of(jwks({kRsa, kEc, kEd}));
   const std::string forged = token(claims());
-  EXPECT_THAT(judge_jwt(forged, keys, options(), kNow).reason, HasSubstr("no key for it"));
+  EXPECT_THAT(judge_jwt(forged, keys, options(), kJwtNow).reason, HasSubstr("no key for it"));
 }
 
 TEST(Jwt, IsRefusedForItsForm) {
@@ -306,7 +305,7 @@ TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
   options.algorithms = {"HS256"};
   JwtLogin login(options, std::make_unique<NoKeys>());
   const auto judged = [&](const std::string& token) {
-    return login.judge({"jwt", Bytes(token.begin(), token.end()), ""}, kNow);
+    return login.judge({"jwt", Bytes(token.begin(), token.end()), ""}, kJwtNow);
   };
   const Judgement first = judged("eyJhbGciOiJIUzI1NiJ9.e30.AAAA");
   EXPECT_THAT(first.reason, HasSubstr("no key for it"));
@@ -325,15 +324,16 @@ TEST(JwtLogin, FollowsItsKeysWholeOrNotAtAll) {
   how.method = "jwt";
   how.jwt = options();
   how.jwt.keys_file = file;
-  const AuthSetup setup = make_authenticator(how, kNow);
+  const AuthSetup setup = make_authenticator(how, kJwtNow);
   ASSERT_THAT(setup.problems, IsEmpty());
   const auto judge = [&] {
     const std::string text = token(claims());
-    return setup.authenticator->judge({"jwt", Bytes(text.begin(), text.end()), "1.1.1.1:1"}, kNow);
+    return setup.authenticator->judge({"jwt", Bytes(text.begin(), text.end()), "1.1.1.1:1"},
+                                      kJwtNow);
   };
   const auto look = [&] {
-    EXPECT_THAT(setup.authenticator->refresh(kNow).problems, IsEmpty());
-    return setup.authenticator->refresh(kNow);
+    EXPECT_THAT(setup.authenticator->refresh(kJwtNow).problems, IsEmpty());
+    return setup.authenticator->refresh(kJwtNow);
   };
   const Judgement anna = judge();
   ASSERT_TRUE(anna.identity.has_value());

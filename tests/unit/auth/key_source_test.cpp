@@ -16,10 +16,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr char kOct[] =
+constexpr char kOctSet[] =
     R"({"keys":[{"kty":"oct","kid":"h","k":"AyM1SysPpbyDfgZld3umj1qzKObwVMkoqQ-EstJQLr_T"}]})";
-constexpr char kEd[] = R"({"keys":[{"kty":"OKP","crv":"Ed25519","kid":"d",)"
-                       R"("x":"11qYAYKxCrfVS_7TyWQHOg7hcvPapiMlrwIaaPcHURo"}]})";
+constexpr char kEdSet[] = R"({"keys":[{"kty":"OKP","crv":"Ed25519","kid":"d",)"
+                          R"("x":"11qYAYKxCrfVS_7TyWQHOg7hcvPapiMlrwIaaPcHURo"}]})";
 
 // What an address answers, in turn; the last one for ever.
 class Answers {
@@ -51,7 +51,7 @@ HttpAddress address() {
 }
 
 TEST(KeyAddress, TheKeysAreThereAtTheFirstLogin) {
-  Answers answers({{200, kEd, {}, {}}});
+  Answers answers({{200, kEdSet, {}, {}}});
   KeyAddress source(address(), answers.fetch());
   std::vector<std::string> problems;
   const auto keys = source.changed(problems);
@@ -63,13 +63,13 @@ TEST(KeyAddress, TheKeysAreThereAtTheFirstLogin) {
 }
 
 TEST(KeyAddress, AnUnknownKeyAsksAgainButNotAtOnce) {
-  Answers answers({{200, kEd, {}, {}}});
+  Answers answers({{200, kEdSet, {}, {}}});
   KeyAddress source(address(), answers.fetch());
   for (int i = 0; i < 100; ++i) source.wanted();
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(answers.asked(), 1U);  // the next one a minute later
 
-  Answers others({{200, kEd, {}, {}}});
+  Answers others({{200, kEdSet, {}, {}}});
   KeyAddress quick(address(), others.fetch(), std::chrono::milliseconds(10));
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   EXPECT_EQ(others.asked(), 1U);  // nobody wants more
@@ -82,10 +82,10 @@ TEST(KeyAddress, AnUnknownKeyAsksAgainButNotAtOnce) {
 TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {
   const std::vector<std::pair<HttpAnswer, const char*>> wrong{
       {{0, {}, {}, "no answer in time"}, "no answer in time"},
-      {{503, kEd, {}, {}}, "answers 503"},
+      {{503, kEdSet, {}, {}}, "answers 503"},
       {{200, "<html>", {}, {}}, "issuer.example"},
       {{200, R"({"keys":[]})", {}, {}}, "issuer.example"},
-      {{200, kOct, {}, {}}, "a secret key"}};
+      {{200, kOctSet, {}, {}}, "a secret key"}};
   for (const auto& [answer, word] : wrong) {
     Answers answers({answer});
     KeyAddress source(address(), answers.fetch());
@@ -99,7 +99,7 @@ TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {
 }
 
 TEST(KeyAddress, ItsEndDoesNotWaitForTheNextRequest) {
-  Answers answers({{200, kEd, std::chrono::seconds(86400), {}}});
+  Answers answers({{200, kEdSet, std::chrono::seconds(86400), {}}});
   const auto begin = std::chrono::steady_clock::now();
   { const KeyAddress source(address(), answers.fetch()); }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
@@ -107,7 +107,7 @@ TEST(KeyAddress, ItsEndDoesNotWaitForTheNextRequest) {
 
 TEST(KeyFile, RefusesASecretThatEverybodyMayRead) {
   const std::string file = test::scratch_folder() + "open_keys.json";
-  for (const auto& [text, wrong] : {std::pair{kOct, 1U}, std::pair{kEd, 0U}}) {
+  for (const auto& [text, wrong] : {std::pair{kOctSet, 1U}, std::pair{kEdSet, 0U}}) {
     std::ofstream{file} << text;
     ::chmod(file.c_str(), 0644);
     std::vector<std::string> problems;

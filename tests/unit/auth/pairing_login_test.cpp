@@ -20,8 +20,8 @@ using testing::IsEmpty;
 using testing::Not;
 
 constexpr char kCode[] = "00112233445566778899aabbccddeeff";
-constexpr char kToken[] = "a-token-of-the-clients-own";
-constexpr Stamp kNow = 1'900'000'000'000'000'000;
+constexpr char kPairedToken[] = "a-token-of-the-clients-own";
+constexpr Stamp kPairingNow = 1'900'000'000'000'000'000;
 
 Bytes bytes(const std::string& text) {
   return {text.begin(), text.end()};
@@ -44,20 +44,20 @@ class Pairing : public testing::Test {
     AuthOptions options;
     options.token_file = file_;
     options.pairing = PairingOptions{kCode, std::chrono::steady_clock::now() + lifetime};
-    AuthSetup setup = make_authenticator(options, kNow);
+    AuthSetup setup = make_authenticator(options, kPairingNow);
     ASSERT_THAT(setup.problems, IsEmpty());
     login_ = std::move(setup.authenticator);
   }
 
-  Judgement pair(const std::string& code, const std::string& token, Stamp now = kNow,
+  Judgement pair(const std::string& code, const std::string& token, Stamp now = kPairingNow,
                  const std::string& name = "laptop") {
     return show(pairing_credential(code, digest_of(token), name), now);
   }
-  Judgement show(const std::string& credential, Stamp now = kNow) {
+  Judgement show(const std::string& credential, Stamp now = kPairingNow) {
     return login_->judge({kPairingLogin, bytes(credential), "192.0.2.7:5123"}, now);
   }
   Judgement log_in(const std::string& token) {
-    return login_->judge({"token", bytes(token), "192.0.2.7:5124"}, kNow);
+    return login_->judge({"token", bytes(token), "192.0.2.7:5124"}, kPairingNow);
   }
   [[nodiscard]] std::string content() const {
     std::ifstream in(file_);
@@ -70,23 +70,24 @@ class Pairing : public testing::Test {
 
 TEST_F(Pairing, TheClientsOwnTokenLogsItInFromThenOn) {
   open();
-  EXPECT_FALSE(log_in(kToken).identity);
-  const Judgement paired = pair(kCode, kToken);
+  EXPECT_FALSE(log_in(kPairedToken).identity);
+  const Judgement paired = pair(kCode, kPairedToken);
   ASSERT_TRUE(paired.identity) << paired.reason;
   EXPECT_EQ(paired.identity->name, "paired/laptop");
   EXPECT_THAT(paired.identity->groups, ElementsAre("paired"));
-  const Judgement later = log_in(kToken);
+  const Judgement later = log_in(kPairedToken);
   ASSERT_TRUE(later.identity);
   // The same credential, so that withdrawing the token ends this link too.
   EXPECT_EQ(later.identity->credential, paired.identity->credential);
-  EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("paired with 'paired/laptop'")));
+  EXPECT_THAT(login_->refresh(kPairingNow).news,
+              ElementsAre(HasSubstr("paired with 'paired/laptop'")));
 }
 
 TEST_F(Pairing, TheFileHasTheHashAloneAndIsItsOwnersAlone) {
   open();
-  ASSERT_TRUE(pair(kCode, kToken).identity);
-  EXPECT_THAT(content(), HasSubstr(to_hex(digest_of(kToken))));
-  EXPECT_THAT(content(), Not(HasSubstr(kToken)));
+  ASSERT_TRUE(pair(kCode, kPairedToken).identity);
+  EXPECT_THAT(content(), HasSubstr(to_hex(digest_of(kPairedToken))));
+  EXPECT_THAT(content(), Not(HasSubstr(kPairedToken)));
   EXPECT_THAT(content(), Not(HasSubstr(kCode)));
   struct stat status {};
   ASSERT_EQ(::stat(file_.c_str(), &status), 0);
@@ -94,23 +95,23 @@ TEST_F(Pairing, TheFileHasTheHashAloneAndIsItsOwnersAlone) {
   // And a server that starts without a pairing reads it.
   AuthOptions options;
   options.token_file = file_;
-  EXPECT_THAT(make_authenticator(options, kNow).problems, IsEmpty());
+  EXPECT_THAT(make_authenticator(options, kPairingNow).problems, IsEmpty());
 }
 
 TEST_F(Pairing, ASecondClientIsRefusedAndTheFirstMayAskAgain) {
   open();
-  ASSERT_TRUE(pair(kCode, kToken).identity);
+  ASSERT_TRUE(pair(kCode, kPairedToken).identity);
   EXPECT_THAT(pair(kCode, "a-token-of-somebody-else").reason, HasSubstr("used up"));
-  EXPECT_TRUE(pair(kCode, kToken).identity);  // the answer to its first login was lost
+  EXPECT_TRUE(pair(kCode, kPairedToken).identity);  // the answer to its first login was lost
   EXPECT_FALSE(log_in("a-token-of-somebody-else").identity);
 }
 
 TEST_F(Pairing, ItEndsInTime) {
   open(std::chrono::milliseconds(0));
-  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("ended"));
-  EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("in time")));
-  EXPECT_THAT(login_->refresh(kNow).news, IsEmpty());  // said once
-  EXPECT_FALSE(pair(kCode, kToken).identity);
+  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("ended"));
+  EXPECT_THAT(login_->refresh(kPairingNow).news, ElementsAre(HasSubstr("in time")));
+  EXPECT_THAT(login_->refresh(kPairingNow).news, IsEmpty());  // said once
+  EXPECT_FALSE(pair(kCode, kPairedToken).identity);
   EXPECT_EQ(content(), "# nobody yet\n");
 }
 
@@ -118,15 +119,16 @@ TEST_F(Pairing, ItEndsAfterSomeWrongCodes) {
   open();
   std::string wrong = kCode;
   wrong.back() = '0';
-  for (unsigned i = 0; i < PairingLogin::kTriesMax; ++i) EXPECT_FALSE(pair(wrong, kToken).identity);
-  EXPECT_THAT(login_->refresh(kNow).news, ElementsAre(HasSubstr("wrong codes")));
-  EXPECT_FALSE(pair(kCode, kToken).identity);
+  for (unsigned i = 0; i < PairingLogin::kTriesMax; ++i)
+    EXPECT_FALSE(pair(wrong, kPairedToken).identity);
+  EXPECT_THAT(login_->refresh(kPairingNow).news, ElementsAre(HasSubstr("wrong codes")));
+  EXPECT_FALSE(pair(kCode, kPairedToken).identity);
   EXPECT_THAT(show(std::string{}).reason, HasSubstr("not a credential of a pairing"));
 }
 
 TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
   open();
-  const std::string digest = to_hex(digest_of(kToken));
+  const std::string digest = to_hex(digest_of(kPairedToken));
   const std::string code = kCode;
   for (const std::string& wrong :
        {std::string{}, code, code + " " + digest, code + " " + digest + " ",
@@ -135,15 +137,15 @@ TEST_F(Pairing, WhatIsNoCredentialOfAPairingIsRefused) {
         " " + digest + " laptop"})
     EXPECT_FALSE(show(wrong).identity) << wrong;
   EXPECT_EQ(content(), "# nobody yet\n");
-  EXPECT_TRUE(pair(code, kToken).identity);
+  EXPECT_TRUE(pair(code, kPairedToken).identity);
 }
 
 // On a robot without a battery-backed clock the time may be set during the pairing.
 TEST_F(Pairing, ItGoesByNoClockThatIsSet) {
   constexpr Stamp kYear = Stamp{365} * 86'400'000'000'000;
   open();
-  EXPECT_THAT(login_->refresh(kNow + kYear).news, IsEmpty());
-  EXPECT_TRUE(pair(kCode, kToken, kNow + kYear).identity);
+  EXPECT_THAT(login_->refresh(kPairingNow + kYear).news, IsEmpty());
+  EXPECT_TRUE(pair(kCode, kPairedToken, kPairingNow + kYear).identity);
 }
 
 TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
@@ -151,16 +153,16 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
                        << to_hex(digest_of("token-of-before-0123456789")) << "}\n";
   ::chmod(file_.c_str(), 0600);
   open();
-  EXPECT_EQ(pair(kCode, kToken).identity.value().name, "paired/laptop-2");
+  EXPECT_EQ(pair(kCode, kPairedToken).identity.value().name, "paired/laptop-2");
   EXPECT_EQ(log_in("token-of-before-0123456789").identity.value().name, "paired/laptop");
 }
 
 TEST_F(Pairing, AFileThatCannotBeWrittenPairsNobody) {
   open();
   std::ofstream{file_} << "- {identity: somebody}\n";  // not valid, so nothing is added to it
-  EXPECT_THAT(pair(kCode, kToken).reason, HasSubstr("cannot be stored"));
-  EXPECT_THAT(login_->refresh(kNow).problems, ElementsAre(HasSubstr("the pairing failed")));
-  EXPECT_FALSE(log_in(kToken).identity);
+  EXPECT_THAT(pair(kCode, kPairedToken).reason, HasSubstr("cannot be stored"));
+  EXPECT_THAT(login_->refresh(kPairingNow).problems, ElementsAre(HasSubstr("the pairing failed")));
+  EXPECT_FALSE(log_in(kPairedToken).identity);
 }
 
 TEST(PairingName, IsWhatAHostMayBeCalled) {

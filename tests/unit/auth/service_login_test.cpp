@@ -9,20 +9,21 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr Stamp kSecond = 1'000'000'000;
-constexpr Stamp kNow = 1'800'000'000 * kSecond;
-constexpr char kToken[] = "a-token-of-the-service";
+constexpr Stamp kServiceNow = 1'800'000'000 * kStampSecond;
+constexpr char kServiceToken[] = "a-token-of-the-service";
 
 struct World {
   HttpAnswer answer;
   std::vector<HttpRequest> asked;
 
-  Judgement judge(const std::string& credential = kToken, const std::string& method = "service") {
+  Judgement judge(const std::string& credential = kServiceToken,
+                  const std::string& method = "service") {
     ServiceLogin login({true, "login.example", 443, "/check"}, [this](const HttpRequest& request) {
       asked.push_back(request);
       return answer;
     });
-    return login.judge({method, {credential.begin(), credential.end()}, "192.0.2.7:5123"}, kNow);
+    return login.judge({method, {credential.begin(), credential.end()}, "192.0.2.7:5123"},
+                       kServiceNow);
   }
 };
 
@@ -34,7 +35,7 @@ TEST(ServiceLogin, AsksWithTheCredentialAndTakesTheIdentity) {
   ASSERT_TRUE(judged.identity) << judged.reason;
   EXPECT_EQ(judged.identity->name, "anna");
   EXPECT_THAT(judged.identity->groups, ElementsAre("ops", "see"));
-  EXPECT_EQ(judged.identity->expires, kNow + 60 * kSecond);
+  EXPECT_EQ(judged.identity->expires, kServiceNow + 60 * kStampSecond);
   ASSERT_EQ(world.asked.size(), 1U);
   EXPECT_EQ(world.asked[0].address.target, "/check");
   EXPECT_EQ(world.asked[0].json,
@@ -91,7 +92,7 @@ TEST(ServiceLogin, IsNotAskedAboutWhatIsNoToken) {
   World world;
   for (const char* credential : {"", "short", "with a blank in it, and long"})
     EXPECT_FALSE(world.judge(credential).identity);
-  EXPECT_FALSE(world.judge(kToken, "token").identity);
+  EXPECT_FALSE(world.judge(kServiceToken, "token").identity);
   EXPECT_TRUE(world.asked.empty());
 }
 

@@ -2,14 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "unit/base/at.hpp"
+
 namespace connect_bridge {
 namespace {
 
 using std::chrono::milliseconds;
-
-TimePoint at(int ms) {
-  return TimePoint(milliseconds(ms));
-}
+using test::at;
 
 TEST(Pace, ReservesTurnsOneAfterTheOther) {
   Pace pace(2, milliseconds(100));

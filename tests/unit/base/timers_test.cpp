@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "unit/base/at.hpp"
+
 namespace connect_bridge {
 namespace {
 
-TimePoint at(int ms) {
-  return TimePoint{} + std::chrono::milliseconds(ms);
-}
+using test::at;
 
 std::string all_due(Timers<char>& timers, int ms) {
   std::string due;

@@ -14,13 +14,13 @@ constexpr Compression kLz4{Codec::kLz4, 0};
 constexpr Compression kZstd{Codec::kZstd, 3};
 
 // Numbers that resemble a ROS message: small steps, repeated structure.
-Bytes sample(std::size_t size) {
+Bytes steps(std::size_t size) {
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(i / 64 * (i % 4));
   return bytes;
 }
 
-Bytes noise(std::size_t size) {
+Bytes random_bytes(std::size_t size) {
   std::mt19937 random{1};
   Bytes bytes(size);
   for (auto& byte : bytes) byte = static_cast<std::uint8_t>(random());
@@ -40,7 +40,7 @@ INSTANTIATE_TEST_SUITE_P(Compress, EveryCodec,
 
 TEST_P(EveryCodec, ReturnsWhatWentIn) {
   for (const std::size_t size : {100U, 1000U, 65536U, 300'000U}) {
-    const Bytes raw = sample(size);
+    const Bytes raw = steps(size);
     const auto body = compress(raw, GetParam());
     ASSERT_TRUE(body.has_value()) << size;
     EXPECT_LT(body->size(), raw.size());
@@ -54,30 +54,30 @@ TEST_P(EveryCodec, ReturnsWhatWentIn) {
 TEST(Compress, InPiecesItIsTheSameForTheReceiver) {
   const std::atomic<bool> no = false;
   for (const std::size_t size : {600'000U, 1U << 20U, 3'000'001U}) {
-    const Bytes raw = sample(size);
+    const Bytes raw = steps(size);
     const auto body = compress(raw, kZstd, &no);
     ASSERT_TRUE(body.has_value()) << size;
     const auto out = decompress(*body, Codec::kZstd, raw.size());
     ASSERT_TRUE(out.ok()) << out.error().message;
     EXPECT_EQ(out.value(), raw);
-    EXPECT_FALSE(compress(noise(size), kZstd, &no).has_value());
+    EXPECT_FALSE(compress(random_bytes(size), kZstd, &no).has_value());
   }
 }
 
 TEST(Compress, ALargeMessageCanBeGivenUp) {
   const std::atomic<bool> yes = true;
-  EXPECT_FALSE(compress(sample(1 << 20), kZstd, &yes).has_value());
-  EXPECT_TRUE(compress(sample(1000), kZstd, &yes).has_value());  // not worth it
+  EXPECT_FALSE(compress(steps(1 << 20), kZstd, &yes).has_value());
+  EXPECT_TRUE(compress(steps(1000), kZstd, &yes).has_value());  // not worth it
 }
 
 TEST_P(EveryCodec, DeclinesWhatDoesNotShrink) {
   EXPECT_FALSE(compress({}, GetParam()).has_value());
   EXPECT_FALSE(compress(Bytes{1}, GetParam()).has_value());
-  EXPECT_FALSE(compress(noise(10'000), GetParam()).has_value());
+  EXPECT_FALSE(compress(random_bytes(10'000), GetParam()).has_value());
 }
 
 TEST_P(EveryCodec, RefusesEveryOtherSizeThanTheAnnounced) {
-  const Bytes raw = sample(1000);
+  const Bytes raw = steps(1000);
   const Bytes body = compress(raw, GetParam()).value();
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, raw.size() - 1, raw.size() + 1,
                                  std::size_t{1} << 31, std::size_t{1} << 40}) {
@@ -86,7 +86,7 @@ TEST_P(EveryCodec, RefusesEveryOtherSizeThanTheAnnounced) {
 }
 
 TEST_P(EveryCodec, RefusesWhatIsCutShortOrContinued) {
-  const Bytes raw = sample(1000);
+  const Bytes raw = steps(1000);
   Bytes body = compress(raw, GetParam()).value();
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(decompress(ByteView{body}.first(size), GetParam().codec, raw.size()).ok()) << size;
@@ -98,7 +98,7 @@ TEST_P(EveryCodec, RefusesWhatIsCutShortOrContinued) {
 TEST_P(EveryCodec, WorksInSeveralThreads) {
   const auto work = [] {
     for (int i = 0; i < 20; ++i) {
-      const Bytes raw = sample(5000 + static_cast<std::size_t>(i));
+      const Bytes raw = steps(5000 + static_cast<std::size_t>(i));
       const auto body = compress(raw, GetParam());
       ASSERT_TRUE(body.has_value());
       EXPECT_EQ(decompress(*body, GetParam().codec, raw.size()).value(), raw);
@@ -110,19 +110,19 @@ TEST_P(EveryCodec, WorksInSeveralThreads) {
 }
 
 TEST(Compress, NoneIsNoCompression) {
-  EXPECT_FALSE(compress(sample(1000), {Codec::kNone, 3}).has_value());
+  EXPECT_FALSE(compress(steps(1000), {Codec::kNone, 3}).has_value());
   EXPECT_EQ(code_of(decompress(Bytes{1}, Codec::kNone, 1)), CloseCode::kMalformed);
 }
 
 TEST(Compress, OneCodecDoesNotReadTheOther) {
-  const Bytes raw = sample(1000);
+  const Bytes raw = steps(1000);
   EXPECT_FALSE(decompress(compress(raw, kLz4).value(), Codec::kZstd, raw.size()).ok());
   EXPECT_FALSE(decompress(compress(raw, kZstd).value(), Codec::kLz4, raw.size()).ok());
 }
 
 // A zstd body must be one frame that states its size: everything else hides what it grows to.
 TEST(Compress, ZstdRefusesOtherFramesThanOneOfKnownSize) {
-  const Bytes raw = sample(1000);
+  const Bytes raw = steps(1000);
   const Bytes body = compress(raw, kZstd).value();
 
   Bytes twice = body;
@@ -159,7 +159,7 @@ TEST(Compress, TheMostThatABodyCanGrowIsRead) {
 }
 
 TEST(Compress, DamagedBodiesNeverYieldAnotherSize) {
-  const Bytes raw = sample(2000);
+  const Bytes raw = steps(2000);
   std::mt19937 random{2};
   for (const auto how : {kLz4, kZstd}) {
     const Bytes body = compress(raw, how).value();

@@ -4,19 +4,12 @@
 
 #include "config/config.hpp"
 #include "config/explain.hpp"
+#include "unit/config/yaml_parameters.hpp"
 
 namespace connect_bridge {
 namespace {
 
 using testing::HasSubstr;
-
-Config config_of(const ParameterMap& given, Role role) {
-  Surroundings around;
-  around.token_in_environment = true;
-  const Parsed parsed = parse_config(given, role, around);
-  for (const Problem& problem : parsed.problems) ADD_FAILURE() << to_text(problem);
-  return parsed.config.value_or(Config{});
-}
 
 TEST(ConfigExplain, PinsOfTheServer) {
   const std::string pin(42, 'A');

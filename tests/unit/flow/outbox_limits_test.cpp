@@ -11,22 +11,8 @@ namespace {
 
 using std::chrono::milliseconds;
 
-OutboxOptions thin() {
-  OutboxOptions options;
-  options.queue_delay_target = {};  // nothing is paced and no ack is asked for
-  options.fragment_bytes = 100;
-  options.packet_bytes = 1;
-  return options;
-}
-
-std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason) {
-  const auto counts = outbox.counts(channel);
-  expect_balance(counts);
-  return counts.dropped.of(reason);
-}
-
 TEST(OutboxQueue, KeepLastDropsTheOldest) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.depth = 2;
   outbox.add_channel(kA, options);
@@ -37,7 +23,7 @@ TEST(OutboxQueue, KeepLastDropsTheOldest) {
 }
 
 TEST(OutboxQueue, NewestOnlyHasAReasonOfItsOwn) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kUrgent);
   options.newest_only = true;
   options.depth = 0;  // does not matter then
@@ -49,7 +35,7 @@ TEST(OutboxQueue, NewestOnlyHasAReasonOfItsOwn) {
 }
 
 TEST(OutboxQueue, AnOpenMessageIsNeverDisplaced) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kBulk);
   options.newest_only = true;
   outbox.add_channel(kA, options);
@@ -63,7 +49,7 @@ TEST(OutboxQueue, AnOpenMessageIsNeverDisplaced) {
 }
 
 TEST(OutboxQueue, BytesAreKeptExactly) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.queue_bytes_max = 100;
   outbox.add_channel(kA, options);
@@ -78,7 +64,7 @@ TEST(OutboxQueue, BytesAreKeptExactly) {
 }
 
 TEST(OutboxQueue, ABurstMayTakeMoreUntilTheOldestWaitsForLong) {
-  auto small = thin();
+  auto small = one_by_one();
   small.data_bytes_max = 1200;
   Outbox outbox(small);
   auto options = queue(Priority::kNormal);
@@ -97,7 +83,7 @@ TEST(OutboxQueue, ABurstMayTakeMoreUntilTheOldestWaitsForLong) {
 }
 
 TEST(OutboxQueue, KeepAllRefusesTheNewest) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.depth = 0;
   options.queue_bytes_max = 100;
@@ -112,7 +98,7 @@ TEST(OutboxQueue, KeepAllRefusesTheNewest) {
 }
 
 TEST(OutboxQueue, AgeIsCheckedWhenQueuedAndWhenStarted) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.lifespan = milliseconds(100);
   options.max_age = milliseconds(50);
@@ -129,7 +115,7 @@ TEST(OutboxQueue, AgeIsCheckedWhenQueuedAndWhenStarted) {
 }
 
 TEST(OutboxQueue, AStartedMessageIsFinishedHoweverOld) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.max_age = milliseconds(50);
   outbox.add_channel(kA, options);
@@ -152,7 +138,7 @@ TEST(OutboxQueue, SequencesGoFromTheLargestToOne) {
 }
 
 TEST(OutboxQueue, UnknownTimesHaveNoAge) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
   options.lifespan = options.max_age = Duration::zero();
   outbox.add_channel(kA, options);
@@ -166,7 +152,7 @@ TEST(OutboxQueue, UnknownTimesHaveNoAge) {
 }
 
 TEST(OutboxBudget, TheOldestOfTheLowestClassGoes) {
-  auto options = thin();
+  auto options = one_by_one();
   options.data_bytes_max = 100;
   Outbox outbox(options);
   outbox.add_channel(kA, queue(Priority::kUrgent));
@@ -189,7 +175,7 @@ TEST(OutboxBudget, TheOldestOfTheLowestClassGoes) {
 }
 
 TEST(OutboxBudget, AnOpenMessageGoesForAHigherClassOnly) {
-  auto options = thin();
+  auto options = one_by_one();
   options.data_bytes_max = 1000;
   Outbox outbox(options);
   outbox.add_channel(kA, queue(Priority::kUrgent));
@@ -206,7 +192,7 @@ TEST(OutboxBudget, AnOpenMessageGoesForAHigherClassOnly) {
 }
 
 TEST(OutboxBudget, ControlTextsBeyondTheirBudgetAreRefused) {
-  auto options = thin();
+  auto options = one_by_one();
   options.control_bytes_max = 10;
   Outbox outbox(options);
   EXPECT_TRUE(outbox.push_control("12345"));
@@ -219,7 +205,7 @@ TEST(OutboxBudget, ControlTextsBeyondTheirBudgetAreRefused) {
 
 // A window of three parts of 100 bytes with their headers: 144 + 112 + 112.
 OutboxOptions narrow() {
-  auto options = thin();
+  auto options = one_by_one();
   options.unacknowledged_bytes_max = 368 + kAckRequestBytes;
   return options;
 }
@@ -261,7 +247,7 @@ TEST(OutboxWindow, UrgentHasAReserveAndAcksAreNeverHeldBack) {
 }
 
 TEST(OutboxWindow, AFragmentLargerThanTheWindowIsCut) {
-  auto options = thin();
+  auto options = one_by_one();
   options.fragment_bytes = 65'536;
   options.unacknowledged_bytes_max = 1000;
   Outbox outbox(options);
@@ -273,7 +259,7 @@ TEST(OutboxWindow, AFragmentLargerThanTheWindowIsCut) {
 }
 
 TEST(OutboxChannel, ClearedItAbortsWhatIsOpen) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   outbox.add_channel(kA, {});
   outbox.push(kA, message(150), now_ms(0));
   outbox.push(kA, message(12), now_ms(0));
@@ -288,7 +274,7 @@ TEST(OutboxChannel, ClearedItAbortsWhatIsOpen) {
 }
 
 TEST(OutboxChannel, RemovedItIsSilent) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   outbox.add_channel(kA, {});
   outbox.push(kA, message(150), now_ms(0));
   outbox.push(kA, message(12), now_ms(0));
@@ -309,7 +295,7 @@ TEST(OutboxChannel, RemovedItIsSilent) {
 }
 
 TEST(OutboxChannel, ANewConnectionStartsAfresh) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   outbox.add_channel(kA, {});
   outbox.push(kA, message(12), now_ms(0));
   outbox.push(kA, message(150), now_ms(0));
@@ -329,7 +315,7 @@ TEST(OutboxChannel, ANewConnectionStartsAfresh) {
 }
 
 TEST(OutboxChannel, WithoutACodecBothSizesAreTheBodys) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   outbox.add_channel(kA, {});
   auto odd = message(12);
   odd.raw_bytes = 99;
@@ -338,7 +324,7 @@ TEST(OutboxChannel, WithoutACodecBothSizesAreTheBodys) {
 }
 
 TEST(OutboxKeep, AChannelThatKeepsDropsNothingAndTakesNobodysRoom) {
-  auto tight = thin();
+  auto tight = one_by_one();
   tight.data_bytes_max = 300;
   Outbox outbox(tight);
   QueueOptions keep;
@@ -358,7 +344,7 @@ TEST(OutboxKeep, AChannelThatKeepsDropsNothingAndTakesNobodysRoom) {
 }
 
 TEST(OutboxTracked, AMessageIsDeliveredWhenItsLastByteIsAcknowledged) {
-  Outbox outbox(thin());
+  Outbox outbox(one_by_one());
   outbox.add_channel(kA, {});
   auto tracked = message(150);
   tracked.tracked = true;

@@ -7,12 +7,6 @@
 namespace connect_bridge::flow_test {
 namespace {
 
-std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason) {
-  const auto counts = outbox.counts(channel);
-  expect_balance(counts);
-  return counts.dropped.of(reason);
-}
-
 // As at its own limit: the oldest of the lowest class is dropped first.
 TEST(OutboxMemory, WhatFindsNoMemoryTakesTheRoomOfLowerClasses) {
   Budget all(4000);

@@ -12,18 +12,11 @@ namespace connect_bridge::flow_test {
 namespace {
 
 // Parts of 100 bytes, gathered up to 300 bytes of packet.
-OutboxOptions thin() {
+OutboxOptions gathered() {
   OutboxOptions options;
   options.queue_delay_target = {};  // nothing is paced and no ack is asked for
   options.fragment_bytes = 100;
   options.packet_bytes = 300;
-  return options;
-}
-
-// As thin(), but every part is a packet of its own, so that order is easy to read.
-OutboxOptions one_by_one() {
-  auto options = thin();
-  options.packet_bytes = 1;
   return options;
 }
 
@@ -49,7 +42,7 @@ TEST(OutboxOrder, APacketHasNoMoreFramesThanAPeerTakes) {
 }
 
 TEST(OutboxOrder, ManyEndsOfMessagesTakeSeveralPackets) {
-  OutboxOptions options = thin();
+  OutboxOptions options = gathered();
   options.unacknowledged_bytes_max = 16 << 20;
   Outbox outbox(options);
   constexpr std::uint32_t kChannels = 2000;
@@ -72,14 +65,14 @@ TEST(OutboxOrder, ManyEndsOfMessagesTakeSeveralPackets) {
 }
 
 TEST(OutboxOrder, NothingIsNoPacket) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   EXPECT_EQ(next(outbox), "-");
   outbox.add_channel(kA, {});
   EXPECT_EQ(next(outbox), "-");
 }
 
 TEST(OutboxOrder, SmallThenControlThenData) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   outbox.add_channel(kA, queue(Priority::kUrgent));
   outbox.push(kA, message(12), now_ms(0));
   outbox.push_small(TimeRequest{1});
@@ -93,7 +86,7 @@ TEST(OutboxOrder, SmallThenControlThenData) {
 // Many texts wait after a reconnect: what measures the link does not wait for all of them, nor do
 // they for it.
 TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   for (const char* text : {"{1}", "{2}", "{3}"}) ASSERT_TRUE(outbox.push_control(text));
   std::string lines;
   for (std::uint64_t received = 1; received <= 3; ++received) {
@@ -105,7 +98,7 @@ TEST(OutboxOrder, SmallFramesAndTextsTakeTurns) {
 }
 
 TEST(OutboxOrder, TheNewestTimeFramesStay) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   for (Stamp t = 1; t <= 100; ++t) outbox.push_small(TimeRequest{t});
   const auto packet = outbox.next(now_ms(0));
   ASSERT_TRUE(packet);
@@ -116,7 +109,7 @@ TEST(OutboxOrder, TheNewestTimeFramesStay) {
 }
 
 TEST(OutboxOrder, SmallMessagesShareAPacketAndOnePiece) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   outbox.add_channel(kA, {});
   for (int i = 0; i < 7; ++i) outbox.push(kA, message(6), now_ms(0));  // 50 bytes each with header
   const auto packet = outbox.next(now_ms(0));
@@ -140,7 +133,7 @@ TEST(OutboxOrder, LargePartsAreReferredTo) {
 }
 
 TEST(OutboxOrder, APartThatFitsNoPacketEndsOne) {
-  auto options = thin();
+  auto options = gathered();
   options.fragment_bytes = 1000;
   Outbox outbox(options);
   outbox.add_channel(kA, queue(Priority::kHigh));
@@ -152,7 +145,7 @@ TEST(OutboxOrder, APartThatFitsNoPacketEndsOne) {
 }
 
 TEST(OutboxOrder, APartThatFitsTheNextPacketWaitsForIt) {
-  Outbox outbox(thin());
+  Outbox outbox(gathered());
   outbox.add_channel(kA, {});
   outbox.push(kA, message(90), now_ms(0));
   outbox.push(kA, message(90), now_ms(0));

@@ -7,8 +7,8 @@
 namespace connect_bridge {
 namespace {
 
-constexpr ChannelId kOne{1};
-constexpr ChannelId kTwo{2};
+constexpr ChannelId kFirst{1};
+constexpr ChannelId kSecond{2};
 
 ReassemblyOptions small() {
   ReassemblyOptions options;
@@ -57,17 +57,17 @@ class ReassemblyTest : public ::testing::Test {
 
 // A peer without any right may offer channels and begin messages on them.
 TEST_F(ReassemblyTest, WhatIsNotWantedIsCheckedButNotKept) {
-  const auto begun = reassembly_.on_message(frame(kOne, 1, 5, 20), packet_, false);
+  const auto begun = reassembly_.on_message(frame(kFirst, 1, 5, 20), packet_, false);
   EXPECT_EQ(outcome_of(begun), "open");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
-  EXPECT_EQ(go_on(kOne, 16), "malformed");
-  EXPECT_EQ(go_on(kOne, 14), "open");
-  EXPECT_EQ(go_on(kOne, 1), "whole 0");
+  EXPECT_EQ(go_on(kFirst, 16), "malformed");
+  EXPECT_EQ(go_on(kFirst, 14), "open");
+  EXPECT_EQ(go_on(kFirst, 1), "whole 0");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
 TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
-  auto sent = frame(kOne, 1, 0, 10);
+  auto sent = frame(kFirst, 1, 0, 10);
   sent.part = packet_.view().subspan(20, 10);
   const auto result = reassembly_.on_message(sent, packet_);
   ASSERT_TRUE(result.ok() && result.value());
@@ -81,90 +81,90 @@ TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
 }
 
 TEST_F(ReassemblyTest, PartsOfTwoChannelsInterleave) {
-  EXPECT_EQ(begin(kOne, 1, 40, 100), "open");
-  EXPECT_EQ(begin(kTwo, 1, 10, 50), "open");
+  EXPECT_EQ(begin(kFirst, 1, 40, 100), "open");
+  EXPECT_EQ(begin(kSecond, 1, 10, 50), "open");
   EXPECT_EQ(reassembly_.open_bytes(), 150U);
-  EXPECT_EQ(go_on(kOne, 40), "open");
-  EXPECT_EQ(go_on(kTwo, 40), "whole 50");
-  EXPECT_EQ(go_on(kOne, 20), "whole 100");
+  EXPECT_EQ(go_on(kFirst, 40), "open");
+  EXPECT_EQ(go_on(kSecond, 40), "whole 50");
+  EXPECT_EQ(go_on(kFirst, 20), "whole 100");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
-  EXPECT_EQ(begin(kOne, 2, 5, 5), "whole 5");
-  EXPECT_EQ(begin(kTwo, 2, 0, 0), "whole 0");
+  EXPECT_EQ(begin(kFirst, 2, 5, 5), "whole 5");
+  EXPECT_EQ(begin(kSecond, 2, 0, 0), "whole 0");
 }
 
 TEST_F(ReassemblyTest, SizesAreCheckedBeforeAnythingIsKept) {
-  EXPECT_EQ(begin(kOne, 1, 1, 101), "too_large");
-  EXPECT_EQ(begin(kOne, 1, 1, 0xFFFFFFFF), "too_large");
-  auto bomb = frame(kOne, 1, 10, 10);
+  EXPECT_EQ(begin(kFirst, 1, 1, 101), "too_large");
+  EXPECT_EQ(begin(kFirst, 1, 1, 0xFFFFFFFF), "too_large");
+  auto bomb = frame(kFirst, 1, 10, 10);
   bomb.codec = Codec::kZstd;
   bomb.raw_bytes = 101;
   EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "too_large");
   bomb.raw_bytes = 100;
   EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "whole 10");
-  EXPECT_EQ(begin(kTwo, 1, 20, 10), "malformed");
-  EXPECT_EQ(begin(kTwo, 1, 0, 10), "malformed");
-  auto two_sizes = frame(kTwo, 1, 10, 10);
+  EXPECT_EQ(begin(kSecond, 1, 20, 10), "malformed");
+  EXPECT_EQ(begin(kSecond, 1, 0, 10), "malformed");
+  auto two_sizes = frame(kSecond, 1, 10, 10);
   two_sizes.raw_bytes = 11;
   EXPECT_EQ(outcome_of(reassembly_.on_message(two_sizes, packet_)), "malformed");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
 TEST_F(ReassemblyTest, TheBudgetOfAllUnfinishedMessagesIsExact) {
-  EXPECT_EQ(begin(kOne, 1, 1, 100), "open");
-  EXPECT_EQ(begin(kTwo, 1, 1, 51), "too_large");
-  EXPECT_EQ(begin(kTwo, 1, 1, 50), "open");
+  EXPECT_EQ(begin(kFirst, 1, 1, 100), "open");
+  EXPECT_EQ(begin(kSecond, 1, 1, 51), "too_large");
+  EXPECT_EQ(begin(kSecond, 1, 1, 50), "open");
   EXPECT_EQ(begin(ChannelId{3}, 1, 1, 2), "too_large");
   EXPECT_EQ(begin(ChannelId{3}, 1, 100, 100), "whole 100");  // whole messages need no room
-  EXPECT_EQ(abort(kOne), "open");
+  EXPECT_EQ(abort(kFirst), "open");
   EXPECT_EQ(reassembly_.open_bytes(), 50U);
-  EXPECT_EQ(begin(kOne, 2, 1, 100), "open");
+  EXPECT_EQ(begin(kFirst, 2, 1, 100), "open");
 }
 
 TEST_F(ReassemblyTest, PartsMustBelongToAnOpenMessage) {
-  EXPECT_EQ(go_on(kOne, 1), "illegal");
-  EXPECT_EQ(abort(kOne), "illegal");
-  EXPECT_EQ(begin(kOne, 1, 5, 5), "whole 5");
-  EXPECT_EQ(go_on(kOne, 1), "illegal");
-  EXPECT_EQ(begin(kOne, 2, 5, 10), "open");
-  EXPECT_EQ(go_on(kOne, 6), "malformed");
-  EXPECT_EQ(go_on(kOne, 0), "malformed");
-  EXPECT_EQ(begin(kOne, 3, 1, 10), "illegal");
-  EXPECT_EQ(go_on(kOne, 5), "whole 10");
-  EXPECT_EQ(abort(kOne), "illegal");
+  EXPECT_EQ(go_on(kFirst, 1), "illegal");
+  EXPECT_EQ(abort(kFirst), "illegal");
+  EXPECT_EQ(begin(kFirst, 1, 5, 5), "whole 5");
+  EXPECT_EQ(go_on(kFirst, 1), "illegal");
+  EXPECT_EQ(begin(kFirst, 2, 5, 10), "open");
+  EXPECT_EQ(go_on(kFirst, 6), "malformed");
+  EXPECT_EQ(go_on(kFirst, 0), "malformed");
+  EXPECT_EQ(begin(kFirst, 3, 1, 10), "illegal");
+  EXPECT_EQ(go_on(kFirst, 5), "whole 10");
+  EXPECT_EQ(abort(kFirst), "illegal");
 }
 
 TEST_F(ReassemblyTest, SequencesRiseAndGoFromTheLargestToOne) {
-  EXPECT_EQ(begin(kOne, 0, 1, 1), "illegal");
-  EXPECT_EQ(begin(kOne, 1, 1, 1), "whole 1");
-  EXPECT_EQ(begin(kOne, 1, 1, 1), "illegal");
-  EXPECT_EQ(begin(kOne, 5, 1, 1), "whole 1");
-  EXPECT_EQ(begin(kOne, 4, 1, 1), "illegal");
-  EXPECT_EQ(begin(kTwo, 1, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kFirst, 0, 1, 1), "illegal");
+  EXPECT_EQ(begin(kFirst, 1, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kFirst, 1, 1, 1), "illegal");
+  EXPECT_EQ(begin(kFirst, 5, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kFirst, 4, 1, 1), "illegal");
+  EXPECT_EQ(begin(kSecond, 1, 1, 1), "whole 1");
   for (const std::uint32_t next : {0x70000000U, 0xE0000000U, 0xFFFFFFFFU}) {
-    EXPECT_EQ(begin(kOne, next, 1, 1), "whole 1") << next;
+    EXPECT_EQ(begin(kFirst, next, 1, 1), "whole 1") << next;
   }
-  EXPECT_EQ(begin(kOne, 0, 1, 1), "illegal");
+  EXPECT_EQ(begin(kFirst, 0, 1, 1), "illegal");
   for (const std::uint32_t next : {1U, 2U}) {
-    EXPECT_EQ(begin(kOne, next, 1, 1), "whole 1") << next;
+    EXPECT_EQ(begin(kFirst, next, 1, 1), "whole 1") << next;
   }
-  EXPECT_EQ(begin(kOne, 0xFFFFFFFF, 1, 1), "illegal");
+  EXPECT_EQ(begin(kFirst, 0xFFFFFFFF, 1, 1), "illegal");
 }
 
 TEST_F(ReassemblyTest, AnAbortedMessageLeavesRoomForTheNext) {
-  EXPECT_EQ(begin(kOne, 1, 5, 10), "open");
-  EXPECT_EQ(abort(kOne), "open");
+  EXPECT_EQ(begin(kFirst, 1, 5, 10), "open");
+  EXPECT_EQ(abort(kFirst), "open");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
-  EXPECT_EQ(begin(kOne, 1, 1, 1), "illegal");  // its number is used up
-  EXPECT_EQ(begin(kOne, 2, 1, 1), "whole 1");
+  EXPECT_EQ(begin(kFirst, 1, 1, 1), "illegal");  // its number is used up
+  EXPECT_EQ(begin(kFirst, 2, 1, 1), "whole 1");
 }
 
 TEST_F(ReassemblyTest, AForgottenChannelIsAsNew) {
-  EXPECT_EQ(begin(kOne, 9, 5, 10), "open");
-  reassembly_.forget(kOne);
-  reassembly_.forget(kTwo);
+  EXPECT_EQ(begin(kFirst, 9, 5, 10), "open");
+  reassembly_.forget(kFirst);
+  reassembly_.forget(kSecond);
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
-  EXPECT_EQ(go_on(kOne, 5), "illegal");
-  EXPECT_EQ(begin(kOne, 1, 1, 1), "whole 1");
+  EXPECT_EQ(go_on(kFirst, 5), "illegal");
+  EXPECT_EQ(begin(kFirst, 1, 1, 1), "whole 1");
 }
 
 TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
@@ -195,17 +195,17 @@ TEST_F(ReassemblyTest, WhatFindsNoMemoryArrivesWithoutItsBody) {
   Budget memory(200);
   auto others = memory.hold(150);
   reassembly_.draw_from(memory);
-  EXPECT_EQ(begin(kOne, 1, 20, 60), "open");
+  EXPECT_EQ(begin(kFirst, 1, 20, 60), "open");
   EXPECT_EQ(memory.used(), 150U);
-  EXPECT_EQ(go_on(kOne, 41), "malformed");
-  const auto whole = reassembly_.on_part({kOne, false, packet_.view().first(40)});
+  EXPECT_EQ(go_on(kFirst, 41), "malformed");
+  const auto whole = reassembly_.on_part({kFirst, false, packet_.view().first(40)});
   ASSERT_TRUE(whole.ok() && whole.value());
   EXPECT_FALSE(whole.value()->kept);
   EXPECT_TRUE(whole.value()->body.empty());
   others.release();
-  EXPECT_EQ(begin(kOne, 2, 20, 60), "open");
+  EXPECT_EQ(begin(kFirst, 2, 20, 60), "open");
   EXPECT_EQ(memory.used(), 60U);
-  EXPECT_EQ(go_on(kOne, 40), "whole 60");
+  EXPECT_EQ(go_on(kFirst, 40), "whole 60");
   EXPECT_EQ(memory.used(), 0U);
 }
 

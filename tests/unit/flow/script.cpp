@@ -46,6 +46,14 @@ QueueOptions queue(Priority priority) {
   return options;
 }
 
+OutboxOptions one_by_one() {
+  OutboxOptions options;
+  options.queue_delay_target = {};
+  options.fragment_bytes = 100;
+  options.packet_bytes = 1;
+  return options;
+}
+
 Bytes joined(const Packet& packet) {
   Bytes bytes;
   for (const auto& piece : packet.pieces) {
@@ -80,6 +88,12 @@ std::string drain(Outbox& outbox, const Now& now) {
 
 void expect_balance(const ChannelCounts& counts) {
   EXPECT_EQ(counts.accepted, counts.sent + counts.dropped.total() + counts.queued);
+}
+
+std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason) {
+  const auto counts = outbox.counts(channel);
+  expect_balance(counts);
+  return counts.dropped.of(reason);
 }
 
 }  // namespace connect_bridge::flow_test

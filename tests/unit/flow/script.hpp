@@ -23,6 +23,9 @@ Now now_ms(std::int64_t ms);
 
 OutMessage message(std::size_t size, Stamp stamp = 0);
 QueueOptions queue(Priority priority);
+// Parts of 100 bytes, each in a packet of its own, so that order is easy to read. Nothing is paced
+// and no ack is asked for.
+OutboxOptions one_by_one();
 
 Bytes joined(const Packet& packet);
 // "1#5:100" is message 5 of channel 1, whole, 100 bytes; "1#5:64/100" its first 64 bytes; "1+36" a
@@ -34,5 +37,6 @@ std::string next(Outbox& outbox, const Now& now = now_ms(0));
 std::string drain(Outbox& outbox, const Now& now = now_ms(0));
 
 void expect_balance(const ChannelCounts& counts);
+std::uint64_t dropped(const Outbox& outbox, ChannelId channel, DropReason reason);
 
 }  // namespace connect_bridge::flow_test

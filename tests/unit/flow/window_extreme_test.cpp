@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include "unit/base/at.hpp"
+
 namespace connect_bridge {
 namespace {
 
 using namespace std::chrono_literals;
 
-TimePoint at(int ms) {
-  return TimePoint(std::chrono::milliseconds(ms));
-}
+using test::at;
 
 TEST(WindowExtreme, IsTheLeastOfTheWindow) {
   WindowExtreme<int> least(-1);

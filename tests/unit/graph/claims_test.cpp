@@ -10,7 +10,7 @@
 namespace connect_bridge {
 namespace {
 
-Gid gid(std::uint8_t n) {
+Gid filled(std::uint8_t n) {
   Gid result;
   result.bytes.fill(n);
   return result;
@@ -34,7 +34,7 @@ TEST(Claims, RoundTrip) {
   for (const std::size_t count : {0, 1, 2, 1000}) {
     Claim claim{side(0xab), {}};
     for (std::size_t i = 0; i < count; ++i)
-      claim.origins.push_back({gid(static_cast<std::uint8_t>(i)), i % 3 == 0});
+      claim.origins.push_back({filled(static_cast<std::uint8_t>(i)), i % 3 == 0});
     const auto back = through(claim);
     ASSERT_TRUE(back);
     EXPECT_EQ(back->side, claim.side);
@@ -43,14 +43,15 @@ TEST(Claims, RoundTrip) {
 }
 
 TEST(Claims, ARoundTripOfAllItsWords) {
-  Claim claim{side(0xab), {{gid(1), true}, {gid(2)}}, {gid(3)}, {{side(4)}, {side(5), {{1, 2}}}}};
+  Claim claim{
+      side(0xab), {{filled(1), true}, {filled(2)}}, {filled(3)}, {{side(4)}, {side(5), {{1, 2}}}}};
   claim.good_for = 4321ms;
   EXPECT_EQ(through(claim), claim);
   EXPECT_GE(claim_bytes(claim), serialize(claim, 0).size());
 }
 
 TEST(Claims, NamesSoManyOriginsAtMost) {
-  const Claim claim{side(1), std::vector<ClaimedOrigin>(kClaimOriginsMax + 1, {gid(1), true})};
+  const Claim claim{side(1), std::vector<ClaimedOrigin>(kClaimOriginsMax + 1, {filled(1), true})};
   const auto payload = serialize(claim, 0);
   EXPECT_LE(payload.size(), kClaimBytesMax);
   EXPECT_EQ(parse_claim(payload.view())->origins.size(), kClaimOriginsMax);
@@ -68,7 +69,7 @@ TEST(Claims, IsALogMessageInCdr) {
 }
 
 TEST(Claims, CutShortItIsNoneOrASmallerOne) {
-  const auto payload = serialize({side(7), {{gid(1)}, {gid(2)}}}, 0);
+  const auto payload = serialize({side(7), {{filled(1)}, {filled(2)}}}, 0);
   // The name and the text come after the other fields of a Log; without them there is no claim.
   const std::size_t text_end = 20 + 24 + 4 + 32 + 2 * 49 + 1;
   for (std::size_t size = 0; size < payload.size(); ++size)
@@ -77,7 +78,7 @@ TEST(Claims, CutShortItIsNoneOrASmallerOne) {
 
 TEST(Claims, GarbageIsNone) {
   Random random(1);
-  const auto payload = serialize({side(7), {{gid(1)}, {gid(2)}}}, 0);
+  const auto payload = serialize({side(7), {{filled(1)}, {filled(2)}}}, 0);
   for (int i = 0; i < 20'000; ++i) {
     Bytes bytes(payload.view().begin(), payload.view().end());
     for (int changes = 0; changes < 3; ++changes)
@@ -93,7 +94,7 @@ TEST(Claims, GarbageIsNone) {
 }
 
 TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
-  const auto payload = serialize({side(7), {{gid(1)}}}, 0);
+  const auto payload = serialize({side(7), {{filled(1)}}}, 0);
   const auto changed = [&](std::size_t at, std::uint8_t value) {
     Bytes bytes(payload.view().begin(), payload.view().end());
     bytes[at] = value;
@@ -111,10 +112,10 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
 
 TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
   Claims claims(side(5));
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(1)}}}, kNow));
-  EXPECT_TRUE(claims.update(gid(101), {side(6), {{gid(2)}}}, kNow));
-  EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_FALSE(claims.taken(gid(2), false));
+  EXPECT_TRUE(claims.update(filled(100), {side(4), {{filled(1)}}}, kNow));
+  EXPECT_TRUE(claims.update(filled(101), {side(6), {{filled(2)}}}, kNow));
+  EXPECT_TRUE(claims.taken(filled(1), false));
+  EXPECT_FALSE(claims.taken(filled(2), false));
   EXPECT_TRUE(claims.is_here(side(4)));
   EXPECT_TRUE(claims.is_here(side(6)));
   EXPECT_FALSE(claims.is_here(side(7)));
@@ -122,10 +123,10 @@ TEST(Claims, TheSmallerSideIdHoldsTheOrigin) {
 
 TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2), true}}}, kNow);
-  claims.update(gid(101), {side(6), {{gid(3)}, {gid(4), true}}}, kNow);
+  claims.update(filled(100), {side(4), {{filled(1)}, {filled(2), true}}}, kNow);
+  claims.update(filled(101), {side(6), {{filled(3)}, {filled(4), true}}}, kNow);
   const auto taken = [&](std::uint8_t origin, bool feeds) {
-    return claims.taken(gid(origin), feeds);
+    return claims.taken(filled(origin), feeds);
   };
   EXPECT_TRUE(taken(1, false));
   EXPECT_FALSE(taken(1, true));
@@ -139,60 +140,60 @@ TEST(Claims, WhoFeedsAnOriginHoldsItWhateverItsId) {
 
 TEST(Claims, OfSeveralOneMayFeedAndAnotherHaveTheSmallerId) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
-  claims.update(gid(101), {side(6), {{gid(1), true}}}, kNow);
-  EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_FALSE(claims.taken(gid(1), true));
+  claims.update(filled(100), {side(4), {{filled(1)}}}, kNow);
+  claims.update(filled(101), {side(6), {{filled(1), true}}}, kNow);
+  EXPECT_TRUE(claims.taken(filled(1), false));
+  EXPECT_FALSE(claims.taken(filled(1), true));
 }
 
 TEST(Claims, ANewClaimReplacesTheOldOne) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}, {gid(2)}}}, kNow);
-  EXPECT_TRUE(claims.update(gid(100), {side(4), {{gid(2)}, {gid(3)}}}, kNow));
-  EXPECT_FALSE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.taken(gid(2), false));
-  EXPECT_TRUE(claims.taken(gid(3), false));
+  claims.update(filled(100), {side(4), {{filled(1)}, {filled(2)}}}, kNow);
+  EXPECT_TRUE(claims.update(filled(100), {side(4), {{filled(2)}, {filled(3)}}}, kNow));
+  EXPECT_FALSE(claims.taken(filled(1), false));
+  EXPECT_TRUE(claims.taken(filled(2), false));
+  EXPECT_TRUE(claims.taken(filled(3), false));
 }
 
 TEST(Claims, OurOwnIsNoOther) {
   Claims claims(side(5));
-  EXPECT_FALSE(claims.update(gid(100), {side(5), {{gid(1)}}}, kNow));
-  EXPECT_FALSE(claims.taken(gid(1), false));
+  EXPECT_FALSE(claims.update(filled(100), {side(5), {{filled(1)}}}, kNow));
+  EXPECT_FALSE(claims.taken(filled(1), false));
   EXPECT_FALSE(claims.is_here(side(5)));
 }
 
 TEST(Claims, OfTwoThatHoldAnOriginOneMayGo) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(3), {{gid(1)}}}, kNow);
-  claims.update(gid(101), {side(4), {{gid(1)}}}, kNow);
-  EXPECT_TRUE(claims.retain({gid(100), gid(101)}, {gid(101)}, kNow));
-  EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(101)}, {}, kNow));
-  EXPECT_FALSE(claims.taken(gid(1), false));
+  claims.update(filled(100), {side(3), {{filled(1)}}}, kNow);
+  claims.update(filled(101), {side(4), {{filled(1)}}}, kNow);
+  EXPECT_TRUE(claims.retain({filled(100), filled(101)}, {filled(101)}, kNow));
+  EXPECT_TRUE(claims.taken(filled(1), false));
+  EXPECT_TRUE(claims.retain({filled(101)}, {}, kNow));
+  EXPECT_FALSE(claims.taken(filled(1), false));
 }
 
 TEST(Claims, ABridgeTheGraphDoesNotShowYetIsKept) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
+  claims.update(filled(100), {side(4), {{filled(1)}}}, kNow);
   EXPECT_FALSE(claims.retain({}, {}, kNow));
-  EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_FALSE(claims.retain({}, {gid(100)}, kNow));
-  EXPECT_FALSE(claims.retain({gid(100)}, {gid(100)}, kNow));
-  EXPECT_TRUE(claims.taken(gid(1), false));
-  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
-  EXPECT_FALSE(claims.taken(gid(1), false));
+  EXPECT_TRUE(claims.taken(filled(1), false));
+  EXPECT_FALSE(claims.retain({}, {filled(100)}, kNow));
+  EXPECT_FALSE(claims.retain({filled(100)}, {filled(100)}, kNow));
+  EXPECT_TRUE(claims.taken(filled(1), false));
+  EXPECT_TRUE(claims.retain({filled(100)}, {}, kNow));
+  EXPECT_FALSE(claims.taken(filled(1), false));
   EXPECT_FALSE(claims.is_here(side(4)));
 }
 
 // The graph may show the mirrors of a bridge that has left it a moment longer.
 TEST(Claims, TheMirrorsOfABridgeThatLeftAreItsOwnForAWhile) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1), true}}, {gid(7)}}, kNow);
-  EXPECT_TRUE(claims.retain({gid(100)}, {}, kNow));
-  EXPECT_FALSE(claims.claimed(gid(1)));
-  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  claims.update(filled(100), {side(4), {{filled(1), true}}, {filled(7)}}, kNow);
+  EXPECT_TRUE(claims.retain({filled(100)}, {}, kNow));
+  EXPECT_FALSE(claims.claimed(filled(1)));
+  EXPECT_TRUE(claims.mirrors().contains(filled(7)));
   EXPECT_TRUE(claims.expire(kNow + 1s));  // of the service that it may have been
-  EXPECT_TRUE(claims.mirrors().contains(gid(7)));
+  EXPECT_TRUE(claims.mirrors().contains(filled(7)));
   EXPECT_FALSE(claims.expire(kNow + 31s));  // no claim has changed
   EXPECT_TRUE(claims.mirrors().empty());
   EXPECT_EQ(claims.deadline(), std::nullopt);
@@ -245,7 +246,7 @@ TEST(Claims, EachServiceThatEndedHasATimeOfItsOwn) {
 
 TEST(Claims, OneThatDoesNotSayHowLongItIsGoodIsForgotten) {
   Claims claims(side(5));
-  const auto claim = parse_claim(serialize(Claim{side(4), {{gid(1)}}}, 0).view());
+  const auto claim = parse_claim(serialize(Claim{side(4), {{filled(1)}}}, 0).view());
   ASSERT_TRUE(claim);
   claims.update({}, *claim, kNow);
   EXPECT_TRUE(claims.expire(kNow + 10s));
@@ -256,7 +257,7 @@ TEST(Claims, PeersAreAsOldAsTheirBridgeIsKnown) {
   Claims claims(side(5));
   claims.update({}, {side(4), {}, {}, {{side(10)}}}, kNow + 5s);
   EXPECT_TRUE(claims.take_peers_change());
-  claims.update({}, {side(4), {{gid(1)}}, {}, {{side(10)}}}, kNow + 6s);
+  claims.update({}, {side(4), {{filled(1)}}, {}, {{side(10)}}}, kNow + 6s);
   EXPECT_FALSE(claims.take_peers_change());
   claims.update({}, {side(4), {}, {}, {{side(10)}, {side(11)}}}, kNow + 7s);
   EXPECT_TRUE(claims.take_peers_change());
@@ -288,19 +289,19 @@ TEST(Claims, BeyondSoManyBridgesNewOnesAreNotHeard) {
     return id;
   };
   for (int i = 0; i < 256; ++i) EXPECT_TRUE(claims.update({}, {bridge(i), {}}, kNow));
-  EXPECT_FALSE(claims.update({}, {bridge(256), {{gid(1)}}}, kNow));
-  EXPECT_TRUE(claims.update({}, {bridge(255), {{gid(1)}}}, kNow));
-  EXPECT_TRUE(claims.taken(gid(1), false));
+  EXPECT_FALSE(claims.update({}, {bridge(256), {{filled(1)}}}, kNow));
+  EXPECT_TRUE(claims.update({}, {bridge(255), {{filled(1)}}}, kNow));
+  EXPECT_TRUE(claims.taken(filled(1), false));
 }
 
 TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
   Claims claims(side(5));
-  claims.update(gid(100), {side(4), {{gid(1)}}}, kNow);
-  claims.update(gid(101), {side(6), {{gid(2)}}}, kNow);
-  EXPECT_TRUE(claims.claimed(gid(1)));
-  EXPECT_TRUE(claims.claimed(gid(2)));
-  EXPECT_FALSE(claims.taken(gid(2), false));
-  EXPECT_FALSE(claims.claimed(gid(3)));
+  claims.update(filled(100), {side(4), {{filled(1)}}}, kNow);
+  claims.update(filled(101), {side(6), {{filled(2)}}}, kNow);
+  EXPECT_TRUE(claims.claimed(filled(1)));
+  EXPECT_TRUE(claims.claimed(filled(2)));
+  EXPECT_FALSE(claims.taken(filled(2), false));
+  EXPECT_FALSE(claims.claimed(filled(3)));
 }
 
 TEST(Claims, AServiceHasTheSameNumberInEveryProcess) {

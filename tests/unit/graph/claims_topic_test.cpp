@@ -7,8 +7,8 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Topic {
-  explicit Topic(Duration dead_after = 3s) : topic(claims, dead_after, outputs) { said(); }
+struct TopicScript {
+  explicit TopicScript(Duration dead_after = 3s) : topic(claims, dead_after, outputs) { said(); }
   // What is published now, if it is due.
   std::optional<Claim> said() {
     std::optional<Claim> claim;
@@ -35,7 +35,7 @@ struct Topic {
 };
 
 TEST(ClaimsTopic, AClaimIsGoodForThreeSignsOfLife) {
-  Topic t;
+  TopicScript t;
   t.topic.change();
   EXPECT_EQ(t.said_at(10s)->good_for, 9s);
   EXPECT_FALSE(t.said_at(12s));
@@ -44,21 +44,21 @@ TEST(ClaimsTopic, AClaimIsGoodForThreeSignsOfLife) {
 
 // A bridge that fell silent may serve calls until its peer knows that the link is dead.
 TEST(ClaimsTopic, AndForLongerThanALinkLives) {
-  Topic t;
-  t.claims.update({}, {Topic::side(2), {}}, TimePoint{});
+  TopicScript t;
+  t.claims.update({}, {TopicScript::side(2), {}}, TimePoint{});
   t.topic.change();
   EXPECT_EQ(t.said_at(10s)->good_for, 4s);
   EXPECT_TRUE(t.said_at(11s));
-  Topic patient(10s);
-  patient.claims.update({}, {Topic::side(2), {}}, TimePoint{});
+  TopicScript patient(10s);
+  patient.claims.update({}, {TopicScript::side(2), {}}, TimePoint{});
   patient.topic.change();
   EXPECT_EQ(patient.said_at(10s)->good_for, 11s);
 }
 
 // How large it is decides how often it is told, and that for how long it is good.
 TEST(ClaimsTopic, ALargeClaimIsGoodForLongerFromTheFirst) {
-  Topic t;
-  t.claims.update({}, {Topic::side(2), {}}, TimePoint{});
+  TopicScript t;
+  t.claims.update({}, {TopicScript::side(2), {}}, TimePoint{});
   t.topic.change();
   EXPECT_EQ(t.said_at(10s, 10'000)->good_for, 33s);
   EXPECT_FALSE(t.said_at(20s, 10'000));
@@ -68,11 +68,11 @@ TEST(ClaimsTopic, ALargeClaimIsGoodForLongerFromTheFirst) {
 
 // What was said to last is kept to, though the other bridge that made it short has gone.
 TEST(ClaimsTopic, ASignOfLifeComesInTimeForTheLastOne) {
-  Topic t;
-  t.claims.update({}, {Topic::side(2), {}}, TimePoint{});
+  TopicScript t;
+  t.claims.update({}, {TopicScript::side(2), {}}, TimePoint{});
   t.topic.change();
   EXPECT_EQ(t.said_at(10s)->good_for, 4s);
-  Claim last{Topic::side(2), {}};
+  Claim last{TopicScript::side(2), {}};
   last.good_for = 0s;
   t.claims.update({}, last, TimePoint{});
   EXPECT_EQ(t.said_at(11s)->good_for, 9s);

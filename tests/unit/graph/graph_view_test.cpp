@@ -6,7 +6,7 @@ namespace connect_bridge {
 namespace {
 
 // The first 12 bytes are the participant's, as in DDS.
-Gid gid(std::uint8_t participant, std::uint8_t entity = 1) {
+Gid gid_of(std::uint8_t participant, std::uint8_t entity = 1) {
   Gid result;
   result.bytes[0] = participant;
   result.bytes[12] = entity;
@@ -22,76 +22,77 @@ TopicState topic(std::string name, std::vector<Endpoint> publishers,
 const TopicKey kA{"/a", "p/msg/T"};
 
 TEST(GraphView, HoldsTopicsWithTheirEndpoints) {
-  const GraphView graph({{topic("/a", {endpoint(gid(1), "n")}), topic("/b", {}, {}),
-                          topic("/c", {}, {endpoint(gid(2), "m")})}});
+  const GraphView graph({{topic("/a", {endpoint(gid_of(1), "n")}), topic("/b", {}, {}),
+                          topic("/c", {}, {endpoint(gid_of(2), "m")})}});
   EXPECT_EQ(graph.topics().size(), 2U);  // /b has nobody
   ASSERT_TRUE(graph.find(kA));
   EXPECT_EQ(graph.find(kA)->publishers.size(), 1U);
   EXPECT_FALSE(graph.find({"/a", "p/msg/U"}));
-  EXPECT_TRUE(graph.is_local(gid(1)));
-  EXPECT_FALSE(graph.is_local(gid(2)));  // a subscriber is no origin
+  EXPECT_TRUE(graph.is_local(gid_of(1)));
+  EXPECT_FALSE(graph.is_local(gid_of(2)));  // a subscriber is no origin
   EXPECT_TRUE(graph.bridges().empty());
 }
 
 TEST(GraphView, ATopicWithTwoTypesIsTwo) {
-  auto other = topic("/a", {endpoint(gid(2), "m")});
+  auto other = topic("/a", {endpoint(gid_of(2), "m")});
   other.type = "p/msg/U";
-  const GraphView graph({{topic("/a", {endpoint(gid(1), "n")}), other}});
+  const GraphView graph({{topic("/a", {endpoint(gid_of(1), "n")}), other}});
   EXPECT_EQ(graph.topics().size(), 2U);
 }
 
 TEST(GraphView, EndpointsOfABridgesNodeAreLeftOut) {
-  const GraphView graph({{topic("/a", {endpoint(gid(1), "n"), endpoint(gid(2), "connect", "/x")},
-                                {endpoint(gid(3), "connect", "/x"), endpoint(gid(4), "n")}),
-                          topic("/only_the_bridge", {endpoint(gid(5), "connect", "/x")}),
-                          topic(kClaimsTopic, {endpoint(gid(9), "connect", "/x")},
-                                {endpoint(gid(8), "connect", "/x")})}});
+  const GraphView graph(
+      {{topic("/a", {endpoint(gid_of(1), "n"), endpoint(gid_of(2), "connect", "/x")},
+              {endpoint(gid_of(3), "connect", "/x"), endpoint(gid_of(4), "n")}),
+        topic("/only_the_bridge", {endpoint(gid_of(5), "connect", "/x")}),
+        topic(kClaimsTopic, {endpoint(gid_of(9), "connect", "/x")},
+              {endpoint(gid_of(8), "connect", "/x")})}});
   ASSERT_EQ(graph.topics().size(), 1U);
-  EXPECT_EQ(graph.find(kA)->publishers.at(0).gid, gid(1));
+  EXPECT_EQ(graph.find(kA)->publishers.at(0).gid, gid_of(1));
   EXPECT_EQ(graph.find(kA)->publishers.size(), 1U);
-  EXPECT_EQ(graph.find(kA)->subscribers.at(0).gid, gid(4));
+  EXPECT_EQ(graph.find(kA)->subscribers.at(0).gid, gid_of(4));
   EXPECT_EQ(graph.find(kA)->subscribers.size(), 1U);
-  EXPECT_EQ(graph.bridges(), (std::unordered_set<Gid>{gid(9)}));
-  EXPECT_EQ(graph.bridge_publishers(), (std::unordered_set<Gid>{gid(2), gid(5)}));
-  EXPECT_FALSE(graph.is_local(gid(2)));
+  EXPECT_EQ(graph.bridges(), (std::unordered_set<Gid>{gid_of(9)}));
+  EXPECT_EQ(graph.bridge_publishers(), (std::unordered_set<Gid>{gid_of(2), gid_of(5)}));
+  EXPECT_FALSE(graph.is_local(gid_of(2)));
 }
 
 TEST(GraphView, ANodeOfTheSameNameElsewhereIsNoBridge) {
-  const GraphView graph({{topic("/a", {endpoint(gid(1), "connect", "/y")}),
-                          topic(kClaimsTopic, {endpoint(gid(9), "connect", "/x")})}});
-  EXPECT_TRUE(graph.is_local(gid(1)));
+  const GraphView graph({{topic("/a", {endpoint(gid_of(1), "connect", "/y")}),
+                          topic(kClaimsTopic, {endpoint(gid_of(9), "connect", "/x")})}});
+  EXPECT_TRUE(graph.is_local(gid_of(1)));
 }
 
 TEST(GraphView, ABridgeIsKnownByItsParticipantBeforeItsName) {
-  const GraphView graph({{topic("/a", {endpoint(gid(9, 2), ""), endpoint(gid(1), "")}),
-                          topic(kClaimsTopic, {endpoint(gid(9, 1), "_NODE_NAME_UNKNOWN_")})}});
-  EXPECT_TRUE(graph.is_local(gid(1)));
-  EXPECT_FALSE(graph.is_local(gid(9, 2)));
+  const GraphView graph({{topic("/a", {endpoint(gid_of(9, 2), ""), endpoint(gid_of(1), "")}),
+                          topic(kClaimsTopic, {endpoint(gid_of(9, 1), "_NODE_NAME_UNKNOWN_")})}});
+  EXPECT_TRUE(graph.is_local(gid_of(1)));
+  EXPECT_FALSE(graph.is_local(gid_of(9, 2)));
 }
 
 // Of two nodes without a name one may be a bridge; that makes the other none.
 TEST(GraphView, UnknownNodeNamesAreNoBridgesName) {
   const GraphView graph(
-      {{topic("/a", {endpoint(gid(1), "_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")}),
+      {{topic("/a", {endpoint(gid_of(1), "_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")}),
         topic(kClaimsTopic,
-              {endpoint(gid(9), "_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")})}});
-  EXPECT_TRUE(graph.is_local(gid(1)));
+              {endpoint(gid_of(9), "_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")})}});
+  EXPECT_TRUE(graph.is_local(gid_of(1)));
 }
 
 TEST(GraphView, WhoOnlyListensToTheClaimsIsNoBridge) {
-  const GraphView graph({{topic("/a", {endpoint(gid(1), "ros2cli")}),
-                          topic(kClaimsTopic, {}, {endpoint(gid(2), "ros2cli")})}});
-  EXPECT_TRUE(graph.is_local(gid(1)));
+  const GraphView graph({{topic("/a", {endpoint(gid_of(1), "ros2cli")}),
+                          topic(kClaimsTopic, {}, {endpoint(gid_of(2), "ros2cli")})}});
+  EXPECT_TRUE(graph.is_local(gid_of(1)));
   EXPECT_TRUE(graph.bridges().empty());
   EXPECT_EQ(graph.topics().size(), 1U);
 }
 
 TEST(GraphView, NodesAreNamedInFull) {
-  EXPECT_EQ(node_of(endpoint(gid(1), "n", "/")), "/n");
-  EXPECT_EQ(node_of(endpoint(gid(1), "n", "")), "/n");
-  EXPECT_EQ(node_of(endpoint(gid(1), "n", "/x/y")), "/x/y/n");
-  EXPECT_EQ(node_of(endpoint(gid(1), "", "/x")), "");
-  EXPECT_EQ(node_of(endpoint(gid(1), "_NODE_NAME_UNKNOWN_", "/x")), "");
+  EXPECT_EQ(node_of(endpoint(gid_of(1), "n", "/")), "/n");
+  EXPECT_EQ(node_of(endpoint(gid_of(1), "n", "")), "/n");
+  EXPECT_EQ(node_of(endpoint(gid_of(1), "n", "/x/y")), "/x/y/n");
+  EXPECT_EQ(node_of(endpoint(gid_of(1), "", "/x")), "");
+  EXPECT_EQ(node_of(endpoint(gid_of(1), "_NODE_NAME_UNKNOWN_", "/x")), "");
 }
 
 // DDS 1.4 section 2.2.3, table of QoS policies: what is offered must be at least what is requested.

@@ -13,8 +13,8 @@ Encoder::Options options(std::uint32_t depth = 0, std::uint64_t queue_bytes_max 
 
 // From 1000 bytes on a worker compresses. Samples are told by their stamp. "3:zstd" is ready, "3!"
 // dropped, "job 1" given to the worker.
-struct Script final : JobOwner {
-  explicit Script(Encoder::Options o = options()) : encoder(o, jobs, *this) {}
+struct EncoderScript final : JobOwner {
+  explicit EncoderScript(Encoder::Options o = options()) : encoder(o, jobs, *this) {}
 
   void push(Stamp stamp, std::size_t size) {
     drop(encoder.push({{1}, stamp, 0, Payload::adopt(Bytes(size, 7)), {{1}}}));
@@ -62,27 +62,27 @@ struct Script final : JobOwner {
 };
 
 TEST(Encoder, SmallSamplesAreCompressedAtOnce) {
-  Script script;
+  EncoderScript script;
   script.push(1, 999);
   EXPECT_EQ(script.took_place(), "1:zstd");
   EXPECT_EQ(script.encoder.bytes(), 0U);
 }
 
 TEST(Encoder, WhatDoesNotShrinkGoesAsItIs) {
-  Script script;
+  EncoderScript script;
   script.push(1, 3);
   script.push(2, 0);
   EXPECT_EQ(script.took_place(), "1:none 2:none");
 }
 
 TEST(Encoder, TheBodyIsTheCompressedSample) {
-  Script script;
+  EncoderScript script;
   script.push(1, 500);
   EXPECT_EQ(decompress(script.last, Codec::kZstd, 500).value(), Bytes(500, 7));
 }
 
 TEST(Encoder, LargeSamplesAreTheWorkers) {
-  Script script;
+  EncoderScript script;
   script.push(1, 1000);
   EXPECT_EQ(script.took_place(), "job 1");
   EXPECT_EQ(script.encoder.bytes(), 1000U);
@@ -92,14 +92,14 @@ TEST(Encoder, LargeSamplesAreTheWorkers) {
 }
 
 TEST(Encoder, AJobThatDidNotShrinkDeliversTheSample) {
-  Script script;
+  EncoderScript script;
   script.push(1, 1000);
   script.done(1, false);
   EXPECT_EQ(script.took_place(), "1:none job 1");  // the job was given first, and is read last
 }
 
 TEST(Encoder, OrderIsKeptWhileTheWorkerIsBusy) {
-  Script script;
+  EncoderScript script;
   script.push(1, 2000);
   script.push(2, 10);
   script.push(3, 3000);
@@ -114,7 +114,7 @@ TEST(Encoder, OrderIsKeptWhileTheWorkerIsBusy) {
 }
 
 TEST(Encoder, OtherJobsAreNotOurs) {
-  Script script;
+  EncoderScript script;
   script.done(1);
   script.push(1, 1000);
   script.done(7);
@@ -125,7 +125,7 @@ TEST(Encoder, OtherJobsAreNotOurs) {
 }
 
 TEST(Encoder, BeyondTheDepthTheOldestWaitingOneGoes) {
-  Script script(options(2));
+  EncoderScript script(options(2));
   for (Stamp stamp = 1; stamp <= 5; ++stamp) script.push(stamp, 1000);
   EXPECT_EQ(script.took_place(), "2! 3! job 1");
   script.done(1);
@@ -135,7 +135,7 @@ TEST(Encoder, BeyondTheDepthTheOldestWaitingOneGoes) {
 }
 
 TEST(Encoder, BeyondTheBytesTheOldestWaitingOneGoesButTheNewestStays) {
-  Script script(options(0, 2500));
+  EncoderScript script(options(0, 2500));
   script.push(1, 9000);  // with the worker: not counted
   script.push(2, 1500);
   script.push(3, 1000);
@@ -151,7 +151,7 @@ TEST(Encoder, BeyondTheBytesTheOldestWaitingOneGoesButTheNewestStays) {
 }
 
 TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
-  Script script;
+  EncoderScript script;
   script.push(1, 1000);
   script.push(2, 10);
   script.push(3, 1000);
@@ -166,7 +166,7 @@ TEST(Encoder, ClearDropsAllAndTheLateJobIsNobodys) {
 }
 
 TEST(Encoder, ALinkCanBeForgotten) {
-  Script script;
+  EncoderScript script;
   script.push(1, 1000);
   script.push(2, 1000);
   EXPECT_EQ(script.encoder.forget({2}).size(), 0U);

@@ -13,7 +13,7 @@ using State = ProxyHeader::State;
 ProxyHeader read(std::string_view text) {
   return read_proxy_header({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
-std::string text_of(const std::optional<Source>& source) {
+std::string text_of_source(const std::optional<Source>& source) {
   return source ? source->address.to_string() + " " + std::to_string(source->port) : "none";
 }
 std::string version2(char command, char family, const std::string& body) {
@@ -35,9 +35,10 @@ AddressRanges ranges(const std::vector<std::string>& texts) {
 TEST(ProxyHeader, Version1) {
   const ProxyHeader ipv4 = read("PROXY TCP4 203.0.113.5 10.0.0.1 50000 443\r\n");
   EXPECT_EQ(ipv4.state, State::kComplete);
-  EXPECT_EQ(text_of(ipv4.source), "203.0.113.5 50000");
-  EXPECT_EQ(text_of(read("PROXY TCP6 2001:db8::5 ::1 1 2\r\n").source), "2001:db8::5 1");
-  EXPECT_EQ(text_of(read("PROXY TCP6 ::ffff:203.0.113.5 ::1 1 2\r\n").source), "203.0.113.5 1");
+  EXPECT_EQ(text_of_source(ipv4.source), "203.0.113.5 50000");
+  EXPECT_EQ(text_of_source(read("PROXY TCP6 2001:db8::5 ::1 1 2\r\n").source), "2001:db8::5 1");
+  EXPECT_EQ(text_of_source(read("PROXY TCP6 ::ffff:203.0.113.5 ::1 1 2\r\n").source),
+            "203.0.113.5 1");
   EXPECT_EQ(read("PROXY UNKNOWN\r\n").state, State::kComplete);
   EXPECT_FALSE(read("PROXY UNKNOWN what ever\r\n").source);
   const std::string longest = "PROXY UNKNOWN " + std::string(91, 'x') + "\r\n";
@@ -49,12 +50,12 @@ TEST(ProxyHeader, Version1) {
 TEST(ProxyHeader, Version2) {
   const ProxyHeader ipv4 = read(version2(0x21, 0x11, kBody4));
   EXPECT_EQ(ipv4.state, State::kComplete);
-  EXPECT_EQ(text_of(ipv4.source), "203.0.113.5 50000");
-  EXPECT_EQ(text_of(read(version2(0x21, 0x11, kBody4 + "more that is not read")).source),
+  EXPECT_EQ(text_of_source(ipv4.source), "203.0.113.5 50000");
+  EXPECT_EQ(text_of_source(read(version2(0x21, 0x11, kBody4 + "more that is not read")).source),
             "203.0.113.5 50000");
   const std::string six = std::string{"\x20\1\x0d\xb8", 4} + std::string(11, '\0') + "\5" +
                           std::string(16, '\0') + std::string{"\0\1\0\2", 4};
-  EXPECT_EQ(text_of(read(version2(0x21, 0x21, six)).source), "2001:db8::5 1");
+  EXPECT_EQ(text_of_source(read(version2(0x21, 0x21, six)).source), "2001:db8::5 1");
   for (const std::string& own : {version2(0x20, 0x11, kBody4), version2(0x21, 0, ""),
                                  version2(0x20, 0, ""), version2(0x21, 0x31, kBody4)}) {
     EXPECT_EQ(read(own).state, State::kComplete);
@@ -115,7 +116,7 @@ TEST(AddressRange, HasTheFirstBits) {
 
 std::string forwarded_for(const std::vector<std::string_view>& lines,
                           const std::vector<std::string>& trusted = {"10.0.0.0/8"}) {
-  return text_of(forwarded_source(ForwardedBy::kXForwardedFor, lines, ranges(trusted)));
+  return text_of_source(forwarded_source(ForwardedBy::kXForwardedFor, lines, ranges(trusted)));
 }
 
 TEST(ForwardedSource, IsTheRightmostThatIsNoTrustedProxy) {
@@ -140,7 +141,8 @@ TEST(ForwardedSource, WhatAClientWritesItselfIsNotBelieved) {
 
 TEST(ForwardedSource, OfRfc7239) {
   const auto source = [](std::string_view line) {
-    return text_of(forwarded_source(ForwardedBy::kForwarded, {line}, ranges({"10.0.0.0/8"})));
+    return text_of_source(
+        forwarded_source(ForwardedBy::kForwarded, {line}, ranges({"10.0.0.0/8"})));
   };
   EXPECT_EQ(source("for=203.0.113.5;proto=https;by=10.0.0.1"), "203.0.113.5 0");
   EXPECT_EQ(source("proto=https; For=\"[2001:db8::5]:4711\""), "2001:db8::5 4711");

@@ -2,14 +2,10 @@
 
 #include <gtest/gtest.h>
 
-namespace connect_bridge {
-namespace {
+#include "unit/policy/words.hpp"
 
-constexpr auto kTopic = InterfaceKind::kTopic;
-constexpr auto kService = InterfaceKind::kService;
-constexpr auto kFibonacci = "p/action/Fibonacci";
-constexpr auto kCancel = "action_msgs/srv/CancelGoal";
-constexpr auto kStatus = "action_msgs/msg/GoalStatusArray";
+namespace connect_bridge::policy_test {
+namespace {
 
 // "kActions /fib p/action/Fibonacci"
 std::string opened(const Interface& what) {
@@ -179,4 +175,4 @@ TEST(DefaultPriority, CallsAreHighAndFeedbackIsNot) {
 }
 
 }  // namespace
-}  // namespace connect_bridge
+}  // namespace connect_bridge::policy_test

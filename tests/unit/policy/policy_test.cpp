@@ -4,23 +4,10 @@
 
 #include <chrono>
 
-namespace connect_bridge {
+#include "unit/policy/words.hpp"
+
+namespace connect_bridge::policy_test {
 namespace {
-
-constexpr auto kExport = Direction::kExport;
-constexpr auto kImport = Direction::kImport;
-constexpr auto kTopic = InterfaceKind::kTopic;
-constexpr auto kService = InterfaceKind::kService;
-constexpr auto kAction = InterfaceKind::kAction;
-constexpr auto kTwist = "geometry_msgs/msg/Twist";
-constexpr auto kSetBool = "std_srvs/srv/SetBool";
-constexpr auto kFibonacci = "p/action/Fibonacci";
-
-std::vector<Pattern> patterns(std::initializer_list<std::string_view> texts) {
-  std::vector<Pattern> result;
-  for (const auto text : texts) result.push_back(Pattern::parse(text).value());
-  return result;
-}
 
 Rule rule(std::string name) {
   Rule result;
@@ -33,9 +20,6 @@ Rule all_topics(std::string name) {
   result.export_topics = result.import_topics = patterns({"/**"});
   return result;
 }
-
-const Identity kNobody;
-const Identity kOperator{"anna", {"ops", "day"}, 0};
 
 // The rule's name, or "denied".
 std::string decided(const Policy& policy, Direction direction, InterfaceKind kind,
@@ -175,4 +159,4 @@ TEST(Policy, ThousandsOfNamesAndTensOfRulesAreFast) {
 }
 
 }  // namespace
-}  // namespace connect_bridge
+}  // namespace connect_bridge::policy_test

@@ -3,30 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "core/policy/policy.hpp"
+#include "unit/policy/words.hpp"
 
-namespace connect_bridge {
+namespace connect_bridge::policy_test {
 namespace {
 
-constexpr auto kExport = Direction::kExport;
-constexpr auto kImport = Direction::kImport;
-constexpr auto kTopic = InterfaceKind::kTopic;
-constexpr auto kService = InterfaceKind::kService;
-constexpr auto kTwist = "geometry_msgs/msg/Twist";
-constexpr auto kSetBool = "std_srvs/srv/SetBool";
-constexpr auto kFibonacci = "p/action/Fibonacci";
-constexpr auto kCancel = "action_msgs/srv/CancelGoal";
-constexpr auto kStatus = "action_msgs/msg/GoalStatusArray";
 constexpr auto kGet = "rcl_interfaces/srv/GetParameters";
 constexpr auto kSet = "rcl_interfaces/srv/SetParameters";
-
-const Identity kNobody;
-const Identity kOperator{"anna", {"ops"}, 0};
-
-std::vector<Pattern> patterns(std::initializer_list<std::string_view> texts) {
-  std::vector<Pattern> result;
-  for (const auto text : texts) result.push_back(Pattern::parse(text).value());
-  return result;
-}
 
 // The parts of the action /nav/fib, as an exporter would ask for them.
 std::vector<Interface> parts() {
@@ -325,4 +308,4 @@ TEST(Accepts, TextsOfAPeerThatAreNoPatternsMatchNothing) {
 }
 
 }  // namespace
-}  // namespace connect_bridge
+}  // namespace connect_bridge::policy_test

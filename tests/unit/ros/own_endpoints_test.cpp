@@ -8,7 +8,7 @@
 namespace connect_bridge::ros {
 namespace {
 
-Gid id(std::uint32_t n) {
+Gid id_of(std::uint32_t n) {
   Gid result;
   for (std::size_t i = 0; i < 4; ++i) result.bytes[i] = static_cast<std::uint8_t>(n >> (8 * i));
   return result;
@@ -17,23 +17,23 @@ Gid id(std::uint32_t n) {
 // As many mirrors as there may be; an id that was forgotten would be taken for another process's.
 TEST(OwnEndpoints, WhereIdsHaveNoPrefixThoseOfAllMirrorsAreKnown) {
   OwnEndpoints own(0);
-  for (std::uint32_t n = 1; n <= 20'000; ++n) own.add(id(n));
-  EXPECT_TRUE(own.contains(id(1)));
-  EXPECT_TRUE(own.contains(id(20'000)));
-  EXPECT_FALSE(own.contains(id(20'001)));
+  for (std::uint32_t n = 1; n <= 20'000; ++n) own.add(id_of(n));
+  EXPECT_TRUE(own.contains(id_of(1)));
+  EXPECT_TRUE(own.contains(id_of(20'000)));
+  EXPECT_FALSE(own.contains(id_of(20'001)));
 }
 
 // Mirrors that come and go must not make it forget one that stays.
 TEST(OwnEndpoints, WhereIdsHaveNoPrefixOnlyThoseThatEndedAreForgotten) {
   OwnEndpoints own(0);
-  own.add(id(1));
+  own.add(id_of(1));
   for (std::uint32_t n = 2; n <= 100'000; ++n) {
-    own.add(id(n));
-    own.remove(id(n));
+    own.add(id_of(n));
+    own.remove(id_of(n));
   }
-  EXPECT_TRUE(own.contains(id(1)));
-  EXPECT_TRUE(own.contains(id(100'000)));  // its last samples may be under way
-  EXPECT_FALSE(own.contains(id(2)));
+  EXPECT_TRUE(own.contains(id_of(1)));
+  EXPECT_TRUE(own.contains(id_of(100'000)));  // its last samples may be under way
+  EXPECT_FALSE(own.contains(id_of(2)));
 }
 
 // The watcher of the graph may see an endpoint while it is made.
@@ -49,14 +49,14 @@ TEST(OwnEndpoints, AnEndpointThatIsBeingMadeIsNotTakenForSomebodyElses) {
 
 TEST(OwnEndpoints, AnIdThatComesAgainStays) {
   OwnEndpoints own(0);
-  own.add(id(1));
-  own.remove(id(1));
-  own.add(id(1));
+  own.add(id_of(1));
+  own.remove(id_of(1));
+  own.add(id_of(1));
   for (std::uint32_t n = 2; n <= 100'000; ++n) {
-    own.add(id(n));
-    own.remove(id(n));
+    own.add(id_of(n));
+    own.remove(id_of(n));
   }
-  EXPECT_TRUE(own.contains(id(1)));
+  EXPECT_TRUE(own.contains(id_of(1)));
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/base/json.hpp"
 #include "run/audit_book.hpp"
 #include "run/audit_file.hpp"
 #include "run/audit_json.hpp"
@@ -19,18 +19,10 @@
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
 using testing::HasSubstr;
 using namespace std::chrono_literals;
 
 constexpr auto kTime = std::chrono::system_clock::time_point(1795365000123ms);
-
-std::string content(const std::string& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 std::size_t lines_of(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -169,22 +161,22 @@ TEST_F(AuditFiles, AreTheirOwnersAlone) {
   struct stat found {};
   ASSERT_EQ(::stat(file.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777U, 0600U);
-  EXPECT_EQ(content(file), line + line) << "it is continued";
+  EXPECT_EQ(test::content(file), line + line) << "it is continued";
 }
 
 TEST_F(AuditFiles, RotateAndAreBounded) {
   AuditFile audit({file, 1000, 2});
   for (int i = 0; i < 100; ++i) ASSERT_EQ(audit.write(line), "");
-  EXPECT_EQ(content(file).size(), 1000U);
-  EXPECT_EQ(content(file + ".1").size(), 1000U);
-  EXPECT_EQ(content(file + ".2").size(), 1000U);
+  EXPECT_EQ(test::content(file).size(), 1000U);
+  EXPECT_EQ(test::content(file + ".1").size(), 1000U);
+  EXPECT_EQ(test::content(file + ".2").size(), 1000U);
   EXPECT_FALSE(std::filesystem::exists(file + ".3"));
 }
 
 TEST_F(AuditFiles, WithoutOlderOnesItBeginsAnew) {
   AuditFile audit({file, 1000, 0});
   for (int i = 0; i < 15; ++i) ASSERT_EQ(audit.write(line), "");
-  EXPECT_EQ(content(file).size(), 500U);
+  EXPECT_EQ(test::content(file).size(), 500U);
   EXPECT_FALSE(std::filesystem::exists(file + ".1"));
 }
 
@@ -193,7 +185,7 @@ TEST_F(AuditFiles, AreMadeAnewWhenOthersTakeThemAway) {
   ASSERT_EQ(audit.write(line), "");
   std::filesystem::rename(file, file + ".3");
   ASSERT_EQ(audit.write(line), "");
-  EXPECT_EQ(content(file), line);
+  EXPECT_EQ(test::content(file), line);
 }
 
 TEST_F(AuditFiles, AreRegularFiles) {
@@ -213,7 +205,7 @@ TEST_F(AuditFiles, TheLogWritesWhatWaitsAtItsEnd) {
     for (int i = 0; i < 100; ++i) log.add(call_of("/s" + std::to_string(i)));
     for (int i = 0; i < 9; ++i) log.add(call_of("/s0"));
   }
-  const std::string text = content(file);
+  const std::string text = test::content(file);
   EXPECT_EQ(lines_of(text), 101U);
   EXPECT_THAT(text, HasSubstr("\"times\":10"));
 }

@@ -4,16 +4,14 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/base/json.hpp"
 #include "run/status_file.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
 namespace {
-
-using Json = nlohmann::json;
 
 TEST(StatusJson, WithoutLinks) {
   Status status;

@@ -16,11 +16,6 @@ std::string scratch_file() {
   return test::scratch_folder() + "usage" + std::to_string(++number) + ".json";
 }
 
-std::string content(const std::string& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST(Usage, CountsByDayAndMonth) {
   Usage usage;
   usage.count({100, 10}, "2026-10-31");
@@ -85,7 +80,7 @@ TEST(UsageFile, WhatIsNotUnderstoodIsPutAside) {
     std::ofstream{file} << text;
     UsageFile usage;
     EXPECT_NE(usage.open(file), "") << text;
-    EXPECT_EQ(content(file + ".broken"), text);
+    EXPECT_EQ(test::content(file + ".broken"), text);
     usage.close();
     EXPECT_EQ(UsageFile{}.open(file), "");
   }

@@ -13,11 +13,11 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-const TypeDescription kThing =
+const TypeDescription kServed =
     description(kType, {nested_field("parts", "p/msg/U", FieldShape::kSequence)},
                 {{"p/msg/U", {field("x", FieldKind::kDouble, FieldShape::kArray, 3)}}});
-const std::string kText = canonical_text(kThing);
-const std::string kHash = type_hash_of(kText);
+const std::string kServedText = canonical_text(kServed);
+const std::string kServedHash = type_hash_of(kServedText);
 
 SideOptions describing(bool proxies) {
   SideOptions options = client({callable()});
@@ -34,7 +34,7 @@ struct Describing : Script {
     say(1, Accepts{});
     pass(1000);
     ChannelOffer offer = channel(1, "/a", {origin(1, 11)});
-    offer.type_hash = kHash;
+    offer.type_hash = kServedHash;
     offer.origins.front().node = "/talker";
     say(1, Offer{{offer}, true});
     pass(1);
@@ -56,7 +56,7 @@ std::string response(std::uint32_t mirror, std::uint32_t request, const Payload&
 }
 
 std::string known(std::uint32_t mirror, std::uint32_t request, bool sources = false) {
-  return response(mirror, request, description_response(kThing, sources));
+  return response(mirror, request, description_response(kServed, sources));
 }
 
 std::string unknown(std::uint32_t mirror, std::uint32_t request, const std::string& type) {
@@ -125,13 +125,13 @@ TEST(DescriptionServers, OneThatFailsIsNotTriedAgain) {
 
 TEST(DescriptionServers, TellWhatThePeerHasTold) {
   Describing s;
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kServedText});
   s.did();
-  s.asks(2, 1, kType, kHash);
-  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + kHash + "\n");
+  s.asks(2, 1, kType, kServedHash);
+  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + kServedHash + "\n");
   s.give(TypeLookedUp{{1}, ""});
   EXPECT_EQ(s.did(), known(2, 1));
-  s.asks(1, 1, kType, kHash, true);
+  s.asks(1, 1, kType, kServedHash, true);
   s.give(TypeLookedUp{{2}, ""});
   EXPECT_THAT(s.did(), HasSubstr(known(1, 1, true)));
 }
@@ -139,60 +139,60 @@ TEST(DescriptionServers, TellWhatThePeerHasTold) {
 TEST(DescriptionServers, WaitForWhatThePeerWillTell) {
   Describing s;
   s.did();
-  s.asks(2, 1, kType, kHash);
+  s.asks(2, 1, kType, kServedHash);
   s.give(TypeLookedUp{{1}, ""});
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kServedText});
   EXPECT_THAT(s.did(), HasSubstr(known(2, 1)));
 }
 
 TEST(DescriptionServers, TellWhatIsInstalled) {
   Describing s;
   s.did();
-  s.asks(1, 1, kType, kHash);
+  s.asks(1, 1, kType, kServedHash);
   s.did();
-  s.give(TypeLookedUp{{1}, kText});
+  s.give(TypeLookedUp{{1}, kServedText});
   EXPECT_EQ(s.did(), known(1, 1));
 }
 
 TEST(DescriptionServers, KnowOnlyWhatHasTheHash) {
   Describing s;
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kServedText});
   s.did();
   s.asks(2, 1, kType, "RIHS01_00");
   s.give(TypeLookedUp{{1}, ""});
   EXPECT_THAT(s.did(), HasSubstr(unknown(2, 1, kType)));
   // A package that is installed wrongly.
   s.asks(2, 2, kType, "RIHS01_00");
-  s.give(TypeLookedUp{{2}, kText});
+  s.give(TypeLookedUp{{2}, kServedText});
   EXPECT_THAT(s.did(), HasSubstr(unknown(2, 2, kType)));
   // The hash of another type.
-  s.asks(2, 3, "p/msg/V", kHash);
-  s.give(TypeLookedUp{{3}, kText});
+  s.asks(2, 3, "p/msg/V", kServedHash);
+  s.give(TypeLookedUp{{3}, kServedText});
   EXPECT_THAT(s.did(), HasSubstr(unknown(2, 3, "p/msg/V")));
 }
 
 TEST(DescriptionServers, AnswerInTimeAndOnlyOnce) {
   Describing s;
   s.did();
-  s.asks(2, 1, kType, kHash);
-  s.asks(2, 2, kType, kHash);
+  s.asks(2, 1, kType, kServedHash);
+  s.asks(2, 2, kType, kServedHash);
   s.give(TypeLookedUp{{1}, ""});
   s.give(CallersGone{{2}, {{2}}});
   s.pass(5000);
   const std::string answers = s.did();
   EXPECT_THAT(answers, HasSubstr(unknown(2, 1, kType)));
   EXPECT_THAT(answers, Not(HasSubstr("respond 2.2")));
-  s.give(TypeLookedUp{{2}, kText});
+  s.give(TypeLookedUp{{2}, kServedText});
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
 }
 
 TEST(DescriptionServers, KeepNoMoreThanSoManyCalls) {
   Describing s;
   s.did();
-  for (std::uint32_t i = 1; i <= DescriptionCalls::kCallsMax; ++i) s.asks(2, i, kType, kHash);
+  for (std::uint32_t i = 1; i <= DescriptionCalls::kCallsMax; ++i) s.asks(2, i, kType, kServedHash);
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
-  s.asks(2, 1000, kType, kHash);
+  s.asks(2, 1000, kType, kServedHash);
   EXPECT_EQ(s.did(), unknown(2, 1000, kType));
 }
 
@@ -205,12 +205,12 @@ TEST(DescriptionServers, BytesThatAreNoRequestAreDropped) {
 
 // As a client of ROS reads it (the layout is checked with real clients, e2e/test_types.py).
 TEST(DescriptionServers, AResponseIsReadAsANodesIs) {
-  EXPECT_EQ(text_of_response(description_response(kThing, true).view()), kText);
+  EXPECT_EQ(text_of_response(description_response(kServed, true).view()), kServedText);
   EXPECT_EQ(text_of_response(description_refusal("why").view()), std::nullopt);
-  const auto request = read_description_request(description_request(kType, kHash).view());
+  const auto request = read_description_request(description_request(kType, kServedHash).view());
   ASSERT_TRUE(request);
   EXPECT_EQ(request->type, kType);
-  EXPECT_EQ(request->hash, kHash);
+  EXPECT_EQ(request->hash, kServedHash);
   EXPECT_FALSE(request->with_sources);
 }
 

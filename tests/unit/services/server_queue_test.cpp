@@ -8,25 +8,25 @@ namespace {
 
 using std::chrono::seconds;
 
-TimePoint at(int s) {
+TimePoint at_second(int s) {
   return TimePoint{seconds(s)};
 }
 
 // Requests 1 to `count`, one each second from 1 s on.
 ServerQueue given(std::uint32_t count) {
   ServerQueue queue{seconds(100)};
-  for (std::uint32_t i = 1; i <= count; ++i) queue.hand_over({i}, at(static_cast<int>(i)));
+  for (std::uint32_t i = 1; i <= count; ++i) queue.hand_over({i}, at_second(static_cast<int>(i)));
   return queue;
 }
 
 TEST(ServerQueue, AnAnswerProvesThatWhatWasHandedOverBeforeIsTaken) {
   ServerQueue queue = given(5);
   EXPECT_EQ(queue.size(), 5U);
-  queue.answered({3}, at(6));
+  queue.answered({3}, at_second(6));
   EXPECT_EQ(queue.size(), 2U);
-  queue.answered({2}, at(6));
+  queue.answered({2}, at_second(6));
   EXPECT_EQ(queue.size(), 2U);
-  queue.answered({5}, at(6));
+  queue.answered({5}, at_second(6));
   EXPECT_EQ(queue.size(), 0U);
   EXPECT_FALSE(queue.deadline());
 }
@@ -50,39 +50,39 @@ TEST(ServerQueue, WhatCouldNotBeSentIsNotThere) {
   EXPECT_EQ(queue.size(), 2U);
   queue.failed({9});
   EXPECT_EQ(queue.size(), 2U);
-  queue.answered({2}, at(4));  // and proves nothing
+  queue.answered({2}, at_second(4));  // and proves nothing
   EXPECT_EQ(queue.size(), 2U);
 }
 
 TEST(ServerQueue, WhatIsNotAnsweredIsPresumedTakenInTime) {
   ServerQueue queue = given(3);
-  EXPECT_EQ(queue.deadline(), at(101));
-  queue.expire(at(100));
+  EXPECT_EQ(queue.deadline(), at_second(101));
+  queue.expire(at_second(100));
   EXPECT_EQ(queue.size(), 3U);
-  queue.expire(at(102));
+  queue.expire(at_second(102));
   EXPECT_EQ(queue.size(), 1U);
-  EXPECT_EQ(queue.deadline(), at(103));
+  EXPECT_EQ(queue.deadline(), at_second(103));
 }
 
 TEST(ServerQueue, TheTimeCountsFromTheLastAnswerThatProvedSomething) {
   ServerQueue queue = given(3);
-  queue.answered({2}, at(50));
-  EXPECT_EQ(queue.deadline(), at(150));
-  queue.answered({1}, at(60));
-  EXPECT_EQ(queue.deadline(), at(150));
-  queue.hand_over({4}, at(140));
-  queue.expire(at(150));
+  queue.answered({2}, at_second(50));
+  EXPECT_EQ(queue.deadline(), at_second(150));
+  queue.answered({1}, at_second(60));
+  EXPECT_EQ(queue.deadline(), at_second(150));
+  queue.hand_over({4}, at_second(140));
+  queue.expire(at_second(150));
   EXPECT_EQ(queue.size(), 1U);
-  EXPECT_EQ(queue.deadline(), at(240));
+  EXPECT_EQ(queue.deadline(), at_second(240));
 }
 
 TEST(ServerQueue, AnotherServersQueueIsEmpty) {
   ServerQueue queue = given(3);
-  queue.answered({1}, at(50));
+  queue.answered({1}, at_second(50));
   queue.clear();
   EXPECT_EQ(queue.size(), 0U);
-  queue.hand_over({1}, at(3));
-  EXPECT_EQ(queue.deadline(), at(103));
+  queue.hand_over({1}, at_second(3));
+  EXPECT_EQ(queue.deadline(), at_second(103));
 }
 
 }  // namespace

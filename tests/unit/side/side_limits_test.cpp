@@ -11,12 +11,6 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-Identity called(const std::string& name) {
-  Identity who;
-  who.name = name;
-  return who;
-}
-
 TEST(Limits, WhatAPeerTakesBackHasTheRateThatIsSet) {
   SideOptions options = server({everything()});
   options.account.channels_per_second = 2;

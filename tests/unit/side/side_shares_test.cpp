@@ -15,12 +15,6 @@ std::int64_t count(const std::string& text, const std::string& of) {
   return found;
 }
 
-Identity called(const std::string& name) {
-  Identity who;
-  who.name = name;
-  return who;
-}
-
 // The first part of a message of so many bytes, that is never finished.
 Bytes begun(std::uint32_t channel, std::uint32_t bytes) {
   MessageFrame frame;

@@ -264,6 +264,12 @@ ChannelOffer channel(std::uint32_t id, std::string name, std::vector<OriginOffer
   return result;
 }
 
+Identity called(const std::string& name) {
+  Identity who;
+  who.name = name;
+  return who;
+}
+
 Rule rule(const std::vector<std::string>& exported, const std::vector<std::string>& imported,
           const std::vector<std::string>& denied) {
   const auto patterns = [](const std::vector<std::string>& texts) {

@@ -59,6 +59,8 @@ Qos latched(std::uint32_t depth = 1);
 OriginOffer origin(std::uint32_t id, std::uint8_t publisher, const Qos& q = qos());
 ChannelOffer channel(std::uint32_t id, std::string name, std::vector<OriginOffer> origins);
 
+Identity called(const std::string& name);
+
 Rule rule(const std::vector<std::string>& exported, const std::vector<std::string>& imported,
           const std::vector<std::string>& denied = {});
 // All topics, both ways.

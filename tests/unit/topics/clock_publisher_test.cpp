@@ -11,8 +11,8 @@ using flow_test::at_ms;
 using flow_test::now_ms;
 
 // Time in milliseconds; the clock is published every 10 ms.
-struct Script {
-  Script() { clock.start("/clock", outputs, now_ms(0)); }
+struct ClockScript {
+  ClockScript() { clock.start("/clock", outputs, now_ms(0)); }
 
   // A reply says that the peer's ROS time is `ros` at `at`; the round trip took 20 ms.
   void reply(std::int64_t at, std::int64_t ros) {
@@ -63,18 +63,18 @@ TEST(ClockPublisher, ItsMirrorComesAndGoes) {
 }
 
 TEST(ClockPublisher, NothingIsSaidBeforeThePeerWasHeard) {
-  Script script;
+  ClockScript script;
   EXPECT_EQ(script.pass(500), Times{});
 }
 
 TEST(ClockPublisher, APeerWithoutRosTimeIsNotHeard) {
-  Script script;
+  ClockScript script;
   script.reply(10, 0);
   EXPECT_EQ(script.pass(500), Times{});
 }
 
 TEST(ClockPublisher, GoesOnBetweenTheRepliesAtTheirRate) {
-  Script script;
+  ClockScript script;
   script.reply(100, 5000);
   EXPECT_EQ(script.pass(109), (Times{5000, 5000, 5000, 5000, 5000, 5000, 5000, 5000, 5000, 5000,
                                      5000}));  // until 100 it is only known what comes
@@ -84,7 +84,7 @@ TEST(ClockPublisher, GoesOnBetweenTheRepliesAtTheirRate) {
 }
 
 TEST(ClockPublisher, AStandingPeerStands) {
-  Script script;
+  ClockScript script;
   script.reply(0, 5000);
   script.reply(100, 5100);
   script.reply(200, 5100);  // paused
@@ -95,7 +95,7 @@ TEST(ClockPublisher, AStandingPeerStands) {
 }
 
 TEST(ClockPublisher, NeverRunsBackwards) {
-  Script script;
+  ClockScript script;
   script.reply(0, 5000);
   script.reply(100, 5100);
   script.pass(190);
@@ -108,7 +108,7 @@ TEST(ClockPublisher, NeverRunsBackwards) {
 }
 
 TEST(ClockPublisher, ARestartedSimulationIsFollowedBackwards) {
-  Script script;
+  ClockScript script;
   script.reply(0, 90'000);
   script.reply(100, 90'100);
   script.pass(190);
@@ -119,7 +119,7 @@ TEST(ClockPublisher, ARestartedSimulationIsFollowedBackwards) {
 TEST(ClockPublisher, AJumpForwardIsNoSpeed) {
   for (const std::int64_t jump : {500, 5'000, 3'600'000}) {
     SCOPED_TRACE(jump);
-    Script script;
+    ClockScript script;
     script.reply(0, 10'000);
     script.reply(100, 10'100);
     script.pass(190);
@@ -132,7 +132,7 @@ TEST(ClockPublisher, AJumpForwardIsNoSpeed) {
 }
 
 TEST(ClockPublisher, AHigherSpeedIsFollowed) {
-  Script script;
+  ClockScript script;
   script.reply(0, 10'000);
   script.reply(100, 10'100);
   script.reply(200, 11'100);
@@ -142,7 +142,7 @@ TEST(ClockPublisher, AHigherSpeedIsFollowed) {
 }
 
 TEST(ClockPublisher, RepliesCloseToEachOtherTellNoSpeed) {
-  Script script;
+  ClockScript script;
   script.reply(0, 10'000);
   script.reply(100, 10'100);
   script.reply(110, 10'190);
@@ -151,7 +151,7 @@ TEST(ClockPublisher, RepliesCloseToEachOtherTellNoSpeed) {
 }
 
 TEST(ClockPublisher, ImpossibleStampsAreIgnored) {
-  Script script;
+  ClockScript script;
   script.clock.on_reply({at_ms(0), 0, 0, Stamp{1} << 62}, at_ms(1));
   script.clock.on_reply({at_ms(0), 0, 0, -5}, at_ms(1));
   script.clock.on_reply({0, 0, 0, 5'000'000}, at_ms(1));
@@ -160,7 +160,7 @@ TEST(ClockPublisher, ImpossibleStampsAreIgnored) {
 }
 
 TEST(ClockPublisher, AHeldUpLoopPublishesOnceAndGoesOn) {
-  Script script;
+  ClockScript script;
   script.reply(0, 5000);
   script.pass(0);
   script.clock.on_time(script.outputs, now_ms(500));

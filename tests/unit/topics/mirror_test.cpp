@@ -8,11 +8,11 @@ namespace connect_bridge::topics_test {
 namespace {
 
 // Two links that may offer the same origin, publisher 7.
-struct Script : Importing {
-  explicit Script(std::vector<Rule> rules = {everything()}) : Importing(std::move(rules)) {
+struct MirrorScript : Importing {
+  explicit MirrorScript(std::vector<Rule> rules = {everything()}) : Importing(std::move(rules)) {
     listen();
   }
-  ~Script() { context.mirrors.clear(); }  // before the links, whose memory they hold
+  ~MirrorScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
   std::string demanded() {
     one.send_demands();
     two.send_demands();
@@ -25,7 +25,7 @@ struct Script : Importing {
 };
 
 TEST(Mirror, IsFedByTheFirstLinkThatOffersIt) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.offer(s.two, {origin(1, 7)});
   EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
@@ -35,7 +35,7 @@ TEST(Mirror, IsFedByTheFirstLinkThatOffersIt) {
 }
 
 TEST(Mirror, AnotherLinkTakesOverWhenTheFirstIsLost) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.offer(s.two, {origin(1, 7)});
   s.demanded();
@@ -47,7 +47,7 @@ TEST(Mirror, AnotherLinkTakesOverWhenTheFirstIsLost) {
 }
 
 TEST(Mirror, WaitsForALinkThatIsLostAlone) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.did();
   s.one.on_link_lost(ms(0));
@@ -58,7 +58,7 @@ TEST(Mirror, WaitsForALinkThatIsLostAlone) {
 
 // A change of what it wants does not make it forget whom it waits for.
 TEST(Mirror, WaitsForItsNeighboursAfterAChangeToo) {
-  Script s;
+  MirrorScript s;
   s.context.graph_since = ms(0).steady;
   Token128 neighbour;
   neighbour.bytes.fill(7);
@@ -73,7 +73,7 @@ TEST(Mirror, WaitsForItsNeighboursAfterAChangeToo) {
 }
 
 TEST(Mirror, LingersWhenNobodyOffersIt) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.did();
   s.context.remove_candidate(s.mirror(7), {1}, ms(0));
@@ -85,7 +85,7 @@ TEST(Mirror, LingersWhenNobodyOffersIt) {
 }
 
 TEST(Mirror, OfAnOriginThatIsHereThereIsNone) {
-  Script s;
+  MirrorScript s;
   s.graph = picture({topic("/a").pub(7).sub(50)});
   s.offer(s.one, {origin(1, 7)});
   EXPECT_EQ(s.did(), "");
@@ -93,7 +93,7 @@ TEST(Mirror, OfAnOriginThatIsHereThereIsNone) {
 }
 
 TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
-  Script s;
+  MirrorScript s;
   s.context.graph_since = ms(0).steady;
   s.offer(s.one, {origin(1, 7)});
   EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
@@ -103,7 +103,7 @@ TEST(Mirror, AsksForDataOnlyWhenTheGraphIsDiscovered) {
 }
 
 TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7, latched())});
   EXPECT_EQ(s.mirror(7).publish(5, sample("five"), TimePoint::max(), ms(0)), std::nullopt);
   EXPECT_EQ(s.mirror(7).publish(5, sample("five"), TimePoint::max(), ms(0)),
@@ -115,7 +115,7 @@ TEST(Mirror, OfALatchedOriginPublishesNoSampleTwice) {
 
 // A peer must not make the middleware keep everything, or monitor periods of a nanosecond.
 TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
-  Script s;
+  MirrorScript s;
   Qos hungry = qos(5);
   hungry.history = History::kKeepAll;
   hungry.deadline = hungry.lifespan = hungry.liveliness_lease = Duration{1};
@@ -133,7 +133,7 @@ TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
 // What the middleware keeps for late subscribers is bounded in bytes: by the depth, which follows
 // the largest sample, of all mirrors that a link feeds.
 TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {
-  Script s;
+  MirrorScript s;
   s.options.mirror_bytes_max = 1000;
   s.offer(s.one, {origin(1, 7, latched(100)), origin(2, 8, latched(100))});
   s.demanded();
@@ -163,7 +163,7 @@ TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
   options.memory_bytes_max = 1'000'000;
   Shares all(options);
   OneLink robot(3, std::make_shared<Account>(options, &all));
-  Script s;
+  MirrorScript s;
   PeerTopics peer(s.context, robot.link);
   s.offer(peer, {origin(1, 7, latched(1000)), origin(2, 8, latched(1000)), origin(3, 9, latched(1)),
                  origin(4, 10, latched(1))});
@@ -183,7 +183,7 @@ TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
 }
 
 TEST(Mirror, APeerHasNoMoreThanItsShare) {
-  Script s;
+  MirrorScript s;
   s.options.mirrors_max = 3;
   s.options.topic_mirrors_max = 2;
   s.offer(s.one, {origin(1, 7), origin(2, 8), origin(3, 9)});
@@ -206,7 +206,7 @@ TEST(Mirror, APeerHasNoMoreThanItsShare) {
 TEST(Mirror, AnotherQosMakesItAnew) {
   Rule changed = everything();
   changed.treatment.qos.depth = 3;
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.did();
   s.policy = Policy({changed});
@@ -216,7 +216,7 @@ TEST(Mirror, AnotherQosMakesItAnew) {
 }
 
 TEST(Mirror, IsDemandedForAWhileBeforeItsSubscriberIsKnown) {
-  Script s;
+  MirrorScript s;
   s.graph = picture({});
   s.offer(s.one, {origin(1, 7)});
   s.mirror(7).expect_subscriber(ms(0));
@@ -226,7 +226,7 @@ TEST(Mirror, IsDemandedForAWhileBeforeItsSubscriberIsKnown) {
 }
 
 TEST(Mirror, ThatCannotBeMadeIsDeclinedAtEachLink) {
-  Script s;
+  MirrorScript s;
   s.offer(s.one, {origin(1, 7)});
   s.offer(s.two, {origin(1, 7)});
   s.demanded();

@@ -10,8 +10,8 @@
 namespace connect_bridge::topics_test {
 namespace {
 
-struct Script : Importing {
-  ~Script() { context.mirrors.clear(); }  // before the links, whose memory they hold
+struct OfferedScript : Importing {
+  ~OfferedScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
   IncomingChannel& channel_1() { return *one.link.incoming({1}); }
   void give(InMessage message, std::int64_t at = 0) {
     EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));
@@ -35,7 +35,7 @@ struct Script : Importing {
 };
 
 TEST(OfferedTopic, IsDemandedWhileSomebodyListens) {
-  Script s;
+  OfferedScript s;
   s.offer(s.peer, {origin(1, 7)});
   EXPECT_EQ(s.did(), "mirror 1 /a reliable volatile 10\n");
   s.peer.send_demands();
@@ -49,7 +49,7 @@ TEST(OfferedTopic, IsDemandedWhileSomebodyListens) {
 }
 
 TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.peer.send_demands();
@@ -73,7 +73,7 @@ TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
 
 // A small message may have come in a packet of a megabyte, of which nobody would know.
 TEST(OfferedTopic, WhatWaitsDoesNotKeepItsPacket) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.peer.send_demands();
@@ -91,7 +91,7 @@ TEST(OfferedTopic, WhatWaitsDoesNotKeepItsPacket) {
 
 // However small they are: each costs memory beside its body.
 TEST(OfferedTopic, TinyMessagesBehindAJobAreBounded) {
-  Script s;
+  OfferedScript s;
   s.options.decoding_bytes_max = 100'000;
   s.listen();
   s.offer(s.peer, {origin(1, 7, latched())});
@@ -104,7 +104,7 @@ TEST(OfferedTopic, TinyMessagesBehindAJobAreBounded) {
 }
 
 TEST(OfferedTopic, ADemandThatEndsBeforeItIsToldIsNotTold) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.graph = picture({});
@@ -116,7 +116,7 @@ TEST(OfferedTopic, ADemandThatEndsBeforeItIsToldIsNotTold) {
 }
 
 TEST(OfferedTopic, WhatNoRuleAllowsIsDeclined) {
-  Script s;
+  OfferedScript s;
   s.policy = Policy({rule({}, {"/b"})});
   s.offer(s.peer, {origin(1, 7)});
   EXPECT_EQ(s.one.said(), "decline 1 not_permitted\n");
@@ -126,7 +126,7 @@ TEST(OfferedTopic, WhatNoRuleAllowsIsDeclined) {
 }
 
 TEST(OfferedTopic, NewRulesEndIt) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.peer.send_demands();
@@ -142,7 +142,7 @@ TEST(OfferedTopic, NewRulesEndIt) {
 }
 
 TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.did();
@@ -156,7 +156,7 @@ TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
 }
 
 TEST(OfferedTopic, BehindASlowWorkerNoMoreWaitThanTheOriginsDepth) {
-  Script s;
+  OfferedScript s;
   s.options.default_depth = 2;
   s.listen();
   s.offer(s.peer, {origin(1, 7, qos(3)), origin(2, 8, latched(1))});
@@ -187,7 +187,7 @@ const std::string kBase(100, 'a');
 const std::string kNext = kBase + "b";
 
 TEST(OfferedTopic, WhatRefersToTheLastOneIsRead) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.did();
@@ -204,7 +204,7 @@ TEST(OfferedTopic, WhatRefersToTheLastOneIsRead) {
 }
 
 TEST(OfferedTopic, ABaseGoesWithItsOriginAndItsDemand) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7), origin(2, 8)});
   s.give(delta(kBase));
@@ -222,7 +222,7 @@ TEST(OfferedTopic, ABaseGoesWithItsOriginAndItsDemand) {
 // Tiny bodies that decompress to much are decoded at a limited rate; a message that refers to a
 // skipped one is dropped too.
 TEST(OfferedTopic, TinyDeltasDoNotBecomeGigabytes) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   const std::string large(32'000, 'a');
@@ -234,7 +234,7 @@ TEST(OfferedTopic, TinyDeltasDoNotBecomeGigabytes) {
 }
 
 TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.give(s.large());
@@ -245,7 +245,7 @@ TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
 }
 
 TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.give(s.large());
@@ -262,7 +262,7 @@ TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
 TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
   Rule limited = everything();
   limited.treatment.max_rate = 10;
-  Script s;
+  OfferedScript s;
   s.policy = Policy({limited});
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
@@ -285,7 +285,7 @@ TEST(OfferedTopic, TheRuleLimitsTheRateOfWhatIsPublished) {
 TEST(OfferedTopic, ARateThatChangedWhileTheTopicWasNotOfferedHolds) {
   Rule limited = everything();
   limited.treatment.max_rate = 100;
-  Script s;
+  OfferedScript s;
   s.policy = Policy({limited});
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
@@ -303,7 +303,7 @@ TEST(OfferedTopic, ARateThatChangedWhileTheTopicWasNotOfferedHolds) {
 TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
   Rule limited = everything();
   limited.treatment.bytes_per_second_max = 1000;
-  Script s;
+  OfferedScript s;
   s.policy = Policy({limited});
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
@@ -315,7 +315,7 @@ TEST(OfferedTopic, TheRuleLimitsBytesPerSecond) {
 // A body that grows by thousands is decompressed at a limited rate: two kilobytes on the wire must
 // not be gigabytes a second here.
 TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
-  Script s;
+  OfferedScript s;
   s.listen();
   s.offer(s.peer, {origin(1, 7)});
   s.did();
@@ -342,7 +342,7 @@ TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
 
 // They are published in one turn of the loop when the worker is done.
 TEST(OfferedTopic, NoMoreThanSoManyWaitBehindAJob) {
-  Script s;
+  OfferedScript s;
   s.listen();
   OriginOffer latched = origin(1, 7);
   latched.qos.durability = Durability::kTransientLocal;
@@ -355,7 +355,7 @@ TEST(OfferedTopic, NoMoreThanSoManyWaitBehindAJob) {
 }
 
 TEST(OfferedTopic, OriginsAreReplacedInOneMessage) {
-  Script s;
+  OfferedScript s;
   s.offer(s.peer, {origin(1, 7)});
   s.did();
   EXPECT_TRUE(s.channel_1().on_origins({{1}, {origin(2, 8)}, {{1}}}, ms(0)));
@@ -365,7 +365,7 @@ TEST(OfferedTopic, OriginsAreReplacedInOneMessage) {
 }
 
 TEST(OfferedTopic, MoreOriginsThanAllowedEndTheLink) {
-  Script s;
+  OfferedScript s;
   s.offer(s.peer, {});
   OriginsChanged change{{1}, {}, {}};
   for (std::uint32_t i = 1; i <= kChannelOriginsMax + 1; ++i)

@@ -7,7 +7,7 @@
 namespace connect_bridge::topics_test {
 namespace {
 
-struct Script {
+struct OriginsScript {
   // The publishers to report to the peers.
   std::string see(const Topic& state, std::int64_t at = 0) {
     return list_of(origins.update(&state, ms(at)), [](const Gid& g) { return g.bytes[0]; });
@@ -26,7 +26,7 @@ struct Script {
 };
 
 TEST(Origins, NewOnesAreToldOnce) {
-  Script s;
+  OriginsScript s;
   EXPECT_EQ(s.see(topic("/a").pub(7).pub(8)), "7 8");
   EXPECT_EQ(s.see(topic("/a").pub(7).pub(8).pub(9)), "9");
   EXPECT_EQ(s.origins.find(gid(9))->id, OriginId{3});
@@ -35,7 +35,7 @@ TEST(Origins, NewOnesAreToldOnce) {
 }
 
 TEST(Origins, ANameThatComesLaterIsTold) {
-  Script s;
+  OriginsScript s;
   Topic state = topic("/a").pub(7);
   state.publishers[0].node_name.clear();
   EXPECT_EQ(s.see(state), "7");
@@ -44,7 +44,7 @@ TEST(Origins, ANameThatComesLaterIsTold) {
 }
 
 TEST(Origins, OneThatLeavesLingersForAMoment) {
-  Script s;
+  OriginsScript s;
   s.see(topic("/a").pub(7));
   EXPECT_TRUE(s.origins.update(nullptr, ms(0)).empty());
   EXPECT_EQ(s.timers.deadline(), ms(300).steady);
@@ -54,7 +54,7 @@ TEST(Origins, OneThatLeavesLingersForAMoment) {
 }
 
 TEST(Origins, OneThatComesBackInTimeHasNotLeft) {
-  Script s;
+  OriginsScript s;
   s.see(topic("/a").pub(7));
   s.see(topic("/a"));
   EXPECT_EQ(s.see(topic("/a").pub(7), 100), "");
@@ -63,7 +63,7 @@ TEST(Origins, OneThatComesBackInTimeHasNotLeft) {
 }
 
 TEST(Origins, WhileItsSamplesWaitOneLingersLonger) {
-  Script s;
+  OriginsScript s;
   s.see(topic("/a").pub(7));
   s.see(topic("/a"));
   EXPECT_EQ(s.removed(false, 300), "");

@@ -11,13 +11,13 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-const std::string kText = canonical_text(
+const std::string kPeersText = canonical_text(
     description(kType, {field("id", FieldKind::kInt32), field("name", FieldKind::kString)}));
-const std::string kHere = canonical_text(
+const std::string kOwnText = canonical_text(
     description(kType, {field("id", FieldKind::kInt64), field("name", FieldKind::kString)}));
 
 ChannelOffer typed(std::uint32_t id, const std::string& name, std::uint8_t publisher,
-                   const std::string& text = kText) {
+                   const std::string& text = kPeersText) {
   ChannelOffer offer = channel(id, name, {origin(1, publisher)});
   offer.type_hash = type_hash_of(text);
   return offer;
@@ -33,7 +33,7 @@ struct PeerTypes : Script {
     did();
   }
   void offer(std::uint32_t connection, std::uint32_t id, const std::string& name,
-             std::uint8_t publisher, const std::string& text = kText) {
+             std::uint8_t publisher, const std::string& text = kPeersText) {
     say(connection, Offer{{typed(id, name, publisher, text)}, id == 1});
     pass(1);  // only a few mirrors appear in one step
   }
@@ -42,7 +42,7 @@ struct PeerTypes : Script {
     give(TypeDiffers{{mirror}, hash_here});
   }
   void refuses(std::uint32_t mirror) {
-    give(MirrorFailed{{mirror}, "type_mismatch", "other hash", type_hash_of(kHere)});
+    give(MirrorFailed{{mirror}, "type_mismatch", "other hash", type_hash_of(kOwnText)});
   }
   [[nodiscard]] std::size_t times(const std::string& words) const {
     std::size_t count = 0;
@@ -67,7 +67,7 @@ TEST(PeerTypes, ATypeThatIsNotInstalledIsAskedForOnce) {
   s.did();
   s.lacks(3);
   EXPECT_EQ(s.said(1), "");
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kPeersText});
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
   // It is told once for all mirrors of the type.
   s.offer(1, 3, "/c", 13);
@@ -89,7 +89,7 @@ TEST(PeerTypes, AnotherPeerIsAskedWhenOneDoesNotKnow) {
   EXPECT_EQ(s.said(1), "describe 1\n");
   s.say(1, Description{{1}, ""});
   EXPECT_EQ(s.said(2), "describe 1\n");
-  s.say(2, Description{{1}, kText});
+  s.say(2, Description{{1}, kPeersText});
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
 }
 
@@ -112,7 +112,7 @@ TEST(PeerTypes, IsAskedForAgainAfterABreak) {
   s.offer(3, 1, "/a", 11);
   EXPECT_THAT(s.said(3), HasSubstr("describe 1\n"));
   s.did();
-  s.say(3, Description{{1}, kText});
+  s.say(3, Description{{1}, kPeersText});
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
 }
 
@@ -121,23 +121,23 @@ TEST(PeerTypes, WhatIsOfferedAgainAtOnceIsKnownAndCounts) {
   PeerTypes s;
   const auto before = s.status().shared_bytes;
   s.lacks(2);
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kPeersText});
   s.said(1);
   s.did();
   s.say(1, Withdraw{{{1}}});
   s.offer(1, 2, "/a", 11);
   EXPECT_THAT(s.did(), Not(HasSubstr("mirror ")));
   EXPECT_EQ(s.said(1), "");
-  EXPECT_GE(s.status().shared_bytes, before + 4 * kText.size());
+  EXPECT_GE(s.status().shared_bytes, before + 4 * kPeersText.size());
   s.say(1, Withdraw{{{2}}});
   s.pass(1000);
-  EXPECT_LT(s.status().shared_bytes, before + kText.size());
+  EXPECT_LT(s.status().shared_bytes, before + kPeersText.size());
 }
 
 TEST(PeerTypes, ABreakForgetsNothingThatAMirrorHas) {
   PeerTypes s;
   s.lacks(2);
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kPeersText});
   s.lose(1);
   s.join(3, s.session);
   s.offer(3, 1, "/a", 11);
@@ -149,13 +149,13 @@ TEST(PeerTypes, MemoryIsFreeWhenTheLastChannelIsGone) {
   s.offer(1, 2, "/b", 12);
   const auto before = s.status().shared_bytes;
   s.lacks(2);
-  s.say(1, Description{{1}, kText});
-  EXPECT_GE(s.status().shared_bytes, before + kText.size());
+  s.say(1, Description{{1}, kPeersText});
+  EXPECT_GE(s.status().shared_bytes, before + kPeersText.size());
   s.say(1, Withdraw{{{1}}});
-  EXPECT_GE(s.status().shared_bytes, before + kText.size());
+  EXPECT_GE(s.status().shared_bytes, before + kPeersText.size());
   s.say(1, Withdraw{{{2}}});
   s.pass(1000);
-  EXPECT_LT(s.status().shared_bytes, before + kText.size());
+  EXPECT_LT(s.status().shared_bytes, before + kPeersText.size());
 }
 
 TEST(PeerTypes, NoMoreThanEightAreAskedForAtATime) {
@@ -183,9 +183,10 @@ TEST(PeerTypes, AnswersThatBreakTheProtocolEndTheConnection) {
     s.say(1, Description{{channel}, told});
     return s.did();
   };
-  EXPECT_THAT(closes(kHere, 1, true), HasSubstr("close 1 4002"));  // not what the hash stands for
-  EXPECT_THAT(closes(kText, 1, false), HasSubstr("close 1 4009"));
-  EXPECT_THAT(closes(kText, 7, true), HasSubstr("close 1 4010"));
+  EXPECT_THAT(closes(kOwnText, 1, true),
+              HasSubstr("close 1 4002"));  // not what the hash stands for
+  EXPECT_THAT(closes(kPeersText, 1, false), HasSubstr("close 1 4009"));
+  EXPECT_THAT(closes(kPeersText, 7, true), HasSubstr("close 1 4010"));
 }
 
 TEST(PeerTypes, WhatIsRightButUnusableIsNotKnown) {
@@ -206,13 +207,13 @@ TEST(PeerTypes, AMismatchIsOneLineWithTheDifference) {
   PeerTypes s;
   s.refuses(2);
   EXPECT_EQ(s.said(1), "describe 1\ndecline 1 type_mismatch\n");
-  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kHere) + "\nclaim []\n");
-  s.say(1, Description{{1}, kText});
-  s.give(TypeLookedUp{{1}, kHere});
+  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kOwnText) + "\nclaim []\n");
+  s.say(1, Description{{1}, kPeersText});
+  s.give(TypeLookedUp{{1}, kOwnText});
   s.did();
   EXPECT_THAT(s.logged,
               HasSubstr("cannot mirror /a of /peer_node: the definition of p/msg/T here (" +
-                        type_hash_of(kHere).substr(0, 15) + "...) is not that of "));
+                        type_hash_of(kOwnText).substr(0, 15) + "...) is not that of "));
   EXPECT_THAT(s.logged, HasSubstr(": 'id' is int64 here and int32 there. "));
   EXPECT_THAT(s.logged, HasSubstr("allow_type_mismatch"));
   EXPECT_EQ(s.times("cannot mirror"), 1U);
@@ -227,7 +228,7 @@ TEST(PeerTypes, AMismatchIsOneLineWithTheDifference) {
 TEST(PeerTypes, TheLineDoesNotWaitForever) {
   PeerTypes s;
   s.refuses(2);
-  s.give(TypeLookedUp{{1}, kHere});
+  s.give(TypeLookedUp{{1}, kOwnText});
   s.pass(4'000);
   s.did();
   EXPECT_EQ(s.times("cannot mirror"), 0U);
@@ -241,10 +242,10 @@ TEST(PeerTypes, ARuleMayUseATypeNevertheless) {
   Rule brave = everything();
   brave.treatment.allow_type_mismatch = true;
   PeerTypes s({brave});
-  s.lacks(2, type_hash_of(kHere));
+  s.lacks(2, type_hash_of(kOwnText));
   EXPECT_EQ(s.said(1), "describe 1\n");
-  s.say(1, Description{{1}, kText});
-  s.give(TypeLookedUp{{1}, kHere});
+  s.say(1, Description{{1}, kPeersText});
+  s.give(TypeLookedUp{{1}, kOwnText});
   s.did();
   EXPECT_THAT(s.logged, HasSubstr("\n/a of /peer_node: the definition of p/msg/T here"));
   EXPECT_THAT(s.logged, HasSubstr("Messages that do not fit"));
@@ -282,9 +283,9 @@ TEST(PeerTypes, TheLossOfAnotherLinkChangesNothing) {
   PeerTypes s;
   s.join_second();
   s.refuses(2);
-  s.give(TypeLookedUp{{1}, kHere});
+  s.give(TypeLookedUp{{1}, kOwnText});
   s.lose(2);
-  s.say(1, Description{{1}, kText});
+  s.say(1, Description{{1}, kPeersText});
   s.did();
   EXPECT_THAT(s.logged, HasSubstr(": 'id' is int64 here and int32 there. "));
 }
@@ -299,7 +300,7 @@ TEST(PeerTypes, ASilentPeerDoesNotKeepTheAnswerOfAnother) {
   s.pass(5000);
   EXPECT_EQ(s.said(2), "describe 1\n");
   s.did();
-  s.say(1, Description{{1}, kText});  // late, but right
+  s.say(1, Description{{1}, kPeersText});  // late, but right
   EXPECT_EQ(s.did(), "describe_type p/msg/T\n");
 }
 
@@ -323,7 +324,7 @@ TEST(PeerTypes, ThatWhatDoesNotFitIsDroppedIsToldWhenTheRuleAllowsIt) {
   Rule brave = everything();
   brave.treatment.allow_type_mismatch = true;
   s.give(PolicyChanged{Policy{{brave}}});
-  s.lacks(3, type_hash_of(kHere));
+  s.lacks(3, type_hash_of(kOwnText));
   s.pass(6000);
   s.did();
   EXPECT_THAT(s.logged, HasSubstr("Messages that do not fit"));
@@ -353,11 +354,11 @@ TEST(PeerTypes, ALinkFeedsByItsOwnRightOnly) {
   s.did();
   s.say(1, Offer{{typed(1, "/a", 11)}, true});
   EXPECT_THAT(s.did(), HasSubstr("mirror 2 /a"));
-  s.say(2, Offer{{typed(1, "/a", 11, kHere)}, true});
+  s.say(2, Offer{{typed(1, "/a", 11, kOwnText)}, true});
   EXPECT_EQ(s.did(), "");  // it stands by
   s.lose(1);
   EXPECT_THAT(s.did(), HasSubstr("unmirror 2\nmirror 3 /a"));
-  s.give(MirrorFailed{{3}, "type_mismatch", "other hash", type_hash_of(kText)});
+  s.give(MirrorFailed{{3}, "type_mismatch", "other hash", type_hash_of(kPeersText)});
   EXPECT_THAT(s.said(2), HasSubstr("decline 1 type_mismatch"));
   s.did();
   s.login(3, session, Identity{"brave", {}, 0, ""});

@@ -12,16 +12,16 @@ namespace {
 
 using testing::HasSubstr;
 
-const TypeDescription kThing =
+const TypeDescription kAnswered =
     description(kType,
                 {nested_field("parts", "p/msg/U", FieldShape::kSequence),
                  {"name", FieldKind::kBoundedString, FieldShape::kSingle, 0, 10}},
                 {{"p/msg/U", {field("x", FieldKind::kDouble, FieldShape::kArray, 3)}}});
-const std::string kText = canonical_text(kThing);
+const std::string kAnsweredText = canonical_text(kAnswered);
 
 Topic typed(const std::string& name) {
   Topic made = topic(name);
-  made.type_hash = type_hash_of(kText);
+  made.type_hash = type_hash_of(kAnsweredText);
   return made;
 }
 
@@ -57,9 +57,9 @@ Payload response_of(const TypeDescription& described, bool known = true) {
 TEST(TypeAnswers, FromTheInstalledPackage) {
   TypeAnswers s;
   s.say(1, Describe{{{1}}});
-  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kText) + "\n");
+  EXPECT_EQ(s.did(), "look_up 1 p/msg/T " + type_hash_of(kAnsweredText) + "\n");
   EXPECT_EQ(s.said(1), "");
-  s.give(TypeLookedUp{{1}, kText});
+  s.give(TypeLookedUp{{1}, kAnsweredText});
   EXPECT_EQ(s.said(1), "description 1\n");
   EXPECT_EQ(s.did(), "");
 }
@@ -87,15 +87,15 @@ TEST(TypeAnswers, FromTheNodeThatHasTheType) {
   EXPECT_EQ(s.did(), "call_service 1 /n/get_type_description\n");
   s.give(ServiceReady{{1}, true, ""});
   EXPECT_THAT(s.did(), HasSubstr("invoke 1.1 "));
-  s.give(ResponseTaken{{1}, {1}, response_of(kThing)});
+  s.give(ResponseTaken{{1}, {1}, response_of(kAnswered)});
   EXPECT_EQ(s.said(1), "description 1\n");
   EXPECT_EQ(s.did(), "uncall_service 1\n");
 }
 
 TEST(TypeAnswers, ANodeIsNotBelieved) {
-  for (const Payload& told :
-       {response_of(kThing, false), response_of(description(kType, {field("x", FieldKind::kInt8)})),
-        Payload::adopt({0, 1, 0, 0, 1}), Payload{}}) {
+  for (const Payload& told : {response_of(kAnswered, false),
+                              response_of(description(kType, {field("x", FieldKind::kInt8)})),
+                              Payload::adopt({0, 1, 0, 0, 1}), Payload{}}) {
     TypeAnswers s;
     s.say(1, Describe{{{1}}});
     s.give(TypeLookedUp{{1}, ""});
@@ -143,7 +143,7 @@ TEST(TypeAnswers, WhatIsWithdrawnIsNotAnswered) {
   s.graph({topic("/b").pub(2)});
   s.pass(2'000);
   EXPECT_THAT(s.said(1), HasSubstr("withdraw 1"));
-  s.give(TypeLookedUp{{1}, kText});
+  s.give(TypeLookedUp{{1}, kAnsweredText});
   EXPECT_EQ(s.said(1), "");
   s.say(1, Describe{{{1}}});  // it crossed the withdraw
   EXPECT_EQ(s.did().find("close"), std::string::npos);
@@ -185,7 +185,7 @@ TEST(TypeAnswers, AsOftenAsThePaceAllows) {
     s.say(1, Describe{{{1}}});
     if (s.did().empty()) continue;
     ++looked_up;
-    s.give(TypeLookedUp{{i}, kText});
+    s.give(TypeLookedUp{{i}, kAnsweredText});
   }
   EXPECT_EQ(looked_up, 4096U);
 }

@@ -1,18 +1,18 @@
 // The golden bytes of tests/vectors, shared with everybody who writes a peer.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "core/base/bytes.hpp"
 #include "core/base/hex.hpp"
+#include "core/base/json.hpp"
 #include "unit/source_text.hpp"
 
 namespace connect_bridge {
 
-inline nlohmann::json read_vectors(const std::string& name) {
-  return nlohmann::json::parse(test::source_text("tests/vectors/" + name));
+inline Json read_vectors(const std::string& name) {
+  return Json::parse(test::source_text("tests/vectors/" + name));
 }
 
 // Spaces are skipped.

@@ -11,8 +11,6 @@
 namespace connect_bridge {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr const char* kCodecWords[] = {"none", "lz4", "zstd", "zstd_base", "zstd_delta"};
 
 Json json_of(const MessageFrame& frame) {

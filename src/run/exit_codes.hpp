@@ -1,0 +1,9 @@
+// How the programs and `ctl` end; 0 is an orderly end.
+#pragma once
+
+namespace connect_bridge {
+
+inline constexpr int kExitRos = 1;            // ROS does not start
+inline constexpr int kExitConfiguration = 2;  // the configuration is wrong
+
+}  // namespace connect_bridge
