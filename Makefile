@@ -19,7 +19,7 @@ compile = tools/setup/build.sh "$(1)" $(2) $(CMAKE_ARGS)
 # Tests that compute take three places, those that wait take one (cmake/tests.cmake).
 places = $$((3 * JOBS))
 # Tests with real nodes depend on the load of the machine: a second try is allowed, and shown in the output.
-ctest = ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
+ctest = tools/harness/middleware.py ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
 clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
 asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=address,undefined)
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.

@@ -1,10 +1,21 @@
-"""All Python tests: how a file is divided into tests of ctest (cmake/tests.cmake)."""
+"""All Python tests: how a file is divided into tests of ctest (cmake/tests.cmake), and what their
+middleware needs."""
 
+import pathlib
 import signal
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+
+from harness import middleware  # noqa: E402
 
 # A shell that starts the tests in the background makes them ignore SIGINT, and with them all
 # processes that they start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_configure():
+    middleware.prepare()  # before there is a context of rcl
 
 
 def pytest_addoption(parser):

@@ -8,6 +8,7 @@
 
 #include "config/document.hpp"
 #include "config/key_search.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"
@@ -84,6 +85,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});
   assembly.parts->side.domain = node.domain();
+  assembly.parts->side.qos_must_fit = !ros::middleware().joins_any_qos;
   hide_secrets(argc, argv);
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);

@@ -14,15 +14,21 @@ PACKAGES = (
     "sensor_msgs",
     "tf2_msgs",
 )
+MIDDLEWARE = "rmw_zenoh_cpp"  # it has its configuration in its package
 
 
-def without(packages, folder, libraries=None):
-    """The environment of a program on a machine without these packages, whose LD_LIBRARY_PATH is
-    else `libraries`, or ours; makes the folder."""
-    libraries = libraries or os.environ["LD_LIBRARY_PATH"]
-    prefixes = os.environ["AMENT_PREFIX_PATH"].split(":")
+def without(packages, folder, environment=os.environ):
+    """The environment of a program on a machine without these packages, else the one given; makes
+    the folder."""
+    prefixes = environment["AMENT_PREFIX_PATH"].split(":")
     folder = pathlib.Path(folder)
     folder.mkdir()
+    shared = [f"share/{MIDDLEWARE}", f"share/ament_index/resource_index/packages/{MIDDLEWARE}"]
+    for prefix in prefixes:
+        for path in shared:
+            if (pathlib.Path(prefix) / path).exists() and not (folder / path).exists():
+                (folder / path).parent.mkdir(parents=True, exist_ok=True)
+                (folder / path).symlink_to(pathlib.Path(prefix) / path)
     lacking = tuple(f"lib{package}__" for package in packages)
     for prefix in prefixes:
         for file in (pathlib.Path(prefix) / "lib").glob("*.so*"):
@@ -30,7 +36,7 @@ def without(packages, folder, libraries=None):
                 (folder / file.name).symlink_to(file)
     ours = {str(pathlib.Path(prefix) / "lib") for prefix in prefixes}
     # In their place: what stands before them chooses the middleware.
-    paths = [str(folder) if p in ours else p for p in libraries.split(":")]
+    paths = [str(folder) if p in ours else p for p in environment["LD_LIBRARY_PATH"].split(":")]
     return {
         "AMENT_PREFIX_PATH": str(folder),
         "LD_LIBRARY_PATH": ":".join(dict.fromkeys(paths)),

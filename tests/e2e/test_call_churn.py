@@ -150,6 +150,10 @@ class Readiness:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    reason="with rmw_zenoh_cpp a killed server leaves the graph at once",
+)
 def test_servers_killed_and_started_anew(make, tmp_path):
     """The graph contains the killed server until its lease is over, under the name of its
     successor. Earlier calls are lost. Then all are answered, also when the graph forgets the first

@@ -1,5 +1,6 @@
 """A topic that has only a subscriber at the far side exists here, and its first message arrives."""
 
+import os
 import time
 
 import pytest
@@ -11,6 +12,8 @@ from relay import Relay
 
 BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT
 DELAY = 0.1  # of the line, each way
+# Where ids do not show what belongs to a process, the subscription is the bridge's own.
+SHOWN_BY_NAME = os.environ.get("RMW_IMPLEMENTATION") != "rmw_zenoh_cpp"
 
 
 def listened(node, name, namespace="/"):
@@ -21,7 +24,8 @@ def listened(node, name, namespace="/"):
     return dict(node.get_subscriber_names_and_types_by_node(name, namespace))
 
 
-def test_it_has_a_type_and_a_subscriber(pair):
+@pytest.mark.skipif(not SHOWN_BY_NAME, reason="not with rmw_zenoh_cpp")
+def test_it_has_a_type_and_a_subscriber_under_its_nodes_name(pair):
     base = pair.robot.node("base")
     pair.robot.collector(String, "/cmd_vel", qos(1, reliability=BEST_EFFORT), node=base)
     operator = pair.operator.tester
@@ -84,13 +88,13 @@ def test_two_bridges_do_not_listen_to_each_other(make_pair):
         )
 
     # Each has one of its own, and one that shows the robot's node.
-    shown = ["base", "base", "connect_client", "connect_client"]
+    shown = ["base", "base"] * SHOWN_BY_NAME + ["connect_client", "connect_client"]
     until(lambda: bridges(first.operator) == shown, lambda: bridges(first.operator))
     time.sleep(1.5)
     assert bridges(first.operator) == shown
     assert bridges(first.robot) == ["base"]
     publisher = first.operator.publisher(String, "/t/heard")
-    until(lambda: publisher.get_subscription_count() == 4, "all subscriptions")
+    until(lambda: publisher.get_subscription_count() == len(shown), "all subscriptions")
     publisher.publish(String(data="once"))
     collector.wait()
     time.sleep(1)

@@ -12,7 +12,8 @@ import pytest
 from graph import until
 from lacking import TEST_PACKAGE, without
 from harness.domains import free_port
-from harness.programs import Bridge, Program, rmw_environment, ros_environment
+from harness.middleware import rmw_environment
+from harness.programs import Bridge, Program, ros_environment
 
 PARTS = 2
 RMWS = ("rmw_fastrtps_cpp", "rmw_cyclonedds_cpp", "rmw_zenoh_cpp")
@@ -55,8 +56,7 @@ class World:
             for side, environment in zip(bridge.sides, environments):
                 side.env.update(environment)
                 if lacking:
-                    libraries = environment["LD_LIBRARY_PATH"]
-                    side.env.update(without(lacking, within / f"{side.name} lacks", libraries))
+                    side.env.update(without(lacking, within / f"{side.name} lacks", environment))
             self.bridges.append(bridge)
         for name, domain, environment in zip(("robot", "operator"), domains, environments):
             env = ros_environment(domain, **environment)
@@ -114,23 +114,26 @@ def test_all_kinds_cross(make_world, rmws):
 @pytest.mark.slow
 @pytest.mark.parametrize("rmw", RMWS, ids=short)
 def test_topics_of_types_that_are_not_installed(make_world, rmw):
-    """Both ways, volatile and latched. An action crosses as well, or the log says what to
-    install."""
+    """Both ways, volatile and latched. An action crosses as well, or the log of the side that
+    cannot have it says what to install."""
     world = make_world((rmw, rmw), lacking=("std_msgs", TEST_PACKAGE))
     heard = lambda: told(world.operator)  # noqa: E731
     until(lambda: len(heard()["static"]) == 3, lambda: f"latched; heard {dict(heard())}", 40)
     until(lambda: heard()["chat"] and heard()["answer"], lambda: f"all; heard {dict(heard())}", 20)
     until(lambda: told(world.robot)["robot heard"], "a message of the operator", 20)
     missing = f"the type {TEST_PACKAGE}/action/Fibonacci is not known here: install the package"
-    if rmw == "rmw_cyclonedds_cpp":
-        until(lambda: missing in world.bridges[0].client.text(), "what to install", 20)
+    bridge = world.bridges[0]
+    lacking = {"rmw_cyclonedds_cpp": bridge.client, "rmw_zenoh_cpp": bridge.server}.get(rmw)
+    if lacking:
+        until(lambda: missing in lacking.text(), "what to install", 20)
     else:
         until(lambda: heard()["result"], lambda: f"a result; heard {dict(heard())}", 40)
     assert sorted(heard()["static"]) == ["camera", "imu", "lidar"], "each once"
-    for side in world.bridges[0].sides:
+    for side in bridge.sides:
         assert "type std_msgs/msg/String is not installed here" in side.text()
-        made = 1 if rmw == "rmw_cyclonedds_cpp" else 1 + 5
-        until(lambda: side.status()["types_not_installed"] == made, side.text)  # noqa: B023
+        if rmw != "rmw_zenoh_cpp":  # where the action's messages could be had
+            made = 1 if lacking else 1 + 5
+            until(lambda: side.status()["types_not_installed"] == made, side.text)  # noqa: B023
 
 
 # Two bridges decide by timing which of them feeds a mirror: on a busy machine both may for a

@@ -3,6 +3,7 @@
 import array
 import hashlib
 import itertools
+import os
 import time
 
 import pytest
@@ -140,9 +141,13 @@ def test_qos_is_adapted_when_publishers_change(pair, topic):
     collector.wait_for(lambda m: m.data == "c")
     collector.wait_for(lambda m: m.data == "d")
     late.wait_for(lambda m: m.data == "c")
-    assert all(m.data != "d" for m in late.messages)
+    if os.environ.get("RMW_IMPLEMENTATION") != "rmw_zenoh_cpp":  # which joins all
+        assert all(m.data != "d" for m in late.messages)
 
 
+@pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp", reason="rmw_zenoh_cpp joins any QoS"
+)
 def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
     pair.robot.publisher(String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT))
     pair.operator.wait_publishers(topic, 1)

@@ -74,8 +74,15 @@ def lines_with(side, *words):
     return [line for line in side.text().splitlines() if all(word in line for word in words)]
 
 
+# The graph does not tell the hash of a service's type, and there endpoints find each other by it.
+without_type = pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    reason="with rmw_zenoh_cpp the exporter calls only services of installed types",
+)
+
+
 @needs_services
-@pytest.mark.parametrize("role", ["server", "client"])
+@pytest.mark.parametrize("role", [pytest.param("server", marks=without_type), "client"])
 def test_what_one_side_lacks_is_carried(lacking, role):
     """Its log says once per type that messages are carried unchecked; the other side has the
     type."""
@@ -271,6 +278,10 @@ def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
     server.stop()
 
 
+@pytest.mark.skipif(
+    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    reason="with rmw_zenoh_cpp one process can have both",
+)
 def test_one_name_with_two_types(make_pair, make_graph):
     """Where one process cannot have both, the log names both types and their nodes."""
     pair = make_pair(client={"rules": ["a"], "rule": {"a": {"import_topics": ["/t/**"]}}})

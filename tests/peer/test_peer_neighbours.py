@@ -237,7 +237,8 @@ def test_many_publishers_of_many_topics_hold_up_nobody(world, login, collect):
     topics = 8
     for topic in range(topics):
         origins = [origin(n, gid_of(f"crowd {topic} {n}")) for n in range(1, 257)]
-        hostile.offer(f"/o/crowd{topic}", "no_such_package/msg/Thing", origins=origins)
+        kind, type_hash = "no_such_package/msg/Thing", "RIHS01_" + "5a" * 32
+        hostile.offer(f"/o/crowd{topic}", kind, origins=origins, type_hash=type_hash)
     longest = 0.0
     node = rclpy.create_node("watcher", context=world.graph.context, enable_rosout=False)
 

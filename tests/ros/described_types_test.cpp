@@ -287,8 +287,10 @@ TEST_F(DescribedTypesTest, AThousandAreFreedWithTheirLastUsers) {
     side.drain_for(200ms);
     memory.push_back(resident_kilobytes());
   }
-  // All descriptions of a round have 15 MB and more.
-  EXPECT_LT(memory[3], memory[1] + 8192) << testing::PrintToString(memory);
+  // All descriptions of a round have 15 MB and more. rmw_zenoh_cpp 0.6.7 keeps 4 kB of each
+  // publisher.
+  const std::size_t kept = middleware().joins_by_hash ? 2 * 6 * kTypes : 0;
+  EXPECT_LT(memory[3], memory[1] + 8192 + kept) << testing::PrintToString(memory);
 }
 
 TEST(DescribedTypes, ASampleCostsTheSame) {

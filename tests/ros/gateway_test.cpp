@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/graph/graph_view.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/ros_fixture.hpp"
 #include "ros/types/type_supports.hpp"
 #include "unit/scratch.hpp"
@@ -253,6 +254,7 @@ TEST_F(GatewayTest, LateSubscriptionsGetTransientLocalHistory) {
 }
 
 TEST_F(GatewayTest, ReportsIncompatibleQos) {
+  if (middleware().joins_any_qos) GTEST_SKIP() << "this middleware joins them";
   TestNode other("other");
   TestSide side("connect_server");
   Qos weak = qos_of_depth(5);
@@ -323,6 +325,7 @@ TEST_F(GatewayTest, TheSinkMayDestroyWhatIsDrained) {
 }
 
 TEST_F(GatewayTest, ManyCyclesWhileCallbacksFire) {
+  if (may_block_when_destroying()) GTEST_SKIP() << "ros2/rmw_zenoh#993";
   TestNode talker("talker");
   TestSide side("connect_server");
   RawPublisher publisher(talker, topic("chatter"), qos_of_depth(10));

@@ -7,6 +7,7 @@
 
 #include "core/graph/graph_view.hpp"
 #include "ros/gateway.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/service_fixture.hpp"
 
 namespace connect_bridge::ros {
@@ -92,6 +93,7 @@ TEST_F(ProxyNodeTest, NeverHasTheNameOfANodeThatIsHere) {
 // A bridge that was killed leaves its proxies in the graph for a while, and another one may have
 // made the same: neither prevents us from making ours.
 TEST_F(ProxyNodeTest, ProxiesOfOtherBridgesAreNobody) {
+  if (!middleware().tells_servers()) GTEST_SKIP() << "ids do not show the process: claims tell it";
   TestSide left("connect_client"), other("connect_other"), side("connect_client");
   other.gateway.apply(CreateMirror{MirrorId{1}, std::string{kClaimsTopic}, "rcl_interfaces/msg/Log",
                                    "", qos_of_depth(1)});

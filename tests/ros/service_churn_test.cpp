@@ -41,6 +41,7 @@ class ServiceChurnTest : public RosTest {
 
 // The middleware once called what had just been cleared.
 TEST_F(ServiceChurnTest, ManyMirrorsWhileRequestsArrive) {
+  if (may_block_when_destroying()) GTEST_SKIP() << "ros2/rmw_zenoh#993";
   TestNode caller("caller");
   TestSide side("connect_client");
   std::atomic<std::uint64_t> answers{0};
@@ -76,6 +77,7 @@ TEST_F(ServiceChurnTest, ManyMirrorsWhileRequestsArrive) {
 }
 
 TEST_F(ServiceChurnTest, ManyClientsWhileResponsesArrive) {
+  if (may_block_when_destroying()) GTEST_SKIP() << "ros2/rmw_zenoh#993";
   TestNode robot("robot");
   TestSide side("connect_server");
   RawServer server(robot, topic("service"));

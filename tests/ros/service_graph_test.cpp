@@ -10,11 +10,14 @@
 #include "ros/graph/graph_reading.hpp"
 #include "ros/graph/service_reading.hpp"
 #include "ros/node/proxy_nodes.hpp"
+#include "ros/rcl/middleware.hpp"
 #include "ros/service_fixture.hpp"
 #include "ros/services/service_mirror.hpp"
 
 namespace connect_bridge::ros {
 namespace {
+
+constexpr char kNoIds[] = "servers have no ids with this middleware";
 
 class ServiceGraphTest : public RosTest {
  protected:
@@ -49,6 +52,7 @@ TEST_F(ServiceGraphTest, TellsWhoServesWhat) {
 
 // A server that is replaced under the same name and node: only its id shows it.
 TEST_F(ServiceGraphTest, SeesAServerReplaced) {
+  if (!middleware().tells_servers()) GTEST_SKIP() << kNoIds;
   TestNode robot("robot");
   TestSide side("connect_server");
   auto server = std::make_unique<RawServer>(robot, topic("service"));
@@ -66,6 +70,7 @@ TEST_F(ServiceGraphTest, SeesAServerReplaced) {
 
 // Another bridge's proxies are the other bridge to us, whatever their names.
 TEST_F(ServiceGraphTest, ProxiesOfOtherBridgesAreNotRobots) {
+  if (!middleware().tells_servers()) GTEST_SKIP() << kNoIds;
   TestSide side("connect_server"), other("connect_client");
   other.gateway.apply(CreateMirror{MirrorId{1}, std::string{kClaimsTopic}, "rcl_interfaces/msg/Log",
                                    "", qos_of_depth(1)});
@@ -84,6 +89,7 @@ TEST_F(ServiceGraphTest, ProxiesOfOtherBridgesAreNotRobots) {
 
 // The remains of a killed process with our name, including proxies, are ignored.
 TEST_F(ServiceGraphTest, WhatANamesakeHasIsNotThere) {
+  if (!middleware().tells_servers()) GTEST_SKIP() << kNoIds;
   TestNode robot("robot");
   TestSide side("connect_server"), left("connect_server");
   left.gateway.apply(CreateMirror{MirrorId{1}, topic("own"), kString, "", qos_of_depth(1)});
@@ -197,6 +203,7 @@ TEST_F(ServiceGraphTest, AProxyThatComesAndGoesHidesNothing) {
 
 // The remains of a killed process, and its successor.
 TEST_F(ServiceGraphTest, TwoNodesOfOneName) {
+  if (!middleware().tells_servers()) GTEST_SKIP() << kNoIds;
   TestSide side("connect_server");
   side.gateway.apply(CreateServiceClient{ServiceClientId{1}, topic("both"), kSetBool});
   auto first = std::make_unique<TestNode>("robot"), second = std::make_unique<TestNode>("robot");

@@ -29,21 +29,6 @@ def ros_environment(domain, **more):
     return env
 
 
-def rmw_environment(name):
-    """The environment that makes a process use this middleware; None: it is not installed."""
-    folders = [f for f in os.environ.get("LD_LIBRARY_PATH", "").split(":") if f]
-    if os.environ.get("CONNECT_BRIDGE_OWN_PREFIX"):
-        at = os.environ.get("CONNECT_BRIDGE_RMW_PREFIX")
-        built = pathlib.Path(at or ROOT / ".ros2" / f"rmw-{os.environ['ROS_DISTRO']}") / "lib"
-        # What chooses would take itself for Fast DDS (tools/setup/rmw_cyclonedds.sh).
-        folders = [f for f in folders if not f.startswith(str(built))]
-        if name != "rmw_fastrtps_cpp":
-            folders = [str(built / "chooser"), str(built), *folders]
-    if not any(pathlib.Path(folder, f"lib{name}.so").exists() for folder in folders):
-        return None
-    return {"RMW_IMPLEMENTATION": name, "LD_LIBRARY_PATH": ":".join(folders)}
-
-
 def dies_with_us(command):
     """The command, such that the kernel ends it if this process is killed before it can."""
     setpriv = shutil.which("setpriv")

@@ -11,6 +11,7 @@ namespace connect_bridge {
 struct GraphOptions {
   NameMap names;
   bool proxy_nodes = false;  // mirrors belong to a node named as their origin's, not to our own
+  bool qos_must_fit = true;  // else a subscriber gets messages whatever QoS it requests
 
   // The local node that is to own the mirror of an endpoint of the peer's `node` (a name on the
   // wire). Empty: our own node.

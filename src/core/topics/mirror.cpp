@@ -257,7 +257,7 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
 
 void Mirror::warn_incompatible(const Now& now) {
   const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
-  if (!topic) return;
+  if (!topic || !context_.graph_options.qos_must_fit) return;
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
   for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);

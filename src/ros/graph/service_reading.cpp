@@ -20,7 +20,7 @@ std::string full_name(const NodeName& node) {
 struct Nodes {
   std::set<NodeName> plain;
   // Names of more than one node, or of a node and a proxy of ours. The middleware answers for an
-  // arbitrary one of them, so their services are found by their writers.
+  // arbitrary one of them, so their services are found by their writers, or counted.
   std::set<NodeName> shared;
 };
 
@@ -49,11 +49,8 @@ std::optional<Nodes> read_nodes(const Node& node) {
     const bool steady = before != ours_before.end() && after != ours_after.end() &&
                         before->second != OwnEndpoints::kUnsettled &&
                         before->second == after->second;
-    if (foreign && (count == 1 || !middleware().tells_servers())) {
-      nodes->plain.insert(found);
-    } else if (middleware().tells_servers() && (foreign || !steady || count > 1)) {
-      nodes->shared.insert(found);
-    }
+    if (foreign && (count == 1 || !middleware().tells_servers())) nodes->plain.insert(found);
+    if (count > 1 || !(foreign || steady)) nodes->shared.insert(found);
   }
   return nodes;
 }
@@ -77,6 +74,19 @@ std::string service_type_of(std::string_view response) {
   return type + "/" + std::string{response.substr(middle + kMiddle.size())};
 }
 
+std::size_t count_of(const std::map<std::string, std::size_t>& counts, const std::string& service) {
+  const auto found = counts.find(service);
+  return found == counts.end() ? 0 : found->second;
+}
+
+// The node to whom a service most likely belongs: services of its own have names under its own.
+const NodeName& owner_of(const std::string& service, const std::set<NodeName>& names) {
+  const auto likely = std::find_if(names.begin(), names.end(), [&](const NodeName& name) {
+    return service.starts_with(full_name(name) + "/");
+  });
+  return likely == names.end() ? *names.begin() : *likely;
+}
+
 class ServiceReading {
  public:
   ServiceReading(const Node& node, const std::set<std::string>& watched,
@@ -86,6 +96,7 @@ class ServiceReading {
   void add_services_of(const NodeName& of);
   // false: the middleware failed.
   bool add_services_of_shared(const std::set<NodeName>& names);
+  bool add_counted_services_of_shared(const std::set<NodeName>& names);
   std::vector<ServiceState> finish();
 
  private:
@@ -132,6 +143,36 @@ bool ServiceReading::add_services_of_shared(const std::set<NodeName>& names) {
     }
   }
   ignore_error(rcl_names_and_types_fini(&found));
+  return true;
+}
+
+// Where ids do not show whose a server is, those that are neither ours nor those of other nodes
+// belong to these.
+bool ServiceReading::add_counted_services_of_shared(const std::set<NodeName>& names) {
+  auto allocator = rcl_get_default_allocator();
+  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
+  const auto ours_before = node_.own().servers();
+  if (!ignore_error(rcl_get_service_names_and_types(node_.handle(), &allocator, &found))) {
+    return false;
+  }
+  std::vector<std::size_t> counts(found.names.size);
+  for (std::size_t i = 0; i < counts.size(); ++i)
+    counts[i] = distro::count_servers(node_.handle(), found.names.data[i], 0).value_or(0);
+  const auto ours_after = node_.own().servers();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::string service = found.names.data[i];
+    if (service.starts_with(node_.full_name() + "/")) continue;  // that are ours, or a namesake's
+    std::size_t known = std::max(count_of(ours_before, service), count_of(ours_after, service));
+    std::set<NodeName>* unknown = nullptr;
+    for (std::size_t t = 0; t < found.types[i].size; ++t) {
+      auto& owners = services_[{service, found.types[i].data[t]}];
+      known += owners.size();
+      if (unknown == nullptr || owners.empty()) unknown = &owners;
+    }
+    if (counts[i] > known && unknown != nullptr) unknown->insert(owner_of(service, names));
+  }
+  ignore_error(rcl_names_and_types_fini(&found));
+  std::erase_if(services_, [](const auto& entry) { return entry.second.empty(); });
   return true;
 }
 
@@ -203,7 +244,12 @@ std::optional<std::vector<ServiceState>> read_services(const Node& node,
   if (!nodes) return std::nullopt;
   ServiceReading reading(node, watched, bridges);
   for (const NodeName& other : nodes->plain) reading.add_services_of(other);
-  if (!nodes->shared.empty() && !reading.add_services_of_shared(nodes->shared)) return std::nullopt;
+  if (!nodes->shared.empty()) {
+    const bool read = middleware().tells_servers()
+                          ? reading.add_services_of_shared(nodes->shared)
+                          : reading.add_counted_services_of_shared(nodes->shared);
+    if (!read) return std::nullopt;
+  }
   return reading.finish();
 }
 

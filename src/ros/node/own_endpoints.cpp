@@ -25,11 +25,18 @@ void OwnEndpoints::remove(const Gid& gid) {
   }
 }
 
-bool OwnEndpoints::contains(const Gid& gid) const {
+bool OwnEndpoints::is_known(const Gid& gid) const {
   const std::lock_guard lock(mutex_);
   if (prefix_size_ == 0) return ids_.contains(gid) || ended_.contains(gid);
   return prefix_known_ &&
          std::equal(gid.bytes.begin(), gid.bytes.begin() + prefix_size_, prefix_.bytes.begin());
+}
+
+bool OwnEndpoints::contains(const Gid& gid) const {
+  if (is_known(gid)) return true;
+  if (prefix_size_ > 0) return false;
+  const std::lock_guard made(making_);
+  return is_known(gid);
 }
 
 void OwnEndpoints::announce_node(const std::string& full_name) {
@@ -50,6 +57,22 @@ void OwnEndpoints::remove_node(const std::string& full_name) {
 std::map<std::string, std::uint64_t> OwnEndpoints::nodes() const {
   const std::lock_guard lock(mutex_);
   return nodes_;
+}
+
+void OwnEndpoints::announce_server(const std::string& service) {
+  const std::lock_guard lock(mutex_);
+  ++servers_[service];
+}
+
+void OwnEndpoints::remove_server(const std::string& service) {
+  const std::lock_guard lock(mutex_);
+  const auto found = servers_.find(service);
+  if (found != servers_.end() && --found->second == 0) servers_.erase(found);
+}
+
+std::map<std::string, std::size_t> OwnEndpoints::servers() const {
+  const std::lock_guard lock(mutex_);
+  return servers_;
 }
 
 }  // namespace connect_bridge::ros

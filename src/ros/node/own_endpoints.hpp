@@ -20,6 +20,9 @@ class OwnEndpoints {
   // participant_bytes: see Middleware.
   explicit OwnEndpoints(std::size_t participant_bytes) : prefix_size_(participant_bytes) {}
 
+  // Kept while an endpoint of ours is made, until add(): the graph shows it before its id is known
+  // here, and contains() waits for that.
+  [[nodiscard]] std::unique_lock<std::mutex> making() { return std::unique_lock(making_); }
   // The id of an endpoint of ours; it has ended. Its last samples may still arrive, so that it
   // stays known for a while.
   void add(const Gid& gid);
@@ -34,12 +37,20 @@ class OwnEndpoints {
   // graph, it was in the graph during the whole reading.
   static constexpr std::uint64_t kUnsettled = 0;
   [[nodiscard]] std::map<std::string, std::uint64_t> nodes() const;
+  // A server of ours is about to enter the graph; has left it.
+  void announce_server(const std::string& service);
+  void remove_server(const std::string& service);
+  // How many servers of ours are in the graph, or about to enter or leave it, by service.
+  [[nodiscard]] std::map<std::string, std::size_t> servers() const;
 
  private:
   // More than there may be mirrors of several peers (core/topics/options.hpp).
   static constexpr std::size_t kEndedMax = 32'768;
 
+  [[nodiscard]] bool is_known(const Gid& gid) const;
+
   const std::size_t prefix_size_;
+  mutable std::mutex making_;  // taken before mutex_
   mutable std::mutex mutex_;
   bool prefix_known_ = false;
   Gid prefix_;
@@ -48,6 +59,7 @@ class OwnEndpoints {
   std::deque<Gid> ended_order_;
   std::map<std::string, std::uint64_t> nodes_;
   std::uint64_t last_settled_ = kUnsettled;
+  std::map<std::string, std::size_t> servers_;
 };
 
 }  // namespace connect_bridge::ros

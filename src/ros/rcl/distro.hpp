@@ -115,8 +115,9 @@ void set_parts(Service& service, const rosidl_message_type_support_t* requests,
   }
 }
 
-// How many clients a service has; nullopt: not known. rcl_count_clients() came after Iron, and no
-// version macro shows it, so a template checks whether it can be called.
+// How many clients, and servers, a service has; nullopt: not known. rcl_count_clients() and
+// rcl_count_services() came after Iron, and no version macro shows it, so a template checks whether
+// they can be called.
 template <class RclNode>
 auto count_clients(const RclNode* node, const char* service, int)
     -> decltype(rcl_count_clients(node, service, nullptr), std::optional<std::size_t>{}) {
@@ -126,6 +127,17 @@ auto count_clients(const RclNode* node, const char* service, int)
 }
 template <class RclNode>
 std::optional<std::size_t> count_clients(const RclNode*, const char*, long) {
+  return std::nullopt;
+}
+template <class RclNode>
+auto count_servers(const RclNode* node, const char* service, int)
+    -> decltype(rcl_count_services(node, service, nullptr), std::optional<std::size_t>{}) {
+  std::size_t count = 0;
+  if (rcl_count_services(node, service, &count) != RCL_RET_OK) return std::nullopt;
+  return count;
+}
+template <class RclNode>
+std::optional<std::size_t> count_servers(const RclNode*, const char*, long) {
   return std::nullopt;
 }
 

@@ -34,7 +34,7 @@ Middleware middleware_named(std::string_view identifier, bool finds_handles) {
       result.caller_told = Middleware::CallerTold::kWriterHandle;
     }
   }
-  result.joins_by_hash = identifier == "rmw_zenoh_cpp";
+  result.joins_by_hash = result.joins_any_qos = identifier == "rmw_zenoh_cpp";
   if (identifier == "rmw_fastrtps_cpp" || identifier == "rmw_zenoh_cpp")
     result.takes_bare_types = result.takes_bare_services = true;
   return result;

@@ -63,6 +63,9 @@ struct Middleware {
   // rmw_zenoh_cpp connects the endpoints of a topic or service only if their type hashes are equal.
   bool joins_by_hash = false;
 
+  // rmw_zenoh_cpp connects a publisher with a subscriber whatever the QoS of the two.
+  bool joins_any_qos = false;
+
   [[nodiscard]] bool tells_callers() const { return caller_told != CallerTold::kNothing; }
   // Whether the graph's writers of responses show all servers, and ids show which of them are ours.
   [[nodiscard]] bool tells_servers() const { return participant_bytes > 0; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
@@ -18,6 +19,7 @@ ServiceMirror::~ServiceMirror() {
   // The callback stays set: rmw_fastrtps calls it without checking for null, and would crash when a
   // request arrives now. A late call finds its slot (ReadyList).
   ignore_error(rcl_service_fini(&service_, node_.get()));
+  shared_.node.own().remove_server(create_.service);
 }
 
 std::optional<Refusal> ServiceMirror::open() {
@@ -27,9 +29,13 @@ std::optional<Refusal> ServiceMirror::open() {
   node_ = shared_.proxies.get(create_.node);
   rcl_service_options_t options = rcl_service_get_default_options();
   options.qos = service_qos();
+  shared_.node.own().announce_server(create_.service);
   rcl_ret_t result =
       rcl_service_init(&service_, node_.get(), type_->handle, create_.service.c_str(), &options);
-  if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
+  if (result != RCL_RET_OK) {
+    shared_.node.own().remove_server(create_.service);
+    return failure("cannot serve " + create_.service, result);
+  }
   open_ = true;
   if (!type_->is_installed) shared_.tell_not_installed(create_.type);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());

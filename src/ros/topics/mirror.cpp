@@ -33,12 +33,14 @@ std::optional<Refusal> Mirror::open() {
   node_ = shared_.proxies.get(create_.node);
   rcl_publisher_options_t options = rcl_publisher_get_default_options();
   options.qos = to_rmw(create_.qos);
+  auto making = shared_.node.own().making();
   const rcl_ret_t result = rcl_publisher_init(&publisher_, node_.get(), type_.handle.get(),
                                               create_.topic.c_str(), &options);
   if (result != RCL_RET_OK)
     return endpoint_failure(shared_.node, create_.topic, create_.type, "cannot publish on", result);
   open_ = true;
   own_id_ = shared_.node.add_own(publisher_);
+  making.unlock();
   if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   const bool differs = type_.is_bare || !type_.other_hash.empty();

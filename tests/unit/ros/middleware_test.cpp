@@ -79,11 +79,12 @@ TEST(Middleware, TypesThatAreNotInstalledNeedTheTypeSupportOfFastRtps) {
     const auto of = middleware_named(name, false);
     EXPECT_TRUE(of.takes_bare_types && of.takes_bare_services && !of.asks_for_fields) << name;
   }
-  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).joins_by_hash);
+  const auto zenoh = middleware_named("rmw_zenoh_cpp", false);
+  EXPECT_TRUE(zenoh.joins_by_hash && zenoh.joins_any_qos);
   for (const char* name : {"rmw_fastrtps_dynamic_cpp", "rmw_of_tomorrow"}) {
     const auto of = middleware_named(name, true);
     EXPECT_FALSE(of.takes_bare_types || of.takes_bare_services || of.asks_for_fields) << name;
-    EXPECT_FALSE(of.joins_by_hash) << name;
+    EXPECT_FALSE(of.joins_by_hash || of.joins_any_qos) << name;
   }
 }
 

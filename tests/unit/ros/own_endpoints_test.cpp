@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
+
 namespace connect_bridge::ros {
 namespace {
 
@@ -31,6 +34,17 @@ TEST(OwnEndpoints, WhereIdsHaveNoPrefixOnlyThoseThatEndedAreForgotten) {
   EXPECT_TRUE(own.contains(id_of(1)));
   EXPECT_TRUE(own.contains(id_of(100'000)));  // its last samples may be under way
   EXPECT_FALSE(own.contains(id_of(2)));
+}
+
+// The watcher of the graph may see an endpoint while it is made.
+TEST(OwnEndpoints, AnEndpointThatIsBeingMadeIsNotTakenForSomebodyElses) {
+  OwnEndpoints own(0);
+  auto making = own.making();
+  auto seen = std::async(std::launch::async, [&] { return own.contains(id(1)); });
+  EXPECT_EQ(std::future_status::timeout, seen.wait_for(std::chrono::milliseconds(20)));
+  own.add(id(1));
+  making.unlock();
+  EXPECT_TRUE(seen.get());
 }
 
 TEST(OwnEndpoints, AnIdThatComesAgainStays) {

@@ -285,6 +285,17 @@ TEST(SideMirrors, AfterAReconnectTheSamplesOfEachOriginAreKnown) {
 constexpr char kNoName[] = "_NODE_NAME_UNKNOWN_";
 constexpr char kNothing[] = " on the other side: it receives nothing from it\n";
 
+TEST(SideMirrors, TellNothingWhereTheMiddlewareJoinsAnyQos) {
+  SideOptions options = server();
+  options.qos_must_fit = false;
+  Mirrors s(best_effort(), std::move(options));
+  s.did();
+  s.logged.clear();
+  s.graph({topic("/map").sub(1).sub(2, qos(), "rviz")});
+  s.did();
+  EXPECT_EQ(s.logged, "");
+}
+
 TEST(SideMirrors, TellOfASubscriberThatGetsNothingWhenItsNameIsKnown) {
   Mirrors s(best_effort());
   s.did();
