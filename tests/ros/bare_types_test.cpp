@@ -3,6 +3,7 @@
 
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
+#include <fastcdr/config.h>
 #include <rmw/rmw.h>
 
 #include <algorithm>
@@ -43,7 +44,11 @@ bool same(const Bytes& bytes, const Payload& payload) {
 bool read(MessageForm& form, Bytes& bytes) {
   namespace fast = eprosima::fastcdr;
   fast::FastBuffer buffer(reinterpret_cast<char*>(bytes.data()), bytes.size());
+#if FASTCDR_VERSION_MAJOR >= 2
   fast::Cdr cdr(buffer, fast::Cdr::DEFAULT_ENDIAN);
+#else
+  fast::Cdr cdr(buffer, fast::Cdr::DEFAULT_ENDIAN, fast::Cdr::DDS_CDR);
+#endif
   cdr.read_encapsulation();
   return bare_callbacks().cdr_deserialize(cdr, form.message());
 }
@@ -158,8 +163,10 @@ TEST_F(BareTypesTest, OnlyHashesOfRosAndNotTooMany) {
   };
   const auto keep =
       std::get<MessageType>(types.message(kMadeUp, middleware().joins_by_hash ? kHash : ""));
+#if CONNECT_TYPE_HASHES
   for (const char* bad : {"x", "RIHS01_", "RIHS01_00", "RIHS99"})
     EXPECT_EQ("type_mismatch", code(bad)) << bad;
+#endif
   for (std::size_t i = 1; i <= BareMessageType::kHashesMax; ++i) {
     const std::string digits = std::to_string(1000 + i);
     const bool fits = i < BareMessageType::kHashesMax;

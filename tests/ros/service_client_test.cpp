@@ -1,6 +1,7 @@
 #include <set>
 
 #include "ros/gateway.hpp"
+#include "ros/rcl/distro.hpp"
 #include "ros/service_fixture.hpp"
 
 namespace connect_bridge::ros {
@@ -36,7 +37,7 @@ TEST_F(ServiceClientTest, CarriesACall) {
   ASSERT_TRUE(news);
   EXPECT_EQ(kClient, news->client);
   EXPECT_TRUE(news->ready);
-  EXPECT_EQ(0u, news->type_hash.find("RIHS01_"));
+  EXPECT_EQ(CONNECT_TYPE_HASHES ? "RIHS01_" : "", news->type_hash.substr(0, 7));
   send(side, 77, set_bool(true));
   const auto taken = request(side, server);
   ASSERT_TRUE(taken);

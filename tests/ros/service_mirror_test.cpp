@@ -3,6 +3,7 @@
 #include <set>
 
 #include "ros/gateway.hpp"
+#include "ros/rcl/distro.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/service_fixture.hpp"
 
@@ -150,10 +151,12 @@ TEST_F(ServiceMirrorTest, RefusesTypes) {
     EXPECT_EQ("type_unknown", failed->code);
     EXPECT_NE("", failed->reason);
   }
+#if CONNECT_TYPE_HASHES
   mirror(side, kSetBool, "RIHS01_" + std::string(64, '0'));
   const auto failed = side.next<ServiceMirrorFailed>();
   ASSERT_TRUE(failed);
   EXPECT_EQ("type_mismatch", failed->code);
+#endif
   side.gateway.apply(CreateServiceMirror{kMirror, "/not a name", kSetBool, ""});
   const auto nameless = side.next<ServiceMirrorFailed>();
   ASSERT_TRUE(nameless);

@@ -5,6 +5,7 @@
 #include <rcl/init.h>
 #include <rcl/init_options.h>
 #include <rcl/logging.h>
+#include <rcl/logging_rosout.h>
 #include <rcl/node.h>
 #include <rcl/node_options.h>
 #include <rcl/publisher.h>
@@ -161,13 +162,16 @@ void Node::State::open(const NodeOptions& options) {
   read_arguments(options);
   begin_logging(context.global_arguments);
   logging = true;
+  // Until Iron rcl_node_init() opens /rosout if it may, since Jazzy it does not.
   rcl_node_options_t node_options = rcl_node_get_default_options();
+  node_options.enable_rosout = false;
   require_ok(rcl_node_init(&node, options.name.c_str(), "", &context, &node_options),
              "cannot create the node");
   ignore_error(rcl_node_options_fini(&node_options));
   {
     const std::lock_guard lock(connect_bridge::ros::logging().mutex);
-    require_ok(distro::init_rosout(&node), "cannot publish on /rosout");
+    if (rcl_logging_rosout_enabled())
+      require_ok(rcl_logging_rosout_init_publisher_for_node(&node), "cannot publish on /rosout");
   }
   auto allocator = rcl_get_default_allocator();
   require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot create a clock");
@@ -232,7 +236,8 @@ Node::State::~State() {
   if (rcl_clock_valid(&clock)) ignore_error(rcl_clock_fini(&clock));
   if (rcl_node_is_valid_except_context(&node)) {
     const std::lock_guard lock(connect_bridge::ros::logging().mutex);
-    ignore_error(distro::fini_rosout(&node));
+    if (rcl_logging_rosout_enabled())
+      ignore_error(rcl_logging_rosout_fini_publisher_for_node(&node));
     ignore_error(rcl_node_fini(&node));
   }
   ignore_error(RCL_RET_OK);  // the questions above leave an error text

@@ -3,9 +3,6 @@
 
 #include <rcl/error_handling.h>
 #include <rcl/graph.h>
-#include <rcl/logging.h>
-#include <rcl/logging_rosout.h>
-#include <rcl/node.h>
 #include <rmw/topic_endpoint_info.h>
 #include <rmw/types.h>
 #include <rosidl_runtime_c/message_type_support_struct.h>
@@ -73,26 +70,6 @@ inline Gid gid_of(const std::uint8_t (&bytes)[RMW_GID_STORAGE_SIZE]) {
   Gid gid;
   std::copy(std::begin(bytes), std::end(bytes), gid.bytes.begin());
   return gid;
-}
-
-// Since Jazzy the client library creates the node's /rosout publisher; before, rcl_node_init does,
-// and a second one causes a warning.
-inline rcl_ret_t init_rosout(rcl_node_t* node) {
-#if CONNECT_TYPE_HASHES
-  if (rcl_logging_rosout_enabled()) return rcl_logging_rosout_init_publisher_for_node(node);
-#else
-  (void)node;
-#endif
-  return RCL_RET_OK;
-}
-
-inline rcl_ret_t fini_rosout(rcl_node_t* node) {
-#if CONNECT_TYPE_HASHES
-  if (rcl_logging_rosout_enabled()) return rcl_logging_rosout_fini_publisher_for_node(node);
-#else
-  (void)node;
-#endif
-  return RCL_RET_OK;
 }
 
 // Before Kilted rmw_fastrtps_cpp creates no endpoint without a type's fields, although it does not

@@ -40,9 +40,9 @@ TEST(OwnEndpoints, WhereIdsHaveNoPrefixOnlyThoseThatEndedAreForgotten) {
 TEST(OwnEndpoints, AnEndpointThatIsBeingMadeIsNotTakenForSomebodyElses) {
   OwnEndpoints own(0);
   auto making = own.making();
-  auto seen = std::async(std::launch::async, [&] { return own.contains(id(1)); });
+  auto seen = std::async(std::launch::async, [&] { return own.contains(id_of(1)); });
   EXPECT_EQ(std::future_status::timeout, seen.wait_for(std::chrono::milliseconds(20)));
-  own.add(id(1));
+  own.add(id_of(1));
   making.unlock();
   EXPECT_TRUE(seen.get());
 }
