@@ -188,16 +188,10 @@ def foreign(bed, effort, raw):
     time.sleep(1)
     result = pinged(bed, seconds, {"up": OVERLOAD})
     plain["up"].answer(60)
-    time.sleep(1)
-    plain["up"].say(flood + str(seconds + 3))
-    time.sleep(1)
-    equal = raw_goodput(bed, "up", seconds + HEAD_START)
-    plain["up"].answer(60)
     row = Row("beside a foreign bulk flow up", result)
     row.judge("p50 / raw TCP there", result.ms(50) / percentile(bare, 50), "<=", 1.0)
     goodput = sum(result.goodput("up"))
-    row.judge("bulk's share", goodput / raw["up"], ">=", 0.25)
-    return [row.judge("bulk / raw TCP that begins then", goodput / equal, ">=", 0.8)]
+    return [row.judge("bulk's share", goodput / raw["up"], ">=", 0.25)]
 
 
 def alone(bed, effort, raw):

@@ -22,10 +22,8 @@ constexpr std::uint32_t kNearPartBytes = 65536;
 constexpr Duration kCredit = 1ms;     // what may be caught up after a late wake-up
 constexpr Duration kDebtMax = 100ms;  // by urgent data, which is never held back
 constexpr double kBoostMax = 1;
-constexpr Duration kEmptyPeriodMin = 5s;
-constexpr Duration kEmptyPeriodMax = 30s;
+constexpr Duration kEmptyPeriod = 5s;
 constexpr Duration kLonePeriod = 1s;
-constexpr int kRepeatedMin = 2;  // the queue of somebody else would have changed meanwhile
 
 double seconds(Duration time) {
   return std::chrono::duration<double>(time).count();
@@ -42,7 +40,7 @@ Duration from_seconds(double time) {
 TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
   if (path_.acked_bytes() < drain_end_) return kNever;
-  if (competes_) return std::max(now, free_at_);  // TCP's own congestion control finds our share
+  if (competes_) return now;  // TCP's own congestion control finds our share
   if (path_.delivery() >= kFastRate) return now;
   if (path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
   return rate_ == 0 ? now : free_at_;
@@ -148,47 +146,25 @@ void Pacer::judge_queue(TimePoint now) {
     full_ = {now, queue};
   } else {
     full_.queue = std::max(full_.queue, queue);
-    if (!competes_ && now - full_.since > 2 * full_.queue + 10 * path_.shortest_round_trip())
+    if (!competes_ && now - full_.since > 2 * full_.queue + 10 * path_.round_trip())
       explain_full(now);
   }
-  // What is measured may contain a queue: from time to time the path must be seen without ours.
-  if (now - empty_at_ > std::clamp<Duration>(10 * queue, kEmptyPeriodMin, kEmptyPeriodMax)) {
+  // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
+  if (now - empty_at_ > kEmptyPeriod) {
     drain_end_ = path_.sent_bytes();
     empty_at_ = now;
-    rest_.judged_at = kNever;
-  } else if (drain_end_ > 0 && path_.acked_bytes() >= drain_end_) {
-    drain_end_ = 0;
-    rest_.judged_at = now + path_.round_trip();
   }
-  if (now >= rest_.judged_at) judge_rest(now);
 }
 
 // Another sender would have filled the path's queue, which is longer than a round trip. What is not
 // is the path itself, which has become longer (another cell, another route). Should it be a queue
 // after all, it is seen the next time that the path is drained.
 void Pacer::explain_full(TimePoint now) {
-  if (full_.queue > path_.shortest_round_trip()) {
+  if (full_.queue > path_.round_trip()) {
     competes_ = true;
-    rest_ = {kNever, path_.queue(), path_.jitter(), 0};
     return;
   }
   path_.forget_base();
-  full_ = {now, Duration::zero()};
-}
-
-// The queue without our data, while we compete. It belongs to somebody else, and his is never the
-// same for long: TCP fills it, loses a packet, and begins again. If it is the same again and again,
-// the path has become much longer.
-void Pacer::judge_rest(TimePoint now) {
-  rest_.judged_at = kNever;
-  if (!competes_) return;
-  const Duration before = std::exchange(rest_.queue, path_.queue());
-  const Duration apart = std::max({target_, before / 16, rest_.jitter / 2});
-  const bool same = std::chrono::abs(rest_.queue - before) <= apart;
-  rest_.repeated = same ? rest_.repeated + 1 : 0;
-  if (rest_.repeated < kRepeatedMin) return;
-  path_.forget_base();
-  competes_ = false;
   full_ = {now, Duration::zero()};
 }
 
@@ -209,7 +185,7 @@ void Pacer::end_round(bool limited) {
 }
 
 double Pacer::gain() const {
-  if (starting_ || competes_) return 2;
+  if (starting_) return 2;
   const double missing = target() - seconds(path_.queue());
   const double loop = seconds(path_.round_trip()) + 0.005;  // how late its acknowledgement comes
   return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
@@ -226,9 +202,7 @@ double Pacer::target() const {
 // trips.
 double Pacer::carries() const {
   const double most = path_.delivery();
-  return !competes_ && seconds(path_.queue()) > 3 * target()
-             ? std::min(path_.latest_delivery(), most)
-             : most;
+  return seconds(path_.queue()) > 3 * target() ? std::min(path_.latest_delivery(), most) : most;
 }
 
 }  // namespace connect_bridge

@@ -48,7 +48,6 @@ class Pacer {
   void judge_queue(TimePoint now);
   [[nodiscard]] double gain() const;
   void explain_full(TimePoint now);
-  void judge_rest(TimePoint now);
   [[nodiscard]] Duration ask_period() const;
   [[nodiscard]] double target() const;
   [[nodiscard]] double carries() const;
@@ -71,15 +70,7 @@ class Pacer {
     TimePoint since{};
     Duration queue{};
   };
-  Episode full_;  // since when the queue is too long, and its length at that time
-  // While we compete: what was left of the queue when nothing of ours was in it.
-  struct Rest {
-    TimePoint judged_at = kNever;
-    Duration queue{};
-    Duration jitter{};  // of the path before
-    int repeated = 0;   // how often it was the same
-  };
-  Rest rest_;
+  Episode full_;          // since when the queue is too long, and its length at that time
   TimePoint empty_at_{};  // when the path was last seen nearly empty
   double rate_ = 0;       // bytes per second at which packets leave; 0: not known
   TimePoint free_at_{};   // when what has left is paid for

@@ -11,7 +11,6 @@ constexpr Duration kRateSpanMin = 10ms;
 constexpr Duration kRateWindowMin = 100ms;
 constexpr Duration kJitterMax = 25ms;  // more is a single event, not usual jitter
 constexpr std::size_t kArrivalsMax = 512;
-constexpr double kDriftMax = 100e-6;  // of the two clocks against each other
 
 Duration nanoseconds(double count) {
   return Duration(static_cast<std::int64_t>(count));
@@ -44,7 +43,6 @@ void Path::sent(const SentPacket& packet) {
 
 void Path::forget_base() {
   one_way_.clear();
-  ground_.reset();
   waited_.clear();
   waited_most_.clear();
   queue_ = {};
@@ -74,32 +72,20 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
   return covered;
 }
 
-// The delay of the path without a queue, from what a packet took: the shortest of some seconds. If
-// that has grown by more than a round trip, somebody else's queue has stood there meanwhile, and
-// the shortest ever counts, which only grows by what the clocks may have drifted apart.
-double Path::base(double one_way, TimePoint now) {
-  one_way_.add(one_way, now, kBaseWindow);
-  const double drift = kDriftMax * static_cast<double>((now - ground_at_).count());
-  ground_ = ground_ ? std::min(*ground_ + drift, one_way) : one_way;
-  ground_at_ = now;
-  const double grown = one_way_.get() - *ground_;
-  return grown > static_cast<double>(shortest_round_trip().count()) ? *ground_ : one_way_.get();
-}
-
 // One way, by the peer's clock, so that what queues on the way back does not count.
 void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now) {
   const auto one_way =
       static_cast<double>(ack.at) - static_cast<double>(last.at.time_since_epoch().count());
-  const double waited = one_way - base(one_way, now);
+  one_way_.add(one_way, now, kBaseWindow);
+  const double waited = one_way - one_way_.get();
   waited_now_ = waited;
   waited_.add(waited, now, round_trip());
   waited_most_.add(waited, now, round_trip());
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
   jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;
-  queue_ = std::clamp<Duration>(nanoseconds(waited_.get()), Duration::zero(), kQueueMax);
+  queue_ = nanoseconds(std::max(waited_.get(), 0.0));
   if (!last.asks) return;  // the peer acknowledges the others later, at a time of its own
   const Duration took = now - last.at;
-  shortest_round_trip_ = std::min(shortest_round_trip_, std::max(took, kRoundTripMin));
   round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
   lateness_ += (took - nanoseconds(round_trip_.get()) - lateness_) / 16;
 }

@@ -61,13 +61,7 @@ class Path {
   [[nodiscard]] bool knows_round_trip() const { return !round_trip_.empty(); }
   // By how much acknowledgements come later than that, on average.
   [[nodiscard]] Duration lateness() const { return lateness_; }
-  // The shortest since the connection opened: that of the path without anybody's queue, if it was
-  // ever seen so. kRoundTripUnknown before.
-  [[nodiscard]] Duration shortest_round_trip() const {
-    return knows_round_trip() ? shortest_round_trip_ : kRoundTripUnknown;
-  }
-  // How long packets wait in queues on the way to the peer: the minimum of the last round trip, at
-  // most kQueueMax.
+  // How long packets wait in queues on the way to the peer: the minimum of the last round trip.
   [[nodiscard]] Duration queue() const { return queue_; }
   // By how much the delay varies within a round trip, on average: the path's own jitter.
   [[nodiscard]] Duration jitter() const { return jitter_; }
@@ -79,7 +73,6 @@ class Path {
   static constexpr Duration kBaseWindow = std::chrono::seconds(10);
   static constexpr Duration kRoundTripMin = std::chrono::milliseconds(1);
   static constexpr Duration kRoundTripUnknown = std::chrono::milliseconds(100);
-  static constexpr Duration kQueueMax = std::chrono::seconds(60);  // more is a clock that jumped
   // What may leave in a round trip while nothing is known (RFC 6928 allows TCP about half of it).
   static constexpr double kFirstBytes = 32 << 10;
 
@@ -89,7 +82,6 @@ class Path {
     bool limited = false;
   };
   void measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now);
-  [[nodiscard]] double base(double one_way, TimePoint now);
   void measure_rate(const Arrival& ack, bool limited, TimePoint now);
   [[nodiscard]] bool has_stood(const Arrival& ack) const;
 
@@ -106,10 +98,7 @@ class Path {
 
   // Nanoseconds. The clocks' offset is unknown and does not matter: only differences count.
   WindowExtreme<double> one_way_{-1};
-  std::optional<double> ground_;  // one way, the shortest ever
-  TimePoint ground_at_{};
   WindowExtreme<double> round_trip_{-1};
-  Duration shortest_round_trip_ = Duration::max();
   WindowExtreme<double> waited_{-1};
   WindowExtreme<double> waited_most_{+1};
   WindowExtreme<double> delivery_{+1};

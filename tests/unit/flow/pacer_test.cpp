@@ -91,44 +91,6 @@ TEST(Pacer, APathThatBecomesLongerStaysWithoutAQueue) {
   EXPECT_GT(there.bulk_share, 0.85);
 }
 
-TEST(Pacer, APathThatBecomesMuchLongerIsFoundOut) {
-  auto options = thin_link();
-  options.there.queue_bytes = 450'000;
-  options.there.detour = options.back.detour = 60ms;
-  options.there.detour_at = options.back.detour_at = 4s;
-  options.lasts = 40s;
-  EXPECT_LT(run_bed(options).there.worst_ms(30s, 40s), 30);
-}
-
-// 200 ms of queue, which somebody else keeps full.
-BedOptions shared_link() {
-  auto options = thin_link();
-  options.there.queue_bytes = 450'000;
-  options.there.foreign_from = 4s;
-  options.lasts = 44s;
-  options.warm_up = 10s;
-  return options;
-}
-
-TEST(Pacer, BesideAForeignFlowBulkGetsAShare) {
-  const auto there = run_bed(shared_link()).there;
-  EXPECT_GT(there.bulk_share, 0.25);
-  EXPECT_LT(there.bulk_share, 0.75);
-  EXPECT_LT(there.percentile_ms(0.5), 200);
-}
-
-TEST(Pacer, BesideAForeignFlowThatWasThereBeforeBulkGetsAShare) {
-  auto options = shared_link();
-  options.there.foreign_from = 0s;
-  EXPECT_GT(run_bed(options).there.bulk_share, 0.25);
-}
-
-TEST(Pacer, AfterAForeignFlowUrgentMessagesAreFastAgain) {
-  auto options = shared_link();
-  options.there.foreign_to = 24s;
-  EXPECT_LT(run_bed(options).there.worst_ms(32s, 44s), 10);
-}
-
 TEST(Pacer, AVeryThinLinkCarriesBoth) {
   auto options = thin_link();
   options.there.rate = options.back.rate = megabits(2);

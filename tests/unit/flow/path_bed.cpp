@@ -7,7 +7,6 @@
 #include <random>
 
 #include "core/flow/pacer.hpp"
-#include "unit/flow/cubic.hpp"
 
 namespace connect_bridge::flow_test {
 namespace {
@@ -25,62 +24,7 @@ struct BedPacket {
   std::optional<Duration> urgent;  // since when
   std::optional<Arrival> ack;
   bool asks = false;
-  bool foreign = false;
 };
-
-// What the kernel does with what it is given: sends as much as its congestion control allows.
-class Tcp {
- public:
-  explicit Tcp(const BedDirection& out) : out_(out) {}
-
-  void give(const BedPacket& packet) {
-    unsent_.push_back(packet);
-    unsent_bytes_ += packet.bytes;
-  }
-  [[nodiscard]] std::uint32_t unsent_bytes() const { return unsent_bytes_; }
-
-  std::optional<BedPacket> pull(Duration now) {
-    while (!acks_.empty() && acks_.front().at <= now) {
-      const Ack& ack = acks_.front();
-      in_flight_ -= ack.bytes;
-      cubic_.acknowledged(ack.bytes, unsent_.empty(), round_trip_, now);
-      acks_.pop_front();
-    }
-    if (unsent_.empty() || (out_.queue_bytes > 0 && in_flight_ > cubic_.window())) return {};
-    auto packet = unsent_.front();
-    unsent_.pop_front();
-    unsent_bytes_ -= packet.bytes;
-    in_flight_ += packet.bytes;
-    sent_.push_back(now);
-    return packet;
-  }
-
-  // The packet sent first of those on their way has arrived; acknowledgements do not queue.
-  void arrived(const BedPacket& packet, Duration now) {
-    const Duration at = now + out_.delay;
-    round_trip_ = at - sent_.front();
-    sent_.pop_front();
-    acks_.push_back({at, packet.bytes});
-  }
-
-  void marked(Duration now) { cubic_.marked(round_trip_, now); }
-
- private:
-  struct Ack {
-    Duration at;
-    std::uint32_t bytes;
-  };
-  const BedDirection& out_;
-  Cubic cubic_;
-  std::deque<BedPacket> unsent_;
-  std::uint32_t unsent_bytes_ = 0;
-  double in_flight_ = 0;
-  std::deque<Duration> sent_;
-  std::deque<Ack> acks_;
-  Duration round_trip_{};
-};
-
-const BedPacket kForeign{static_cast<std::uint32_t>(Cubic::kSegmentBytes), 0, {}, {}, false, true};
 
 class End {
  public:
@@ -125,8 +69,6 @@ class End {
     return packet;
   }
 
-  [[nodiscard]] std::uint32_t unsent_bytes_max() const { return pacer_.unsent_bytes(); }
-
   void arrive(const BedPacket& packet, Duration now) {
     received_ = {received_.received_bytes + packet.bytes, now.count() + kClockOffset};
     if (packet.ack) return pacer_.acknowledged(*packet.ack, TimePoint(now));
@@ -159,12 +101,7 @@ class Wire {
  public:
   explicit Wire(const BedDirection& direction) : direction_(direction) {}
 
-  // False: the queue is full.
-  bool push(const BedPacket& packet) {
-    queue_.push_back(packet);
-    queued_ += packet.bytes + kHeaders;
-    return direction_.queue_bytes == 0 || queued_ <= direction_.queue_bytes;
-  }
+  void push(const BedPacket& packet) { queue_.push_back(packet); }
 
   template <class Arrive>
   void step(Duration now, bool judged, const Arrive& arrive) {
@@ -173,7 +110,6 @@ class Wire {
     credit_ = queue_.empty() ? carries : credit_ + carries;
     while (!queue_.empty() && credit_ >= queue_.front().bytes + kHeaders) {
       credit_ -= queue_.front().bytes + kHeaders;
-      queued_ -= queue_.front().bytes + kHeaders;
       flying_.push_back({arrival(now + delay(now)), queue_.front()});
       queue_.pop_front();
     }
@@ -212,7 +148,6 @@ class Wire {
 
   const BedDirection& direction_;
   std::deque<BedPacket> queue_;
-  std::uint64_t queued_ = 0;  // bytes
   std::deque<Flying> flying_;
   std::mt19937_64 random_{1};
   Duration last_{};
@@ -245,30 +180,14 @@ std::function<double(Duration)> megabits(double rate) {
 }
 
 BedResults run_bed(const BedOptions& options) {
-  const std::array<const BedDirection*, 2> ways{&options.there, &options.back};
   std::array<End, 2> ends{End(options.there, options.target), End(options.back, options.target)};
-  std::array<Tcp, 2> tcps{Tcp(options.there), Tcp(options.back)};
-  std::array<Tcp, 2> foreign{Tcp(options.there), Tcp(options.back)};
   std::array<Wire, 2> wires{Wire(options.there), Wire(options.back)};
   for (Duration now{}; now < options.lasts; now += kStep) {
     for (std::size_t i = 0; i < 2; ++i) {
       ends[i].produce(now);
-      while (tcps[i].unsent_bytes() < ends[i].unsent_bytes_max()) {
-        const auto packet = ends[i].pull(now);
-        if (!packet) break;
-        tcps[i].give(*packet);
-      }
-      while (const auto packet = tcps[i].pull(now))
-        if (!wires[i].push(*packet)) tcps[i].marked(now);
-      if (now >= ways[i]->foreign_from && now < ways[i]->foreign_to)
-        while (foreign[i].unsent_bytes() < 100'000) foreign[i].give(kForeign);
-      while (const auto packet = foreign[i].pull(now))
-        if (!wires[i].push(*packet)) foreign[i].marked(now);
-      wires[i].step(now, now >= options.warm_up, [&](const BedPacket& packet) {
-        if (packet.foreign) return foreign[i].arrived(packet, now);
-        tcps[i].arrived(packet, now);
-        ends[1 - i].arrive(packet, now);
-      });
+      while (const auto packet = ends[i].pull(now)) wires[i].push(*packet);
+      wires[i].step(now, now >= options.warm_up,
+                    [&](const BedPacket& packet) { ends[1 - i].arrive(packet, now); });
     }
   }
   return {wires[0].result(), wires[1].result()};

@@ -20,11 +20,6 @@ struct BedDirection {
   Duration jitter{};           // on top of the delay, on the average; order is kept
   double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
   std::uint32_t bulk_bytes = 500'000;
-  // A flow of somebody else with cubic, from foreign_from to foreign_to, and a queue of the path
-  // that holds so much; TCP below the pacer is cubic, too. Zero: no queue is ever full.
-  std::uint32_t queue_bytes = 0;
-  Duration foreign_from = Duration::max();
-  Duration foreign_to = Duration::max();
 };
 
 struct BedOptions {
