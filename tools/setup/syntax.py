@@ -37,7 +37,7 @@ def is_built(entry):
 
 
 def checks():
-    """Of each file to check: the command and its folder."""
+    """The commands, each with its folder. A file of two targets is checked as both compile it."""
     found = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         sources = sources_of(entry)
@@ -47,8 +47,8 @@ def checks():
         else:
             files = [] if built else [entry["file"]]
         for file in files:
-            found[file] = entry["command"].replace(entry["file"], file), entry["directory"]
-    return list(found.values())
+            found[entry["command"].replace(entry["file"], file)] = entry["directory"]
+    return list(found.items())
 
 
 def check(command, folder):
