@@ -1,10 +1,10 @@
 #include "ros/parameters/parameter_server.hpp"
 
 #include <cstdio>
-#include <cstdlib>
 #include <thread>
 
 #include "ros/parameters/parameter_table.hpp"
+#include "ros/rcl/distro.hpp"
 #include "ros/ros_fixture.hpp"
 #include "unit/source_text.hpp"
 
@@ -82,16 +82,10 @@ std::string usual_client() {
          "' /connect_server 2>&1";
 }
 
-// rclpy has this client since Iron.
-bool has_usual_client() {
-  static const int result = std::system("python3 -c 'import rclpy.parameter_client' 2>/dev/null");
-  return result == 0;
-}
-
 using ParameterServerTest = RosTest;
 
 TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
-  if (!has_usual_client()) GTEST_SKIP() << "this rclpy has no client of parameters";
+  if (!CONNECT_TYPE_HASHES) GTEST_SKIP() << "rclpy has no client of parameters before Iron";
   TestNode node("connect_server");
   RunningServer server(*node);
   const std::string report = server.run(usual_client());
@@ -118,7 +112,7 @@ TEST_F(ParameterServerTest, WorksWithTheUsualClient) {
 }
 
 TEST_F(ParameterServerTest, TellsParameterEvents) {
-  if (!has_usual_client()) GTEST_SKIP() << "this rclpy has no client of parameters";
+  if (!CONNECT_TYPE_HASHES) GTEST_SKIP() << "rclpy has no client of parameters before Iron";
   TestNode node("connect_server");
   TestNode listener("listener");
   RunningServer server(*node);

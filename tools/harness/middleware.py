@@ -6,7 +6,6 @@ As a program it runs a command with what its middleware needs: middleware.py <co
 
 import os
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -29,7 +28,9 @@ def _meeting_point(environment):
     if not _router:
         prefixes = environment["AMENT_PREFIX_PATH"].split(":")
         programs = [pathlib.Path(p, "lib/rmw_zenoh_cpp/rmw_zenohd") for p in prefixes]
-        command = [next(program for program in programs if program.exists())]
+        command = [program for program in programs if program.exists()][:1]
+        if not command:
+            sys.exit("rmw_zenoh_cpp needs its router, and no prefix has lib/rmw_zenoh_cpp/rmw_zenohd")
         at = f'endpoints=["tcp/127.0.0.1:{free_port()}"]'
         env = dict(os.environ, **environment, ZENOH_CONFIG_OVERRIDE=f"listen/{at}")
         with tempfile.TemporaryDirectory() as folder:  # it still has its log when that is gone
@@ -72,4 +73,4 @@ def prepare():
 
 if __name__ == "__main__":
     prepare()
-    sys.exit(subprocess.run(sys.argv[1:], check=False).returncode)
+    os.execvp(sys.argv[1], sys.argv[1:])
