@@ -30,7 +30,7 @@ def _meeting_point(environment):
         programs = [pathlib.Path(p, "lib/rmw_zenoh_cpp/rmw_zenohd") for p in prefixes]
         command = [program for program in programs if program.exists()][:1]
         if not command:
-            sys.exit("rmw_zenoh_cpp needs its router, and no prefix has lib/rmw_zenoh_cpp/rmw_zenohd")
+            sys.exit("rmw_zenoh_cpp needs a router: no prefix has lib/rmw_zenoh_cpp/rmw_zenohd")
         at = f'endpoints=["tcp/127.0.0.1:{free_port()}"]'
         env = dict(os.environ, **environment, ZENOH_CONFIG_OVERRIDE=f"listen/{at}")
         with tempfile.TemporaryDirectory() as folder:  # it still has its log when that is gone
