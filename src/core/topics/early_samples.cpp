@@ -23,8 +23,24 @@ bool EarlySamples::is_awaited(const TopicOffer& offer, LinkId link) const {
 }
 
 void EarlySamples::add(const OutSample& sample, const Now& now) {
-  for (auto& [link, offer] : offers_)
-    if (is_awaited(offer, link)) keep(offer, link, sample, now);
+  std::vector<std::pair<const LinkId, TopicOffer>*> awaited;
+  for (auto& entry : offers_)
+    if (is_awaited(entry.second, entry.first)) awaited.push_back(&entry);
+  for (auto* const entry : awaited) {
+    if (waiting_.contains(entry->first)) continue;
+    for (const OutSample& earlier : longest_waiting())
+      keep(entry->second, entry->first, earlier, now);
+  }
+  for (auto* const entry : awaited) keep(entry->second, entry->first, sample, now);
+}
+
+// Of bridges in one graph the first that listens may give way to another one. So who listens a
+// little later gets what nobody has got yet.
+std::deque<OutSample> EarlySamples::longest_waiting() const {
+  std::deque<OutSample> longest;
+  for (const auto& [link, waiting] : waiting_)
+    if (waiting.samples.size() > longest.size()) longest = waiting.samples;
+  return longest;
 }
 
 void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {

@@ -119,6 +119,31 @@ TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
   EXPECT_GT(s.subject.memory_bytes(), 0U);
 }
 
+// Of two bridges in one graph the first that listens may give way to the other.
+TEST(ExportedTopic, WhoListensALittleLaterGetsWhatNobodyHasGot) {
+  OneLink first(1), second(2);
+  Exporting s;
+  const auto listen = [&](OneLink& peer) {
+    ListenerTold told;
+    told.listener = {1};
+    told.name = "/a";
+    told.type = kType;
+    told.node = "/rviz";
+    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
+  };
+  s.see(topic("/a").pub(1));
+  listen(first);
+  s.see(topic("/a").pub(1));
+  s.offer(first);
+  s.take(1, "early");
+  listen(second);
+  s.offer(second);
+  s.take(1, "later");
+  s.demand(second);
+  EXPECT_EQ(second.said(), "1.1 early, 1.1 later\n");
+  EXPECT_EQ(first.said(), "");
+}
+
 TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
   Rule rule = everything();
   rule.treatment.compression = {Codec::kZstd, 3};
