@@ -13,8 +13,7 @@ set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1 -DNDEBUG")
 
 # Several sources are compiled as one, because most of the time goes into their headers: all of them in less than half of
 # the time, one that has changed in three times as much. -DCMAKE_UNITY_BUILD=OFF compiles each by itself. What is declared
-# in one file is then known in others: for src, tools/setup/syntax.py shows whether each includes what it
-# needs.
+# in one file is then known in others: tools/setup/syntax.py shows of src whether each file includes what it needs.
 set(CMAKE_UNITY_BUILD ON CACHE BOOL "Compile several sources as one")
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 8 CACHE STRING "How many sources are compiled as one")
 

@@ -88,7 +88,7 @@ MUTANTS = BESIDE_BRIDGES + [
     Mutant("a listener stays when its link is lost",
            "context_.listeners.on_link_lost(link);", "", within="Exports::on_link_lost"),
     Mutant("first messages are not kept",
-           "for (auto* const entry : awaited) keep(...);", ";", within="EarlySamples::add"),
+           "if (is_awaited(offer, link)) keep(...);", ";", within="EarlySamples::add"),
     Mutant("listeners at any pace",
            "return account.wait_to_appear(account.listeners, now.steady);",
            "return Duration::zero();", within="FarListeners::wait_to_count"),

@@ -10,9 +10,10 @@ namespace {
 
 // Longer than a bridge waits for the claims of others, and a slow path for its round trip.
 constexpr Duration kAnswerMax = std::chrono::seconds(2);
-constexpr std::size_t kSamplesMax = 100;          // of a topic, for one link
-constexpr std::uint64_t kBytesMax = 1 << 20;      // the same
-constexpr std::uint64_t kAllBytesMax = 16 << 20;  // of all topics
+constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first sample
+constexpr std::size_t kSamplesMax = 100;                // of a topic, for one link
+constexpr std::uint64_t kBytesMax = 1 << 20;            // the same
+constexpr std::uint64_t kAllBytesMax = 16 << 20;        // of all topics
 
 }  // namespace
 
@@ -23,24 +24,22 @@ bool EarlySamples::is_awaited(const TopicOffer& offer, LinkId link) const {
 }
 
 void EarlySamples::add(const OutSample& sample, const Now& now) {
-  std::vector<std::pair<const LinkId, TopicOffer>*> awaited;
-  for (auto& entry : offers_)
-    if (is_awaited(entry.second, entry.first)) awaited.push_back(&entry);
-  for (auto* const entry : awaited) {
-    if (waiting_.contains(entry->first)) continue;
-    for (const OutSample& earlier : longest_waiting())
-      keep(entry->second, entry->first, earlier, now);
-  }
-  for (auto* const entry : awaited) keep(entry->second, entry->first, sample, now);
+  for (auto& [link, offer] : offers_)
+    if (is_awaited(offer, link) && !waiting_.contains(link)) join(offer, link, now);
+  for (auto& [link, offer] : offers_)
+    if (is_awaited(offer, link)) keep(offer, link, sample, now);
 }
 
 // Of bridges in one graph the first that listens may give way to another one. So who listens a
 // little later gets what nobody has got yet.
-std::deque<OutSample> EarlySamples::longest_waiting() const {
-  std::deque<OutSample> longest;
-  for (const auto& [link, waiting] : waiting_)
-    if (waiting.samples.size() > longest.size()) longest = waiting.samples;
-  return longest;
+void EarlySamples::join(TopicOffer& offer, LinkId link, const Now& now) {
+  const Waiting* oldest = nullptr;
+  for (const auto& [other, waiting] : waiting_)
+    if (oldest == nullptr || waiting.first < oldest->first) oldest = &waiting;
+  if (oldest == nullptr || now.steady - oldest->first >= kJoinMax) return;
+  for (const OutSample& sample : oldest->samples) keep(offer, link, sample, now);
+  if (const auto joined = waiting_.find(link); joined != waiting_.end())
+    joined->second.first = oldest->first;
 }
 
 void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
@@ -51,6 +50,7 @@ void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample,
   const auto [it, is_new] = waiting_.try_emplace(link);
   Waiting& waiting = it->second;
   if (is_new) {
+    waiting.first = now.steady;
     waiting.until = context_.timers.set(now.steady + kAnswerMax, &topic_);
     waiting.bytes = context_.early.hold(0);
   }

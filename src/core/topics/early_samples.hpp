@@ -14,8 +14,8 @@ namespace connect_bridge {
 
 // A peer that listens will demand the topic, but a new publisher's first messages are taken before
 // the offer has arrived and the demand has come back. Until then the newest samples are kept for
-// each link that listens, for at most two seconds after the first; a link that listens later gets
-// those of the others, too. Single-threaded.
+// each link that listens, for at most two seconds after the first; a link that listens up to a
+// second later gets those of the others, too. Single-threaded.
 class EarlySamples {
  public:
   using Offers = std::map<LinkId, TopicOffer>;
@@ -40,12 +40,13 @@ class EarlySamples {
  private:
   struct Waiting {
     std::deque<OutSample> samples;
+    TimePoint first{};  // when the oldest was taken, for whatever link
     Budget::Hold bytes;
     ExportTimers::Timer until;
   };
   // Whether the peer listens and may not yet have had time to demand what it was offered.
   [[nodiscard]] bool is_awaited(const TopicOffer& offer, LinkId link) const;
-  [[nodiscard]] std::deque<OutSample> longest_waiting() const;
+  void join(TopicOffer& offer, LinkId link, const Now& now);
   void keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
 
   ExportContext& context_;

@@ -121,7 +121,7 @@ TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
 
 // Of two bridges in one graph the first that listens may give way to the other.
 TEST(ExportedTopic, WhoListensALittleLaterGetsWhatNobodyHasGot) {
-  OneLink first(1), second(2);
+  OneLink first(1), second(2), third(3);
   Exporting s;
   const auto listen = [&](OneLink& peer) {
     ListenerTold told;
@@ -142,6 +142,11 @@ TEST(ExportedTopic, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   s.demand(second);
   EXPECT_EQ(second.said(), "1.1 early, 1.1 later\n");
   EXPECT_EQ(first.said(), "");
+  listen(third);
+  s.offer(third);
+  s.take(1, "much later", 1000);
+  s.demand(third);
+  EXPECT_EQ(third.said(), "1.1 much later\n");
 }
 
 TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
