@@ -63,7 +63,9 @@ def test_topics_cross_both_ways(domains, tmp_path, robot, operator):
         build = BUILDS[distribution]
         for needed in (build / "server", build / "client", ROOT / ".ros2" / distribution / "bin"):
             if not needed.exists():
-                pytest.skip(f"NOT TESTED: there is no {needed}; `make jazzy` makes it")
+                # Where Jazzy was built for this, as in CI, a skip would hide that it failed.
+                end = pytest.fail if os.environ.get("CONNECT_WITH_JAZZY") else pytest.skip
+                end(f"NOT TESTED: there is no {needed}; `make jazzy` makes it")
     port, (near, far) = free_port(), domains(2)
     sides = {"server": (robot, near), "client": (operator, far)}
     login = {"auth": {"token": "a-token-for-two-distributions"}}
