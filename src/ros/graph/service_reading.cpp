@@ -13,10 +13,6 @@
 namespace connect_bridge::ros {
 namespace {
 
-std::string full_name(const NodeName& node) {
-  return node.name_space == "/" ? "/" + node.name : node.name_space + "/" + node.name;
-}
-
 struct Nodes {
   std::set<NodeName> plain;
   // Names of more than one node, or of a node and a proxy of ours. The middleware answers for an
@@ -74,18 +70,53 @@ std::string service_type_of(std::string_view response) {
   return type + "/" + std::string{response.substr(middle + kMiddle.size())};
 }
 
-std::size_t count_of(const std::map<std::string, std::size_t>& counts, const std::string& service) {
-  const auto found = counts.find(service);
-  return found == counts.end() ? 0 : found->second;
+// The services of others, where they can only be counted; nullopt: the middleware failed.
+std::optional<std::map<std::string, CountedService>> count_services(const Node& node) {
+  auto allocator = rcl_get_default_allocator();
+  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
+  if (!ignore_error(rcl_get_service_names_and_types(node.handle(), &allocator, &found))) {
+    return std::nullopt;
+  }
+  std::map<std::string, CountedService> counted;
+  for (std::size_t i = 0; i < found.names.size; ++i) {
+    const std::string service = found.names.data[i];
+    if (service.starts_with(node.full_name() + "/")) continue;  // ours, or a namesake's
+    const auto& types = found.types[i];
+    counted[service] = {{types.data, types.data + types.size},
+                        distro::count_servers(node.handle(), service.c_str(), 0).value_or(0)};
+  }
+  ignore_error(rcl_names_and_types_fini(&found));
+  return counted;
 }
 
-// The node to whom a service most likely belongs: services of its own have names under its own.
-const NodeName& owner_of(const std::string& service, const std::set<NodeName>& names) {
-  const auto likely = std::find_if(names.begin(), names.end(), [&](const NodeName& name) {
-    return service.starts_with(full_name(name) + "/");
-  });
-  return likely == names.end() ? *names.begin() : *likely;
-}
+// What is counted twice, before and after the services of each node are read: a server that comes
+// or goes meanwhile is in neither or in both, and is not taken for one of an unknown node.
+class TwiceCounted {
+ public:
+  explicit TwiceCounted(const Node& node)
+      : node_(node), ours_(node.own().servers()), services_(count_services(node)) {}
+
+  // false: the middleware failed.
+  bool add_owners(ServiceOwners& owners, const std::set<NodeName>& shared) {
+    const auto now = count_services(node_);
+    if (!services_ || !now) return false;
+    for (auto& [name, service] : *services_) {
+      const auto found = now->find(name);
+      service.servers = found == now->end() ? 0 : std::min(service.servers, found->second.servers);
+    }
+    for (const auto& [name, count] : node_.own().servers()) {
+      auto& most = ours_[name];
+      most = std::max(most, count);
+    }
+    add_counted_owners(owners, *services_, ours_, shared);
+    return true;
+  }
+
+ private:
+  const Node& node_;
+  std::map<std::string, std::size_t> ours_;
+  std::optional<std::map<std::string, CountedService>> services_;
+};
 
 class ServiceReading {
  public:
@@ -93,22 +124,30 @@ class ServiceReading {
                  const BridgeParticipants& bridges)
       : node_(node), watched_(watched), bridges_(bridges) {}
 
-  void add_services_of(const NodeName& of);
   // false: the middleware failed.
-  bool add_services_of_shared(const std::set<NodeName>& names);
-  bool add_counted_services_of_shared(const std::set<NodeName>& names);
+  bool add_all(const Nodes& nodes);
   std::vector<ServiceState> finish();
 
  private:
+  void add_services_of(const NodeName& of);
+  bool add_services_of_shared(const std::set<NodeName>& names);
   const std::vector<Writer>& writers_of(const std::string& service);
   void identify(ServiceState& service);
 
   const Node& node_;
   const std::set<std::string>& watched_;
   const BridgeParticipants& bridges_;
-  std::map<std::pair<std::string, std::string>, std::set<NodeName>> services_;  // by name and type
+  ServiceOwners services_;
   std::map<std::string, std::vector<Writer>> writers_;
 };
+
+bool ServiceReading::add_all(const Nodes& nodes) {
+  std::optional<TwiceCounted> counted;
+  if (!nodes.shared.empty() && !middleware().tells_servers()) counted.emplace(node_);
+  for (const NodeName& name : nodes.plain) add_services_of(name);
+  if (counted) return counted->add_owners(services_, nodes.shared);
+  return nodes.shared.empty() || add_services_of_shared(nodes.shared);
+}
 
 void ServiceReading::add_services_of(const NodeName& of) {
   auto allocator = rcl_get_default_allocator();
@@ -143,36 +182,6 @@ bool ServiceReading::add_services_of_shared(const std::set<NodeName>& names) {
     }
   }
   ignore_error(rcl_names_and_types_fini(&found));
-  return true;
-}
-
-// Where ids do not show whose a server is, those that are neither ours nor those of other nodes
-// belong to these.
-bool ServiceReading::add_counted_services_of_shared(const std::set<NodeName>& names) {
-  auto allocator = rcl_get_default_allocator();
-  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
-  const auto ours_before = node_.own().servers();
-  if (!ignore_error(rcl_get_service_names_and_types(node_.handle(), &allocator, &found))) {
-    return false;
-  }
-  std::vector<std::size_t> counts(found.names.size);
-  for (std::size_t i = 0; i < counts.size(); ++i)
-    counts[i] = distro::count_servers(node_.handle(), found.names.data[i], 0).value_or(0);
-  const auto ours_after = node_.own().servers();
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    const std::string service = found.names.data[i];
-    if (service.starts_with(node_.full_name() + "/")) continue;  // that are ours, or a namesake's
-    std::size_t known = std::max(count_of(ours_before, service), count_of(ours_after, service));
-    std::set<NodeName>* unknown = nullptr;
-    for (std::size_t t = 0; t < found.types[i].size; ++t) {
-      auto& owners = services_[{service, found.types[i].data[t]}];
-      known += owners.size();
-      if (unknown == nullptr || owners.empty()) unknown = &owners;
-    }
-    if (counts[i] > known && unknown != nullptr) unknown->insert(owner_of(service, names));
-  }
-  ignore_error(rcl_names_and_types_fini(&found));
-  std::erase_if(services_, [](const auto& entry) { return entry.second.empty(); });
   return true;
 }
 
@@ -243,13 +252,7 @@ std::optional<std::vector<ServiceState>> read_services(const Node& node,
   const auto nodes = read_nodes(node);
   if (!nodes) return std::nullopt;
   ServiceReading reading(node, watched, bridges);
-  for (const NodeName& other : nodes->plain) reading.add_services_of(other);
-  if (!nodes->shared.empty()) {
-    const bool read = middleware().tells_servers()
-                          ? reading.add_services_of_shared(nodes->shared)
-                          : reading.add_counted_services_of_shared(nodes->shared);
-    if (!read) return std::nullopt;
-  }
+  if (!reading.add_all(*nodes)) return std::nullopt;
   return reading.finish();
 }
 
