@@ -14,7 +14,10 @@
 namespace connect_bridge {
 namespace {
 
-constexpr double kLagWorthALineMs = 500;
+// A loop that is held up longer is worth a line: half a second, or less where links end soon.
+double lag_worth_a_line_ms(Duration dead_after) {
+  return std::min(500.0, std::chrono::duration<double, std::milli>(dead_after).count() / 3);
+}
 
 std::uint64_t random_word() {
   std::random_device device;
@@ -202,7 +205,9 @@ void Bridge::on_wake() {
 void Bridge::every_second(double lag_ms) {
   lag_ms =
       std::max(lag_ms, std::chrono::duration<double, std::milli>(loop_.take_longest()).count());
-  const auto times = lag_ms < kLagWorthALineMs ? std::nullopt : lags_.count(loop_.now());
+  const auto times = lag_ms < lag_worth_a_line_ms(parts_.side.dead_after)
+                         ? std::nullopt
+                         : lags_.count(loop_.now());
   if (times)
     node_.log(LogLevel::kWarn, "the loop was held up for " + std::to_string(std::lround(lag_ms)) +
                                    " ms; all links waited");

@@ -15,6 +15,8 @@ namespace {
 
 // Messages behind one that is with a worker: they are published in one turn of the loop.
 constexpr std::size_t kWaitingMax = 1024;
+// What it takes to remember an origin for which there was no mirror.
+constexpr std::uint64_t kLeftOutBytes = 96;
 
 }  // namespace
 
@@ -53,7 +55,9 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (withholds(origin) || left_out_.contains(origin.origin)) return;
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
-    left_out_.insert(origin.origin);
+    // Where there is no room for that either, it is not counted: no memory, no limit to keep.
+    if (link_.memory.room() >= kLeftOutBytes)
+      left_out_.emplace(origin.origin, link_.memory.hold(kLeftOutBytes));
     context_.outputs.log_once(
         link_.account->told, LogLevel::kWarn,
         "no more mirrors for " + link_.label() +

@@ -4,7 +4,6 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "core/base/budget.hpp"
@@ -110,8 +109,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   bool offers_resume_ = false;           // the peer may have kept something for the first demand
   std::uint32_t last_sequence_ = 0;      // of the last message that arrived
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
-  std::set<OriginId> left_out_;          // origins for which there was no mirror
-  std::deque<Waiting> waiting_;          // in order; the first is with a worker while `job_` is set
+  std::map<OriginId, Budget::Hold> left_out_;  // origins for which there was no mirror
+  std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
   DeltaDecoder deltas_;
   std::uint64_t published_ = 0;

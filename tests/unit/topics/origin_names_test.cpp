@@ -167,6 +167,27 @@ TEST(OriginNames, OriginsThatAreLeftOutCount) {
   EXPECT_NE(s.did().find("close 1 4006"), std::string::npos);
 }
 
+// What is remembered of them is part of the peer's memory.
+TEST(OriginNames, OriginsThatAreLeftOutTakeTheirPartOfTheMemory) {
+  constexpr std::uint64_t kMemory = 64 << 10;
+  SideOptions options = server();
+  options.topic_mirrors_max = 10;
+  options.account.memory_bytes_max = kMemory;
+  Script s(options);
+  s.graph({});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", numbered(1, 200))}, true});
+  const std::uint64_t held = s.status().shared_bytes;
+  EXPECT_GT(held, 190U * sizeof(OriginId));
+  s.say(1, OriginsChanged{{1}, {}, {{200}}});
+  EXPECT_LT(s.status().shared_bytes, held);
+  for (std::uint32_t i = 2; i < 20; ++i)
+    s.say(1, Offer{{channel(i, "/b" + std::to_string(i), numbered(i << 16, kChannelOriginsMax))}});
+  EXPECT_LT(s.status().shared_bytes, kMemory);
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+}
+
 // A publisher that is offered under another number in the message that removes the old one keeps
 // its mirror.
 TEST(OriginNames, APublisherCanGetAnotherNumber) {
