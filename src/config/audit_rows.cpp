@@ -18,16 +18,14 @@ void add_audit_rows(std::vector<KeySpec>& rows) {
                   .key = "audit.file_bytes_max",
                   .type = ParameterType::kInteger,
                   .fallback = std::int64_t{10 << 20},
-                  .min = 65536,
-                  .max = 1024.0 * 1024.0 * 1024.0,
+                  .range = NumberRange{65536, 1024.0 * 1024.0 * 1024.0},
                   .unit = "bytes",
                   .help = "Then it is renamed, with .1 at its end, and a new one begins."});
   rows.push_back({.section = section,
                   .key = "audit.files_kept",
                   .type = ParameterType::kInteger,
                   .fallback = std::int64_t{10},
-                  .min = 0,
-                  .max = 1000,
+                  .range = NumberRange{0, 1000},
                   .unit = "files",
                   .help = "Older files that are kept; the oldest goes."});
 }

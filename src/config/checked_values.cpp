@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "config/key_search.hpp"
 #include "config/syntax.hpp"
@@ -29,56 +30,6 @@ std::string shown(const KeySpec& spec, const ParameterValue& value) {
   const bool has_login =
       text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos;
   return spec.secret || has_login ? kHidden : to_text(value_to_show(spec, value));
-}
-
-// ROS may give an empty list any type.
-bool is_empty_list(const ParameterValue& value) {
-  return std::visit(
-      [](const auto& held) {
-        if constexpr (
-            requires { held.front(); } && !requires { held.c_str(); }) {
-          return held.empty();
-        } else {
-          return false;
-        }
-      },
-      value);
-}
-
-bool in_range(const KeySpec& spec, double value) {
-  // Written so that NaN is outside of every range.
-  return (!spec.min || value >= *spec.min) && (!spec.max || value <= *spec.max);
-}
-
-// The value in the type of the row, or nullopt.
-std::optional<ParameterValue> converted(const KeySpec& spec, const ParameterValue& value) {
-  switch (spec.type) {
-    case ParameterType::kBool:
-      if (std::holds_alternative<bool>(value)) return value;
-      break;
-    case ParameterType::kInteger:
-      if (const auto* whole = std::get_if<std::int64_t>(&value)) {
-        if (in_range(spec, static_cast<double>(*whole))) return value;
-      }
-      break;
-    case ParameterType::kDouble: {
-      const auto* whole = std::get_if<std::int64_t>(&value);
-      const auto* number = std::get_if<double>(&value);
-      if (whole == nullptr && number == nullptr) break;
-      const double found = number != nullptr ? *number : static_cast<double>(*whole);
-      if (in_range(spec, found)) return found;
-      break;
-    }
-    case ParameterType::kString:
-      if (std::holds_alternative<std::string>(value)) return value;
-      break;
-    case ParameterType::kStrings:
-      if (std::holds_alternative<std::vector<std::string>>(value)) return value;
-      if (is_empty_list(value)) return std::vector<std::string>{};
-      break;
-    default: break;  // no row has another type
-  }
-  return std::nullopt;
 }
 
 // What to write instead of a value of the wrong type.
@@ -156,11 +107,11 @@ void CheckedValues::check(const std::string& key, const ParameterValue& value, R
                                     server ? "client" : "server", server ? "server" : "client")});
     return;
   }
-  const auto fitting = converted(*spec, value);
-  if (!fitting) {
+  ParameterValue fitting = value;
+  if (fit(spec->type, spec->range, fitting) != Fit::kYes) {
     problems.push_back({key, shown(*spec, value), fix_of(*spec, value)});
-  } else if (!wrong_texts(key, *spec, *fitting, problems)) {
-    values_.emplace(key, *fitting);
+  } else if (!wrong_texts(key, *spec, fitting, problems)) {
+    values_.emplace(key, std::move(fitting));
   }
 }
 

@@ -12,8 +12,7 @@ ParameterDescriptor descriptor(const KeySpec& spec, std::string_view key) {
   made.description = spec.help;
   if (!spec.unit.empty()) made.description += " Unit: " + spec.unit + ".";
   made.constraints = expected_of(spec);
-  made.min = spec.min;
-  made.max = spec.max;
+  made.range = spec.range;
   made.read_only = !spec.changeable;
   made.value = spec.fallback;
   return made;

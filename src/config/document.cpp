@@ -29,9 +29,9 @@ std::string allowed_text(const KeySpec& spec) {
     for (const std::string& word : spec.words) text += (text.empty() ? "" : ", ") + code(word);
     return text;
   }
-  if (spec.min && spec.max) {
-    return fmt::format("{:.15g} to {:.15g}{}{}", *spec.min, *spec.max, spec.unit.empty() ? "" : " ",
-                       spec.unit);
+  if (spec.range) {
+    return fmt::format("{:.15g} to {:.15g}{}{}", spec.range->min, spec.range->max,
+                       spec.unit.empty() ? "" : " ", spec.unit);
   }
   return "";
 }

@@ -112,8 +112,9 @@ std::string_view type_text(ParameterType type) {
 
 std::string expected_of(const KeySpec& spec) {
   std::string range;
-  if (spec.min && spec.max) {
-    range = fmt::format(" from {} to {}", number_text(*spec.min), number_text(*spec.max));
+  if (spec.range) {
+    range =
+        fmt::format(" from {} to {}", number_text(spec.range->min), number_text(spec.range->max));
   }
   switch (spec.type) {
     case ParameterType::kBool: return "true or false";

@@ -108,16 +108,14 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .key = "max_message_size",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.reassembly.message_bytes_max),
-                  .min = 1024,
-                  .max = kGiB,
+                  .range = NumberRange{1024, kGiB},
                   .unit = "bytes",
                   .help = "Largest message accepted from a peer."});
   rows.push_back({.section = section,
                   .key = "queue_bytes_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.outbox.data_bytes_max),
-                  .min = 65536,
-                  .max = 4 * kGiB,
+                  .range = NumberRange{65536, 4 * kGiB},
                   .unit = "bytes",
                   .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
                           "the lowest priority are dropped and counted."});
@@ -126,8 +124,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
        .key = "fragment_bytes",
        .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.fragment_bytes),
-       .min = 1024,
-       .max = 1048576,
+       .range = NumberRange{1024, 1048576},
        .unit = "bytes",
        .help = "Largest part of a message that is sent in one piece. Parts follow the rate of "
                "the link, so a limit is needed only where urgent messages overtake too late: "
@@ -136,24 +133,21 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                   .key = "history_bytes_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.history_bytes_max),
-                  .min = 0,
-                  .max = 4 * kGiB,
+                  .range = NumberRange{0, 4 * kGiB},
                   .unit = "bytes",
                   .help = "Transient-local samples of one topic kept for links that come later."});
   rows.push_back({.section = section,
                   .key = "default_depth",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.default_depth),
-                  .min = 1,
-                  .max = 100000,
+                  .range = NumberRange{1, 100000},
                   .unit = "messages",
                   .help = "Queue depth where the graph does not show one."});
   rows.push_back({.section = section,
                   .key = "latched_depth",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.latched_depth),
-                  .min = 1,
-                  .max = 100000,
+                  .range = NumberRange{1, 100000},
                   .unit = "messages",
                   .help = "The same for transient-local topics."});
 }
@@ -163,28 +157,27 @@ void add_mirror_limits(Rows& rows, const SideOptions& core) {
   const auto add = [&](KeySpec spec) {
     spec.section = "Limits of a link";
     spec.type = ParameterType::kInteger;
-    spec.min = 1;
     rows.push_back(std::move(spec));
   };
   add({.key = "mirrors_max",
        .fallback = whole(core.mirrors_max),
-       .max = 16384,
+       .range = NumberRange{1, 16384},
        .help =
            "Publishers of one peer that may exist here. Each takes some 25 kB at this side and in "
            "the processes that subscribe to it; further ones are left out and logged."});
   add({.key = "topic_mirrors_max",
        .fallback = whole(core.topic_mirrors_max),
-       .max = 1024,
+       .range = NumberRange{1, 1024},
        .help = "The same for one topic."});
   add({.key = "mirror_depth_max",
        .fallback = whole(core.mirror_depth_max),
-       .max = 100000,
+       .range = NumberRange{1, 100000},
        .unit = "messages",
        .help = "Depth that a peer may ask for; keep-all becomes this depth. A rule's qos.depth may "
                "be more."});
   add({.key = "mirror_bytes_max",
        .fallback = whole(core.mirror_bytes_max),
-       .max = 64 * kGiB,
+       .range = NumberRange{1, 64 * kGiB},
        .unit = "bytes",
        .help = "Memory in which the middleware may keep samples of one peer's transient-local "
                "topics here for late subscribers, computed from the largest sample of each. If it "
@@ -199,15 +192,13 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .key = "channels_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.channels_max),
-                  .min = 1,
-                  .max = 65536,
+                  .range = NumberRange{1, 65536},
                   .help = "Interfaces that one peer may offer."});
   rows.push_back({.section = section,
                   .key = "calls_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.calls_max),
-                  .min = 1,
-                  .max = 1000,
+                  .range = NumberRange{1, 1000},
                   .unit = "calls",
                   .help = "Calls of one peer under way at this side's servers, of all services "
                           "together; later ones wait for their turn."});
@@ -215,16 +206,14 @@ void add_numbers(Rows& rows, const SideOptions& core) {
                   .key = "connections_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.links_max),
-                  .min = 1,
-                  .max = 10000,
+                  .range = NumberRange{1, 10000},
                   .used_by = UsedBy::kServer,
                   .help = "Clients at the same time, including lost ones that may return."});
   rows.push_back({.section = section,
                   .key = "connections_per_identity_max",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.identity_links_max),
-                  .min = 0,
-                  .max = 10000,
+                  .range = NumberRange{0, 10000},
                   .used_by = UsedBy::kServer,
                   .help = "The same for one identity, so that one token cannot take all places. 0: "
                           "half of connections_max, but at least 8."});
@@ -236,16 +225,14 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "dead_after",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.dead_after),
-                  .min = 0.2,
-                  .max = 300,
+                  .range = NumberRange{0.2, 300},
                   .unit = "s",
                   .help = "A peer that was silent for this time counts as gone."});
   rows.push_back({.section = section,
                   .key = "resume.seconds",
                   .type = ParameterType::kDouble,
                   .fallback = 60.0,
-                  .min = 0,
-                  .max = 3600,
+                  .range = NumberRange{0, 3600},
                   .unit = "s",
                   .help = "How long after a loss the messages of reliable topics are kept for the "
                           "peer's return (see \"After a break\"). 0: not at all."});
@@ -253,8 +240,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "resume.bytes",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.resume_bytes_max),
-                  .min = 0,
-                  .max = kGiB,
+                  .range = NumberRange{0, kGiB},
                   .unit = "bytes",
                   .help = "How many bytes of them are kept for one peer. Beyond that the topic "
                           "with the most bytes loses its oldest message."});
@@ -262,8 +248,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "retry_min",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.retry_min),
-                  .min = 0.05,
-                  .max = 600,
+                  .range = NumberRange{0.05, 600},
                   .used_by = UsedBy::kClient,
                   .unit = "s",
                   .help = "First wait before dialing again; it doubles with each failure."});
@@ -271,8 +256,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "retry_max",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.retry_max),
-                  .min = 0.05,
-                  .max = 600,
+                  .range = NumberRange{0.05, 600},
                   .used_by = UsedBy::kClient,
                   .unit = "s",
                   .help = "Longest wait before dialing again."});
@@ -280,8 +264,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "dial_timeout",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.dial_timeout),
-                  .min = 1,
-                  .max = 300,
+                  .range = NumberRange{1, 300},
                   .used_by = UsedBy::kClient,
                   .unit = "s",
                   .help = "Time for name look-up, TCP, TLS and WebSocket together."});
@@ -289,8 +272,7 @@ void add_times(Rows& rows, const SideOptions& core) {
                   .key = "login_timeout",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.login_timeout),
-                  .min = 1,
-                  .max = 60,
+                  .range = NumberRange{1, 60},
                   .used_by = UsedBy::kServer,
                   .unit = "s",
                   .help = "Time that a connection has to log in."});
@@ -302,8 +284,7 @@ void add_flow(Rows& rows, const SideOptions& core) {
                   .key = "link.bytes_per_second",
                   .type = ParameterType::kInteger,
                   .fallback = whole(core.outbox.bytes_per_second_max),
-                  .min = 0,
-                  .max = 1e12,
+                  .range = NumberRange{0, 1e12},
                   .unit = "bytes/s",
                   .help =
                       "The most that this side sends on one link, for connections that are paid "
@@ -315,8 +296,7 @@ void add_flow(Rows& rows, const SideOptions& core) {
        .key = "not_sent_bytes",
        .type = ParameterType::kInteger,
        .fallback = whole(16384),
-       .min = 0,
-       .max = 16777216,
+       .range = NumberRange{0, 16777216},
        .unit = "bytes",
        .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
                "small value keeps urgent messages fast; 0 leaves it to the host."});
@@ -324,8 +304,7 @@ void add_flow(Rows& rows, const SideOptions& core) {
                   .key = "queue_delay_target",
                   .type = ParameterType::kDouble,
                   .fallback = seconds(core.outbox.queue_delay_target),
-                  .min = 0,
-                  .max = 1,
+                  .range = NumberRange{0, 1},
                   .unit = "s",
                   .help =
                       "Delay that data which is not urgent may cause in the queues on the path: it "

@@ -25,7 +25,7 @@ struct KeySpec {
   std::string key{};      // "listen.port"; keys of a rule are templates: "rule.<name>.priority"
   ParameterType type = ParameterType::kString;
   std::optional<ParameterValue> fallback{};  // the default; none: stays unset
-  std::optional<double> min{}, max{};        // numbers: both ends belong to the range
+  std::optional<NumberRange> range{};        // numbers
   std::vector<std::string> words{};          // strings: the allowed ones; empty: see `syntax`
   Syntax syntax = nullptr;
   UsedBy used_by = UsedBy::kBoth;

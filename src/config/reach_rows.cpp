@@ -27,8 +27,7 @@ void add_listen(Rows& rows, const std::string& section) {
   add({.key = "listen.port",
        .type = ParameterType::kInteger,
        .fallback = std::int64_t{9090},
-       .min = 0,
-       .max = 65535,
+       .range = NumberRange{0, 65535},
        .help = "TCP port to listen on, at all addresses; 0 takes a free one and logs it."});
   add({.key = "listen.path",
        .fallback = "/",

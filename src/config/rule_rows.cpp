@@ -82,8 +82,7 @@ void add_rule_treatment(Rows& rows) {
                "`zstd` is level 3)."});
   add({.key = "max_rate",
        .type = ParameterType::kDouble,
-       .min = 0.001,
-       .max = 1e6,
+       .range = NumberRange{0.001, 1e6},
        .changeable = true,
        .unit = "Hz",
        .help =
@@ -91,23 +90,20 @@ void add_rule_treatment(Rows& rows) {
            "last samples of a transient-local topic included; unset: all."});
   add({.key = "max_bytes_per_second",
        .type = ParameterType::kInteger,
-       .min = 1,
-       .max = 1e12,
+       .range = NumberRange{1, 1e12},
        .changeable = true,
        .unit = "bytes/s",
        .help = "Bandwidth of one topic, uncompressed, sent or taken as for max_rate; unset: no "
                "limit."});
   add({.key = "max_age",
        .type = ParameterType::kDouble,
-       .min = 0.001,
-       .max = 86400,
+       .range = NumberRange{0.001, 86400},
        .changeable = true,
        .unit = "s",
        .help = "Older messages are dropped rather than delivered late; unset: never."});
   add({.key = "queue_bytes_max",
        .type = ParameterType::kInteger,
-       .min = 1024,
-       .max = kGiB,
+       .range = NumberRange{1024, kGiB},
        .changeable = true,
        .unit = "bytes",
        .help =
@@ -124,8 +120,7 @@ void add_rule_treatment(Rows& rows) {
   add({.key = "clock_rate",
        .type = ParameterType::kDouble,
        .fallback = 50.0,
-       .min = 1,
-       .max = 1000,
+       .range = NumberRange{1, 1000},
        .used_by = UsedBy::kClient,
        .unit = "Hz",
        .help = "How often `clock: publish` publishes."});
@@ -168,8 +163,7 @@ void add_rule_calls(Rows& rows) {
   add({.key = "calls_max",
        .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.calls_max),
-       .min = 1,
-       .max = 1000,
+       .range = NumberRange{1, 1000},
        .changeable = true,
        .unit = "calls",
        .help = "Calls of one service under way at its server for one peer; later ones wait for "
@@ -177,16 +171,14 @@ void add_rule_calls(Rows& rows) {
   add({.key = "server_queue",
        .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.server_queue),
-       .min = 0,
-       .max = 1000,
+       .range = NumberRange{0, 1000},
        .changeable = true,
        .unit = "requests",
        .help = "Depth of the server's request queue: at most so many requests are handed over that "
                "it may not have taken yet; 0: every request is handed over at once."});
   add({.key = "call_timeout",
        .type = ParameterType::kDouble,
-       .min = 0.01,
-       .max = 86400,
+       .range = NumberRange{0.01, 86400},
        .changeable = true,
        .unit = "s",
        .help = "A call without an answer is given up after this; unset: never."});
@@ -203,20 +195,17 @@ void add_rule_qos(Rows& rows) {
   add({.key = "durability", .words = texts(kDurabilityWords), .help = "Durability."});
   add({.key = "depth",
        .type = ParameterType::kInteger,
-       .min = 1,
-       .max = 100000,
+       .range = NumberRange{1, 100000},
        .unit = "messages",
        .help = "Keep-last depth, of the queue too."});
   add({.key = "deadline",
        .type = ParameterType::kDouble,
-       .min = 0.001,
-       .max = 86400,
+       .range = NumberRange{0.001, 86400},
        .unit = "s",
        .help = "Longest time between two messages."});
   add({.key = "lifespan",
        .type = ParameterType::kDouble,
-       .min = 0.001,
-       .max = 86400,
+       .range = NumberRange{0.001, 86400},
        .unit = "s",
        .help = "Messages older than this are not delivered."});
 }

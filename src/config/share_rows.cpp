@@ -16,8 +16,7 @@ void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
                     .key = std::move(key),
                     .type = ParameterType::kInteger,
                     .fallback = fallback,
-                    .min = min,
-                    .max = max,
+                    .range = NumberRange{min, max},
                     .unit = std::move(unit),
                     .help = std::move(help)});
   };
@@ -46,8 +45,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                   .key = "memory_max",
                   .type = ParameterType::kInteger,
                   .fallback = static_cast<std::int64_t>(core.account.memory_bytes_max),
-                  .min = 1 << 20,
-                  .max = 1024 * kGiB,
+                  .range = NumberRange{1 << 20, 1024 * kGiB},
                   .unit = "bytes",
                   .help =
                       "Memory that all peers together may use at this side: unfinished messages, "
@@ -60,8 +58,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
        .key = "mirrors_per_second",
        .type = ParameterType::kInteger,
        .fallback = Duration(std::chrono::seconds(1)) / core.account.mirror_period,
-       .min = 1,
-       .max = 100000,
+       .range = NumberRange{1, 100000},
        .help =
            "Publishers and services that the peers of one identity may create here, after " +
            std::to_string(core.account.mirrors_at_once) +
@@ -73,8 +70,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
        .key = "peer_packets_per_second",
        .type = ParameterType::kInteger,
        .fallback = std::int64_t{50'000},
-       .min = 0,
-       .max = 1'000'000'000,
+       .range = NumberRange{0, 1'000'000'000},
        .help =
            "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
            "peer has to wait (`reading_held` in the status). A burst of 4 seconds' worth passes "
@@ -83,8 +79,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                   .key = "peer_bytes_per_second",
                   .type = ParameterType::kInteger,
                   .fallback = std::int64_t{0},
-                  .min = 0,
-                  .max = 1024 * kGiB,
+                  .range = NumberRange{0, 1024 * kGiB},
                   .unit = "bytes",
                   .help = "The same in bytes. Of control messages 4 MiB a second are read in any "
                           "case."});

@@ -14,8 +14,7 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                     .key = std::move(key),
                     .type = ParameterType::kInteger,
                     .fallback = fallback,
-                    .min = min,
-                    .max = max,
+                    .range = NumberRange{min, max},
                     .used_by = UsedBy::kServer,
                     .help = std::move(help)});
   };

@@ -1,5 +1,7 @@
 #include "config/syntax.hpp"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <charconv>
 #include <vector>
@@ -23,11 +25,10 @@ bool consists_of(std::string_view text, Allowed allowed) {
   return !text.empty() && std::all_of(text.begin(), text.end(), allowed);
 }
 
-std::optional<unsigned> number(std::string_view text, int base, std::size_t digits_max,
-                               unsigned max) {
+std::optional<unsigned> number(std::string_view text, std::size_t digits_max, unsigned max) {
   unsigned value = 0;
   if (text.empty() || text.size() > digits_max) return std::nullopt;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || value > max) return std::nullopt;
   return value;
 }
@@ -44,54 +45,13 @@ std::string_view take(std::optional<std::string_view>& rest, char separator) {
   return part;
 }
 
-std::optional<Bytes> parse_ipv4(std::string_view text) {
-  Bytes bytes;
-  std::optional<std::string_view> rest = text;
-  while (rest) {
-    const std::string_view part = take(rest, '.');
-    const auto octet = number(part, 10, 3, 255);
-    // A leading zero means octal to some resolvers, so it is not accepted.
-    if (!octet || (part.size() > 1 && part[0] == '0')) return std::nullopt;
-    bytes.push_back(static_cast<std::uint8_t>(*octet));
-  }
-  if (bytes.size() != 4) return std::nullopt;
+// The bytes of an address as it is sent. No leading zeros, which mean octal to some, and no zones.
+std::optional<Bytes> parse_ip(int family, std::string_view text) {
+  Bytes bytes(family == AF_INET ? 4 : 16);
+  const bool ends_early = text.find('\0') != std::string_view::npos;
+  if (ends_early || inet_pton(family, std::string{text}.c_str(), bytes.data()) != 1)
+    return std::nullopt;
   return bytes;
-}
-
-// Groups of an IPv6 address; the last one of the address may be written as IPv4.
-bool add_groups(std::string_view text, bool at_end, Bytes& bytes) {
-  if (text.empty()) return true;
-  std::optional<std::string_view> rest = text;
-  while (rest) {
-    const std::string_view part = take(rest, ':');
-    if (!rest && at_end && part.find('.') != std::string_view::npos) {
-      const auto ipv4 = parse_ipv4(part);
-      if (!ipv4) return false;
-      bytes.insert(bytes.end(), ipv4->begin(), ipv4->end());
-      return true;
-    }
-    const auto group = number(part, 16, 4, 0xffff);
-    if (!group) return false;
-    bytes.push_back(static_cast<std::uint8_t>(*group >> 8));
-    bytes.push_back(static_cast<std::uint8_t>(*group & 0xff));
-  }
-  return true;
-}
-
-std::optional<Bytes> parse_ipv6(std::string_view text) {
-  Bytes head;
-  Bytes tail;
-  const std::size_t gap = text.find("::");
-  if (gap == std::string_view::npos) {
-    if (!add_groups(text, true, head) || head.size() != 16) return std::nullopt;
-    return head;
-  }
-  if (!add_groups(text.substr(0, gap), false, head)) return std::nullopt;
-  if (!add_groups(text.substr(gap + 2), true, tail)) return std::nullopt;
-  if (head.size() + tail.size() > 14) return std::nullopt;
-  head.resize(16 - tail.size());
-  head.insert(head.end(), tail.begin(), tail.end());
-  return head;
 }
 
 bool is_host_name(std::string_view text) {
@@ -116,7 +76,7 @@ bool read_authority(std::string_view text, DialConfig& dial) {
     if (end == std::string_view::npos) return false;
     dial.host = text.substr(1, end - 1);
     port = text.substr(end + 1);
-    if (!parse_ipv6(dial.host)) return false;
+    if (!parse_ip(AF_INET6, dial.host)) return false;
   } else {
     const std::size_t colon = text.find(':');
     dial.host = text.substr(0, colon);
@@ -125,7 +85,7 @@ bool read_authority(std::string_view text, DialConfig& dial) {
   }
   dial.port = dial.tls ? 443 : 80;
   if (port.empty()) return true;
-  const auto value = number(port.substr(1), 10, 5, 65535);
+  const auto value = number(port.substr(1), 5, 65535);
   if (port.front() != ':' || !value || *value == 0) return false;
   dial.port = static_cast<std::uint16_t>(*value);
   return true;
@@ -138,15 +98,15 @@ Complaint expect(bool fine, const char* expected) {
 }  // namespace
 
 bool is_ip_address(std::string_view text) {
-  return parse_ipv4(text) || parse_ipv6(text);
+  return parse_ip(AF_INET, text) || parse_ip(AF_INET6, text);
 }
 
 bool is_loopback(std::string_view host) {
   if (host == "localhost") return true;
-  if (const auto ipv4 = parse_ipv4(host)) return ipv4->front() == 127;
+  if (const auto ipv4 = parse_ip(AF_INET, host)) return ipv4->front() == 127;
   Bytes loopback(16, 0);
   loopback.back() = 1;
-  return parse_ipv6(host) == loopback;
+  return parse_ip(AF_INET6, host) == loopback;
 }
 
 std::optional<DialConfig> parse_url(std::string_view text) {
@@ -194,7 +154,7 @@ std::optional<Compression> parse_compression(std::string_view text) {
   if (text == "lz4") return Compression{.codec = Codec::kLz4};
   if (text == "zstd") return Compression{.codec = Codec::kZstd};
   if (text.substr(0, 5) != "zstd:") return std::nullopt;
-  const auto level = number(text.substr(5), 10, 2, 19);
+  const auto level = number(text.substr(5), 2, 19);
   if (!level || *level == 0) return std::nullopt;
   return Compression{.codec = Codec::kZstd, .level = static_cast<int>(*level)};
 }
@@ -238,9 +198,9 @@ Complaint check_listen_address(std::string_view text) {
 Complaint check_address_range(std::string_view text) {
   const std::size_t slash = text.find('/');
   const std::string_view address = text.substr(0, slash);
-  const unsigned bits_max = parse_ipv4(address) ? 32 : 128;
+  const unsigned bits_max = parse_ip(AF_INET, address) ? 32 : 128;
   const auto bits =
-      slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 10, 3, bits_max);
+      slash == std::string_view::npos ? bits_max : number(text.substr(slash + 1), 3, bits_max);
   // With 0 bits every address would be a proxy.
   return expect(is_ip_address(address) && bits && *bits > 0,
                 "an IP address or a range of them, e.g. 127.0.0.1 or 10.0.0.0/8");

@@ -20,7 +20,6 @@ struct WebSocket;
 
 struct AcceptOptions {
   std::string path;
-  std::vector<std::string> origins;
   TlsContext tls;  // null: plain
   std::chrono::milliseconds timeout{};
   AddressRanges proxies;

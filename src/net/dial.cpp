@@ -69,7 +69,7 @@ void Dialing::start_tls() {
   stage_ = "TLS handshake";
   Transport& transport = socket_->next_layer();
   transport.start_tls(tls_);
-  expect_server(transport.tls(), server_name(), options_.tls.verify);
+  expect_server(transport.tls(), server_name());
   transport.async_tls_handshake(
       false, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
 }

@@ -66,7 +66,7 @@ class Exchange {
     transport_.emplace(std::move(socket));
     if (!request_.address.secure) return send();
     transport_->start_tls(tls_);
-    expect_server(transport_->tls(), request_.address.host, true);
+    expect_server(transport_->tls(), request_.address.host);
     transport_->async_tls_handshake(false, [this](ErrorCode failed) {
       if (!failed) return send();
       fail("TLS: " + failure_text(failed, transport_->tls(), request_.address.host));

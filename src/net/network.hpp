@@ -35,16 +35,11 @@ struct NetworkEvents {
   std::function<void(Log&&)> log;
 };
 
-// What one open connection runs on, for status pages and logs.
+// What one open connection runs on.
 struct SocketFacts {
-  std::string local;
-  std::string peer;
   std::string tls;                 // "TLSv1.3 TLS_AES_256_GCM_SHA384"; empty: none
   std::string congestion_control;  // as the kernel names it
-  std::uint32_t round_trip_us = 0;
   std::uint32_t unsent_bytes = 0;  // handed to the kernel and not yet on the wire
-  std::uint64_t sent_bytes = 0;    // payloads of packets
-  std::uint64_t received_bytes = 0;
 };
 
 struct NetworkCounts : DoorCounts {

@@ -22,9 +22,8 @@ struct ServerTls {
 
 // How a client decides that it talks to the right server.
 struct ClientTls {
-  std::string ca_file;      // PEM; empty: the system's store
-  std::string server_name;  // name or address in the certificate; empty: the URL's host
-  bool verify = true;
+  std::string ca_file;           // PEM; empty: the system's store
+  std::string server_name;       // name or address in the certificate; empty: the URL's host
   std::string certificate_file;  // PEM, shown to a server that wants one; empty: none
   std::string private_key_file;  // PEM
   // SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With pins
@@ -68,10 +67,6 @@ struct ListenOptions {
   std::vector<int> sockets;
   std::string path = "/";  // the only path that upgrades; others get 404
   std::optional<ServerTls> tls;
-  // Web origins ("https://operator.example") whose pages may connect; "*": all. Any web page can
-  // open a WebSocket from its visitor's browser into the visitor's network, so the default is none.
-  // Programs send no origin and are not concerned.
-  std::vector<std::string> origins;
   // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
   // the limits for an address then use that. With ToldBy::kProxyProtocol all their connections must
   // begin with such a header; connections of others must not.

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "net/certified.hpp"
-#include "net/endpoint_text.hpp"
 #include "net/route_watch.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
@@ -196,7 +195,6 @@ void Socket::gather(const Packet& packet) {
   pieces_.clear();
   const std::size_t bytes = packet.size();
   unsent_bound_ += bytes;
-  sent_bytes_ += bytes;
   if (packet.pieces.size() > kPiecesMax || (packet.pieces.size() > 1 && bytes <= kFlatBytesMax)) {
     flat_.clear();
     for (const Payload& piece : packet.pieces) {
@@ -355,20 +353,9 @@ Traffic Socket::traffic() {
 }
 
 SocketFacts Socket::facts() const {
-  SocketFacts facts;
   Transport& transport = socket_->next_layer();
   const int native = transport.socket().native_handle();
-  ErrorCode error;
-  const auto local = transport.socket().local_endpoint(error);
-  if (!error) facts.local = endpoint_text(local.address(), local.port());
-  facts.peer = setup_.opened.peer;
-  facts.tls = tls_text(transport.tls());
-  facts.congestion_control = congestion_control_of(native);
-  facts.round_trip_us = round_trip_us_of(native);
-  facts.unsent_bytes = unsent_bytes(native);
-  facts.sent_bytes = sent_bytes_;
-  facts.received_bytes = received_bytes_;
-  return facts;
+  return {tls_text(transport.tls()), congestion_control_of(native), unsent_bytes(native)};
 }
 
 }  // namespace connect_bridge

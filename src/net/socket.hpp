@@ -114,7 +114,6 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::optional<Packet> packet_;    // being written
   std::vector<boost::asio::const_buffer> pieces_;
   Bytes flat_;
-  std::uint64_t sent_bytes_ = 0;
   Traffic traffic_;
   CongestionChoice congestion_choice_;
 

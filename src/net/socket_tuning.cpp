@@ -80,11 +80,4 @@ std::string congestion_control_of(int socket) {
   return name.data();
 }
 
-std::uint32_t round_trip_us_of(int socket) {
-  tcp_info info{};
-  socklen_t size = sizeof info;
-  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return 0;
-  return info.tcpi_rtt;
-}
-
 }  // namespace connect_bridge

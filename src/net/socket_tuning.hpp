@@ -22,6 +22,5 @@ std::uint32_t unsent_bytes(int socket);
 // Sets what the choice says, as far as the host allows it. Once a second.
 void retune(int socket, CongestionChoice& choice, TimePoint now);
 std::string congestion_control_of(int socket);
-std::uint32_t round_trip_us_of(int socket);  // smoothed; 0: not known
 
 }  // namespace connect_bridge

@@ -163,8 +163,7 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
   }
   // A pin is enough alone: the rest of the certificate is then not vouched for by anybody.
   const bool by_pin_alone = !options.pins.empty() && options.ca_file.empty();
-  SSL_CTX_set_verify(native, options.verify && !by_pin_alone ? SSL_VERIFY_PEER : SSL_VERIFY_NONE,
-                     nullptr);
+  SSL_CTX_set_verify(native, by_pin_alone ? SSL_VERIFY_NONE : SSL_VERIFY_PEER, nullptr);
   if (!options.ca_file.empty()) {
     problem = load_authorities(native, options.ca_file);
   } else {
@@ -173,13 +172,12 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
   return problem.empty() ? context : nullptr;
 }
 
-void expect_server(SSL* tls, const std::string& name, bool verify) {
+void expect_server(SSL* tls, const std::string& name) {
   ErrorCode no_address;
   const auto address = asio::ip::make_address(name, no_address);
   const bool is_name = static_cast<bool>(no_address);
   // RFC 6066: an address literal must not be sent as server name.
   if (is_name) SSL_set_tlsext_host_name(tls, name.c_str());
-  if (!verify) return;
   X509_VERIFY_PARAM* const expected = SSL_get0_param(tls);
   X509_VERIFY_PARAM_set_hostflags(expected, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);
   if (is_name) {

@@ -18,7 +18,7 @@ TlsContext make_client_tls(const ClientTls& options, std::string& problem);
 
 // Client, before the handshake: the expected server (name or address literal), if verification is
 // on.
-void expect_server(SSL* tls, const std::string& name, bool verify);
+void expect_server(SSL* tls, const std::string& name);
 
 // SHA-256 of the certificate's public key (SPKI), in base64; empty: none.
 std::string pin_of_certificate(const X509* certificate);

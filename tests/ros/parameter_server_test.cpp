@@ -27,8 +27,8 @@ std::vector<ParameterDescriptor> entries() {
                                         entry("rate", 1.5), entry("verbose", false)};
   list[0].read_only = true;
   list[0].constraints = "not below 1024 without rights";
-  list[0].min = 1, list[0].max = 65535;
-  list[3].min = 0, list[3].max = 100;
+  list[0].range = NumberRange{1, 65535};
+  list[3].range = NumberRange{0, 100};
   return list;
 }
 
@@ -139,7 +139,7 @@ TEST(ParameterTableTest, ChangesAllOrNone) {
 
 TEST(ParameterTest, ChecksValues) {
   ParameterDescriptor ranged = entry("n", std::int64_t{4});
-  ranged.min = 2, ranged.max = 11;
+  ranged.range = NumberRange{2, 11};
   for (const auto& [value, good] :
        {std::pair<std::int64_t, bool>{2, true}, {5, true}, {11, true}, {1, false}, {12, false}}) {
     ParameterValue wanted = value;
@@ -151,7 +151,7 @@ TEST(ParameterTest, ChecksValues) {
   EXPECT_EQ(ParameterValue{std::vector<std::string>{}}, nothing);
   ParameterValue nan = std::numeric_limits<double>::quiet_NaN();
   ParameterDescriptor number = entry("d", 1.0);
-  number.min = 0, number.max = 1;
+  number.range = NumberRange{0, 1};
   EXPECT_FALSE(check_value(number, nan).successful);
 }
 

@@ -44,14 +44,44 @@ struct Parameter {
   std::optional<ParameterValue> value;
 };
 
+// Both ends belong to it; NaN is outside of every one.
+struct NumberRange {
+  double min = 0;
+  double max = 0;
+};
+
+enum class Fit : std::uint8_t { kYes, kWrongType, kOutOfRange };
+
+// Whether a parameter of this type and range (of a number; none: any) may have the value. An
+// integer is accepted for a double, and an empty list of any type for one of strings, because they
+// look the same on a command line; `value` is converted accordingly.
+[[nodiscard]] inline Fit fit(ParameterType type, const std::optional<NumberRange>& range,
+                             ParameterValue& value) {
+  const auto is_empty = [](const auto& held) {
+    if constexpr (requires { held.empty(); }) return held.empty();
+    return false;
+  };
+  if (type == ParameterType::kDouble && type_of(value) == ParameterType::kInteger) {
+    value = static_cast<double>(std::get<std::int64_t>(value));
+  } else if (type == ParameterType::kStrings && type_of(value) != ParameterType::kString &&
+             std::visit(is_empty, value)) {
+    value = std::vector<std::string>{};
+  }
+  if (type_of(value) != type) return Fit::kWrongType;
+  if (!range) return Fit::kYes;
+  const auto* whole = std::get_if<std::int64_t>(&value);
+  const double number = whole != nullptr ? static_cast<double>(*whole) : std::get<double>(value);
+  return number >= range->min && number <= range->max ? Fit::kYes : Fit::kOutOfRange;
+}
+
 // What the parameter services say about one parameter.
 struct ParameterDescriptor {
   std::string name;
   ParameterType type = ParameterType::kString;  // fixed, also while there is no value
   std::optional<ParameterValue> value;          // nullopt: not set
   std::string description;
-  std::string constraints;         // in words: "one of urgent, high, normal, bulk"
-  std::optional<double> min, max;  // of a number, none or both; they belong to the range
+  std::string constraints;  // in words: "one of urgent, high, normal, bulk"
+  std::optional<NumberRange> range;
   bool read_only = false;
 };
 

@@ -43,7 +43,6 @@ class Dialer {
   }
   void stop() { next_.reset(); }
   [[nodiscard]] std::optional<TimePoint> deadline() const { return next_; }
-  [[nodiscard]] int failures() const { return failures_; }
 
  private:
   DialerOptions options_;

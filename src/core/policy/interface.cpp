@@ -181,11 +181,6 @@ Opening opening_of(const Interface& what) {
   return {OpenedBy::kParameters, *node, {}};
 }
 
-Priority default_priority(InterfaceKind kind, std::string_view name, std::string_view type) {
-  if (kind == InterfaceKind::kService) return Priority::kHigh;
-  return default_priority(name, type);
-}
-
 Priority default_priority(std::string_view topic, std::string_view type) {
   // Types with which a person or a controller steers.
   constexpr std::array<std::string_view, 6> kUrgent = {"geometry_msgs/msg/Twist",

@@ -109,13 +109,10 @@ struct Opening {
 // are not canonical, types that do not fit, parts without a fitting action type, bridges' own.
 [[nodiscard]] Opening opening_of(const Interface& what);
 
-// The priority where a rule gives none. Services and parameters: high, as calls are small and a
-// caller waits. Topics: /clock and what steers (Twist, Joy, AckermannDrive) are urgent; /tf,
-// /tf_static, joint states and the status of actions (small, rare, and what an operator looks at)
-// are high; images, point clouds, maps and other large standard types are bulk; everything else,
-// feedback too, is normal.
-[[nodiscard]] Priority default_priority(InterfaceKind kind, std::string_view name,
-                                        std::string_view type);
+// A topic's priority where a rule gives none: /clock and what steers (Twist, Joy, AckermannDrive)
+// are urgent; /tf, /tf_static, joint states and the status of actions (small, rare, and what an
+// operator looks at) are high; images, point clouds, maps and other large standard types are bulk;
+// everything else, feedback too, is normal.
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
 // Whether messages of a topic that a lost connection loses are sent again later. If the rule does
 // not say: not for topics where late is worse than never, that is, urgent ones and those with a

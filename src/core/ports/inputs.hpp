@@ -21,6 +21,7 @@ struct Endpoint {
   std::string node_namespace;  // "/"
   std::string node_name;       // "talker"
   Qos qos;
+  bool operator==(const Endpoint&) const = default;
 };
 
 struct TopicState {
@@ -29,6 +30,7 @@ struct TopicState {
   std::string type_hash;
   std::vector<Endpoint> publishers;
   std::vector<Endpoint> subscribers;
+  bool operator==(const TopicState&) const = default;
 };
 
 // A service server; its gid is all zero where the middleware does not provide it.
@@ -36,18 +38,21 @@ struct Server {
   Gid gid;
   std::string node_namespace;
   std::string node_name;
+  bool operator==(const Server&) const = default;
 };
 
 struct ServiceState {
   std::string name;  // fully qualified
   std::string type;  // "std_srvs/srv/SetBool"; a service seen with two types appears twice
   std::vector<Server> servers;  // at least one
+  bool operator==(const ServiceState&) const = default;
 };
 
 // The whole graph, without the endpoints this process made itself. Hidden names are included.
 struct GraphChanged {
   std::vector<TopicState> topics;
   std::vector<ServiceState> services = {};  // with a server; clients alone make none
+  bool operator==(const GraphChanged&) const = default;
 };
 
 // One serialized sample taken from a subscription (CDR with its 4-byte encapsulation header).

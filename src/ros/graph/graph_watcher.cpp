@@ -5,7 +5,6 @@
 #include <chrono>
 
 #include "core/graph/graph_view.hpp"
-#include "ros/graph/graph_compare.hpp"
 #include "ros/graph/graph_reading.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -193,7 +192,7 @@ void GraphWatcher::read() {
     if (asked) refresh_ = true;
     return;
   }
-  if (!asked && same_graph(*graph, last_)) return;
+  if (!asked && *graph == last_) return;
   last_ = *graph;
   auto nodes = nodes_of(*graph);
   {

@@ -3,55 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string_view>
-#include <utility>
 
 namespace connect_bridge::ros {
-namespace {
-
-bool is_empty_list(const ParameterValue& value) {
-  return std::visit(
-      [](const auto& held) {
-        if constexpr (requires { held.empty(); }) {
-          return held.empty();
-        } else {
-          return false;
-        }
-      },
-      value);
-}
-
-std::optional<ParameterValue> empty_list(ParameterType type) {
-  switch (type) {
-    case ParameterType::kBytes: return Bytes{};
-    case ParameterType::kBools: return std::vector<bool>{};
-    case ParameterType::kIntegers: return std::vector<std::int64_t>{};
-    case ParameterType::kDoubles: return std::vector<double>{};
-    case ParameterType::kStrings: return std::vector<std::string>{};
-    default: return std::nullopt;
-  }
-}
-
-void adapt(ParameterType type, ParameterValue& value) {
-  if (type_of(value) == type) return;
-  if (type == ParameterType::kDouble && std::holds_alternative<std::int64_t>(value)) {
-    value = static_cast<double>(std::get<std::int64_t>(value));
-  } else if (type == ParameterType::kDoubles &&
-             std::holds_alternative<std::vector<std::int64_t>>(value)) {
-    const auto numbers = std::get<std::vector<std::int64_t>>(value);
-    value = std::vector<double>(numbers.begin(), numbers.end());
-  } else if (type_of(value) != ParameterType::kString && is_empty_list(value)) {
-    if (auto list = empty_list(type)) value = std::move(*list);
-  }
-}
-
-// Written so that NaN is outside of every range.
-bool in_range(const ParameterDescriptor& entry, double value) {
-  return (!entry.min || value >= *entry.min) && (!entry.max || value <= *entry.max);
-}
-
-}  // namespace
 
 const char* name_of(ParameterType type) {
   constexpr const char* kNames[] = {"not set",      "bool",        "integer",    "double",
@@ -61,18 +15,15 @@ const char* name_of(ParameterType type) {
 }
 
 SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value) {
-  adapt(entry.type, value);
-  if (type_of(value) != entry.type) {
-    return {false, "Wrong parameter type, parameter {" + entry.name + "} is of type {" +
-                       name_of(entry.type) + "}, setting it to {" + name_of(type_of(value)) +
-                       "} is not allowed."};
-  }
-  const auto* integer = std::get_if<std::int64_t>(&value);
-  const auto* number = std::get_if<double>(&value);
-  if ((integer && !in_range(entry, static_cast<double>(*integer))) ||
-      (number && !in_range(entry, *number))) {
-    return {false, fmt::format("parameter '{}' must be in the range {:.15g} to {:.15g}", entry.name,
-                               entry.min.value_or(-HUGE_VAL), entry.max.value_or(HUGE_VAL))};
+  switch (fit(entry.type, entry.range, value)) {
+    case Fit::kYes: break;
+    case Fit::kWrongType:
+      return {false, "Wrong parameter type, parameter {" + entry.name + "} is of type {" +
+                         name_of(entry.type) + "}, setting it to {" + name_of(type_of(value)) +
+                         "} is not allowed."};
+    case Fit::kOutOfRange:
+      return {false, fmt::format("parameter '{}' must be in the range {:.15g} to {:.15g}",
+                                 entry.name, entry.range->min, entry.range->max)};
   }
   return {};
 }

@@ -16,9 +16,7 @@ struct SetResult {
   std::string reason;
 };
 
-// Whether `value` may be set: type and range. An integer is accepted for a double, and an empty
-// list for a list of any type, because they look the same on a command line; `value` is converted
-// accordingly.
+// Whether `value` may be set: fit() with ROS's words.
 [[nodiscard]] SetResult check_value(const ParameterDescriptor& entry, ParameterValue& value);
 
 // Whether a parameter named `name` is asked for by rcl_interfaces/srv/ListParameters.

@@ -90,16 +90,16 @@ bool fill(rcl_interfaces__msg__ParameterValue& to, const std::optional<Parameter
 bool fill(rcl_interfaces__msg__ParameterDescriptor& to, const ParameterDescriptor& entry) {
   to.type = static_cast<std::uint8_t>(entry.type);
   to.read_only = entry.read_only;
-  if (entry.min && entry.max && entry.type == ParameterType::kInteger) {
+  if (entry.range && entry.type == ParameterType::kInteger) {
     if (!rcl_interfaces__msg__IntegerRange__Sequence__init(&to.integer_range, 1)) return false;
-    to.integer_range.data[0].from_value = static_cast<std::int64_t>(*entry.min);
-    to.integer_range.data[0].to_value = static_cast<std::int64_t>(*entry.max);
+    to.integer_range.data[0].from_value = static_cast<std::int64_t>(entry.range->min);
+    to.integer_range.data[0].to_value = static_cast<std::int64_t>(entry.range->max);
   }
-  if (entry.min && entry.max && entry.type == ParameterType::kDouble) {
+  if (entry.range && entry.type == ParameterType::kDouble) {
     auto& ranges = to.floating_point_range;
     if (!rcl_interfaces__msg__FloatingPointRange__Sequence__init(&ranges, 1)) return false;
-    ranges.data[0].from_value = *entry.min;
-    ranges.data[0].to_value = *entry.max;
+    ranges.data[0].from_value = entry.range->min;
+    ranges.data[0].to_value = entry.range->max;
   }
   return assign(to.name, entry.name) && assign(to.description, entry.description) &&
          assign(to.additional_constraints, entry.constraints);

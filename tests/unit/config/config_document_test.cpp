@@ -26,7 +26,7 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
   EXPECT_FALSE(found.contains("auth.token"));
   EXPECT_FALSE(found.contains("url"));
   EXPECT_EQ(found.at("listen.port").value, ParameterValue{std::int64_t{9090}});
-  EXPECT_EQ(found.at("listen.port").max, 65535);
+  EXPECT_EQ(found.at("listen.port").range.value().max, 65535);
   EXPECT_TRUE(found.at("listen.port").read_only);
   EXPECT_EQ(found.at("rule.drive.max_age").value, ParameterValue{0.3});
   EXPECT_FALSE(found.at("rule.drive.max_age").read_only);

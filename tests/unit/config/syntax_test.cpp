@@ -49,5 +49,18 @@ TEST(ConfigSyntax, RefusesWhatIsNoUrl) {
   }
 }
 
+TEST(ConfigSyntax, KnowsAddresses) {
+  using namespace std::string_view_literals;
+  for (const auto text : {"127.0.0.1", "0.0.0.0", "::", "::1", "FE80::1",
+                          "1:2:3:4:5:6:7::", "1:2:3:4:5:6:7:8", "::ffff:10.0.0.1"}) {
+    EXPECT_TRUE(syntax::is_ip_address(text)) << text;
+  }
+  for (const auto text : {""sv, "1.2.3"sv, "1.2.3.4.5"sv, "01.2.3.4"sv, "1.2.3.4 "sv, "0x1.2.3.4"sv,
+                          ":"sv, ":::"sv, "1::2::3"sv, "fe80::1%eth0"sv, "::1.2.3.04"sv,
+                          "1:2:3:4:5:6:7:8:9"sv, "127.0.0.1\0x"sv, "::1\0x"sv}) {
+    EXPECT_FALSE(syntax::is_ip_address(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace connect_bridge

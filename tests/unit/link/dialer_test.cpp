@@ -89,7 +89,6 @@ TEST(Dialer, NeverGivesUp) {
     ASSERT_GE(wait, milliseconds(100));
     ASSERT_LE(wait, milliseconds(500));
   }
-  EXPECT_EQ(dialer.failures(), 100'000);
 }
 
 TEST(Dialer, SuccessBeginsAnew) {

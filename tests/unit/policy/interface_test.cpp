@@ -164,14 +164,10 @@ TEST(DefaultPriority, TheClassesOfWellKnownTopics) {
   EXPECT_EQ(default_priority("/image", "std_msgs/msg/String"), Priority::kNormal);
 }
 
-TEST(DefaultPriority, CallsAreHighAndFeedbackIsNot) {
-  EXPECT_EQ(default_priority(kService, "/s", "std_srvs/srv/SetBool"), Priority::kHigh);
-  EXPECT_EQ(default_priority(kService, "/f/_action/get_result", "p/action/Fibonacci_GetResult"),
-            Priority::kHigh);
-  EXPECT_EQ(default_priority(kTopic, "/f/_action/feedback", "p/action/Fibonacci_FeedbackMessage"),
+TEST(DefaultPriority, TheStatusOfActionsIsHighAndFeedbackIsNot) {
+  EXPECT_EQ(default_priority("/f/_action/feedback", "p/action/Fibonacci_FeedbackMessage"),
             Priority::kNormal);
-  EXPECT_EQ(default_priority(kTopic, "/f/_action/status", kStatus), Priority::kHigh);
-  EXPECT_EQ(default_priority(kTopic, "/camera/image", "sensor_msgs/msg/Image"), Priority::kBulk);
+  EXPECT_EQ(default_priority("/f/_action/status", kStatus), Priority::kHigh);
 }
 
 }  // namespace
