@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "ros/rcl/middleware.hpp"
 #include "ros/rcl/publisher_ids.hpp"
 
 namespace connect_bridge::ros {
@@ -15,7 +16,12 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
       graph_(node, shared_.ready, options.graph_pause, [this](bool changed) {
         if (changed) shared_.node.publisher_ids().refresh();
         services_.look_at_graph(changed);
-      }) {}
+      }) {
+  if (!middleware().tells_origins())
+    node.log(LogLevel::kWarn,
+             "Cyclone DDS does not tell here whose a sample is: where a topic has several "
+             "publishers, the other side gets samples of one under the name of another");
+}
 
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();

@@ -269,7 +269,7 @@ void ExportedTopic::tell_once(const std::string& what) {
 
 void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   if (taken.stamp == 0) taken.stamp = now.system;
-  Origin* origin = origins_.find(taken.origin);
+  Origin* origin = origins_.find(taken.origin, subscription_qos_.durability);
   if (origin && !parked_.empty()) unpark(now);  // they are older
   if (origin) return forward(*origin, std::move(taken), now);
   if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
@@ -291,7 +291,7 @@ void ExportedTopic::park(MessageTaken taken, const Now& now) {
 void ExportedTopic::unpark(const Now& now) {
   auto samples = std::exchange(parked_, {});
   for (auto& sample : samples) {
-    if (Origin* origin = origins_.find(sample.taken.origin)) {
+    if (Origin* origin = origins_.find(sample.taken.origin, subscription_qos_.durability)) {
       sample.bytes.release();
       forward(*origin, std::move(sample.taken), now);
     } else if (sample.until > now.steady) {
@@ -311,12 +311,11 @@ void ExportedTopic::watch_parked() {
 // Of transient-local publishers the last samples are kept, for links that demand the topic when it
 // is subscribed already. A subscription that is made again (changed QoS) gets from the publishers
 // what they keep: those samples have crossed and are known by their numbers (by their stamps where
-// the middleware does not count; then a clock that is set back silences them for as long).
+// the middleware does not count; then a clock that is set back silences them for as long). Where it
+// does not report the publisher and there are several, they cross again.
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
   if (subscription_qos_.durability == Durability::kTransientLocal) {
-    if (taken.number == 0) taken.number = static_cast<std::uint64_t>(taken.stamp);
-    if (taken.number <= origin.last_number) return drop_demanded(DropReason::kDuplicate);
-    origin.last_number = taken.number;
+    if (!origins_.is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};

@@ -1,5 +1,7 @@
 #include "core/topics/origins.hpp"
 
+#include <algorithm>
+
 #include "core/wire/control.hpp"
 
 namespace connect_bridge {
@@ -65,9 +67,32 @@ void Origins::forget_samples() {
   for (auto& [gid, origin] : origins_) origin.last_number = 0;
 }
 
-Origin* Origins::find(const Gid& gid) {
-  const auto it = gid == Gid{} ? origins_.begin() : origins_.find(gid);
-  return it == origins_.end() ? nullptr : &it->second;
+Origin* Origins::find(const Gid& gid, Durability subscribed) {
+  if (gid != Gid{} || origins_.size() < 2 || subscribed == Durability::kVolatile) {
+    const auto it = gid == Gid{} ? origins_.begin() : origins_.find(gid);
+    return it == origins_.end() ? nullptr : &it->second;
+  }
+  // Most middlewares do not tell the depth of others' publishers: then one sample each in turn.
+  const auto share = [](const Origin& origin) {
+    return std::max<std::uint64_t>(1, origin.qos.depth);
+  };
+  std::uint64_t all = 0;
+  for (const auto& [id, origin] : origins_) all += share(origin);
+  std::uint64_t turn = turns_++ % all;
+  auto it = origins_.begin();
+  for (; turn >= share(it->second); ++it) turn -= share(it->second);
+  return &it->second;
+}
+
+bool Origins::is_new(Origin& origin, MessageTaken& taken) const {
+  if (taken.origin == Gid{} && origins_.size() > 1) {
+    taken.number = 0;
+    return true;
+  }
+  if (taken.number == 0) taken.number = static_cast<std::uint64_t>(taken.stamp);
+  if (taken.number <= origin.last_number) return false;
+  origin.last_number = taken.number;
+  return true;
 }
 
 }  // namespace connect_bridge

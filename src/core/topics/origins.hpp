@@ -8,6 +8,7 @@
 
 #include "core/base/timers.hpp"
 #include "core/graph/graph_view.hpp"
+#include "core/ports/inputs.hpp"
 
 namespace connect_bridge {
 
@@ -43,8 +44,14 @@ class Origins {
   // The subscription has ended, and the next one may deliver the same samples again.
   void forget_samples();
 
-  // For a zero gid (the middleware does not report the publisher) any origin is returned.
-  [[nodiscard]] Origin* find(const Gid& gid);
+  // For a zero gid (the middleware does not report the publisher) the first origin is returned. Of
+  // several whose samples are kept (a transient-local subscription) each has its turn, and as many
+  // samples as it keeps: together they keep the last ones of the topic, whose ever these are.
+  [[nodiscard]] Origin* find(const Gid& gid, Durability subscribed = Durability::kVolatile);
+  // Whether a transient-local sample of the origin has not been forwarded before; then it gets the
+  // number by which that is known: the middleware's, else its stamp. Of one that may be of several
+  // publishers nobody knows that: it has none, and is forwarded.
+  [[nodiscard]] bool is_new(Origin& origin, MessageTaken& taken) const;
   [[nodiscard]] const Origin& at(const Gid& gid) const { return origins_.at(gid); }
   [[nodiscard]] bool empty() const { return origins_.empty(); }
   [[nodiscard]] std::size_t size() const { return origins_.size(); }
@@ -56,6 +63,7 @@ class Origins {
   ExportedTopic* topic_;
   std::map<Gid, Origin> origins_;  // in an order that does not depend on the library
   std::uint32_t last_ = 0;
+  std::uint64_t turns_ = 0;  // of samples whose publisher is not reported
 };
 
 }  // namespace connect_bridge

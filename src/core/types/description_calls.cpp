@@ -8,13 +8,24 @@
 
 namespace connect_bridge {
 
+bool DescriptionCalls::admit(ServiceMirrorId server, const Now& now) {
+  const auto under_way = std::count_if(calls_.begin(), calls_.end(),
+                                       [&](const Call& call) { return call.server == server; });
+  if (calls_.size() >= kCallsMax || under_way >= std::ptrdiff_t{kServerCallsMax}) return false;
+  Pace& own = paces_.try_emplace(server, kServerAtOnceMax, kServerPeriod).first->second;
+  return own.take(now.steady) && pace_.take(now.steady);
+}
+
 void DescriptionCalls::begin(const RequestTaken& request, const Now& now) {
   const auto asked = read_description_request(request.payload.view());
   if (!asked) return outputs_.push(DropRequest{request.mirror, request.request});
+  if (!admit(request.mirror, now))
+    return outputs_.push(SendResponse{
+        request.mirror, request.request,
+        description_refusal("too many types are asked for at a time: ask again later")});
   Call call{
       request.mirror,        request.request, {asked->type, asked->hash}, asked->with_sources, {},
       now.steady + kPatience};
-  if (calls_.size() >= kCallsMax) return answer(call, {});
   call.lookup = outputs_.new_lookup();
   outputs_.push(LookUpType{call.lookup, call.type.first, call.type.second});
   calls_.push_back(std::move(call));
@@ -54,6 +65,7 @@ void DescriptionCalls::on_callers_gone(const CallersGone& gone) {
 
 void DescriptionCalls::on_server_gone(ServiceMirrorId server) {
   std::erase_if(calls_, [&](const Call& call) { return call.server == server; });
+  paces_.erase(server);
 }
 
 void DescriptionCalls::on_time(const Now& now) {

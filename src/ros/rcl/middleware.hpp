@@ -66,6 +66,10 @@ struct Middleware {
   // rmw_zenoh_cpp connects a publisher with a subscriber whatever the QoS of the two.
   bool joins_any_qos = false;
 
+  // Whether it can be found which publisher of the graph a sample is of.
+  [[nodiscard]] bool tells_origins() const {
+    return publisher_told == PublisherTold::kId || participant_bytes > 0;
+  }
   [[nodiscard]] bool tells_callers() const { return caller_told != CallerTold::kNothing; }
   // Whether the graph's writers of responses show all servers, and ids show which of them are ours.
   [[nodiscard]] bool tells_servers() const { return participant_bytes > 0; }

@@ -61,8 +61,10 @@ TEST(Middleware, CycloneTellsHandlesOfPublishersAndCallers) {
 TEST(Middleware, CycloneWhoseHandlesCannotBeFoundTellsNothing) {
   const auto of = middleware_named("rmw_cyclonedds_cpp", false);
   EXPECT_EQ(of.publisher_told, Middleware::PublisherTold::kHandle);
-  EXPECT_FALSE(of.tells_callers() || of.tells_servers());
+  EXPECT_FALSE(of.tells_origins() || of.tells_callers() || of.tells_servers());
   EXPECT_EQ(of.participant_of(counting()), Gid{});
+  EXPECT_TRUE(middleware_named("rmw_cyclonedds_cpp", true).tells_origins());
+  EXPECT_TRUE(middleware_named("rmw_zenoh_cpp", false).tells_origins());
 }
 
 TEST(Middleware, OthersTellIdsAndNoMore) {

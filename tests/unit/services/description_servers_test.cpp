@@ -64,6 +64,11 @@ std::string unknown(std::uint32_t mirror, std::uint32_t request, const std::stri
                   description_refusal("the type " + type + " with this hash is not known here"));
 }
 
+std::string too_many(std::uint32_t mirror, std::uint32_t request) {
+  return response(mirror, request,
+                  description_refusal("too many types are asked for at a time: ask again later"));
+}
+
 TEST(DescriptionServers, TheNodeOfAMirrorAndOurOwnHaveOneAsLongAsAMirrorNeedsIt) {
   Describing s;
   EXPECT_EQ(s.did(),
@@ -187,13 +192,63 @@ TEST(DescriptionServers, AnswerInTimeAndOnlyOnce) {
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
 }
 
-TEST(DescriptionServers, KeepNoMoreThanSoManyCalls) {
+TEST(DescriptionServers, KeepNoMoreThanSoManyCallsAndOneServerHalfOfThem) {
   Describing s;
   s.did();
-  for (std::uint32_t i = 1; i <= DescriptionCalls::kCallsMax; ++i) s.asks(2, i, kType, kServedHash);
+  for (std::uint32_t i = 1; i <= DescriptionCalls::kServerCallsMax; ++i)
+    s.asks(2, i, kType, kServedHash);
   EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
   s.asks(2, 1000, kType, kServedHash);
-  EXPECT_EQ(s.did(), unknown(2, 1000, kType));
+  EXPECT_EQ(s.did(), too_many(2, 1000));
+  for (std::uint32_t i = DescriptionCalls::kServerCallsMax; i < DescriptionCalls::kCallsMax; ++i)
+    s.asks(1, i, kType, kServedHash);
+  EXPECT_THAT(s.did(), Not(HasSubstr("respond")));
+  s.asks(1, 1000, kType, kServedHash);
+  EXPECT_EQ(s.did(), too_many(1, 1000));
+}
+
+// How many of so many questions that are asked one after the other, and answered at once, are
+// looked up.
+int looked_up(Describing& s, std::uint32_t server, int questions) {
+  int count = 0;
+  for (int i = 0; i < questions; ++i) {
+    s.asks(server, 1, kType, kServedHash);
+    const std::string done = s.did();
+    if (!done.starts_with("look_up ")) continue;
+    ++count;
+    const auto lookup = static_cast<std::uint32_t>(std::stoul(done.substr(8)));
+    s.give(TypeLookedUp{{lookup}, kServedText});
+    s.did();
+  }
+  return count;
+}
+
+TEST(DescriptionServers, AnswerEachCallerOfOneServerAtAPace) {
+  Describing s;
+  s.did();
+  EXPECT_EQ(looked_up(s, 2, 1000), DescriptionCalls::kServerAtOnceMax);
+  s.asks(2, 1, kType, kServedHash);
+  EXPECT_EQ(s.did(), too_many(2, 1));
+  EXPECT_EQ(looked_up(s, 1, 1), 1);  // the other one's callers are answered
+  s.pass(1000);
+  s.did();
+  EXPECT_EQ(looked_up(s, 2, 1000), 20);
+}
+
+TEST(DescriptionServers, AllTogetherAnswerAtAPace) {
+  Describing s;
+  for (std::uint32_t i = 2; i <= 4; ++i) {
+    ChannelOffer offer = channel(i, "/a" + std::to_string(i), {origin(1, 10 + i)});
+    offer.type_hash = kServedHash;
+    offer.origins.front().node = "/talker" + std::to_string(i);
+    s.say(1, Offer{{offer}});
+    s.pass(1);
+    s.give(TypeDiffers{{i + 1}, ""});
+  }
+  EXPECT_THAT(s.did(), HasSubstr("mirror_service 5 /talker4/get_type_description"));
+  int count = 0;
+  for (std::uint32_t server = 1; server <= 5; ++server) count += looked_up(s, server, 1000);
+  EXPECT_EQ(count, DescriptionCalls::kAtOnceMax);
 }
 
 TEST(DescriptionServers, BytesThatAreNoRequestAreDropped) {

@@ -193,6 +193,23 @@ TEST(SideExportsData, WithoutAnOriginASampleIsTheOnlyPublishers) {
   EXPECT_EQ(s.said(1), "1.1 whose\n");
 }
 
+// As with /tf_static under a Cyclone DDS whose handles cannot be found: nobody knows whose they
+// are.
+TEST(SideExportsData, WithoutOriginsLatchedSamplesOfSeveralPublishersAllCross) {
+  auto s = demanding({});
+  s.graph({topic("/a").pub(1, latched(1)).pub(2, latched(1))});
+  s.join(1);
+  s.demand(1, 1);
+  s.did();
+  s.give(MessageTaken{{2}, Gid{}, 7'000'000'000, sample("base to arm")});
+  s.give(MessageTaken{{2}, Gid{}, 2'000'000'000, sample("base to mast"), 1});  // older
+  EXPECT_EQ(s.said(1), "1.1 base to arm, 1.2 base to mast\n");
+  EXPECT_EQ(s.dropped(DropReason::kDuplicate), 0U);
+  s.join(2);
+  s.demand(2, 1);
+  EXPECT_EQ(s.said(2), "1.1 base to arm, 1.2 base to mast\n");
+}
+
 TEST(SideExportsData, OneCompressionServesAllLinks) {
   auto s = compressing();
   begin(s);

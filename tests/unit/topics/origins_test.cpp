@@ -34,6 +34,22 @@ TEST(Origins, NewOnesAreToldOnce) {
   EXPECT_EQ(s.origins.find(Gid{})->id, OriginId{1});  // not known: any one
 }
 
+// What the mirrors of all keep together is what the publishers keep.
+TEST(Origins, OfSeveralThatKeepSamplesEachHasAsManyInTurnOfThoseWithoutAPublisher) {
+  OriginsScript s;
+  Qos two;
+  two.depth = 2;
+  s.see(topic("/a").pub(7).pub(8, two));
+  std::string turns;
+  for (int i = 0; i < 6; ++i)
+    turns += std::to_string(s.origins.find(Gid{}, Durability::kTransientLocal)->id.value);
+  EXPECT_EQ(turns, "122122");
+  EXPECT_EQ(s.origins.find(gid(7), Durability::kTransientLocal)->id, OriginId{1});
+  s.see(topic("/a"));
+  EXPECT_EQ(s.removed(true, 300), "1 2");
+  EXPECT_EQ(s.origins.find(Gid{}, Durability::kTransientLocal), nullptr);
+}
+
 TEST(Origins, ANameThatComesLaterIsTold) {
   OriginsScript s;
   Topic state = topic("/a").pub(7);
