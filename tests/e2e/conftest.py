@@ -118,8 +118,8 @@ def make_pair(tmp_path):
 
 @pytest.fixture(scope="module")
 def pair(request, tmp_path_factory):
-    """One pair for all tests of a file, which use topics of their own; SERVER and CLIENT of the file have
-    the parameters of each side."""
+    """One pair for all tests of a file, which use topics of their own; SERVER and CLIENT of the
+    file have the parameters of each side."""
     server, client = (getattr(request.module, name, None) for name in ("SERVER", "CLIENT"))
     made = Pair(tmp_path_factory.mktemp("pair"), server=server, client=client)
     yield made
