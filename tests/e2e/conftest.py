@@ -118,10 +118,10 @@ def make_pair(tmp_path):
 
 @pytest.fixture(scope="module")
 def pair(request, tmp_path_factory):
-    """One pair for all tests of a file, which use topics of their own; SERVER of the file has the
-    server's parameters."""
-    server = getattr(request.module, "SERVER", None)
-    made = Pair(tmp_path_factory.mktemp("pair"), server=server)
+    """One pair for all tests of a file, which use topics of their own; SERVER and CLIENT of the
+    file have the parameters of each side."""
+    server, client = (getattr(request.module, name, None) for name in ("SERVER", "CLIENT"))
+    made = Pair(tmp_path_factory.mktemp("pair"), server=server, client=client)
     yield made
     made.close()
 

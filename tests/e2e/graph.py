@@ -156,9 +156,9 @@ class Graph:
         returned is lost (ros2/rclpy#1123)."""
         return self._executor.paused()
 
-    def node(self, name, **options):
+    def node(self, name, kind=Node, **options):
         options = {"enable_rosout": False, "start_parameter_services": False, **options}
-        node = Node(name, context=self.context, **options)
+        node = kind(name, context=self.context, **options)
         self._executor.add_node(node)
         self._nodes.append(node)
         return node

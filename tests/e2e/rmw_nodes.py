@@ -1,5 +1,6 @@
 """The nodes of one side for test_rmw.py, in a process that has a middleware of its own:
-rmw_nodes.py robot | operator. The operator's nodes print what they receive as lines of JSON."""
+rmw_nodes.py robot | operator, or many of a graph: member N | listener COUNT. What the operator's
+nodes and the listener receive is printed as lines of JSON."""
 
 import json
 import sys
@@ -104,11 +105,31 @@ def operator(node):
     return [node], [client, action]
 
 
+def member(node):
+    """One of many: a latched sample, and a topic of its own."""
+    number = sys.argv[2]
+    latched = node.create_publisher(String, "/t/static", LATCHED)
+    latched.publish(String(data=number))
+    own = node.create_publisher(String, f"/t/own{number}", 10)
+    node.create_timer(0.1, lambda: own.publish(String(data=number)))
+    return [node], [latched]
+
+
+def listener(node):
+    node.create_subscription(String, "/t/static", lambda m: tell("static", m.data), LISTENER)
+    for number in range(int(sys.argv[2])):
+        node.create_subscription(String, f"/t/own{number}", lambda m: tell("own", m.data), 10)
+    return [node], []
+
+
+ROLES = {"robot": robot, "operator": operator, "member": member, "listener": listener}
+
+
 def main():
     rclpy.init()
     # Its own events would be among those that it prints.
-    node = Node(sys.argv[1], start_parameter_services=False)
-    nodes, kept = {"robot": robot, "operator": operator}[sys.argv[1]](node)
+    node = Node("_".join(sys.argv[1:]), start_parameter_services=False)
+    nodes, kept = ROLES[sys.argv[1]](node)
     executor = MultiThreadedExecutor(4)
     for each in nodes:
         executor.add_node(each)

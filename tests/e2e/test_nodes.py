@@ -2,7 +2,15 @@
 
 import time
 
+from lifecycle_msgs.msg import State, Transition, TransitionEvent
+from lifecycle_msgs.srv import (
+    ChangeState,
+    GetAvailableStates,
+    GetAvailableTransitions,
+    GetState,
+)
 from rcl_interfaces.msg import ParameterEvent
+from rclpy.lifecycle import LifecycleNode
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
@@ -124,6 +132,52 @@ def test_graph_of_nodes(make_pair):
     assert len(pair.robot.publishers("/open/state")) == 1
     pair.robot.remove(node)
     until(lambda: "/open/arm" not in names_in(pair.operator), "the proxy is gone")
+
+
+LIFECYCLE = {
+    "get_state": GetState,
+    "change_state": ChangeState,
+    "get_available_states": GetAvailableStates,
+    "get_available_transitions": GetAvailableTransitions,
+    "get_transition_graph": GetAvailableTransitions,
+}
+
+
+def test_lifecycle(pair):
+    """What `ros2 lifecycle` does, which is not in the tests' ROS 2: it finds a node by the type of
+    its service get_state (nodes), and calls the five services."""
+    pair.robot.node("lens", LifecycleNode, namespace="/cell")
+    operator = pair.operator.tester
+
+    def listed():
+        if "/cell/lens" not in names_in(pair.operator):
+            return {}
+        return dict(operator.get_service_names_and_types_by_node("lens", "/cell"))
+
+    types = {f"/cell/lens/{n}": [f"lifecycle_msgs/srv/{k.__name__}"] for n, k in LIFECYCLE.items()}
+    until(lambda: types.items() <= listed().items(), lambda: f"its services: {listed()}")
+    clients = {n: operator.create_client(k, f"/cell/lens/{n}") for n, k in LIFECYCLE.items()}
+    for name, client in clients.items():
+        until(client.service_is_ready, name)
+
+    def asked(name):
+        return done(clients[name].call_async(LIFECYCLE[name].Request()))
+
+    assert asked("get_state").current_state.label == "unconfigured"
+    assert "finalized" in {s.label for s in asked("get_available_states").available_states}
+    open_now = asked("get_available_transitions").available_transitions
+    assert {t.transition.label for t in open_now} == {"configure", "shutdown"}
+    assert len(asked("get_transition_graph").available_transitions) > len(open_now)
+    events = pair.operator.collector(TransitionEvent, "/cell/lens/transition_event")
+    until(lambda: pair.robot.subscriptions("/cell/lens/transition_event"), "demand for its events")
+    for number, state in (
+        (Transition.TRANSITION_CONFIGURE, State.PRIMARY_STATE_INACTIVE),
+        (Transition.TRANSITION_ACTIVATE, State.PRIMARY_STATE_ACTIVE),
+    ):
+        request = ChangeState.Request(transition=Transition(id=number))
+        assert done(clients["change_state"].call_async(request)).success
+        assert asked("get_state").current_state.id == state
+    events.wait_for(lambda e: e.goal_state.label == "active", "the event of the last state")
 
 
 def test_the_robots_graph_need_not_show_the_operators_nodes(make_pair):

@@ -45,8 +45,8 @@ def told(program):
 class World:
     """Both graphs, a bridge, and a second bridge on request."""
 
-    def __init__(self, folder, domains, rmws, second=False, lacking=()):
-        self.programs = []
+    def __init__(self, folder, domains, rmws, second=False, lacking=(), members=0):
+        """members: so many processes that join at once and a listener, not robot and operator."""
         self.bridges = []
         environments = [rmw_environment(rmw) for rmw in rmws]
         for number in range(2 if second else 1):
@@ -58,21 +58,30 @@ class World:
                 if lacking:
                     side.env.update(without(lacking, within / f"{side.name} lacks", environment))
             self.bridges.append(bridge)
-        for name, domain, environment in zip(("robot", "operator"), domains, environments):
-            env = ros_environment(domain, **environment)
-            command = [sys.executable, "-B", NODES, name]
-            self.programs.append(Program(name, command, env, folder))
-        self.robot, self.operator = self.programs
+
+        def program(at, *role):
+            env = ros_environment(domains[at], **environments[at])
+            return Program("_".join(role), [sys.executable, "-B", NODES, *role], env, folder)
+
+        self.members = [program(0, "member", str(number)) for number in range(members)]
+        if members:
+            self.operator = program(1, "listener", str(members))
+            self.programs = [self.operator]
+        else:
+            self.programs = [program(0, "robot"), program(1, "operator")]
+            self.robot, self.operator = self.programs
 
     def start(self):
         for bridge in self.bridges:
             bridge.start()
         for program in self.programs:
             program.start().wait_for('"uses"', 60)
+        for program in self.members:
+            program.start()
         return self
 
     def stop(self):
-        for program in self.programs:
+        for program in [*self.programs, *self.members]:
             program.kill()
         return [problem for bridge in self.bridges for problem in bridge.stop()]
 
@@ -146,6 +155,23 @@ def test_all_kinds_cross_beside_another_bridge(make_world, rmws):
     assert set(found["static"]) == {"camera", "imu", "lidar"}
     (feedback,) = found["feedback"]
     assert feedback == [1, 2, 3][3 - len(feedback) :]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rmw", RMWS, ids=short)
+def test_many_nodes_that_join_at_once(make_world, rmw):
+    """13 processes: the latched sample and the topic of each arrive."""
+    begin = time.monotonic()
+    world = make_world((rmw, rmw), members=13)
+    names = {str(number) for number in range(13)}
+    heard = lambda: told(world.operator)  # noqa: E731
+    what = lambda: f"all; heard { {k: sorted(set(v)) for k, v in heard().items()} }"  # noqa: E731
+    until(lambda: names == set(heard()["own"]) == set(heard()["static"]), what, 60, step=0.1)
+    print(f"{rmw}: all are heard {time.monotonic() - begin:.1f} s after the bridge's start")
+    time.sleep(1)  # in which a duplicate would have come
+    assert sorted(heard()["static"]) == sorted(names), "latched samples, each once"
+    # Before its readers are killed: each of Cyclone's writers would wait 1 s for a dead one.
+    assert not world.bridges[0].stop()
 
 
 def all_kinds_cross(world, rmws):

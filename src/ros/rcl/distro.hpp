@@ -65,8 +65,9 @@ inline std::string type_hash_of(const rmw_topic_endpoint_info_t&) {
 #endif
 
 // RMW_GID_STORAGE_SIZE is 24 on Humble and 16 later.
-inline Gid gid_of(const std::uint8_t (&bytes)[RMW_GID_STORAGE_SIZE]) {
-  static_assert(RMW_GID_STORAGE_SIZE <= sizeof(Gid::bytes));
+template <std::size_t kSize>
+Gid gid_of(const std::uint8_t (&bytes)[kSize]) {
+  static_assert(kSize <= sizeof(Gid::bytes));
   Gid gid;
   std::copy(std::begin(bytes), std::end(bytes), gid.bytes.begin());
   return gid;
