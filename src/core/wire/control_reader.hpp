@@ -1,148 +1,163 @@
-// The members of a control message's JSON, each checked as it is read. Used by control_decode.cpp.
+// The JSON of a control message -> its fields, each checked as it is read. Everything here is
+// hostile until it is checked.
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
+#include "core/base/hex.hpp"
 #include "core/base/json.hpp"
 #include "core/base/result.hpp"
-#include "core/wire/control.hpp"
-#include "core/wire/login.hpp"
+#include "core/wire/control_fields.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
 
-// Reads the members of JSON objects. The first error is kept; after it every read returns a
-// default, so that callers check once, at the end.
+// Reads the fields of one JSON object. The first error is kept in `error`, which the readers of a
+// message share; after it nothing is read, so that callers check once, at the end.
 class ControlReader {
  public:
-  [[nodiscard]] bool failed() const { return failed_; }
-  [[nodiscard]] const Error& error() const { return error_; }
+  static constexpr bool kWrites = false;
 
-  void fail(std::string_view key, const char* expected, CloseCode code = CloseCode::kMalformed) {
-    if (failed_) return;
-    failed_ = true;
-    error_ = Error{code, "a control message's \"" + std::string{key} + "\" " + expected};
+  ControlReader(const Json& object, std::optional<Error>& error) : object_(object), error_(error) {}
+
+  void check(bool holds, std::string_view key, const char* wrong,
+             CloseCode code = CloseCode::kMalformed) {
+    if (holds || error_) return;
+    error_ = Error{code, "a control message's \"" + std::string{key} + "\" " + wrong};
   }
 
-  // The member, or nullptr; an absent member is an error unless it is optional.
-  const Json* find(const Json& object, const char* key, bool optional = false) {
-    if (failed_) return nullptr;
-    const auto member = object.find(key);
-    if (member != object.end()) return &*member;
-    if (!optional) fail(key, "is missing");
-    return nullptr;
+  // These return whether the member is there.
+  template <class T>
+  bool member(const char* key, T& value, Presence presence = Presence::kRequired) {
+    const Json* json = find(key, presence);
+    if (json != nullptr) read(*json, key, value);
+    return json != nullptr;
   }
 
-  const Json* array(const Json& object, const char* key, std::size_t items_max) {
-    const Json* list = find(object, key);
-    if (list == nullptr) return nullptr;
-    if (!list->is_array()) {
-      fail(key, "is not a list");
-      return nullptr;
-    }
-    if (list->size() > items_max) {
-      fail(key, "has too many entries", CloseCode::kTooLarge);
-      return nullptr;
-    }
-    return list;
+  bool text(const char* key, std::string& value, std::size_t bytes_max, Presence presence) {
+    const Json* json = find(key, presence);
+    if (json != nullptr) read_text(*json, key, value, bytes_max);
+    return json != nullptr;
   }
 
-  const Json& object(const Json& value, const char* key) {
-    static const Json kEmpty = Json::object();
-    if (value.is_object()) return value;
-    fail(key, "is not an object");
-    return kEmpty;
+  void cleaned(const char* key, std::string& value, std::size_t bytes_max) {
+    text(key, value, bytes_max, Presence::kDefault);
   }
 
-  std::string string_of(const Json& value, const char* key, std::size_t bytes_max) {
-    const auto* text = value.get_ptr<const Json::string_t*>();
-    if (text == nullptr) {
-      fail(key, "is not a string");
-    } else if (text->size() > bytes_max) {
-      fail(key, "is too long", CloseCode::kTooLarge);
-    } else if (!is_text(*text)) {
-      fail(key, "contains a control character");
-    } else {
-      return *text;
-    }
-    return {};
+  template <class T>
+  bool list(const char* key, std::vector<T>& values, std::size_t items_max,
+            Presence presence = Presence::kRequired) {
+    const Json* json = find(key, presence);
+    if (json == nullptr) return false;
+    check(json->is_array(), key, "is not a list");
+    check(json->size() <= items_max, key, "has too many entries", CloseCode::kTooLarge);
+    for (auto entry = json->begin(); !error_ && entry != json->end(); ++entry)
+      read(*entry, key, values.emplace_back());
+    return true;
   }
 
-  std::string string(const Json& json, const char* key, std::size_t bytes_max) {
-    const Json* value = find(json, key);
-    return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
-  }
-
-  // A word of [a-z0-9_], 1 to 32 bytes.
-  std::string identifier(const Json& json, const char* key) {
-    std::string word = string(json, key, kCodeBytesMax);
-    if (!is_method(word)) fail(key, "is not a word of [a-z0-9_]");
-    return word;
-  }
-
-  std::string optional_string(const Json& json, const char* key, std::size_t bytes_max) {
-    const Json* value = find(json, key, true);
-    return value == nullptr ? std::string{} : string_of(*value, key, bytes_max);
-  }
-
-  template <class T = std::uint32_t>
-  T number_of(const Json& value, const char* key, T least) {
-    const auto* number = value.get_ptr<const Json::number_unsigned_t*>();
-    if (number != nullptr && *number >= least && *number <= std::numeric_limits<T>::max())
-      return static_cast<T>(*number);
-    fail(key, "is not an integer in its range");
-    return least;
-  }
-
-  std::uint32_t id(const Json& json, const char* key) {
-    const Json* value = find(json, key);
-    return value == nullptr ? 0 : number_of(*value, key, 1U);
-  }
-
-  std::uint32_t optional_number(const Json& json, const char* key) {
-    const Json* value = find(json, key, true);
-    return value == nullptr ? 0 : number_of(*value, key, 0U);
-  }
-
-  Duration duration(const Json& json, const char* key) {
-    const Json* value = find(json, key, true);
-    if (value == nullptr) return kForever;
-    const auto* number = value->get_ptr<const Json::number_unsigned_t*>();
-    if (number != nullptr && *number <= static_cast<std::uint64_t>(kDurationMax.count())) {
-      return Duration{static_cast<Duration::rep>(*number)};
-    }
-    fail(key, "is not a duration in nanoseconds");
-    return kForever;
-  }
-
-  bool flag(const Json& json, const char* key, bool optional) {
-    const Json* value = find(json, key, optional);
-    if (value == nullptr) return false;
-    if (!value->is_boolean()) fail(key, "is neither true nor false");
-    return value->is_boolean() && value->get<bool>();
-  }
-
-  // One of `words`; `otherwise` if it is absent.
   template <class Enum, std::size_t N>
-  Enum word(const Json& json, const char* key, const std::array<Word<Enum>, N>& words,
-            Enum otherwise) {
-    const Json* value = find(json, key, true);
-    if (value == nullptr) return otherwise;
-    const auto* text = value->get_ptr<const Json::string_t*>();
+  void word(const char* key, Enum& value, const std::array<Word<Enum>, N>& words) {
+    const Json* json = find(key, Presence::kDefault);
+    if (json == nullptr) return;
+    const auto* text = json->get_ptr<const Json::string_t*>();
     const auto found = text == nullptr ? std::nullopt : value_of(words, *text);
-    if (!found) fail(key, "is not one of its words");
-    return found.value_or(otherwise);
+    check(found.has_value(), key, "is not one of its words");
+    value = found.value_or(value);
+  }
+
+  void duration(const char* key, Duration& value) {
+    const Json* json = find(key, Presence::kOptional);
+    if (json == nullptr) return;
+    const auto* number = json->get_ptr<const Json::number_unsigned_t*>();
+    const bool fits = number != nullptr && std::cmp_less_equal(*number, kDurationMax.count());
+    check(fits, key, "is not a duration in nanoseconds");
+    if (fits) value = Duration{static_cast<Duration::rep>(*number)};
   }
 
  private:
-  bool failed_ = false;
-  Error error_;
+  // The member, or nullptr; an absent one is an error if it is required.
+  const Json* find(const char* key, Presence presence) {
+    if (error_) return nullptr;
+    const auto found = object_.find(key);
+    if (found != object_.end()) return &*found;
+    check(presence != Presence::kRequired, key, "is missing");
+    return nullptr;
+  }
+
+  void read_text(const Json& json, const char* key, std::string& value, std::size_t bytes_max) {
+    const auto* text = json.get_ptr<const Json::string_t*>();
+    check(text != nullptr, key, "is not a string");
+    check(!text || text->size() <= bytes_max, key, "is too long", CloseCode::kTooLarge);
+    check(!text || is_text(*text), key, "contains a control character");
+    if (!error_) value = *text;
+  }
+
+  template <class T>
+  void read_number(const Json& json, const char* key, T& value, T least) {
+    const auto* number = json.get_ptr<const Json::number_unsigned_t*>();
+    const bool fits =
+        number != nullptr && *number >= least && *number <= std::numeric_limits<T>::max();
+    check(fits, key, "is not an integer in its range");
+    if (fits) value = static_cast<T>(*number);
+  }
+
+  template <class Bytes>
+  void read_hex(const Json& json, const char* key, Bytes& bytes, const char* wrong) {
+    std::string digits;
+    read_text(json, key, digits, 2 * bytes.size());
+    check(from_hex(digits, bytes), key, wrong);
+  }
+
+  void read(const Json& json, const char* key, bool& value) {
+    check(json.is_boolean(), key, "is neither true nor false");
+    value = json.is_boolean() && json.get<bool>();
+  }
+  void read(const Json& json, const char* key, std::string& value) {
+    read_text(json, key, value, kNameBytesMax);
+  }
+  template <std::unsigned_integral T>
+  void read(const Json& json, const char* key, T& value) {
+    read_number(json, key, value, T{0});
+  }
+  template <class Tag, class Value>
+  void read(const Json& json, const char* key, Id<Tag, Value>& id) {
+    read_number(json, key, id.value, Value{1});
+  }
+  template <class T>
+  void read(const Json& json, const char* key, std::optional<T>& value) {
+    read(json, key, value.emplace());
+  }
+  void read(const Json& json, const char* key, Gid& gid) {
+    read_hex(json, key, gid.bytes, "is not 48 hexadecimal digits");
+  }
+  void read(const Json& json, const char* key, Token128& token) {
+    read_hex(json, key, token.bytes, "has an entry that is not 32 hexadecimal digits");
+  }
+  void read(const Json& json, const char* key, InterfaceKind& kind) {
+    std::string word;
+    read(json, key, word);
+    kind = value_of(kKindWords, word).value_or(InterfaceKind::kOther);
+  }
+  template <class T>
+  void read(const Json& json, const char* key, T& object) {
+    check(json.is_object(), key, "is not an object");
+    if (error_) return;
+    ControlReader reader{json, error_};
+    fields(reader, object);
+  }
+
+  const Json& object_;
+  std::optional<Error>& error_;
 };
 
 }  // namespace connect_bridge

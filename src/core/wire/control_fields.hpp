@@ -1,0 +1,199 @@
+// What control messages look like as JSON, each described once. A ControlReader and a ControlWriter
+// run over the descriptions: the writer in this order, the reader wherever the members stand.
+// docs/protocol.md section "Control messages".
+//
+// Both have these functions:
+//   member     a value; its type says what is allowed: an id is at least 1, a string is a name
+//   text       a string with a limit of its own
+//   cleaned    text for people: what is wrong with it is replaced, and a reader may miss it
+//   list       values, at most so many
+//   word       an enumerator; a reader may miss it
+//   duration   absent where it is forever
+//   check      what only the reader checks
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+
+#include "core/wire/control.hpp"
+#include "core/wire/login.hpp"
+#include "core/wire/words.hpp"
+
+namespace connect_bridge {
+
+// When a member of a JSON object is there.
+enum class Presence {
+  kRequired,  // always
+  kDefault,   // always written; a reader that does not find it keeps the default
+  kOptional,  // written where it is not the default
+};
+
+// A `Message` that is read, or a const one that is written.
+template <class T, class Message>
+concept Is = std::same_as<std::remove_const_t<T>, Message>;
+
+// The "type" of each message, in the order of Control.
+inline constexpr auto kControlTypes = std::to_array<std::string_view>(
+    {"offer", "origins", "withdraw", "demand", "accepts", "decline", "attach", "attached", "refuse",
+     "forget", "renew", "renewed", "listeners", "describe", "description"});
+static_assert(kControlTypes.size() == std::variant_size_v<Control>);
+
+void fields(auto& io, Is<Qos> auto& qos) {
+  io.word("reliability", qos.reliability, kReliabilityWords);
+  io.word("durability", qos.durability, kDurabilityWords);
+  io.word("history", qos.history, kHistoryWords);
+  io.member("depth", qos.depth, Presence::kDefault);
+  io.duration("deadline_ns", qos.deadline);
+  io.duration("lifespan_ns", qos.lifespan);
+  io.word("liveliness", qos.liveliness, kLivelinessWords);
+  io.duration("liveliness_lease_ns", qos.liveliness_lease);
+}
+
+void fields(auto& io, Is<OriginOffer> auto& origin) {
+  io.member("origin", origin.origin);
+  io.member("gid", origin.gid);
+  io.cleaned("node", origin.node, kNameBytesMax);
+  io.member("qos", origin.qos);
+}
+
+void fields(auto& io, Is<ChannelOffer> auto& channel) {
+  io.member("channel", channel.channel);
+  io.member("kind", channel.kind);
+  io.member("name", channel.name);
+  const bool service = channel.kind == InterfaceKind::kService;
+  const bool known = service || channel.kind == InterfaceKind::kTopic;
+  if (!io.kWrites && !known) return;  // is declined: the rest is not read
+  io.member("type", channel.type);
+  io.member("action_type", channel.action_type, Presence::kOptional);
+  if (!service) io.member("type_hash", channel.type_hash, Presence::kDefault);
+  io.word("priority", channel.priority, kPriorityWords);
+  if (service) {
+    io.cleaned("node", channel.node, kNameBytesMax);
+    io.member("epoch", channel.epoch);
+    io.check(channel.epoch > 0, "epoch", "is not an integer in its range");
+  } else {
+    io.member("newest_only", channel.newest_only, Presence::kDefault);
+    io.member("resume", channel.resume, Presence::kOptional);
+    io.list("origins", channel.origins, kChannelOriginsMax);
+  }
+}
+
+void fields(auto& io, Is<Offer> auto& offer) {
+  io.list("channels", offer.channels, kOfferChannelsMax);
+  io.member("complete", offer.complete, Presence::kDefault);
+}
+
+void fields(auto& io, Is<OriginsChanged> auto& changed) {
+  io.member("channel", changed.channel);
+  io.list("added", changed.added, kChannelOriginsMax);
+  io.list("removed", changed.removed, kChannelOriginsMax);
+}
+
+// A word of [a-z0-9_], 1 to 32 bytes.
+void identifier(auto& io, const char* key, auto& word, Presence presence = Presence::kRequired) {
+  if (io.text(key, word, kCodeBytesMax, presence))
+    io.check(is_method(word), key, "is not a word of [a-z0-9_]");
+}
+
+void fields(auto& io, Is<Withdraw> auto& withdraw) {
+  io.list("channels", withdraw.channels, kChannelIdsMax);
+  identifier(io, "code", withdraw.code, Presence::kOptional);
+  if (io.kWrites && withdraw.code.empty()) return;
+  io.cleaned("reason", withdraw.reason, kReasonBytesMax);
+}
+
+void fields(auto& io, Is<Demand> auto& demand) {
+  io.list("channels", demand.channels, kChannelIdsMax);
+  io.member("number", demand.number);
+  io.member("resume", demand.resume, Presence::kOptional);
+  if (io.list("after", demand.after, kChannelIdsMax, Presence::kOptional))
+    io.check(demand.after.size() == demand.channels.size(), "after",
+             "does not have a number for each channel");
+}
+
+void fields(auto& io, Is<AcceptedNames> auto& names) {
+  io.list("topics", names.topics, kPatternsMax);
+  io.list("services", names.services, kPatternsMax, Presence::kOptional);
+  io.list("actions", names.actions, kPatternsMax, Presence::kOptional);
+  io.list("parameters", names.parameters, kPatternsMax, Presence::kOptional);
+  io.list("types", names.types, kPatternsMax);
+}
+
+void fields(auto& io, Is<Accepts> auto& accepts) {
+  io.list("rules", accepts.rules, kAcceptRulesMax);
+  io.list("deny", accepts.deny, kPatternsMax);
+  io.check(patterns_of(accepts) <= kPatternsMax, "rules",
+           "and \"deny\" have too many entries together", CloseCode::kTooLarge);
+  io.member("message_bytes_max", accepts.message_bytes_max, Presence::kOptional);
+  io.member("ros_time", accepts.ros_time, Presence::kOptional);
+  io.list("neighbours", accepts.neighbours, kNeighboursMax, Presence::kOptional);
+  io.member("domain", accepts.domain, Presence::kOptional);
+}
+
+void fields(auto& io, Is<Decline> auto& decline) {
+  io.member("channel", decline.channel);
+  identifier(io, "code", decline.code);
+  io.cleaned("reason", decline.reason, kReasonBytesMax);
+}
+
+void fields(auto& io, Is<ListenerTold> auto& told) {
+  io.member("listener", told.listener);
+  io.member("name", told.name);
+  io.member("type", told.type);
+  io.cleaned("type_hash", told.type_hash, kNameBytesMax);
+  io.cleaned("node", told.node, kNameBytesMax);
+  io.member("qos", told.qos);
+}
+
+void fields(auto& io, Is<Listeners> auto& listeners) {
+  io.list("added", listeners.added, kListenersMax);
+  io.list("removed", listeners.removed, kListenersMax);
+}
+
+void fields(auto& io, Is<Attach> auto& attach) {
+  io.member("channel", attach.channel);
+  io.member("requests", attach.requests);
+}
+
+void fields(auto& io, Is<Attached> auto& attached) {
+  io.member("channel", attached.channel);
+  io.member("requests", attached.requests);
+  io.member("seen", attached.seen.value, Presence::kDefault);
+  io.list("calls", attached.calls, kCallIdsMax);
+  io.cleaned("type_hash", attached.type_hash, kNameBytesMax);
+}
+
+void fields(auto& io, Is<Refuse> auto& refuse) {
+  io.member("channel", refuse.channel);
+  io.list("calls", refuse.calls, kCallIdsMax);
+  identifier(io, "code", refuse.code);
+  io.cleaned("reason", refuse.reason, kReasonBytesMax);
+}
+
+void fields(auto& io, Is<Forget> auto& forget) {
+  io.member("channel", forget.channel);
+  io.list("calls", forget.calls, kCallIdsMax);
+}
+
+void fields(auto& io, Is<Describe> auto& describe) {
+  io.list("channels", describe.channels, kDescribesMax);
+}
+
+void fields(auto& io, Is<Description> auto& description) {
+  io.member("channel", description.channel);
+  io.text("text", description.text, kDescriptionBytesMax, Presence::kOptional);
+}
+
+void fields(auto& io, Is<Renew> auto& renew) {
+  identifier(io, "method", renew.method);
+  io.text("credential", renew.credential, kCredentialBytesMax, Presence::kRequired);
+}
+
+void fields(auto& io, Is<Renewed> auto& renewed) {
+  io.member("accepted", renewed.accepted);
+}
+
+}  // namespace connect_bridge
