@@ -15,8 +15,7 @@ namespace {
 
 // Messages behind one that is with a worker: they are published in one turn of the loop.
 constexpr std::size_t kWaitingMax = 1024;
-// What it takes to remember an origin for which there was no mirror.
-constexpr std::uint64_t kLeftOutBytes = 96;
+constexpr std::uint64_t kLeftOutBytes = 96;  // to remember an origin without a mirror
 
 }  // namespace
 
@@ -83,8 +82,9 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
     if (!link_.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
-  const auto fresh = std::count_if(change.added.begin(), change.added.end(),
-                                   [&](const auto& o) { return !knows(o.origin); });
+  const auto fresh = std::count_if(change.added.begin(), change.added.end(), [&](const auto& o) {
+    return !origins_.contains(o.origin) && !left_out_.contains(o.origin);
+  });
   if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);

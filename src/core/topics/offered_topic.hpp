@@ -88,9 +88,6 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void publish(const InMessage& message, const Payload& raw, const Now& now);
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
-  [[nodiscard]] bool knows(OriginId origin) const {
-    return origins_.contains(origin) || left_out_.contains(origin);
-  }
   // Whether the peer shall keep what a lost connection loses.
   [[nodiscard]] bool may_resume() const;
 
