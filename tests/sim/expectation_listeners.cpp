@@ -50,6 +50,13 @@ void Expectation::check_first_words() const {
     if (std::find(speakers.begin(), speakers.end(), origin.id) == speakers.end()) continue;
     if (!is_complete(expected) || expected.ways > 1) continue;
     if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
+    // They speak at once, and a queue holds what a rule says of all publishers of a topic together,
+    // as a DDS reader does (DDS 1.4 section 2.2.3.18).
+    const auto at_once = std::count_if(speakers.begin(), speakers.end(), [&](int speaker) {
+      const EndpointSpec& other = middleware_.writer(speaker).spec;
+      return other.graph == origin.spec.graph && other.topic == origin.spec.topic;
+    });
+    if (expected.qos.depth < static_cast<std::uint64_t>(at_once)) continue;
     for (const int id : crowd_.readers()) {
       if (!hears(middleware_.reader(id).spec, expected)) continue;
       checker_.ledger().coverage().count(Judged::kFirstWords);
