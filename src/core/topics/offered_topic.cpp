@@ -54,7 +54,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (withholds(origin) || left_out_.contains(origin.origin)) return;
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
-    // Where there is no room for that either, it is not counted: no memory, no limit to keep.
+    // Without room it is not remembered, and does not count for the channel's limit either.
     if (link_.memory.room() >= kLeftOutBytes)
       left_out_.emplace(origin.origin, link_.memory.hold(kLeftOutBytes));
     context_.outputs.log_once(
