@@ -89,8 +89,8 @@ std::optional<std::map<std::string, CountedService>> count_services(const Node& 
   return counted;
 }
 
-// What is counted twice, before and after the services of each node are read. The lower count holds,
-// so a server that comes or goes meanwhile is not taken for one of an unknown node.
+// What is counted twice, before and after the services of each node are read. The lower count
+// holds, so a server that comes or goes meanwhile is not taken for one of an unknown node.
 class TwiceCounted {
  public:
   explicit TwiceCounted(const Node& node)
