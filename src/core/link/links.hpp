@@ -105,8 +105,7 @@ class Links {
   std::uint64_t last_link_ = 0;
   std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
-  // Why the last connection ended, or could not be made; at a server of a link that was open.
-  std::string last_failure_;
+  std::string last_failure_;  // why the last connection (at a server: link) ended, or never began
   Renewal renewal_;
 };
 

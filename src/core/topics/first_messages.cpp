@@ -86,7 +86,6 @@ void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, Mirror
 }
 
 void FirstMessages::drop(OfferedTopic* feeder) {
-  due_.cancel();
   const std::size_t count = messages_.size();
   messages_.clear();
   bytes_ = 0;

@@ -39,7 +39,10 @@ class FirstMessages {
   void publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
   // Publishes all of them, in order.
   void publish(Outputs& outputs, MirrorId mirror, OfferedTopic* feeder, const Now& now);
+  // Later ones wait all the same.
   void drop(OfferedTopic* feeder);
+  // The mirror is gone.
+  void end_wait() { due_.cancel(); }
 
  private:
   // A peer can have thousands of mirrors that wait.

@@ -202,6 +202,7 @@ void Mirror::destroy() {
 
 void Mirror::vanish(bool exists) {
   drop_first();
+  first_.end_wait();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
   context_.types.release(id_);

@@ -97,7 +97,6 @@ class Mirror {
   [[nodiscard]] std::uint64_t kept_bytes() const {
     return id_ && keeps_samples() ? depth() * sample_bytes_ : 0;
   }
-
   // Something waits for its publisher to be found.
   [[nodiscard]] bool has_first() const { return !first_.empty(); }
   // What other bridges claim has changed.

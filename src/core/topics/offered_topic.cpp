@@ -176,7 +176,12 @@ void OfferedTopic::finish(std::uint64_t& bytes_left, const Now& now) {
 
 void OfferedTopic::lose(const Now& now) {
   if (resume_ && context_.graph.has_reliable_subscriber(key_)) link_.arrived[key_] = last_sequence_;
-  for (const auto& [id, mirror] : std::exchange(origins_, {})) mirror->lose_topic(link_.id, now);
+  const bool may_be_late = resumes(treatment(), key_.first, key_.second);
+  for (const auto& [id, mirror] : std::exchange(origins_, {})) {
+    // Nobody knows how long the break will be: what must not be late does not wait beyond it.
+    if (!may_be_late && mirror->candidates().front().offered == this) mirror->drop_first();
+    mirror->lose_topic(link_.id, now);
+  }
 }
 
 // ---- demand

@@ -91,7 +91,6 @@ TEST(MirrorOfAFirstMessage, WaitsNoLongerThanItIsFresh) {
   EXPECT_EQ(s.dropped(DropReason::kMaxAge), 1U);
 }
 
-// A loop that comes to it a little after its time must not find it too old.
 // The same, but the mirror waits for the name of its origin's node.
 struct Unnamed : Script {
   explicit Unnamed(SideOptions options, std::vector<OriginOffer> others = {})
@@ -112,6 +111,7 @@ struct Unnamed : Script {
   }
 };
 
+// A loop that comes to it a little after its time must not find it too old.
 TEST(MirrorOfAFirstMessage, LeavesSomeMillisecondsBeforeItIsTooOld) {
   Listening s(qos(), milliseconds(30));
   s.did();
@@ -151,6 +151,25 @@ TEST(MirrorOfAFirstMessage, TheNewestHundredWaitAndTheRestIsCounted) {
   s.did();
   s.pass(60);
   EXPECT_EQ(s.did().substr(0, 13), "publish 2 m4\n");
+}
+
+// A command from before a break is not executed after it.
+TEST(MirrorOfAFirstMessage, ThatMustNotBeLateDoesNotWaitBeyondABreak) {
+  Listening s(qos(), milliseconds(300));
+  s.message(1, 1, 1, "first");
+  s.did();
+  s.lose(1);
+  s.pass(60);
+  EXPECT_EQ(s.did().find("publish"), std::string::npos);
+}
+
+TEST(MirrorOfAFirstMessage, ThatMayBeLateIsPublishedInABreak) {
+  Listening s;
+  s.message(1, 1, 1, "first");
+  s.did();
+  s.lose(1);
+  s.pass(60);
+  EXPECT_NE(s.did().find("publish 2 first\n"), std::string::npos);
 }
 
 // It may have come in a packet of a megabyte, of which nobody would know.
