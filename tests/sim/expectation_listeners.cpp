@@ -51,12 +51,15 @@ void Expectation::check_first_words() const {
     if (!is_complete(expected) || expected.ways > 1) continue;
     if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
     // They speak at once, and a queue holds what a rule says of all publishers of a topic together,
-    // as a DDS reader does (DDS 1.4 section 2.2.3.18).
-    const auto at_once = std::count_if(speakers.begin(), speakers.end(), [&](int speaker) {
+    // as a DDS reader does (DDS 1.4 section 2.2.3.18); a link holds so many bytes of all topics.
+    std::uint64_t of_topic = 0, bytes = 0;
+    for (const int speaker : speakers) {
       const EndpointSpec& other = middleware_.writer(speaker).spec;
-      return other.graph == origin.spec.graph && other.topic == origin.spec.topic;
-    });
-    if (expected.qos.depth < static_cast<std::uint64_t>(at_once)) continue;
+      if (other.graph != origin.spec.graph) continue;
+      bytes += crowd_.plan_of(speaker).bytes_max;
+      if (other.topic == origin.spec.topic) ++of_topic;
+    }
+    if (expected.qos.depth < of_topic || expected.queue_bytes_max < bytes) continue;
     for (const int id : crowd_.readers()) {
       if (!hears(middleware_.reader(id).spec, expected)) continue;
       checker_.ledger().coverage().count(Judged::kFirstWords);
