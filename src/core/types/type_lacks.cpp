@@ -49,8 +49,9 @@ void TypeLacks::add(const Found& found, Link& link, std::vector<LackTold>& lacki
   const auto part = part_of_action(what.kind, what.name, what.type);
   lacking.push_back({found.kind, is_action && part ? std::string(part->action) : *wire_part,
                      found.type, found.lack.code, found.lack.reason});
-  outputs_.log_once(LogLevel::kWarn, "cannot export " + shown_name(found.kind, found.name) + ": " +
-                                         found.lack.reason);
+  if (!outputs_.told().first("type_lacking " + found.type)) return;
+  outputs_.log(LogLevel::kWarn,
+               "cannot export " + shown_name(found.kind, found.name) + ": " + found.lack.reason);
 }
 
 void TypeLacks::on_told(const Link& link, const std::vector<LackTold>& lacking) {

@@ -121,6 +121,19 @@ TEST_F(TypeLacksTest, EachConnectionIsToldAgainAndTheLogIsNot) {
   EXPECT_EQ(s.logged.find("cannot export"), std::string::npos);
 }
 
+TEST_F(TypeLacksTest, TheLogNamesATypeOnceForAllPeers) {
+  s.graph({lacking(topic("/a").pub(1)), lacking(topic("/b").pub(2))});
+  s.join(1);
+  s.login(2);
+  s.did();
+  s.logged.clear();
+  s.said(2);
+  s.say(2, Accepts{{{{"/b"}, {}}}, {}});
+  EXPECT_EQ(s.said(2), "offer lacks /b:p/msg/T type_unknown\noffer complete\n");
+  s.did();
+  EXPECT_EQ(s.logged, "");
+}
+
 TEST_F(TypeLacksTest, NoMoreThanAPeerTakes) {
   std::vector<Topic> topics;
   for (std::size_t i = 0; i < kLacksMax + 10; ++i)
