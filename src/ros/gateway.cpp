@@ -1,5 +1,7 @@
 #include "ros/gateway.hpp"
 
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "ros/rcl/middleware.hpp"
@@ -39,10 +41,23 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     // It could not be opened again; the core treats it as destroyed.
     const auto* failed = std::get_if<SubscriptionFailed>(&*input);
     if (failed != nullptr) subscriptions_.destroy(failed->subscription);
+    if (auto* graph = std::get_if<GraphChanged>(&*input)) add_lacks(*graph);
     sink(std::move(*input));
   }
   const bool ending = shared_.ended.free_some();
   return ending || !shared_.ready.idle() || !reports.empty();
+}
+
+void Gateway::add_lacks(GraphChanged& graph) {
+  // Nodes have most of their types in common.
+  std::map<std::tuple<std::string, std::string, bool>, std::optional<TypeLack>> known;
+  const auto lack_of = [&](const std::string& type, const std::string& hash, bool is_service) {
+    const auto [at, is_new] = known.try_emplace({type, hash, is_service});
+    if (is_new) at->second = shared_.types.lack_of(type, hash, is_service);
+    return at->second;
+  };
+  for (TopicState& topic : graph.topics) topic.lack = lack_of(topic.type, topic.type_hash, false);
+  for (ServiceState& service : graph.services) service.lack = lack_of(service.type, "", true);
 }
 
 void Gateway::apply(const Publish& action) {

@@ -68,6 +68,9 @@ class Gateway {
   [[nodiscard]] GatewayCounters counters() const;
 
  private:
+  // Says of each topic and service what of its type is lacking.
+  void add_lacks(GraphChanged& graph);
+
   const GatewayOptions options_;
   Shared shared_;
   Entities<Subscription> subscriptions_{shared_};

@@ -250,17 +250,28 @@ def test_a_mirrors_node_tells_what_a_service_is(lacking):
 
 
 def test_the_exporter_lacks_it(lacking):
-    """The topic goes when it cannot be subscribed to, and the importer's log says why."""
+    """Nothing of it is offered, and the importer's log says why before anybody asks for it."""
     pair = lacking("server", types_not_installed="refuse")
-    pair.robot.publisher(Blob, "/t/blob")
-    pair.operator.wait_publishers("/t/blob", 1)
+    echo = EchoServer(pair.robot, "/s/echo")
+    for name in ("/t/blob", "/t/other"):
+        pair.robot.publisher(Blob, name)
+
+    def missing(kind):
+        return f"the type {PACKAGE}/{kind} is not known here: install the package"
+
+    for kind in ("msg/Blob", "srv/Echo"):
+        until(lambda: lines_with(pair.client, missing(kind)), pair.client.text)  # noqa: B023
     pair.operator.collector(Blob, "/t/blob")
-    pair.operator.wait_publishers("/t/blob", 0)
     pair.carries()
-    missing = f"the type {PACKAGE}/msg/Blob is not known here: install the package {PACKAGE}"
-    assert len(lines_with(pair.server, "cannot export /t/blob: " + missing)) == 1
-    (line,) = lines_with(pair.client, "cannot export /t/blob, and says: " + missing)
-    assert "/connect_server at" in line
+    assert not pair.operator.publishers("/t/blob") and not pair.operator.publishers("/t/other")
+    assert "/s/echo" not in dict(pair.operator.tester.get_service_names_and_types())
+    for name, kind in (("/t/blob", "msg/Blob"), ("/s/echo", "srv/Echo")):
+        assert len(lines_with(pair.server, missing(kind))) == 1, pair.server.text()
+        assert len(lines_with(pair.client, missing(kind))) == 1, pair.client.text()
+        assert lines_with(pair.server, f"cannot export {name}: " + missing(kind))
+        (line,) = lines_with(pair.client, f"cannot export {name}, and says: " + missing(kind))
+        assert "/connect_server at" in line
+    echo.stop()
 
 
 @pytest.mark.parametrize("role", ["server", "client"])

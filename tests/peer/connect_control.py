@@ -19,6 +19,7 @@ ORIGINS_MAX = 1024  # of a channel
 CREDENTIAL_MAX = 3900
 LISTENERS_MAX = 1024  # of a link
 NEIGHBOURS_MAX = 256
+LACKS_MAX = 64  # types that an offer says are lacking
 DESCRIBES_MAX = 8  # channels of a link that wait for their description
 DESCRIPTION_MAX = 262_144
 
@@ -144,6 +145,10 @@ def _check_offer(message):
         for origin in items(channel, "origins", ORIGINS_MAX):
             _check_origin(origin)
     member(message, "complete", bool, False)
+    for told in items(message, "lacking", LACKS_MAX) if "lacking" in message else ():
+        for key in ("kind", "name", "type"):
+            string(told, key, 255)
+        _check_code(told)
 
 
 def _check_accepts(message):

@@ -1,7 +1,6 @@
 #include "sim/expectation.hpp"
 
 #include <algorithm>
-#include <set>
 
 namespace connect_bridge::sim {
 namespace {
@@ -49,6 +48,7 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
   const EndpointSpec& spec = origin.spec;
   if (importer.graph() == spec.graph || !importer.running()) return;
   if (!middleware_.knows_type(importer.graph(), spec.type)) return;
+  if (!middleware_.knows_type(spec.graph, spec.type)) return;  // it is not offered
   for (const auto& peer : checker_.ledger().peers_of(importer)) {
     const Host& exporter = *peer.host;
     if (exporter.graph() != spec.graph || !exporter.running()) continue;
@@ -86,7 +86,6 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
                        resumes(*imported, expected.topic, spec.type) &&
                        expected.qos.reliability == Reliability::kReliable &&
                        spec.qos.durability == Durability::kVolatile;
-    expected.unreachable = !middleware_.knows_type(spec.graph, spec.type);
     expected.bytes_max =
         std::min<std::uint64_t>(there.reassembly.message_bytes_max, here.outbox.data_bytes_max / 3);
     expected.queue_bytes_max =
@@ -116,7 +115,7 @@ bool Expectation::hears(const EndpointSpec& reader, const ExpectedMirror& expect
 }
 
 bool Expectation::is_complete(const ExpectedMirror& expected) const {
-  return expected.certain && !expected.limited && !expected.unreachable &&
+  return expected.certain && !expected.limited &&
          crowd_.plan_of(expected.origin).bytes_max <= expected.bytes_max;
 }
 
@@ -144,11 +143,9 @@ void Expectation::check_mirrors() const {
   using Key = std::pair<int, std::pair<std::string, std::string>>;
   std::map<Key, int> expected;
   std::map<Key, int> found;
-  std::set<Key> may_lack;  // what an exporter could not subscribe to is there until it is demanded
   for (const auto& mirror : mirrors_) {
     const Key key{mirror.graph, {mirror.topic, mirror.type}};
     ++expected[key];
-    if (mirror.unreachable) may_lack.insert(key);
   }
   for (const auto& host : hosts_) {
     for (const auto& [id, mirror] : host->mirrors()) {
@@ -161,7 +158,7 @@ void Expectation::check_mirrors() const {
   for (const auto& [key, count] : found) {
     const auto it = expected.find(key);
     const int should = it == expected.end() ? 0 : it->second;
-    if (count > should || (count < should && !may_lack.contains(key))) {
+    if (count != should) {
       violated("graph " + std::to_string(key.first) + " has " + std::to_string(count) +
                " mirrors of " + key.second.first + ", expected " + std::to_string(should));
     }

@@ -28,7 +28,6 @@ struct ExpectedMirror {
   bool certain = true;                // all pairs of sides that can carry it would treat it alike
   bool limited = false;               // rules or limits may drop messages even on a quiet link
   bool resumes = false;               // what a lost connection loses comes later
-  bool unreachable = false;           // the exporter cannot subscribe to its type
   std::size_t bytes_max = 0;          // largest message that both sides accept
   std::uint64_t queue_bytes_max = 0;  // how much may wait at once
   std::uint32_t history = 0;          // samples that the exporter keeps for late subscribers

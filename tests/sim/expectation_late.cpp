@@ -166,9 +166,8 @@ bool Expectation::is_unbroken_at(const Reader& reader, const ExpectedMirror& exp
     return are_alike(middleware_.writer(id), middleware_.writer(expected.origin));
   });
   const EndpointSpec& at = reader.spec;
-  return expected.resumes && !expected.unreachable && uniform && at.graph == expected.graph &&
-         at.topic == expected.topic && at.type == expected.type &&
-         at.qos.reliability == Reliability::kReliable;
+  return expected.resumes && uniform && at.graph == expected.graph && at.topic == expected.topic &&
+         at.type == expected.type && at.qos.reliability == Reliability::kReliable;
 }
 
 // Of one topic, both are reliable or volatile, or neither.

@@ -72,6 +72,11 @@ void Middleware::announce(const EndpointSpec& spec) {
   }
 }
 
+std::optional<TypeLack> Middleware::lack_of(int graph, const std::string& type) const {
+  if (knows_type(graph, type)) return std::nullopt;
+  return TypeLack{"type_unknown", "the type " + type + " is not known here"};
+}
+
 bool Middleware::knows_type(int graph, const std::string& type) const {
   const auto& unknown = graphs_[index(graph)].unknown_types;
   return std::find(unknown.begin(), unknown.end(), type) == unknown.end();
@@ -208,6 +213,7 @@ GraphChanged Middleware::snapshot(int graph, int host) const {
   GraphChanged result;
   for (auto& [key, topic] : topics) {
     std::tie(topic.name, topic.type, topic.type_hash) = key;
+    topic.lack = lack_of(graph, topic.type);
     result.topics.push_back(std::move(topic));
   }
   return result;

@@ -111,6 +111,7 @@ class Middleware {
   [[nodiscard]] const std::deque<Writer>& writers() const { return writers_; }
   [[nodiscard]] const std::deque<Reader>& readers() const { return readers_; }
   [[nodiscard]] bool knows_type(int graph, const std::string& type) const;
+  [[nodiscard]] std::optional<TypeLack> lack_of(int graph, const std::string& type) const;
   [[nodiscard]] Stamp stamp(int graph) const;
   [[nodiscard]] const GraphPlan& graph(int i) const { return graphs_[index(i)]; }
   // Somebody sets a machine's clock.

@@ -13,11 +13,23 @@ bool ServiceExpectation::is_local(const Key& key) const {
   });
 }
 
+bool ServiceExpectation::can_be_taken(const EndpointSpec& spec) const {
+  if (!middleware_.knows_type(spec.graph, spec.type)) return false;
+  if (!is_of_action(spec.topic)) return true;
+  const std::string action = spec.topic.substr(0, spec.topic.rfind("/_action/"));
+  const std::vector<int> servants = crowd_.servants();
+  return std::none_of(servants.begin(), servants.end(), [&](int id) {
+    const EndpointSpec& part = services_.servant(id).spec;
+    return part.graph == spec.graph && part.topic.starts_with(action + "/_action/") &&
+           !middleware_.knows_type(part.graph, part.type);
+  });
+}
+
 void ServiceExpectation::expect(const EndpointSpec& spec, bool service, const Host& importer,
                                 std::map<Key, int>& into) const {
   if (importer.graph() == spec.graph || !importer.running()) return;
   if (!middleware_.knows_type(importer.graph(), spec.type)) return;
-  if (!middleware_.knows_type(spec.graph, spec.type)) return;  // nobody could call it
+  if (!can_be_taken(spec)) return;
   for (const auto& peer : checker_.ledger().peers_of(importer)) {
     const Host& exporter = *peer.host;
     if (exporter.graph() != spec.graph || !exporter.running()) continue;

@@ -42,6 +42,8 @@ class ServiceExpectation {
   void expect(const EndpointSpec& spec, bool service, const Host& importer,
               std::map<Key, int>& into) const;
   [[nodiscard]] bool is_local(const Key& key) const;
+  // Whether it can be taken where it is; of an action all parts must be.
+  [[nodiscard]] bool can_be_taken(const EndpointSpec& spec) const;
 
   const Middleware& middleware_;
   const Services& services_;

@@ -123,6 +123,7 @@ std::vector<ServiceState> Services::snapshot(int graph, int host) const {
   std::vector<ServiceState> result;
   for (auto& [key, service] : services) {
     std::tie(service.name, service.type) = key;
+    service.lack = middleware_.lack_of(graph, service.type);
     result.push_back(std::move(service));
   }
   return result;

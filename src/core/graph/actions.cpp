@@ -7,19 +7,31 @@ namespace connect_bridge {
 
 bool LocalActions::update(const GraphView& graph, const Claims& claims) {
   std::map<std::string, std::string> whole;
+  lacked_.clear();
   for (const auto& [key, service] : graph.services()) {
     const auto goal = part_of_action(InterfaceKind::kService, key.first, key.second);
     if (!goal || goal->part != ActionPart::kSendGoal) continue;
+    const TypeLack* lack = nullptr;
     const auto exists = [&](ActionPart part) {
       const std::string name = name_of_part(goal->action, part);
       const std::string type = type_of_part(goal->action_type, part);
-      if (kind_of(part) == InterfaceKind::kService)
-        return graph.services().contains({name, type}) && !claims.serves(service_gid(name));
+      if (kind_of(part) == InterfaceKind::kService) {
+        const auto found = graph.services().find({name, type});
+        if (found == graph.services().end() || claims.serves(service_gid(name))) return false;
+        if (found->second.lack && !lack) lack = &*found->second.lack;
+        return true;
+      }
       const TopicState* topic = graph.find({name, type});
-      return topic && !topic->publishers.empty();
+      if (!topic || topic->publishers.empty()) return false;
+      if (topic->lack && !lack) lack = &*topic->lack;
+      return true;
     };
-    if (std::all_of(kActionParts.begin(), kActionParts.end(), exists))
+    if (!std::all_of(kActionParts.begin(), kActionParts.end(), exists)) continue;
+    if (lack) {
+      lacked_.emplace(goal->action, LackedAction{std::string(goal->action_type), *lack});
+    } else {
       whole.emplace(goal->action, goal->action_type);
+    }
   }
   if (whole == types_) return false;
   types_ = std::move(whole);

@@ -48,6 +48,11 @@ class GraphView {
   [[nodiscard]] const std::map<TopicKey, TopicState>& topics() const { return topics_; }
   [[nodiscard]] const TopicState* find(const TopicKey& key) const;
   [[nodiscard]] bool has_reliable_subscriber(const TopicKey& key) const;
+  // The type of this topic cannot be taken here.
+  [[nodiscard]] bool lacks_type_of(const TopicKey& key) const {
+    const TopicState* topic = find(key);
+    return topic && topic->lack;
+  }
   // Services with at least one real server, without mirrors of bridges as far as the graph shows
   // them.
   [[nodiscard]] const std::map<ServiceKey, ServiceState>& services() const { return services_; }

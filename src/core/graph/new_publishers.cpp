@@ -47,7 +47,8 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
       const TimePoint from = first + (node_of(publisher).empty() ? kNodeNames : kClaimNames);
       seen_[publisher.gid] = from > now.steady ? std::optional(first) : std::nullopt;
       if (from <= now.steady) return false;
-      held_.push_back({from, {topic.name, topic.type, topic.type_hash, {publisher}, {}}});
+      held_.push_back(
+          {from, {topic.name, topic.type, topic.type_hash, {publisher}, {}, topic.lack}});
       return true;
     });
   }

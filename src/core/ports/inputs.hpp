@@ -24,12 +24,20 @@ struct Endpoint {
   bool operator==(const Endpoint&) const = default;
 };
 
+// Why nothing of a type can be taken here. `code` as in wire Decline.
+struct TypeLack {
+  std::string code;
+  std::string reason;
+  bool operator==(const TypeLack&) const = default;
+};
+
 struct TopicState {
   std::string name;  // fully qualified
   std::string type;  // "std_msgs/msg/String"; a topic seen with two types appears twice
   std::string type_hash;
   std::vector<Endpoint> publishers;
   std::vector<Endpoint> subscribers;
+  std::optional<TypeLack> lack = {};  // none: a subscription can be made
   bool operator==(const TopicState&) const = default;
 };
 
@@ -44,7 +52,8 @@ struct Server {
 struct ServiceState {
   std::string name;  // fully qualified
   std::string type;  // "std_srvs/srv/SetBool"; a service seen with two types appears twice
-  std::vector<Server> servers;  // at least one
+  std::vector<Server> servers;        // at least one
+  std::optional<TypeLack> lack = {};  // none: a client can be made
   bool operator==(const ServiceState&) const = default;
 };
 

@@ -63,6 +63,11 @@ void RealService::end_lost(const Now& now) {
 
 // ---- links
 
+bool RealService::lacks_type() const {
+  const auto state = serving_.graph.services().find(key_);
+  return state != serving_.graph.services().end() && state->second.lack;
+}
+
 std::optional<Decision> RealService::permission(const Link& link, Asking asking) const {
   const auto wire_name = serving_.graph_options.names.to_wire(key_.first);
   if (!wire_name) return std::nullopt;
@@ -77,7 +82,8 @@ std::optional<Decision> RealService::permission(const Link& link, Asking asking)
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
-  if (failed_ && attachments_.contains(link.id)) return std::nullopt;
+  const bool is_known = attachments_.contains(link.id);
+  if (is_known ? failed_ : lacks_type()) return std::nullopt;
   return attachments_.try_emplace(link.id, *this, link, serving_).first->second.offer(now);
 }
 

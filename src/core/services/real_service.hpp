@@ -27,7 +27,7 @@ class RealService {
   void end(const Now& now);
 
   // ---- links
-  // The offer for the link, if it is to be offered and is not yet.
+  // The offer for the link, if it is to be offered and is not yet. What cannot be called is not.
   [[nodiscard]] std::optional<ChannelOffer> offer(Link& link, const Now& now);
   // Ends what the link may not have any longer, and applies the new rules to the rest.
   void recheck(Link& link, const Now& now);
@@ -73,6 +73,7 @@ class RealService {
   void add_status(const Link& link, LinkStatus& status) const;
 
  private:
+  [[nodiscard]] bool lacks_type() const;
   void end_attachments(const Now& now);
   void end_lost(const Now& now);
   void note_action_use(bool on);

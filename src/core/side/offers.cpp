@@ -6,9 +6,10 @@
 
 namespace connect_bridge {
 
-void offer_to(Link& link, Exports& topics, ServiceExports& services, Outputs& outputs,
-              const Now& now) {
+void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& lacks,
+              Outputs& outputs, const Now& now) {
   if (!link.open() || !link.accepts) return;
+  lacks.tell(link);
   std::vector<ChannelOffer> offers;
   topics.collect_offers(link, offers);
   services.collect_offers(link, offers, now);
@@ -23,7 +24,9 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, Outputs& ou
 }
 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
-                           Imports& topics, ServiceImports& services, const Now& now) {
+                           Imports& topics, ServiceImports& services, TypeLacks& lacks,
+                           const Now& now) {
+  lacks.on_told(link, offer.lacking);
   for (const auto& channel : offer.channels) {
     if (!channel.channel || link.expects(channel.channel))
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};

@@ -21,7 +21,7 @@ Side::Side(SideOptions options, std::uint64_t seed)
       jobs_({options_.compress_job_bytes}, outputs_),
       local_(side_),
       links_(options_, side_, random_, outputs_, *this),
-      types_(outputs_),
+      types_(options_, policy_, local_.view, local_.claims, actions_, outputs_),
       exports_(options_, options_, policy_, local_.view, actions_, jobs_, outputs_,
                &links_.memory()),
       imports_(options_, options_, policy_, local_.view, local_.claims, action_topics_, jobs_,
@@ -288,17 +288,18 @@ void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
   for (Link* link : links) exports_.recheck(*link, now);
-  for (Link* link : links) offer_to(*link, exports_, service_exports_, outputs_, now);
+  for (Link* link : links) offer_to(*link, exports_, service_exports_, types_.lacks, outputs_, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all()) offer_to(link, exports_, service_exports_, outputs_, now);
+  for (auto& [id, link] : links_.all())
+    offer_to(link, exports_, service_exports_, types_.lacks, outputs_, now);
 }
 
 Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
   const auto taken =
-      take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
+      take_offer(link, offer, options_.channels_max, imports_, service_imports_, types_.lacks, now);
   if (taken && offer.complete) on_offers_over(link, now);
   return taken;
 }

@@ -97,7 +97,8 @@ bool ExportedTopic::is_kept(OriginId origin) const {
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
-  if (origins_.empty() || offers_.contains(link.id)) return std::nullopt;
+  if (origins_.empty() || offers_.contains(link.id) || context_.graph.lacks_type_of(key_))
+    return std::nullopt;
   TopicOffer& offer = offers_.try_emplace(link.id, context_, *this, link).first->second;
   auto opened = offer.open();
   const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());
@@ -177,7 +178,7 @@ std::uint32_t ExportedTopic::history_depth() const {
 
 bool ExportedTopic::is_wanted() const {
   const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
-  if (context_.listeners.listens(key_))
+  if (context_.listeners.listens(key_) && !context_.graph.lacks_type_of(key_))
     return !origins_.empty() ||
            (context_.names.are_free(key_.first, *this) && !has_other_type(context_.graph, key_));
   return !origins_.empty() && (context_.held.contains(key_.first) ||
@@ -191,11 +192,10 @@ void ExportedTopic::update_subscription(const Now& now) {
   if (failed_) return;
   const Qos qos = wanted_qos();
   history_.limit(history_depth(), context_.options.history_bytes_max);
-  if (subscription_) {
-    if (serves(subscription_qos_, qos) && is_hash_of(subscription_hash_, type_hash_)) {
-      context_.listeners.show(key_, true);  // others may have come in the place of all before
-      return take_name();
-    }
+  if (subscription_ && serves(subscription_qos_, qos) &&
+      is_hash_of(subscription_hash_, type_hash_)) {
+    context_.listeners.show(key_, true);  // others may have come in the place of all before
+    return take_name();
   }
   // What is there serves until another one may be made.
   if (!subscriptions_.take(now.steady)) {

@@ -26,6 +26,7 @@ void Types::handle(const Input& input, const Now& now) {
 
 void Types::on_link_lost(Link& link) {
   answers.on_link_lost(link.id);
+  lacks.on_link_lost(link.id);
   peers.on_link_lost(link);
 }
 

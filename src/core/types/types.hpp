@@ -1,4 +1,5 @@
-// All of a side's talk about types: what it asks its peers, and what it answers them.
+// All of a side's talk about types: what it asks its peers, what it answers them, and what it
+// lacks.
 #pragma once
 
 #include <optional>
@@ -6,13 +7,16 @@
 #include "core/ports/inputs.hpp"
 #include "core/types/peer_types.hpp"
 #include "core/types/type_answers.hpp"
+#include "core/types/type_lacks.hpp"
 
 namespace connect_bridge {
 
 // Single-threaded; owned by the side.
 class Types {
  public:
-  explicit Types(Outputs& outputs) : peers(outputs), answers(outputs) {}
+  Types(const GraphOptions& names, const Policy& policy, const GraphView& graph,
+        const Claims& claims, const LocalActions& actions, Outputs& outputs)
+      : peers(outputs), answers(outputs), lacks(names, policy, graph, claims, actions, outputs) {}
 
   // Every input goes through here first; what does not concern types is ignored.
   void handle(const Input& input, const Now& now);
@@ -23,6 +27,7 @@ class Types {
 
   PeerTypes peers;
   TypeAnswers answers;
+  TypeLacks lacks;
 };
 
 }  // namespace connect_bridge

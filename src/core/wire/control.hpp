@@ -21,6 +21,7 @@ inline constexpr std::size_t kControlBytesMax = 1 << 20;
 inline constexpr std::size_t kControlDepthMax = 8;         // nesting of JSON objects and arrays
 inline constexpr std::size_t kControlValuesMax = 200'000;  // JSON values in one message
 inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one offer
+inline constexpr std::size_t kLacksMax = 64;               // types lacking, of one offer
 inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
 inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
@@ -65,10 +66,20 @@ struct ChannelOffer {
                             // means that the exporter remembers no calls
 };
 
+// What the exporter would offer, if it could take its type.
+struct LackTold {
+  InterfaceKind kind = InterfaceKind::kTopic;
+  std::string name;    // one of that type
+  std::string type;    // of an action: the action's
+  std::string code;    // as in a decline
+  std::string reason;  // one sentence
+};
+
 // "offer": these channels exist now. `complete` is true on the last offer of the first round.
 struct Offer {
   std::vector<ChannelOffer> channels;
   bool complete = false;
+  std::vector<LackTold> lacking = {};
 };
 // "origins": publishers of an offered channel came or went.
 struct OriginsChanged {

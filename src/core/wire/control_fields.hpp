@@ -81,21 +81,30 @@ void fields(auto& io, Is<ChannelOffer> auto& channel) {
   }
 }
 
+// A word of [a-z0-9_], 1 to 32 bytes.
+void identifier(auto& io, const char* key, auto& word, Presence presence = Presence::kRequired) {
+  if (io.text(key, word, kCodeBytesMax, presence))
+    io.check(is_method(word), key, "is not a word of [a-z0-9_]");
+}
+
+void fields(auto& io, Is<LackTold> auto& told) {
+  io.member("kind", told.kind);
+  io.member("name", told.name);
+  io.member("type", told.type);
+  identifier(io, "code", told.code);
+  io.cleaned("reason", told.reason, kReasonBytesMax);
+}
+
 void fields(auto& io, Is<Offer> auto& offer) {
   io.list("channels", offer.channels, kOfferChannelsMax);
   io.member("complete", offer.complete, Presence::kDefault);
+  io.list("lacking", offer.lacking, kLacksMax, Presence::kOptional);
 }
 
 void fields(auto& io, Is<OriginsChanged> auto& changed) {
   io.member("channel", changed.channel);
   io.list("added", changed.added, kChannelOriginsMax);
   io.list("removed", changed.removed, kChannelOriginsMax);
-}
-
-// A word of [a-z0-9_], 1 to 32 bytes.
-void identifier(auto& io, const char* key, auto& word, Presence presence = Presence::kRequired) {
-  if (io.text(key, word, kCodeBytesMax, presence))
-    io.check(is_method(word), key, "is not a word of [a-z0-9_]");
 }
 
 void fields(auto& io, Is<Withdraw> auto& withdraw) {

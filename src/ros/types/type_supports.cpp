@@ -92,6 +92,14 @@ TypeSupports::Message TypeSupports::message(const std::string& type, const std::
   return here;
 }
 
+std::optional<TypeLack> TypeSupports::lack_of(const std::string& type, const std::string& hash,
+                                              bool is_service) {
+  if (bare_name(type, hash, is_service)) return std::nullopt;
+  const auto found = load(type, is_service ? "service" : "message");
+  const auto* refusal = std::get_if<Refusal>(&found);
+  return refusal ? std::optional(TypeLack{refusal->code, refusal->reason}) : std::nullopt;
+}
+
 std::string TypeSupports::description(const std::string& type, const std::string& hash) {
   const auto message = installed(type);
   if (const auto* const* here = std::get_if<const MessageType*>(&message))

@@ -11,6 +11,7 @@
 #include <string>
 #include <variant>
 
+#include "core/ports/inputs.hpp"
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/types/bare_types.hpp"
 #include "ros/types/service_type.hpp"
@@ -50,6 +51,11 @@ class TypeSupports {
   Message message(const std::string& type, const std::string& hash, bool any_definition = false);
   // The same of "std_srvs/srv/SetBool" or "<package>/action/<Action>_SendGoal".
   Service service(const std::string& type, const std::string& hash, bool any_definition = false);
+
+  // Why a subscription to, or (`is_service`) a client of, such a type cannot be made, as far as
+  // that shows before it is tried. Uses no memory but for the package's library.
+  std::optional<TypeLack> lack_of(const std::string& type, const std::string& hash,
+                                  bool is_service);
 
   // The canonical text of the installed definition, if it has this hash; else empty.
   std::string description(const std::string& type, const std::string& hash);

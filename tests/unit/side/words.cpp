@@ -129,6 +129,8 @@ std::string word_of(const Control& control) {
       Overloaded{
           [&](const Offer& m) {
             std::string line = "offer";
+            for (const auto& told : m.lacking)
+              line += " lacks " + told.name + ":" + told.type + " " + told.code;
             for (const auto& c : m.channels)
               line += " " + std::to_string(c.channel.value) + c.name + origins(c.origins);
             return line + (m.complete ? " complete" : "");

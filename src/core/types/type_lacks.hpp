@@ -1,0 +1,58 @@
+// Types that the peers of a side would get from it, or it from them, if the exporter could take
+// them.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/graph/actions.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
+#include "core/link/link.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// What has such a type is not offered; the peer is told why, once for each type on a connection.
+// Single-threaded.
+class TypeLacks {
+ public:
+  TypeLacks(const GraphOptions& graph_options, const Policy& policy, const GraphView& graph,
+            const Claims& claims, const LocalActions& actions, Outputs& outputs)
+      : graph_options_(graph_options),
+        policy_(policy),
+        graph_(graph),
+        claims_(claims),
+        actions_(actions),
+        outputs_(outputs) {}
+
+  // Tells the peer what it may have, accepts and was not told of yet. No more than kLacksMax types
+  // on a connection.
+  void tell(Link& link);
+  void on_link_lost(LinkId link) { told_.erase(link); }
+  // The peer lacks these types: the log says so, once for each type and identity.
+  void on_told(const Link& link, const std::vector<LackTold>& lacking);
+
+ private:
+  // With local names; `part`: the name of a part, for an action.
+  struct Found {
+    InterfaceKind kind;
+    std::string name, part, type, part_type;
+    const TypeLack& lack;
+  };
+
+  void add(const Found& found, Link& link, std::vector<LackTold>& lacking);
+
+  const GraphOptions& graph_options_;
+  const Policy& policy_;
+  const GraphView& graph_;
+  const Claims& claims_;
+  const LocalActions& actions_;
+  Outputs& outputs_;
+  std::map<LinkId, std::set<std::string>> told_;  // types
+};
+
+}  // namespace connect_bridge

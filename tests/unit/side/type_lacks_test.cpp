@@ -1,0 +1,189 @@
+// What is said, at both sides, of types that the exporter cannot take.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "unit/side/script.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+const TypeLack kLack{"type_unknown", "the type p/msg/T is not known here: install the package p"};
+
+Topic lacking(Topic topic, const std::string& type = kType) {
+  topic.type = type;
+  topic.lack = kLack;
+  return topic;
+}
+ServiceState lacking(ServiceState service, const std::string& type = kServiceType) {
+  service.type = type;
+  service.lack = kLack;
+  return service;
+}
+template <class State>
+State typed(State state, const std::string& type) {
+  state.type = type;
+  return state;
+}
+
+Rule acting() {
+  Rule result = callable();
+  result.export_actions = result.import_actions = {Pattern::parse("/**").value()};
+  return result;
+}
+
+LackTold told(const std::string& name, const std::string& type) {
+  return {InterfaceKind::kTopic, name, type, kLack.code, kLack.reason};
+}
+
+struct TypeLacksTest : testing::Test {
+  // The parts of /fib; what is lacking is the type of its goals.
+  void serve_action(bool lacks) {
+    auto goal = typed(service("/fib/_action/send_goal"), "p/action/Fib_SendGoal");
+    if (lacks) goal.lack = kLack;
+    s.graph({typed(topic("/fib/_action/feedback").pub(1), "p/action/Fib_FeedbackMessage"),
+             typed(topic("/fib/_action/status").pub(2), "action_msgs/msg/GoalStatusArray")},
+            {goal, typed(service("/fib/_action/cancel_goal"), "action_msgs/srv/CancelGoal"),
+             typed(service("/fib/_action/get_result"), "p/action/Fib_GetResult")});
+  }
+
+  Script s{server({acting()})};
+};
+
+TEST_F(TypeLacksTest, ATopicIsNotOfferedAndThePeerIsTold) {
+  s.graph({lacking(topic("/a").pub(1)), lacking(topic("/b").pub(2)),
+           typed(topic("/c").pub(3), "p/msg/Known")});
+  s.login(1);
+  s.did();
+  s.said(1);
+  s.logged.clear();
+  s.say(1, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  EXPECT_EQ(s.said(1), "offer lacks /a:p/msg/T type_unknown\noffer 1/c[1] complete\n");
+  s.did();
+  EXPECT_EQ(s.logged, "cannot export /a: " + kLack.reason + "\n");
+}
+
+TEST_F(TypeLacksTest, OneThatCanBeTakenNowIsOffered) {
+  s.graph({lacking(topic("/a").pub(1))});
+  s.join(1);
+  s.said(1);
+  s.graph({lacking(topic("/a").pub(1).pub(2))});
+  EXPECT_EQ(s.said(1), "");
+  s.graph({topic("/a").pub(1).pub(2)});
+  EXPECT_EQ(s.said(1), "offer 1/a[1 2]\n");
+}
+
+TEST_F(TypeLacksTest, AServiceLikewise) {
+  s.join(1);
+  s.said(1);
+  s.graph({}, {lacking(service("/s"))});
+  EXPECT_EQ(s.said(1), "offer lacks /s:p/srv/S type_unknown\n");
+  s.graph({}, {service("/s")});
+  EXPECT_EQ(s.said(1), "offer 1/s[]\n");
+}
+
+TEST_F(TypeLacksTest, OfAnActionNoPartIsOffered) {
+  s.join(1);
+  s.said(1);
+  s.logged.clear();
+  serve_action(true);
+  EXPECT_EQ(s.said(1), "offer lacks /fib:p/action/Fib type_unknown\n");
+  s.did();
+  EXPECT_EQ(s.logged, "cannot export the action /fib: " + kLack.reason + "\n");
+  serve_action(false);
+  const std::string offer = s.said(1);
+  EXPECT_EQ(std::count(offer.begin(), offer.end(), '/'), 5 * 3) << offer;
+}
+
+TEST_F(TypeLacksTest, OnlyWhatThePeerMayHaveAndAccepts) {
+  Script strict(server({rule({"/a", "/b"}, {})}));
+  strict.graph({lacking(topic("/a").pub(1), "p/msg/A"), lacking(topic("/b").pub(2), "p/msg/B"),
+                lacking(topic("/c").pub(3), "p/msg/C"), lacking(topic("/b").sub(4), "p/msg/D")});
+  strict.login(1);
+  strict.said(1);
+  strict.say(1, Accepts{{{{"/b", "/c"}, {}}}, {}});
+  EXPECT_EQ(strict.said(1), "offer lacks /b:p/msg/B type_unknown\noffer complete\n");
+  // A right that is new.
+  strict.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_EQ(strict.said(1), "offer lacks /a:p/msg/A type_unknown\n");
+}
+
+TEST_F(TypeLacksTest, EachConnectionIsToldAgainAndTheLogIsNot) {
+  s.graph({lacking(topic("/a").pub(1))});
+  s.join(1);
+  s.lose(1);
+  s.did();
+  s.logged.clear();
+  s.login(2);
+  s.say(2, Accepts{{{{"/**"}, {}}}, {}});
+  EXPECT_NE(s.said(2).find("offer lacks /a:p/msg/T"), std::string::npos);
+  s.did();
+  EXPECT_EQ(s.logged.find("cannot export"), std::string::npos);
+}
+
+TEST_F(TypeLacksTest, TheLogNamesATypeOnceForAllPeers) {
+  s.graph({lacking(topic("/a").pub(1)), lacking(topic("/b").pub(2))});
+  s.join(1);
+  s.login(2);
+  s.did();
+  s.logged.clear();
+  s.said(2);
+  s.say(2, Accepts{{{{"/b"}, {}}}, {}});
+  EXPECT_EQ(s.said(2), "offer lacks /b:p/msg/T type_unknown\noffer complete\n");
+  s.did();
+  EXPECT_EQ(s.logged, "");
+}
+
+TEST_F(TypeLacksTest, NoMoreThanAPeerTakes) {
+  std::vector<Topic> topics;
+  for (std::size_t i = 0; i < kLacksMax + 10; ++i)
+    topics.push_back(
+        lacking(topic("/a" + std::to_string(i)).pub(1), "p/msg/T" + std::to_string(i)));
+  s.graph(topics);
+  s.login(1);
+  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+  const std::string line = s.said(1);
+  EXPECT_EQ(std::count(line.begin(), line.end(), ':'), static_cast<int>(kLacksMax)) << line;
+}
+
+// To subscribe would fail: that was said.
+TEST_F(TypeLacksTest, AListenerOfThePeerChangesNothing) {
+  s.join(1);
+  s.graph({lacking(topic("/a").pub(1))});
+  s.did();
+  s.say(1, Listeners{{{{1}, "/a", kType, "", "/far", qos()}}, {}});
+  EXPECT_EQ(s.did(), "");
+}
+
+// ---- at the importer
+
+TEST_F(TypeLacksTest, WhatAPeerLacksIsOneLineForEachType) {
+  s.join(1);
+  s.logged.clear();
+  s.say(1, Offer{{}, true, {told("/a", kType), told("/b", kType)}});
+  s.say(1, Offer{{}, false, {told("/c", kType)}});
+  s.did();
+  const std::string words = ", and says: " + kLack.reason + " (type_unknown)\n";
+  EXPECT_EQ(s.logged, "/peer at 10.0.0.1 cannot export /a" + words);
+  s.logged.clear();
+  LackTold action = told("/fib", "p/action/Fib");
+  action.kind = InterfaceKind::kAction;
+  s.say(1, Offer{{}, false, {action}});
+  s.did();
+  EXPECT_EQ(s.logged, "/peer at 10.0.0.1 cannot export the action /fib" + words);
+}
+
+TEST_F(TypeLacksTest, WhatIsNotImportedIsNotLogged) {
+  Script strict(server({rule({}, {"/a"})}));
+  strict.join(1);
+  strict.logged.clear();
+  LackTold other = told("/a", "p/msg/U");
+  other.kind = InterfaceKind::kOther;
+  strict.say(1, Offer{{}, true, {told("/b", kType), told("no name", "p/msg/V"), other}});
+  strict.did();
+  EXPECT_EQ(strict.logged, "");
+  EXPECT_TRUE(strict.status().links.at(0).open);
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
