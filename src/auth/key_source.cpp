@@ -106,7 +106,7 @@ void KeyAddress::take(const HttpAnswer& answer) {
     problems.push_back(name() + ": " + answer.problem);
   } else if (answer.status != kOk) {
     problems.push_back(name() + " answers " + std::to_string(answer.status));
-  } else if (answer.body != text_) {
+  } else if (answer.body.empty() || answer.body != text_) {
     keys = read_jwt_keys(answer.body, name(), problems);
     const bool secret = std::any_of(keys.begin(), keys.end(),
                                     [](const JwtKey& key) { return key.algorithm() == "HS256"; });

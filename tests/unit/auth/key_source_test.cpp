@@ -83,6 +83,7 @@ TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {
   const std::vector<std::pair<HttpAnswer, const char*>> wrong{
       {{0, {}, {}, "no answer in time"}, "no answer in time"},
       {{503, kEdSet, {}, {}}, "answers 503"},
+      {{200, "", {}, {}}, "issuer.example"},
       {{200, "<html>", {}, {}}, "issuer.example"},
       {{200, R"({"keys":[]})", {}, {}}, "issuer.example"},
       {{200, kOctSet, {}, {}}, "a secret key"}};

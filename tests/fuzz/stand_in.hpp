@@ -1,0 +1,57 @@
+// A peer that this side dials, for fuzz targets: a listening socket on the loopback.
+#pragma once
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/base/check.hpp"
+
+namespace connect_bridge {
+
+class StandIn {
+ public:
+  // `flags`: of the socket, SOCK_NONBLOCK or 0.
+  explicit StandIn(int flags) : flags_(flags) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    auto* const at = reinterpret_cast<sockaddr*>(&address);
+    CONNECT_CHECK(::bind(listener_, at, size) == 0 && ::listen(listener_, 8) == 0);
+    CONNECT_CHECK(::getsockname(listener_, at, &size) == 0);
+    port_ = ntohs(address.sin_port);
+    if (flags != 0) return;
+    const timeval patience{5, 0};  // accept() too
+    ::setsockopt(listener_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  }
+
+  [[nodiscard]] std::uint16_t port() const { return port_; }
+
+  // Who has dialed, or -1. It ends with a reset: ports in TIME-WAIT would soon be all that there
+  // are.
+  [[nodiscard]] int accepted() const {
+    const int taken = ::accept4(listener_, nullptr, nullptr, flags_ | SOCK_CLOEXEC);
+    const linger at_once{1, 0};
+    if (taken >= 0) ::setsockopt(taken, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    return taken;
+  }
+
+ private:
+  const int flags_;
+  const int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | flags_, 0);
+  std::uint16_t port_ = 0;
+};
+
+// What goes to a log in one line, whatever a peer has answered.
+inline void check_loggable(std::string_view text) {
+  constexpr std::size_t kTextMax = 2048;
+  const auto control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  CONNECT_CHECK(text.size() <= kTextMax && std::none_of(text.begin(), text.end(), control));
+}
+
+}  // namespace connect_bridge
