@@ -238,12 +238,8 @@ void OfferedTopic::demand_again(const Now& now) {
 Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   wire_bytes_ += message.body.size();
   last_sequence_ = message.sequence;
-  if (!wants(message.demand)) {
-    dropped_.add(DropReason::kNoDemand);
-    return Nothing{};
-  }
-  if (!message.kept) {
-    dropped_.add(DropReason::kMemory);
+  if (const bool wanted = wants(message.demand); !wanted || !message.kept) {
+    dropped_.add(wanted ? DropReason::kMemory : DropReason::kNoDemand);
     return Nothing{};
   }
   const auto useful = resolve(message, now);
