@@ -90,6 +90,8 @@ void Expectation::expect_origin(const Writer& origin, const Host& importer) {
         std::min<std::uint64_t>(there.reassembly.message_bytes_max, here.outbox.data_bytes_max / 3);
     expected.queue_bytes_max =
         std::min<std::uint64_t>(here.outbox.data_bytes_max / 2, here.history_bytes_max);
+    expected.topic_bytes_max = exported->queue_bytes_max;
+    expected.link_bytes_max = here.outbox.data_bytes_max;
     merge(std::move(expected));
   }
 }

@@ -30,6 +30,8 @@ struct ExpectedMirror {
   bool resumes = false;               // what a lost connection loses comes later
   std::size_t bytes_max = 0;          // largest message that both sides accept
   std::uint64_t queue_bytes_max = 0;  // how much may wait at once
+  std::uint64_t topic_bytes_max = 0;  // the same at the exporter, of its topic
+  std::uint64_t link_bytes_max = 0;   // and of all topics of a link
   std::uint32_t history = 0;          // samples that the exporter keeps for late subscribers
 };
 

@@ -52,14 +52,17 @@ void Expectation::check_first_words() const {
     if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
     // They speak at once, and a queue holds what a rule says of all publishers of a topic together,
     // as a DDS reader does (DDS 1.4 section 2.2.3.18); a link holds so many bytes of all topics.
-    std::uint64_t of_topic = 0, bytes = 0;
+    std::uint64_t of_topic = 0, topic_bytes = 0, bytes = 0;
     for (const int speaker : speakers) {
       const EndpointSpec& other = middleware_.writer(speaker).spec;
       if (other.graph != origin.spec.graph) continue;
       bytes += crowd_.plan_of(speaker).bytes_max;
-      if (other.topic == origin.spec.topic) ++of_topic;
+      if (other.topic != origin.spec.topic) continue;
+      topic_bytes += crowd_.plan_of(speaker).bytes_max;
+      ++of_topic;
     }
-    if (expected.qos.depth < of_topic || expected.queue_bytes_max < bytes) continue;
+    if (expected.qos.depth < of_topic || expected.link_bytes_max < bytes) continue;
+    if (expected.topic_bytes_max > 0 && expected.topic_bytes_max < topic_bytes) continue;
     for (const int id : crowd_.readers()) {
       if (!hears(middleware_.reader(id).spec, expected)) continue;
       checker_.ledger().coverage().count(Judged::kFirstWords);
