@@ -14,7 +14,6 @@ std::string shown_name(InterfaceKind kind, const std::string& name) {
 }  // namespace
 
 void TypeLacks::tell(Link& link) {
-  if (!link.open() || !link.accepts) return;
   Offer offer;
   for (const auto& [key, topic] : graph_.topics()) {
     if (!topic.lack || topic.publishers.empty() || has_action_token(key.first)) continue;
@@ -36,7 +35,7 @@ void TypeLacks::tell(Link& link) {
 
 void TypeLacks::add(const Found& found, Link& link, std::vector<LackTold>& lacking) {
   std::set<std::string>& told = told_[link.id];
-  if (told.size() >= kLacksMax || told.contains(found.type)) return;
+  if (told.contains(found.type)) return;
   const auto wire_part = graph_options_.names.to_wire(found.part);
   if (!wire_part) return;
   const bool is_action = found.kind == InterfaceKind::kAction;
@@ -45,13 +44,14 @@ void TypeLacks::add(const Found& found, Link& link, std::vector<LackTold>& lacki
                        is_action ? std::string_view{found.type} : std::string_view{}};
   if (!policy_.decide(Direction::kExport, what, link.identity)) return;
   if (!link.accepts->takes(what).value_or(false)) return;
+  if (outputs_.told().first("type_lacking " + found.type))
+    outputs_.log(LogLevel::kWarn,
+                 "cannot export " + shown_name(found.kind, found.name) + ": " + found.lack.reason);
+  if (told.size() >= kLacksMax) return;
   told.insert(found.type);
   const auto part = part_of_action(what.kind, what.name, what.type);
   lacking.push_back({found.kind, is_action && part ? std::string(part->action) : *wire_part,
                      found.type, found.lack.code, found.lack.reason});
-  if (!outputs_.told().first("type_lacking " + found.type)) return;
-  outputs_.log(LogLevel::kWarn,
-               "cannot export " + shown_name(found.kind, found.name) + ": " + found.lack.reason);
 }
 
 void TypeLacks::on_told(const Link& link, const std::vector<LackTold>& lacking) {

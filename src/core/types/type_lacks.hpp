@@ -29,8 +29,8 @@ class TypeLacks {
         actions_(actions),
         outputs_(outputs) {}
 
-  // Tells the peer what it may have, accepts and was not told of yet. No more than kLacksMax types
-  // on a connection.
+  // Tells the peer, which is there and has said what it accepts, what it may have, accepts and was
+  // not told of yet. No more than kLacksMax types on a connection; our log names the others too.
   void tell(Link& link);
   void on_link_lost(LinkId link) { told_.erase(link); }
   // The peer lacks these types: the log says so, once for each type and identity.

@@ -1,33 +1,13 @@
 // What an operator reads when a type is missing: one line for each cause, on both sides.
 #include <gtest/gtest.h>
 
+#include "unit/side/action.hpp"
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
 namespace {
 
 constexpr char kUnknown[] = "the type p/action/Fib is not known here";
-
-template <class State>
-State typed(State state, const std::string& type) {
-  state.type = type;
-  return state;
-}
-
-Rule acting() {
-  Rule result = callable();
-  result.export_actions = result.import_actions = {Pattern::parse("/**").value()};
-  return result;
-}
-
-// A graph with a server of the action /fib.
-void serve_action(Script& s) {
-  s.graph({typed(topic("/fib/_action/feedback").pub(1), "p/action/Fib_FeedbackMessage"),
-           typed(topic("/fib/_action/status").pub(2), "action_msgs/msg/GoalStatusArray")},
-          {typed(service("/fib/_action/send_goal"), "p/action/Fib_SendGoal"),
-           typed(service("/fib/_action/cancel_goal"), "action_msgs/srv/CancelGoal"),
-           typed(service("/fib/_action/get_result"), "p/action/Fib_GetResult")});
-}
 
 ChannelOffer part(ChannelOffer offer, const std::string& type) {
   offer.type = type;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "unit/side/action.hpp"
 #include "unit/side/script.hpp"
 
 namespace connect_bridge::side_test {
@@ -20,33 +21,11 @@ ServiceState lacking(ServiceState service, const std::string& type = kServiceTyp
   service.lack = kLack;
   return service;
 }
-template <class State>
-State typed(State state, const std::string& type) {
-  state.type = type;
-  return state;
-}
-
-Rule acting() {
-  Rule result = callable();
-  result.export_actions = result.import_actions = {Pattern::parse("/**").value()};
-  return result;
-}
-
 LackTold told(const std::string& name, const std::string& type) {
   return {InterfaceKind::kTopic, name, type, kLack.code, kLack.reason};
 }
 
 struct TypeLacksTest : testing::Test {
-  // The parts of /fib; what is lacking is the type of its goals.
-  void serve_action(bool lacks) {
-    auto goal = typed(service("/fib/_action/send_goal"), "p/action/Fib_SendGoal");
-    if (lacks) goal.lack = kLack;
-    s.graph({typed(topic("/fib/_action/feedback").pub(1), "p/action/Fib_FeedbackMessage"),
-             typed(topic("/fib/_action/status").pub(2), "action_msgs/msg/GoalStatusArray")},
-            {goal, typed(service("/fib/_action/cancel_goal"), "action_msgs/srv/CancelGoal"),
-             typed(service("/fib/_action/get_result"), "p/action/Fib_GetResult")});
-  }
-
   Script s{server({acting()})};
 };
 
@@ -86,11 +65,11 @@ TEST_F(TypeLacksTest, OfAnActionNoPartIsOffered) {
   s.join(1);
   s.said(1);
   s.logged.clear();
-  serve_action(true);
+  serve_action(s, kLack);  // of the type of its goals
   EXPECT_EQ(s.said(1), "offer lacks /fib:p/action/Fib type_unknown\n");
   s.did();
   EXPECT_EQ(s.logged, "cannot export the action /fib: " + kLack.reason + "\n");
-  serve_action(false);
+  serve_action(s);
   const std::string offer = s.said(1);
   EXPECT_EQ(std::count(offer.begin(), offer.end(), '/'), 5 * 3) << offer;
 }
@@ -144,6 +123,9 @@ TEST_F(TypeLacksTest, NoMoreThanAPeerTakes) {
   s.say(1, Accepts{{{{"/**"}, {}}}, {}});
   const std::string line = s.said(1);
   EXPECT_EQ(std::count(line.begin(), line.end(), ':'), static_cast<int>(kLacksMax)) << line;
+  s.did();
+  EXPECT_NE(s.logged.find("cannot export /a" + std::to_string(kLacksMax + 9) + ":"),
+            std::string::npos);
 }
 
 // To subscribe would fail: that was said.
