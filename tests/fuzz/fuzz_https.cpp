@@ -2,6 +2,7 @@
 // external service's judgement. Input: a flag byte, then the answer with its headers.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -69,7 +70,7 @@ void check_judgement(const HttpAddress& address, const HttpFetch& fetch, std::st
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const StandIn service{0};
+  static const StandIn service;
   static Https https("", std::nullopt);
   static const HttpAddress address{false, "127.0.0.1", service.port(), "/"};
   if (size == 0) return 0;

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <string>
 #include <string_view>
 
 #include "core/base/check.hpp"
@@ -15,8 +14,7 @@ namespace connect_bridge {
 
 class StandIn {
  public:
-  // `flags`: of the socket, SOCK_NONBLOCK or 0.
-  explicit StandIn(int flags) : flags_(flags) {
+  StandIn() {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -25,7 +23,6 @@ class StandIn {
     CONNECT_CHECK(::bind(listener_, at, size) == 0 && ::listen(listener_, 8) == 0);
     CONNECT_CHECK(::getsockname(listener_, at, &size) == 0);
     port_ = ntohs(address.sin_port);
-    if (flags != 0) return;
     const timeval patience{5, 0};  // accept() too
     ::setsockopt(listener_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
@@ -35,15 +32,14 @@ class StandIn {
   // Who has dialed, or -1. It ends with a reset: ports in TIME-WAIT would soon be all that there
   // are.
   [[nodiscard]] int accepted() const {
-    const int taken = ::accept4(listener_, nullptr, nullptr, flags_ | SOCK_CLOEXEC);
+    const int taken = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     const linger at_once{1, 0};
     if (taken >= 0) ::setsockopt(taken, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
     return taken;
   }
 
  private:
-  const int flags_;
-  const int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | flags_, 0);
+  const int listener_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   std::uint16_t port_ = 0;
 };
 
