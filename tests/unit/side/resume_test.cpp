@@ -154,6 +154,37 @@ TEST(SideResume, CommandsAreNeverReplayed) {
   EXPECT_EQ(s.did(), "");
 }
 
+// A server that has forgotten the session does not know what it had of it: what a later connection
+// of the new one resumes is not of the old one.
+TEST(SideResume, ANewSessionResumesNothing) {
+  for (const bool kept : {true, false}) {
+    auto options = client();
+    options.resume_for = std::chrono::seconds(60);
+    Script s(std::move(options));
+    s.graph({topic("/a").pub(1)});
+    s.pass(1000);
+    s.be_welcomed(1);
+    s.say(1, Accepts{{{{"/**"}, {}}}, {}});
+    s.said(1);
+    s.say(1, Demand{{{1}}, 1, true});
+    s.take(2, 1, "b");
+    s.lose(1);
+    s.pass(500);
+    s.be_welcomed(2, 0, Script::peer_id(kept ? 77 : 78));
+    s.did();
+    EXPECT_EQ(s.logged.find("0 messages come late, 1 are lost") == std::string::npos, kept)
+        << s.logged;
+    s.say(2, Accepts{{{{"/**"}, {}}}, {}});
+    s.lose(2);
+    s.pass(1000);
+    s.be_welcomed(3, 0, Script::peer_id(kept ? 77 : 78));
+    s.say(3, Accepts{{{{"/**"}, {}}}, {}});
+    all_said(s, 3);
+    s.say(3, Demand{{{3}}, 1, true, {0}});
+    EXPECT_EQ(all_said(s, 3), kept ? "3.1 b\n" : "");
+  }
+}
+
 TEST(SideResume, BestEffortIsNotKept) {
   Exporting s(keeping(), best_effort());
   s.lose(1);
