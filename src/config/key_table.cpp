@@ -24,61 +24,51 @@ ParameterValue whole(std::uint64_t value) {
 }
 
 void add_tls(Rows& rows) {
-  const std::string section = "TLS";
-  rows.push_back({.section = section,
-                  .key = "tls.certificate",
-                  .syntax = check_not_empty,
-                  .help = "File with this side's certificate chain (PEM). With it a server speaks "
-                          "TLS only; a client shows it to servers that ask."});
-  rows.push_back({.section = section,
-                  .key = "tls.private_key",
-                  .syntax = check_not_empty,
-                  .help = "File with the private key of the certificate (PEM)."});
-  rows.push_back({.section = section,
-                  .key = "tls.ca",
-                  .syntax = check_not_empty,
-                  .help = "File with the certificates to trust (PEM). Client: in place of the "
-                          "system's. Server: every client must show one that they signed."});
-  rows.push_back({.section = section,
-                  .key = "tls.server_name",
-                  .syntax = check_not_empty,
-                  .used_by = UsedBy::kClient,
-                  .help = "Name that the server's certificate must carry, where it is not the "
-                          "host of the URL."});
-  rows.push_back({.section = section,
-                  .key = "tls.pin",
-                  .type = ParameterType::kStrings,
-                  .fallback = Strings{},
-                  .syntax = check_pin,
-                  .used_by = UsedBy::kClient,
-                  .help = "SHA-256 of the public keys that the server may have, in base64. With "
-                          "tls.ca both must hold; without it the key alone decides, and the "
-                          "certificate may be self-signed, expired or for another name."});
+  const auto add = section_adder(rows, "TLS");
+  add({.key = "tls.certificate",
+       .syntax = check_not_empty,
+       .help = "File with this side's certificate chain (PEM). With it a server speaks "
+               "TLS only; a client shows it to servers that ask."});
+  add({.key = "tls.private_key",
+       .syntax = check_not_empty,
+       .help = "File with the private key of the certificate (PEM)."});
+  add({.key = "tls.ca",
+       .syntax = check_not_empty,
+       .help = "File with the certificates to trust (PEM). Client: in place of the "
+               "system's. Server: every client must show one that they signed."});
+  add({.key = "tls.server_name",
+       .syntax = check_not_empty,
+       .used_by = UsedBy::kClient,
+       .help = "Name that the server's certificate must carry, where it is not the "
+               "host of the URL."});
+  add({.key = "tls.pin",
+       .type = ParameterType::kStrings,
+       .fallback = Strings{},
+       .syntax = check_pin,
+       .used_by = UsedBy::kClient,
+       .help = "SHA-256 of the public keys that the server may have, in base64. With "
+               "tls.ca both must hold; without it the key alone decides, and the "
+               "certificate may be self-signed, expired or for another name."});
 }
 
 void add_names(Rows& rows) {
-  const std::string section = "Names at this side";
-  rows.push_back(
-      {.section = section,
-       .key = "prefix",
+  const auto add = section_adder(rows, "Names at this side");
+  add({.key = "prefix",
        .fallback = "",
        .syntax = check_prefix,
        .help = "Put before every name of the peer, so that several robots can be used side by "
                "side: /scan becomes /robot1/scan. Of this side only names below it can be "
                "exported; the peer sees them without it. Rules have names without it."});
-  rows.push_back({.section = section,
-                  .key = "remap",
-                  .type = ParameterType::kStrings,
-                  .fallback = Strings{},
-                  .syntax = check_remap,
-                  .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
-  rows.push_back({.section = section,
-                  .key = "graph",
-                  .words = {"merged", "nodes"},
-                  .help =
-                      "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
-                      "of the peer's, with its name, so that `ros2 node`, `ros2 param` and `ros2 "
-                      "lifecycle` find it. Unset: `nodes` at a client, `merged` at a server."});
+  add({.key = "remap",
+       .type = ParameterType::kStrings,
+       .fallback = Strings{},
+       .syntax = check_remap,
+       .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
+  add({.key = "graph",
+       .words = {"merged", "nodes"},
+       .help = "Who owns what is imported. `merged`: this node. `nodes`: a node for each "
+               "of the peer's, with its name, so that `ros2 node`, `ros2 param` and `ros2 "
+               "lifecycle` find it. Unset: `nodes` at a client, `merged` at a server."});
 }
 
 void add_operation(Rows& rows) {
@@ -103,25 +93,21 @@ void add_operation(Rows& rows) {
 }
 
 void add_link_limits(Rows& rows, const SideOptions& core) {
-  const std::string section = "Limits of a link";
-  rows.push_back({.section = section,
-                  .key = "max_message_size",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.reassembly.message_bytes_max),
-                  .range = NumberRange{1024, kGiB},
-                  .unit = "bytes",
-                  .help = "Largest message accepted from a peer."});
-  rows.push_back({.section = section,
-                  .key = "queue_bytes_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.outbox.data_bytes_max),
-                  .range = NumberRange{65536, 4 * kGiB},
-                  .unit = "bytes",
-                  .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
-                          "the lowest priority are dropped and counted."});
-  rows.push_back(
-      {.section = section,
-       .key = "fragment_bytes",
+  const auto add = section_adder(rows, "Limits of a link");
+  add({.key = "max_message_size",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.reassembly.message_bytes_max),
+       .range = NumberRange{1024, kGiB},
+       .unit = "bytes",
+       .help = "Largest message accepted from a peer."});
+  add({.key = "queue_bytes_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.outbox.data_bytes_max),
+       .range = NumberRange{65536, 4 * kGiB},
+       .unit = "bytes",
+       .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
+               "the lowest priority are dropped and counted."});
+  add({.key = "fragment_bytes",
        .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.fragment_bytes),
        .range = NumberRange{1024, 1048576},
@@ -129,27 +115,24 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
        .help = "Largest part of a message that is sent in one piece. Parts follow the rate of "
                "the link, so a limit is needed only where urgent messages overtake too late: "
                "4096 to 16384 on thin links."});
-  rows.push_back({.section = section,
-                  .key = "history_bytes_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.history_bytes_max),
-                  .range = NumberRange{0, 4 * kGiB},
-                  .unit = "bytes",
-                  .help = "Transient-local samples of one topic kept for links that come later."});
-  rows.push_back({.section = section,
-                  .key = "default_depth",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.default_depth),
-                  .range = NumberRange{1, 100000},
-                  .unit = "messages",
-                  .help = "Queue depth where the graph does not show one."});
-  rows.push_back({.section = section,
-                  .key = "latched_depth",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.latched_depth),
-                  .range = NumberRange{1, 100000},
-                  .unit = "messages",
-                  .help = "The same for transient-local topics."});
+  add({.key = "history_bytes_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.history_bytes_max),
+       .range = NumberRange{0, 4 * kGiB},
+       .unit = "bytes",
+       .help = "Transient-local samples of one topic kept for links that come later."});
+  add({.key = "default_depth",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.default_depth),
+       .range = NumberRange{1, 100000},
+       .unit = "messages",
+       .help = "Queue depth where the graph does not show one."});
+  add({.key = "latched_depth",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.latched_depth),
+       .range = NumberRange{1, 100000},
+       .unit = "messages",
+       .help = "The same for transient-local topics."});
 }
 
 // Limits of what a peer may create in this side's graph.
@@ -187,136 +170,118 @@ void add_mirror_limits(Rows& rows, const SideOptions& core) {
 
 // Limits of numbers per peer.
 void add_numbers(Rows& rows, const SideOptions& core) {
-  const std::string section = "Limits of a link";
-  rows.push_back({.section = section,
-                  .key = "channels_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.channels_max),
-                  .range = NumberRange{1, 65536},
-                  .help = "Interfaces that one peer may offer."});
-  rows.push_back({.section = section,
-                  .key = "calls_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.calls_max),
-                  .range = NumberRange{1, 1000},
-                  .unit = "calls",
-                  .help = "Calls of one peer under way at this side's servers, of all services "
-                          "together; later ones wait for their turn."});
-  rows.push_back({.section = section,
-                  .key = "connections_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.links_max),
-                  .range = NumberRange{1, 10000},
-                  .used_by = UsedBy::kServer,
-                  .help = "Clients at the same time, including lost ones that may return."});
-  rows.push_back({.section = section,
-                  .key = "connections_per_identity_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.identity_links_max),
-                  .range = NumberRange{0, 10000},
-                  .used_by = UsedBy::kServer,
-                  .help = "The same for one identity, so that one token cannot take all places. 0: "
-                          "half of connections_max, but at least 8."});
+  const auto add = section_adder(rows, "Limits of a link");
+  add({.key = "channels_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.channels_max),
+       .range = NumberRange{1, 65536},
+       .help = "Interfaces that one peer may offer."});
+  add({.key = "calls_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.calls_max),
+       .range = NumberRange{1, 1000},
+       .unit = "calls",
+       .help = "Calls of one peer under way at this side's servers, of all services "
+               "together; later ones wait for their turn."});
+  add({.key = "connections_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.links_max),
+       .range = NumberRange{1, 10000},
+       .used_by = UsedBy::kServer,
+       .help = "Clients at the same time, including lost ones that may return."});
+  add({.key = "connections_per_identity_max",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.identity_links_max),
+       .range = NumberRange{0, 10000},
+       .used_by = UsedBy::kServer,
+       .help = "The same for one identity, so that one token cannot take all places. 0: "
+               "half of connections_max, but at least 8."});
 }
 
 void add_times(Rows& rows, const SideOptions& core) {
-  const std::string section = "Connection";
-  rows.push_back({.section = section,
-                  .key = "dead_after",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.dead_after),
-                  .range = NumberRange{0.2, 300},
-                  .unit = "s",
-                  .help = "A peer that was silent for this time counts as gone."});
-  rows.push_back({.section = section,
-                  .key = "resume.seconds",
-                  .type = ParameterType::kDouble,
-                  .fallback = 60.0,
-                  .range = NumberRange{0, 3600},
-                  .unit = "s",
-                  .help = "How long after a loss the messages of reliable topics are kept for the "
-                          "peer's return (see \"After a break\"). 0: not at all."});
-  rows.push_back({.section = section,
-                  .key = "resume.bytes",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.resume_bytes_max),
-                  .range = NumberRange{0, kGiB},
-                  .unit = "bytes",
-                  .help = "How many bytes of them are kept for one peer. Beyond that the topic "
-                          "with the most bytes loses its oldest message."});
-  rows.push_back({.section = section,
-                  .key = "retry_min",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.retry_min),
-                  .range = NumberRange{0.05, 600},
-                  .used_by = UsedBy::kClient,
-                  .unit = "s",
-                  .help = "First wait before dialing again; it doubles with each failure."});
-  rows.push_back({.section = section,
-                  .key = "retry_max",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.retry_max),
-                  .range = NumberRange{0.05, 600},
-                  .used_by = UsedBy::kClient,
-                  .unit = "s",
-                  .help = "Longest wait before dialing again."});
-  rows.push_back({.section = section,
-                  .key = "dial_timeout",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.dial_timeout),
-                  .range = NumberRange{1, 300},
-                  .used_by = UsedBy::kClient,
-                  .unit = "s",
-                  .help = "Time for name look-up, TCP, TLS and WebSocket together."});
-  rows.push_back({.section = section,
-                  .key = "login_timeout",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.login_timeout),
-                  .range = NumberRange{1, 60},
-                  .used_by = UsedBy::kServer,
-                  .unit = "s",
-                  .help = "Time that a connection has to log in."});
+  const auto add = section_adder(rows, "Connection");
+  add({.key = "dead_after",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.dead_after),
+       .range = NumberRange{0.2, 300},
+       .unit = "s",
+       .help = "A peer that was silent for this time counts as gone."});
+  add({.key = "resume.seconds",
+       .type = ParameterType::kDouble,
+       .fallback = 60.0,
+       .range = NumberRange{0, 3600},
+       .unit = "s",
+       .help = "How long after a loss the messages of reliable topics are kept for the "
+               "peer's return (see \"After a break\"). 0: not at all."});
+  add({.key = "resume.bytes",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.resume_bytes_max),
+       .range = NumberRange{0, kGiB},
+       .unit = "bytes",
+       .help = "How many bytes of them are kept for one peer. Beyond that the topic "
+               "with the most bytes loses its oldest message."});
+  add({.key = "retry_min",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.retry_min),
+       .range = NumberRange{0.05, 600},
+       .used_by = UsedBy::kClient,
+       .unit = "s",
+       .help = "First wait before dialing again; it doubles with each failure."});
+  add({.key = "retry_max",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.retry_max),
+       .range = NumberRange{0.05, 600},
+       .used_by = UsedBy::kClient,
+       .unit = "s",
+       .help = "Longest wait before dialing again."});
+  add({.key = "dial_timeout",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.dial_timeout),
+       .range = NumberRange{1, 300},
+       .used_by = UsedBy::kClient,
+       .unit = "s",
+       .help = "Time for name look-up, TCP, TLS and WebSocket together."});
+  add({.key = "login_timeout",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.login_timeout),
+       .range = NumberRange{1, 60},
+       .used_by = UsedBy::kServer,
+       .unit = "s",
+       .help = "Time that a connection has to log in."});
 }
 
 void add_flow(Rows& rows, const SideOptions& core) {
-  const std::string section = "Connection";
-  rows.push_back({.section = section,
-                  .key = "link.bytes_per_second",
-                  .type = ParameterType::kInteger,
-                  .fallback = whole(core.outbox.bytes_per_second_max),
-                  .range = NumberRange{0, 1e12},
-                  .unit = "bytes/s",
-                  .help =
-                      "The most that this side sends on one link, for connections that are paid "
-                      "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
-                      "messages count and are never held back. 0: no limit; values below 1000 mean "
-                      "1000 (see \"A connection that is paid by the megabyte\")."});
-  rows.push_back(
-      {.section = section,
-       .key = "not_sent_bytes",
+  const auto add = section_adder(rows, "Connection");
+  add({.key = "link.bytes_per_second",
+       .type = ParameterType::kInteger,
+       .fallback = whole(core.outbox.bytes_per_second_max),
+       .range = NumberRange{0, 1e12},
+       .unit = "bytes/s",
+       .help = "The most that this side sends on one link, for connections that are paid "
+               "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
+               "messages count and are never held back. 0: no limit; values below 1000 mean "
+               "1000 (see \"A connection that is paid by the megabyte\")."});
+  add({.key = "not_sent_bytes",
        .type = ParameterType::kInteger,
        .fallback = whole(16384),
        .range = NumberRange{0, 16777216},
        .unit = "bytes",
        .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
                "small value keeps urgent messages fast; 0 leaves it to the host."});
-  rows.push_back({.section = section,
-                  .key = "queue_delay_target",
-                  .type = ParameterType::kDouble,
-                  .fallback = seconds(core.outbox.queue_delay_target),
-                  .range = NumberRange{0, 1},
-                  .unit = "s",
-                  .help =
-                      "Delay that data which is not urgent may cause in the queues on the path: it "
-                      "is sent as fast as the link delivers, no faster (docs/flow.md). "
-                      "0 sends as fast as TCP takes it."});
-  rows.push_back({.section = section,
-                  .key = "congestion_control",
-                  .fallback = "auto",
-                  .syntax = check_word,
-                  .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows "
-                          "it, while the network loses packets all the time; "
-                          "`host` leaves the host's, any other word is the algorithm to use."});
+  add({.key = "queue_delay_target",
+       .type = ParameterType::kDouble,
+       .fallback = seconds(core.outbox.queue_delay_target),
+       .range = NumberRange{0, 1},
+       .unit = "s",
+       .help = "Delay that data which is not urgent may cause in the queues on the path: it "
+               "is sent as fast as the link delivers, no faster (docs/flow.md). "
+               "0 sends as fast as TCP takes it."});
+  add({.key = "congestion_control",
+       .fallback = "auto",
+       .syntax = check_word,
+       .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows "
+               "it, while the network loses packets all the time; "
+               "`host` leaves the host's, any other word is the algorithm to use."});
 }
 
 }  // namespace

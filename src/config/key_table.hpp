@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "config/parameter.hpp"
@@ -34,6 +35,14 @@ struct KeySpec {
   std::string unit{};       // "s", "bytes", "Hz" or empty
   std::string help{};       // one sentence
 };
+
+// Adds rows under one heading of the manual.
+[[nodiscard]] inline auto section_adder(std::vector<KeySpec>& rows, const char* section) {
+  return [&rows, section](KeySpec spec) {
+    spec.section = section;
+    rows.push_back(std::move(spec));
+  };
+}
 
 [[nodiscard]] const std::vector<KeySpec>& key_table();
 
