@@ -72,24 +72,22 @@ void add_names(Rows& rows) {
 }
 
 void add_operation(Rows& rows) {
-  rows.push_back({.section = "Operation",
-                  .key = "status_file",
-                  .syntax = check_not_empty,
-                  .help = "File in which this side keeps its status as JSON, once a second: links, "
-                          "clock, and per topic messages, bytes, latency and drops by reason."});
-  rows.push_back({.section = "Operation",
-                  .key = "usage_file",
-                  .syntax = check_not_empty,
-                  .help = "File in which this side counts the bytes that it costs on the network, "
-                          "by day, over restarts. Without it they are counted since the start; "
-                          "the status shows today's and this month's."});
-  rows.push_back({.section = "Operation",
-                  .key = "types_not_installed",
-                  .fallback = "carry",
-                  .words = {"carry", "refuse"},
-                  .help = "Interfaces whose type's package is not installed at this side. `carry`: "
-                          "their messages are carried, and unchecked until the peer has described "
-                          "the type. `refuse`: only what can be checked reaches a node."});
+  const auto add = section_adder(rows, "Operation");
+  add({.key = "status_file",
+       .syntax = check_not_empty,
+       .help = "File in which this side keeps its status as JSON, once a second: links, "
+               "clock, and per topic messages, bytes, latency and drops by reason."});
+  add({.key = "usage_file",
+       .syntax = check_not_empty,
+       .help = "File in which this side counts the bytes that it costs on the network, "
+               "by day, over restarts. Without it they are counted since the start; "
+               "the status shows today's and this month's."});
+  add({.key = "types_not_installed",
+       .fallback = "carry",
+       .words = {"carry", "refuse"},
+       .help = "Interfaces whose type's package is not installed at this side. `carry`: "
+               "their messages are carried, and unchecked until the peer has described "
+               "the type. `refuse`: only what can be checked reaches a node."});
 }
 
 void add_link_limits(Rows& rows, const SideOptions& core) {
@@ -137,10 +135,10 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
 
 // Limits of what a peer may create in this side's graph.
 void add_mirror_limits(Rows& rows, const SideOptions& core) {
+  const auto add_row = section_adder(rows, "Limits of a link");
   const auto add = [&](KeySpec spec) {
-    spec.section = "Limits of a link";
     spec.type = ParameterType::kInteger;
-    rows.push_back(std::move(spec));
+    add_row(std::move(spec));
   };
   add({.key = "mirrors_max",
        .fallback = whole(core.mirrors_max),
@@ -303,14 +301,14 @@ const std::vector<KeySpec>& key_table() {
     add_mirror_limits(rows, core);
     add_share_rows(rows, core);
     add_stranger_rows(rows, core);
-    rows.push_back({.section = "Rules",
-                    .key = "rules",
-                    .type = ParameterType::kStrings,
-                    .fallback = Strings{},
-                    .syntax = check_rule_name,
-                    .changeable = true,
-                    .help = "Names of the rules in their order: the first that allows an interface "
-                            "decides its treatment."});
+    section_adder(rows, "Rules")(
+        {.key = "rules",
+         .type = ParameterType::kStrings,
+         .fallback = Strings{},
+         .syntax = check_rule_name,
+         .changeable = true,
+         .help = "Names of the rules in their order: the first that allows an interface "
+                 "decides its treatment."});
     add_rule_rows(rows);
     return rows;
   }();

@@ -36,7 +36,7 @@ struct KeySpec {
   std::string help{};       // one sentence
 };
 
-// Adds rows under one heading of the manual.
+// Adds rows under one heading of docs/config.md. `rows` and `section` must outlive what it returns.
 [[nodiscard]] inline auto section_adder(std::vector<KeySpec>& rows, const char* section) {
   return [&rows, section](KeySpec spec) {
     spec.section = section;

@@ -12,11 +12,13 @@ using namespace syntax;  // NOLINT: a table reads better without the repeated wo
 using Strings = std::vector<std::string>;
 using Rows = std::vector<KeySpec>;
 
-void add_jwt(Rows& rows, const std::string& section) {
+constexpr char kLoginSection[] = "Login";
+
+void add_jwt(Rows& rows) {
+  const auto add_row = section_adder(rows, kLoginSection);
   const auto add = [&](KeySpec spec) {
-    spec.section = section;
     spec.used_by = UsedBy::kServer;
-    rows.push_back(std::move(spec));
+    add_row(std::move(spec));
   };
   add({.key = "auth.jwt_keys",
        .syntax = check_file_or_http_url,
@@ -41,49 +43,41 @@ void add_jwt(Rows& rows, const std::string& section) {
 }  // namespace
 
 void add_login_rows(Rows& rows) {
-  const std::string section = "Login";
-  rows.push_back({.section = section,
-                  .key = "auth.method",
-                  .fallback = "token",
-                  .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
-                  .help = "How a client proves who it is; the same at both sides. `certificate`: "
-                          "by the one it shows (tls.ca at the server). `none` is refused by a "
-                          "server that listens beyond loopback."});
-  rows.push_back({.section = section,
-                  .key = "auth.token",
-                  .syntax = check_token,
-                  .secret = true,
-                  .help = "The token itself. A file or the environment variable "
-                          "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."});
-  rows.push_back({.section = section,
-                  .key = "auth.token_file",
-                  .syntax = check_not_empty,
-                  .help =
-                      "File with the token (client), or with the token or the hashes of many and "
-                      "their identities (server). Followed while the program runs."});
-  add_jwt(rows, section);
-  rows.push_back({.section = section,
-                  .key = "auth.service",
-                  .syntax = check_http_url,
-                  .used_by = UsedBy::kServer,
-                  .help = "`service`: the https:// address that is asked about each login."});
-  rows.push_back({.section = section,
-                  .key = "auth.https_ca",
-                  .syntax = check_not_empty,
-                  .used_by = UsedBy::kServer,
-                  .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
-                          "are trusted by; without it those of the system."});
-  rows.push_back({.section = section,
-                  .key = "auth.plugin",
-                  .syntax = check_not_empty,
-                  .used_by = UsedBy::kServer,
-                  .help = "`plugin`: the shared library that decides, made with "
-                          "connect_bridge/auth_plugin.h. It runs inside the server."});
-  rows.push_back({.section = section,
-                  .key = "auth.plugin_options",
-                  .used_by = UsedBy::kServer,
-                  .secret = true,
-                  .help = "What the library gets at its start."});
+  const auto add = section_adder(rows, kLoginSection);
+  add({.key = "auth.method",
+       .fallback = "token",
+       .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
+       .help = "How a client proves who it is; the same at both sides. `certificate`: "
+               "by the one it shows (tls.ca at the server). `none` is refused by a "
+               "server that listens beyond loopback."});
+  add({.key = "auth.token",
+       .syntax = check_token,
+       .secret = true,
+       .help = "The token itself. A file or the environment variable "
+               "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."});
+  add({.key = "auth.token_file",
+       .syntax = check_not_empty,
+       .help = "File with the token (client), or with the token or the hashes of many and "
+               "their identities (server). Followed while the program runs."});
+  add_jwt(rows);
+  add({.key = "auth.service",
+       .syntax = check_http_url,
+       .used_by = UsedBy::kServer,
+       .help = "`service`: the https:// address that is asked about each login."});
+  add({.key = "auth.https_ca",
+       .syntax = check_not_empty,
+       .used_by = UsedBy::kServer,
+       .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
+               "are trusted by; without it those of the system."});
+  add({.key = "auth.plugin",
+       .syntax = check_not_empty,
+       .used_by = UsedBy::kServer,
+       .help = "`plugin`: the shared library that decides, made with "
+               "connect_bridge/auth_plugin.h. It runs inside the server."});
+  add({.key = "auth.plugin_options",
+       .used_by = UsedBy::kServer,
+       .secret = true,
+       .help = "What the library gets at its start."});
 }
 
 }  // namespace connect_bridge

@@ -13,11 +13,13 @@ using namespace syntax;  // NOLINT: a table reads better without the repeated wo
 using Strings = std::vector<std::string>;
 using Rows = std::vector<KeySpec>;
 
-void add_listen(Rows& rows, const std::string& section) {
+constexpr char kReachSection[] = "Who is reached where";
+
+void add_listen(Rows& rows) {
+  const auto add_row = section_adder(rows, kReachSection);
   const auto add = [&](KeySpec spec) {
-    spec.section = section;
     spec.used_by = UsedBy::kServer;
-    rows.push_back(std::move(spec));
+    add_row(std::move(spec));
   };
   add({.key = "listen.address",
        .fallback = "127.0.0.1",
@@ -50,34 +52,30 @@ void add_listen(Rows& rows, const std::string& section) {
 }  // namespace
 
 void add_reach_rows(Rows& rows) {
-  const std::string section = "Who is reached where";
-  add_listen(rows, section);
-  rows.push_back({.section = section,
-                  .key = "url",
-                  .syntax = check_url,
-                  .used_by = UsedBy::kClient,
-                  .help = "The server to dial, wss:// or ws://. Required."});
-  rows.push_back({.section = section,
-                  .key = "http_proxy",
-                  .fallback = "environment",
-                  .syntax = check_http_proxy,
-                  .used_by = UsedBy::kClient,
-                  .help = "HTTP proxy that the client dials through (CONNECT), "
-                          "http://proxy.example:3128. `environment`: that of https_proxy, for "
-                          "wss:// and a server that is not in no_proxy. `none`: no proxy."});
-  rows.push_back({.section = section,
-                  .key = "http_proxy_login",
-                  .syntax = check_http_proxy_login,
-                  .used_by = UsedBy::kClient,
-                  .secret = true,
-                  .help = "\"user:password\" for the proxy in http_proxy. It goes there "
-                          "unencrypted, as with all such proxies."});
-  rows.push_back({.section = section,
-                  .key = "allow_plaintext",
-                  .type = ParameterType::kBool,
-                  .fallback = false,
-                  .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
-                          "everything, the token included."});
+  add_listen(rows);
+  const auto add = section_adder(rows, kReachSection);
+  add({.key = "url",
+       .syntax = check_url,
+       .used_by = UsedBy::kClient,
+       .help = "The server to dial, wss:// or ws://. Required."});
+  add({.key = "http_proxy",
+       .fallback = "environment",
+       .syntax = check_http_proxy,
+       .used_by = UsedBy::kClient,
+       .help = "HTTP proxy that the client dials through (CONNECT), "
+               "http://proxy.example:3128. `environment`: that of https_proxy, for "
+               "wss:// and a server that is not in no_proxy. `none`: no proxy."});
+  add({.key = "http_proxy_login",
+       .syntax = check_http_proxy_login,
+       .used_by = UsedBy::kClient,
+       .secret = true,
+       .help = "\"user:password\" for the proxy in http_proxy. It goes there "
+               "unencrypted, as with all such proxies."});
+  add({.key = "allow_plaintext",
+       .type = ParameterType::kBool,
+       .fallback = false,
+       .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
+               "everything, the token included."});
 }
 
 }  // namespace connect_bridge

@@ -1,5 +1,7 @@
 #include "config/rule_rows.hpp"
 
+#include <utility>
+
 #include "config/syntax.hpp"
 #include "core/policy/treatment.hpp"
 #include "core/wire/words.hpp"
@@ -20,14 +22,14 @@ Strings texts(const Words& words) {
 
 // What a rule allows.
 void add_rule_rights(Rows& rows) {
+  const auto add = section_adder(rows, "Keys of a rule: what it allows");
   const auto patterns = [&](const char* key, const char* help) {
-    rows.push_back({.section = "Keys of a rule: what it allows",
-                    .key = key,
-                    .type = ParameterType::kStrings,
-                    .fallback = Strings{},
-                    .syntax = check_pattern,
-                    .changeable = true,
-                    .help = help});
+    add({.key = key,
+         .type = ParameterType::kStrings,
+         .fallback = Strings{},
+         .syntax = check_pattern,
+         .changeable = true,
+         .help = help});
   };
   patterns("rule.<name>.export_topics", "Topics that the peer may receive from this side.");
   patterns("rule.<name>.import_topics", "Topics that the peer may publish at this side.");
@@ -43,14 +45,13 @@ void add_rule_rights(Rows& rows) {
            "At a server the same as export_parameters, at a client as import_parameters.");
   patterns("rule.<name>.deny", "Names that no rule allows, whatever else matches.");
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
-    rows.push_back({.section = "Keys of a rule: what it allows",
-                    .key = key,
-                    .type = ParameterType::kStrings,
-                    .fallback = Strings{},
-                    .syntax = syntax,
-                    .used_by = used_by,
-                    .changeable = true,
-                    .help = help});
+    add({.key = key,
+         .type = ParameterType::kStrings,
+         .fallback = Strings{},
+         .syntax = syntax,
+         .used_by = used_by,
+         .changeable = true,
+         .help = help});
   };
   narrow("rule.<name>.types", UsedBy::kBoth, check_type, "Only these types; empty: any.");
   narrow("rule.<name>.identities", UsedBy::kServer, check_not_empty,
@@ -60,13 +61,17 @@ void add_rule_rights(Rows& rows) {
          "Only for members of these groups (or the identities).");
 }
 
+// Of how a rule treats messages; keys are without "rule.<name>.".
+auto treatment_adder(Rows& rows) {
+  return [add = section_adder(rows, "Keys of a rule: how it treats messages")](KeySpec spec) {
+    spec.key = "rule.<name>." + spec.key;
+    add(std::move(spec));
+  };
+}
+
 // How a rule treats what it allows.
 void add_rule_treatment(Rows& rows) {
-  const auto add = [&](KeySpec spec) {
-    spec.section = "Keys of a rule: how it treats messages";
-    spec.key = "rule.<name>." + spec.key;
-    rows.push_back(std::move(spec));
-  };
+  const auto add = treatment_adder(rows);
   add({.key = "priority",
        .words = texts(kPriorityWords),
        .changeable = true,
@@ -128,9 +133,8 @@ void add_rule_treatment(Rows& rows) {
 
 // What happens to it when a connection is lost.
 void add_rule_resume(Rows& rows) {
-  rows.push_back(
-      {.section = "Keys of a rule: how it treats messages",
-       .key = "rule.<name>.resume",
+  treatment_adder(rows)(
+      {.key = "resume",
        .type = ParameterType::kBool,
        .changeable = true,
        .help = "Whether messages of reliable volatile topics that a lost connection loses are sent "
@@ -140,9 +144,8 @@ void add_rule_resume(Rows& rows) {
 
 // What is of another version of its package here.
 void add_rule_types(Rows& rows) {
-  rows.push_back(
-      {.section = "Keys of a rule: how it treats messages",
-       .key = "rule.<name>.allow_type_mismatch",
+  treatment_adder(rows)(
+      {.key = "allow_type_mismatch",
        .type = ParameterType::kBool,
        .fallback = false,
        .changeable = true,
@@ -155,11 +158,7 @@ void add_rule_types(Rows& rows) {
 // The same for calls of services.
 void add_rule_calls(Rows& rows) {
   const Treatment normal;
-  const auto add = [&](KeySpec spec) {
-    spec.section = "Keys of a rule: how it treats messages";
-    spec.key = "rule.<name>." + spec.key;
-    rows.push_back(std::move(spec));
-  };
+  const auto add = treatment_adder(rows);
   add({.key = "calls_max",
        .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.calls_max),
@@ -185,11 +184,11 @@ void add_rule_calls(Rows& rows) {
 }
 
 void add_rule_qos(Rows& rows) {
+  const auto add_row = section_adder(rows, "Keys of a rule: QoS in place of the origin's");
   const auto add = [&](KeySpec spec) {
-    spec.section = "Keys of a rule: QoS in place of the origin's";
     spec.key = "rule.<name>.qos." + spec.key;
     spec.changeable = true;
-    rows.push_back(std::move(spec));
+    add_row(std::move(spec));
   };
   add({.key = "reliability", .words = texts(kReliabilityWords), .help = "Reliability."});
   add({.key = "durability", .words = texts(kDurabilityWords), .help = "Durability."});

@@ -6,19 +6,19 @@
 namespace connect_bridge {
 namespace {
 
-constexpr char kSection[] = "Limits of a link";
+constexpr char kShareSection[] = "Limits of a link";
 
 // What may appear here, come and go, and be said because of peers.
 void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
+  const auto add_row = section_adder(rows, kShareSection);
   const auto add = [&](std::string key, std::int64_t fallback, double min, double max,
                        std::string unit, std::string help) {
-    rows.push_back({.section = kSection,
-                    .key = std::move(key),
-                    .type = ParameterType::kInteger,
-                    .fallback = fallback,
-                    .range = NumberRange{min, max},
-                    .unit = std::move(unit),
-                    .help = std::move(help)});
+    add_row({.key = std::move(key),
+             .type = ParameterType::kInteger,
+             .fallback = fallback,
+             .range = NumberRange{min, max},
+             .unit = std::move(unit),
+             .help = std::move(help)});
   };
   add("limits.channels_per_second", core.account.channels_per_second, 1, 100'000, "",
       "Channels that a peer withdraws or demands no longer, and publishers and listeners "
@@ -41,21 +41,18 @@ void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
 
 // What all peers together, and those of one identity, may take.
 void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
-  rows.push_back({.section = kSection,
-                  .key = "memory_max",
-                  .type = ParameterType::kInteger,
-                  .fallback = static_cast<std::int64_t>(core.account.memory_bytes_max),
-                  .range = NumberRange{1 << 20, 1024 * kGiB},
-                  .unit = "bytes",
-                  .help =
-                      "Memory that all peers together may use at this side: unfinished messages, "
-                      "queues, calls, bases, histories. No identity may use more than it leaves to "
-                      "the others, and no link of an identity more than it leaves to its other "
-                      "links: a single link may use a third. What does not fit is dropped "
-                      "(`memory` in the status) or refused."});
-  rows.push_back(
-      {.section = kSection,
-       .key = "mirrors_per_second",
+  const auto add = section_adder(rows, kShareSection);
+  add({.key = "memory_max",
+       .type = ParameterType::kInteger,
+       .fallback = static_cast<std::int64_t>(core.account.memory_bytes_max),
+       .range = NumberRange{1 << 20, 1024 * kGiB},
+       .unit = "bytes",
+       .help = "Memory that all peers together may use at this side: unfinished messages, "
+               "queues, calls, bases, histories. No identity may use more than it leaves to "
+               "the others, and no link of an identity more than it leaves to its other "
+               "links: a single link may use a third. What does not fit is dropped "
+               "(`memory` in the status) or refused."});
+  add({.key = "mirrors_per_second",
        .type = ParameterType::kInteger,
        .fallback = Duration(std::chrono::seconds(1)) / core.account.mirror_period,
        .range = NumberRange{1, 100000},
@@ -65,9 +62,7 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            " at once, and as many subscriptions for what they listen to. Further ones are created "
            "later: each costs every process of the graph."});
   add_limits(rows, core);
-  rows.push_back(
-      {.section = kSection,
-       .key = "peer_packets_per_second",
+  add({.key = "peer_packets_per_second",
        .type = ParameterType::kInteger,
        .fallback = std::int64_t{50'000},
        .range = NumberRange{0, 1'000'000'000},
@@ -75,14 +70,13 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            "WebSocket messages that are read from a peer; beyond that reading pauses, and the "
            "peer has to wait (`reading_held` in the status). A burst of 4 seconds' worth passes "
            "at once. 0: no limit."});
-  rows.push_back({.section = kSection,
-                  .key = "peer_bytes_per_second",
-                  .type = ParameterType::kInteger,
-                  .fallback = std::int64_t{0},
-                  .range = NumberRange{0, 1024 * kGiB},
-                  .unit = "bytes",
-                  .help = "The same in bytes. Of control messages 4 MiB a second are read in any "
-                          "case."});
+  add({.key = "peer_bytes_per_second",
+       .type = ParameterType::kInteger,
+       .fallback = std::int64_t{0},
+       .range = NumberRange{0, 1024 * kGiB},
+       .unit = "bytes",
+       .help = "The same in bytes. Of control messages 4 MiB a second are read in any "
+               "case."});
 }
 
 }  // namespace connect_bridge

@@ -8,15 +8,15 @@ namespace connect_bridge {
 // All of these are counted in the status, and told to the log when they are reached.
 void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   constexpr Duration minute = std::chrono::minutes(1);
+  const auto add_row = section_adder(rows, "Limits before login");
   const auto add = [&](std::string key, std::int64_t fallback, double min, double max,
                        std::string help) {
-    rows.push_back({.section = "Limits before login",
-                    .key = std::move(key),
-                    .type = ParameterType::kInteger,
-                    .fallback = fallback,
-                    .range = NumberRange{min, max},
-                    .used_by = UsedBy::kServer,
-                    .help = std::move(help)});
+    add_row({.key = std::move(key),
+             .type = ParameterType::kInteger,
+             .fallback = fallback,
+             .range = NumberRange{min, max},
+             .used_by = UsedBy::kServer,
+             .help = std::move(help)});
   };
   add("limits.strangers_max", core.strangers_max, 8, 1000,
       "Connections without a login. The oldest gives way to one more. When half of them are there "

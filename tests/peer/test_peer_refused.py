@@ -160,7 +160,7 @@ def accepts(count):
 
 
 def test_patterns_beyond_the_limit(tmp_path):
-    """In a world of its own: its identity would wait up to 40 s (B9 of docs/security.md)."""
+    """In a world of its own: whoever logs in next with its identity is looked at later."""
     with contextlib.closing(World(tmp_path)) as own:
         with contextlib.closing(Peer(own.url, TOKEN)) as mine:
             mine.until(lambda: mine.complete, "opening")
