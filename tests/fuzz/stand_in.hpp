@@ -1,16 +1,34 @@
-// A peer that this side dials, for fuzz targets: a listening socket on the loopback.
+// For fuzz targets with sockets: waiting without alarms, and a peer to dial on the loopback.
 #pragma once
 
 #include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdint>
 #include <string_view>
 
 #include "core/base/check.hpp"
 
 namespace connect_bridge {
+
+// While it lives, libFuzzer's alarm interrupts no system call of this thread.
+class NoAlarm {
+ public:
+  NoAlarm() {
+    sigset_t alarm;
+    sigemptyset(&alarm);
+    sigaddset(&alarm, SIGALRM);
+    ::pthread_sigmask(SIG_BLOCK, &alarm, &before_);
+  }
+  ~NoAlarm() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  NoAlarm(const NoAlarm&) = delete;
+  NoAlarm& operator=(const NoAlarm&) = delete;
+
+ private:
+  sigset_t before_;
+};
 
 class StandIn {
  public:

@@ -88,6 +88,35 @@ TEST_F(HttpsTest, TellsWhatTheProxySays) {
   EXPECT_THAT(fetched(pair.loop, asked).problem, HasSubstr("it wants a login (https_proxy)"));
 }
 
+// Whatever the headers say of its length, and though all of it comes at once.
+TEST_F(HttpsTest, IsBoundInSize) {
+  constexpr std::size_t kSize = 100;
+  const std::string body(kSize, 'x');
+  const std::string answers[] = {
+      "Content-Length: 100\r\n\r\n" + body,
+      "Transfer-Encoding: chunked\r\n\r\n64\r\n" + body + "\r\n0\r\n\r\n",
+      "\r\n" + body,
+  };
+  for (const std::string& answer : answers) {
+    for (const std::size_t limit : {kSize - 1, kSize}) {
+      const FakeProxy service{pair.loop, "HTTP/1.1 200 OK\r\n" + answer};
+      request.address = {false, "127.0.0.1", service.proxy().port, "/"};
+      request.answer_bytes_max = limit;
+      const HttpAnswer got = fetched(pair.loop, std::nullopt);
+      EXPECT_EQ(got.problem, limit < kSize ? "the answer is too large" : "") << answer;
+      EXPECT_EQ(got.body, limit < kSize ? "" : body);
+    }
+  }
+}
+
+// No memory is taken for what is only announced.
+TEST_F(HttpsTest, BelievesNoLength) {
+  const FakeProxy service{pair.loop,
+                          "HTTP/1.1 200 OK\r\nContent-Length: 8198552921648689609\r\n\r\nx"};
+  request.address = {false, "127.0.0.1", service.proxy().port, "/"};
+  EXPECT_EQ(fetched(pair.loop, std::nullopt).problem, "the answer is too large");
+}
+
 TEST_F(HttpsTest, IsBoundInTime) {
   const tcp::acceptor silent{pair.loop.io, {asio::ip::address_v4::loopback(), 0}};
   request.timeout = 200ms;
