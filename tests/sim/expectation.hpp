@@ -85,7 +85,8 @@ class Expectation {
   };
   struct Late {
     int reader = 0;
-    std::size_t mirror = 0;  // index of the expected mirror
+    std::size_t mirror = 0;   // index of the expected mirror
+    std::size_t writers = 0;  // that there were when the subscriber came
   };
   void expect_origin(const Writer& origin, const Host& importer);
   void merge(ExpectedMirror expected);
@@ -98,12 +99,17 @@ class Expectation {
   [[nodiscard]] bool is_uniform(const Writer& origin) const;
   [[nodiscard]] static bool are_alike(const Writer& one, const Writer& other);
   void check_unbroken_at(const Reader& reader) const;
+  // Whether a mirror there was made later because its peer made too many at once.
+  [[nodiscard]] bool has_paced_mirrors(int graph) const;
   // Whether nothing of the mirror may be missing at this subscriber.
   [[nodiscard]] bool is_unbroken_at(const Reader& reader, const ExpectedMirror& expected) const;
   [[nodiscard]] std::uint64_t count_drops(const ExpectedMirror& expected) const;
   [[nodiscard]] std::map<std::string, Counts> count_topics() const;
   void check_reader(const ExpectedMirror& expected, const Reader& reader) const;
   void check_late(const Late& late) const;
+  // Whether a mirror was made since the subscriber came: one whose samples are too large for its
+  // depth is made again, with what it keeps.
+  [[nodiscard]] bool was_mirrored_again(const Late& late) const;
   // How many of its origin's last samples a late subscriber gets, at least.
   [[nodiscard]] std::uint64_t history_of(const ExpectedMirror& expected) const;
   // Bytes that all origins of the topic keep for late subscribers, at most.

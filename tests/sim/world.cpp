@@ -241,7 +241,6 @@ void World::check_first_words() {
 
 // Earlier messages may still be in queues and workers, and on their way after them.
 void World::drain() {
-  if (!expectation_->is_under_way()) return;
   for (int i = 0; i < kDrainSeconds && expectation_->is_under_way(); ++i) run_for(1s);
   run_for(1s);
 }
