@@ -11,7 +11,8 @@ namespace {
 constexpr std::uint64_t kEncoderBytesMax = 4 << 20;  // of samples that wait for a worker
 // Bytes per second; below, zstd's third level is the better one, above it its first.
 constexpr double kThinRate = 4e6;
-constexpr double kSlackMax = 0.1;  // then it is asked again
+constexpr double kSlackMax = 0.1;    // then it is asked again
+constexpr double kSlackMin = 0.005;  // a queue that stands still must not keep the loop busy
 constexpr double kDecompressSecondsPerByte = 2e-9;
 
 }  // namespace
@@ -118,7 +119,9 @@ Duration TopicStreams::slack_of(const Stream& stream) const {
     busy = std::min(busy, offer == offers_.end() ? 0 : offer->second.queue_seconds());
   }
   const double takes = stream.seconds_per_byte * static_cast<double>(next->raw.size());
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(busy - 2 * takes));
+  const double slack = busy - 2 * takes;
+  if (slack < kSlackMin) return {};
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(slack));
 }
 
 void TopicStreams::on_time(const Now& now) {
