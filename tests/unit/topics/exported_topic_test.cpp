@@ -270,6 +270,19 @@ TEST(ExportedTopic, IsCompressedWhenThePathNeedsIt) {
   EXPECT_EQ(s.did(), "compress 2\n");
 }
 
+TEST(ExportedTopic, AQueueThatStandsKeepsNoLoopBusy) {
+  for (std::size_t queued = 500; queued <= 8000; queued += 500) {
+    OneLink thin;
+    Thin s({&thin});
+    s.take(1, std::string(100'000, 'x'), 100);
+    s.did();
+    s.compressed(queued, 100);
+    s.take(1, std::string(100'000, 'y'), 100);
+    const auto next = s.context.timers.deadline();
+    EXPECT_TRUE(!next || *next >= ms(105).steady) << queued;
+  }
+}
+
 TEST(ExportedTopic, EndsWithItsLastOrigin) {
   OneLink peer;
   Exporting s;
