@@ -38,6 +38,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
 void ExportedTopic::on_graph(const Now& now) {
   const TopicState* state = context_.graph.find(key_);
   if (state && !state->type_hash.empty()) type_hash_ = state->type_hash;
+  if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
     if (std::exchange(failed_, false)) std::erase_if(offers_, is_closed);  // they are made again
@@ -97,8 +98,7 @@ bool ExportedTopic::is_kept(OriginId origin) const {
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
-  if (origins_.empty() || offers_.contains(link.id) || context_.graph.lacks_type_of(key_))
-    return std::nullopt;
+  if (origins_.empty() || offers_.contains(link.id) || lacks_type_) return std::nullopt;
   TopicOffer& offer = offers_.try_emplace(link.id, context_, *this, link).first->second;
   auto opened = offer.open();
   const bool resumes = backlogs_.take_over(offer, link.id, opened.has_value());

@@ -96,6 +96,7 @@ class ExportedTopic {
   ExportContext& context_;
   TopicKey key_;
   std::string type_hash_;
+  bool lacks_type_ = false;
   Origins origins_;
   std::map<LinkId, TopicOffer> offers_;
   Backlogs backlogs_;

@@ -283,6 +283,19 @@ TEST(ExportedTopic, AQueueThatStandsKeepsNoLoopBusy) {
   }
 }
 
+TEST(ExportedTopic, OfATypeThatIsLackingIsNotOfferedWhenItEndsEither) {
+  OneLink peer;
+  Exporting s;
+  Topic lacking = topic("/a").pub(1);
+  lacking.lack = TypeLack{"type_unknown", "the type is not known here"};
+  s.see(lacking);
+  EXPECT_FALSE(s.offer(peer));
+  s.see(topic("/a"), 10);
+  EXPECT_FALSE(s.offer(peer));
+  s.pass_to(310);
+  EXPECT_TRUE(s.subject.origins().empty());
+}
+
 TEST(ExportedTopic, EndsWithItsLastOrigin) {
   OneLink peer;
   Exporting s;
