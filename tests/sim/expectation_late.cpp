@@ -171,8 +171,8 @@ void Expectation::check_unbroken_at(const Reader& reader) const {
              std::to_string(dropped) + " were dropped for a reason");
 }
 
-// A message that is too large to wait is published as soon as its mirror exists. Others of the topic
-// may be fed by then, so that it comes before subscribers have found the mirror.
+// A message that is too large to wait is published as soon as its mirror exists. Others of its
+// topic may be fed by then, so that it comes before subscribers have found the mirror.
 bool Expectation::has_paced_mirrors(int graph) const {
   return std::any_of(hosts_.begin(), hosts_.end(), [&](const auto& host) {
     if (host->graph() != graph || !host->running()) return false;
