@@ -37,6 +37,11 @@ void Throttle::take(double amount, TimePoint now) {
   if (per_second_ > 0) paid_ = std::max(paid_, now) + price_of(amount, per_second_);
 }
 
+double Throttle::owed(TimePoint now) const {
+  if (paid_ == TimePoint::min() || paid_ <= now) return 0;
+  return std::chrono::duration<double>(paid_ - now).count() * per_second_;
+}
+
 RateLimit::RateLimit(double max_rate, std::uint64_t bytes_per_second_max)
     : messages_(max_rate, message_slack(max_rate)),
       bytes_(static_cast<double>(bytes_per_second_max), kByteSlack) {}

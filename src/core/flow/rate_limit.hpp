@@ -22,6 +22,8 @@ class Throttle {
     return paid_ == TimePoint::min() ? paid_ : paid_ - slack_;
   }
   void take(double amount, TimePoint now);
+  // What has passed and is not paid for yet.
+  [[nodiscard]] double owed(TimePoint now) const;
   // Uses another rate from now on; what is paid or owed does not change.
   void set_rate(double per_second) { per_second_ = per_second; }
   [[nodiscard]] double rate() const { return per_second_; }

@@ -53,6 +53,9 @@ struct Shares {
   // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
   // appear in one step of the loop.
   Pace appearing{8, std::chrono::microseconds(250)};
+  // What decompressed messages grow beyond the usual (Account::may_inflate), in bytes: as much as
+  // four identities may have.
+  Throttle inflation{256 << 20, std::chrono::seconds(10)};
 };
 
 // It outlives the links, so that logging in again and again, or with many links, does not give
@@ -65,6 +68,9 @@ struct Account {
   static constexpr double kInflatedBytesPerSecond = 64 << 20;
   // The maps that a robot has latched come together.
   static constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
+  // So much an identity may owe whatever others do; beyond it, only while all together are within
+  // their pace.
+  static constexpr double kInflatedPart = kInflatedBytesPerSecond;
   // The loop stands while it publishes such a sample, some 0.8 ms for each MiB: larger ones count
   // up to eight times, so that one of 64 MiB comes in 8 s.
   static constexpr std::uint64_t kQuicklyPublished = 2 << 20;
@@ -107,7 +113,11 @@ struct Account {
     if (!inflation.ready(now)) return false;
     const std::uint64_t slowness =
         std::clamp<std::uint64_t>(raw_bytes / kQuicklyPublished, 1, kSlownessMax);
-    inflation.take(static_cast<double>(slowness * (raw_bytes - usual)), now);
+    const auto cost = static_cast<double>(slowness * (raw_bytes - usual));
+    const bool within_part = inflation.owed(now) + cost <= kInflatedPart;
+    if (all_ && !within_part && !all_->inflation.ready(now)) return false;
+    inflation.take(cost, now);
+    if (all_) all_->inflation.take(cost, now);
     return true;
   }
 
@@ -167,10 +177,11 @@ class Accounts {
   }
 
  private:
-  // But those who must wait for their next login.
+  // But those who must wait for their next login, or owe something.
   void forget_unused() {
     std::erase_if(accounts_, [&](const auto& entry) {
-      return entry.second.use_count() == 1 && entry.second->offences.idle(now_);
+      return entry.second.use_count() == 1 && entry.second->offences.idle(now_) &&
+             entry.second->inflation.owed(now_) == 0;
     });
     kept_ = accounts_.size() + kUnusedMax;
   }

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "unit/base/at.hpp"
 
 namespace connect_bridge {
@@ -57,6 +59,46 @@ TEST(Account, TheLargerABombTheFewerBytesItMayBecome) {
   EXPECT_EQ(bombs(8 << 20), 53);
   EXPECT_NEAR(bombs(2 << 20), 26 * 32, 30);
   EXPECT_EQ(bombs(64'000), 16'000);  // no more than usual
+}
+
+constexpr std::uint64_t kBomb = 64 << 20;
+
+// How many bombs so many identities have decompressed within 16 s, one from each in a millisecond.
+int bombs_of(int identities) {
+  Accounts accounts{AccountOptions{}};
+  int inflated = 0;
+  for (int ms = 0; ms < 16'000; ++ms)
+    for (int i = 0; i < identities; ++i)
+      inflated += int(accounts.of(std::to_string(i))->may_inflate(kBomb, 2000, at(ms)));
+  return inflated;
+}
+
+TEST(Account, ManyIdentitiesHaveNotMoreThanFourInBombs) {
+  EXPECT_EQ(bombs_of(1), 4);
+  EXPECT_EQ(bombs_of(2), 8);
+  EXPECT_NEAR(bombs_of(4), 14, 2);
+  EXPECT_EQ(bombs_of(100), bombs_of(4));
+}
+
+// What compresses well and comes now and then passes, whatever others do.
+TEST(Account, BesideBombsOfOthersEachHasItsPart) {
+  Accounts accounts{AccountOptions{}};
+  for (int i = 0; i < 100; ++i)
+    static_cast<void>(accounts.of(std::to_string(i))->may_inflate(kBomb, 2000, at(0)));
+  const auto other = accounts.of("robot");
+  EXPECT_FALSE(other->may_inflate(kBomb, 2000, at(1)));
+  for (int s = 0; s < 10; ++s)
+    for (int i = 0; i < 30; ++i) EXPECT_TRUE(other->may_inflate(2 << 20, 2000, at(1000 * s + 1)));
+  EXPECT_FALSE(accounts.of("0")->may_inflate(2 << 20, 2000, at(1)));
+}
+
+// Who comes again after names of others is who it was.
+TEST(Account, WhoOwesIsNotForgotten) {
+  Accounts accounts{AccountOptions{}};
+  while (accounts.of("one")->may_inflate(kBomb, 2000, at(0))) {
+  }
+  for (int i = 0; i < 1000; ++i) static_cast<void>(accounts.of(std::to_string(i)));
+  EXPECT_FALSE(accounts.of("one")->may_inflate(2 << 20, 2000, at(0)));
 }
 
 }  // namespace
