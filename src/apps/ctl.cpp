@@ -10,6 +10,7 @@
 #include "apps/ctl_token.hpp"
 #include "config/document.hpp"
 #include "run/check.hpp"
+#include "run/exit_codes.hpp"
 
 namespace {
 
@@ -20,12 +21,12 @@ int print_document(const std::string& manual) {
     std::ostringstream content;
     if (!file || !(content << file.rdbuf())) {
       std::fprintf(stderr, "%s: cannot be read\n", manual.c_str());
-      return 2;
+      return connect_bridge::kExitConfiguration;
     }
     const auto document = connect_bridge::config_document(content.str());
     if (!document) {
       std::fprintf(stderr, "%s: expected a line @TABLES@\n", manual.c_str());
-      return 2;
+      return connect_bridge::kExitConfiguration;
     }
     text = *document;
   }
@@ -55,7 +56,9 @@ CLI::App* add_token(CLI::App& app, TokenRequest& request) {
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::help);
+  app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
+    return wrong.what() + std::string("\n\n") + failed->help();
+  });
 
   std::string file, role;
   auto* check =
@@ -77,7 +80,11 @@ int main(int argc, char** argv) {
   ExplainRequest question;
   const auto* explain = add_explain_command(app, question);
 
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& wrong) {
+    return app.exit(wrong) == 0 ? 0 : connect_bridge::kExitConfiguration;
+  }
   if (*explain) return run_explain(question);
   if (*certs) return connect_bridge::run_certs(order);
   if (*token) return make_token(request);

@@ -229,11 +229,16 @@ std::string invitation_text(Invitation invitation, std::uint16_t port) {
   const auto slash = invitation.url.find('/', kBegin);
   const std::string authority = invitation.url.substr(kBegin, slash - kBegin);
   const auto bracket = authority.find(']');
-  if (authority.find(':', bracket == std::string::npos ? 0 : bracket) == std::string::npos)
-    invitation.url.insert(slash, ":" + std::to_string(port));
-  return "\nTo pair a client, start there within " + std::to_string(kMinutes.count()) +
-         " minutes (this works once):\n\n  ros2 run connect_bridge client '" + to_text(invitation) +
-         "'\n\n";
+  const auto colon = authority.find(':', bracket == std::string::npos ? 0 : bracket);
+  const std::string listening = ":" + std::to_string(port);
+  if (colon == std::string::npos) invitation.url.insert(slash, listening);
+  std::string text = "\nTo pair a client, start there within " + std::to_string(kMinutes.count()) +
+                     " minutes (this works once):\n\n  ros2 run connect_bridge client '" +
+                     to_text(invitation) + "'\n\n";
+  if (colon != std::string::npos && authority.substr(colon) != listening)
+    text += "It dials " + authority + ", and this server listens on port " + std::to_string(port) +
+            ": a router or proxy must lead from there to here.\n\n";
+  return text;
 }
 
 }  // namespace connect_bridge

@@ -127,6 +127,10 @@ class _Refuses(socketserver.StreamRequestHandler):
         self.wfile.write(head.encode() + body)
 
 
+class _Server(socketserver.ThreadingTCPServer):
+    allow_reuse_address = True  # connections of an earlier test may linger on the port
+
+
 def is_forged(log):
     """Whether a line of this log, or what it does to a terminal, is another's."""
     controls = any(c != "\n" and (c < " " or "\x7f" <= c < "\xa0") for c in log)
@@ -134,7 +138,7 @@ def is_forged(log):
 
 
 def test_what_answers_without_a_welcome_writes_text_in_the_log(operator):
-    server = socketserver.ThreadingTCPServer(("127.0.0.1", operator.port), _Refuses)
+    server = _Server(("127.0.0.1", operator.port), _Refuses)
     thread = threading.Thread(target=server.serve_forever, daemon=True)
     thread.start()
     try:

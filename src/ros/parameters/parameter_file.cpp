@@ -2,7 +2,12 @@
 
 #include <rcl/allocator.h>
 #include <rcl_yaml_param_parser/parser.h>
-#include <rcutils/error_handling.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -49,13 +54,16 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
 
 ParameterFile read_parameter_file(const std::string& file) {
   ParameterFile result;
+  if (!std::ifstream(file)) {
+    result.problem = file + ": cannot be opened: " + std::strerror(errno);
+    return result;
+  }
   rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
   if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
     result.sections = take_sections(params);
     return result;
   }
-  result.problem = file + ": " + rcutils_get_error_string().str;
-  rcutils_reset_error();
+  result.problem = file + ": " + words_of_rcl();
   if (params != nullptr) rcl_yaml_node_struct_fini(params);
   return result;
 }

@@ -2,15 +2,23 @@
 
 #include <rcl/error_handling.h>
 
+#include <regex>
+
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
 
+std::string words_of_rcl() {
+  static const std::regex place(R"(\s*, at \S+\.[ch](pp)?:[0-9]+)");
+  const std::string words = rcl_get_error_string().str;
+  rcl_reset_error();
+  return std::regex_replace(words, place, "");
+}
+
 std::string error_text(const std::string& what, rcl_ret_t code) {
   std::string text = what + ": ";
   if (rcl_error_is_set()) {
-    text += rcl_get_error_string().str;
-    rcl_reset_error();
+    text += words_of_rcl();
   } else {
     text += "rcl error " + std::to_string(code);
   }

@@ -7,6 +7,10 @@
 
 namespace connect_bridge::ros {
 
+// What rcl says of its error, without the places in its source. Clears the error text of this
+// thread.
+[[nodiscard]] std::string words_of_rcl();
+
 // "what: rcl's own words". Clears the error text of this thread.
 [[nodiscard]] std::string error_text(const std::string& what, rcl_ret_t code);
 

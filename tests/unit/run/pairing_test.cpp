@@ -69,6 +69,14 @@ TEST(Invitation, NamesThePortWhereTheServerListens) {
   EXPECT_THAT(invitation_text(invitation, 9090), HasSubstr("'wss+pair://robot.example:443/#"));
 }
 
+TEST(Invitation, SaysWhenAnotherPortIsDialed) {
+  const auto text = [](const std::string& url) { return invitation_text({url, "c", "p"}, 9090); };
+  EXPECT_THAT(text("wss://robot.example:443/"),
+              HasSubstr("It dials robot.example:443, and this server listens on port 9090"));
+  for (const char* same : {"wss://robot.example/", "wss://robot.example:9090/", "wss://[::1]/"})
+    EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
+}
+
 TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
   const Arguments read = read_arguments({"--pair", "--x", "auth.token:=secret"}, Role::kServer);
   EXPECT_TRUE(read.pairs);
