@@ -46,3 +46,18 @@ def test_what_is_no_hash_is_declined(world, peer, bad):
     channel = mine.offer("/o/no_hash", "made_up/msg/Thing", type_hash=bad)
     mine.until(lambda: channel in mine.declined, "decline")
     assert mine.declined[channel][0] == "type_mismatch"
+
+
+def test_without_a_hash_the_name_decides_which_is_said_once(tmp_path):
+    own = World(tmp_path)
+    try:
+        mine = Peer(own.url, TOKEN)
+        mine.until(lambda: mine.complete, "the first round")
+        for number in range(2):
+            mine.offer(f"/o/unhashed{number}", "std_msgs/msg/String")
+            own.graph.wait_publishers(f"/o/unhashed{number}", 1)
+        said = "no hash tells whether std_msgs/msg/String is here what it is at the peer"
+        assert own.server.text().count(said) == 1, own.server.text()
+        mine.close()
+    finally:
+        own.close()

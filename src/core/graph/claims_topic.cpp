@@ -30,7 +30,7 @@ ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
   Qos qos;
   qos.durability = Durability::kTransientLocal;
   qos.depth = 1;
-  outputs_.push(CreateMirror{mirror_, kClaimsTopic, kClaimsType, "", qos});
+  outputs_.push(CreateMirror{mirror_, kClaimsTopic, kClaimsType, "", qos, "", true});
   qos.depth = kBridgesDepth;
   outputs_.push(CreateSubscription{subscription_, kClaimsTopic, kClaimsType, "", qos});
 }

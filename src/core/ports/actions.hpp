@@ -36,7 +36,7 @@ struct CreateMirror {
   std::string type_hash;
   Qos qos;                      // depth is always given
   std::string node = {};        // the proxy node that is to own it ("/talker"); empty: our own
-  bool any_definition = false;  // it may have another hash than the installed type
+  bool any_definition = false;  // its hash is not compared with the installed type
 };
 struct DestroyMirror {
   MirrorId id;

@@ -27,7 +27,7 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
   Qos qos;
   // Reliable, since that serves subscribers of both kinds; as deep as a subscriber's default.
   qos.depth = 10;
-  outputs.push(CreateMirror{mirror_, topic, kClockType, "", qos});
+  outputs.push(CreateMirror{mirror_, topic, kClockType, "", qos, "", true});
   next_ = now.steady;
   sample_.reset();
   rate_ = 1.0;

@@ -16,6 +16,7 @@
 #include "ros/entities/ready_list.hpp"
 #include "ros/node/node.hpp"
 #include "ros/node/proxy_nodes.hpp"
+#include "ros/rcl/distro.hpp"
 #include "ros/rcl/take_buffer.hpp"
 #include "ros/types/type_supports.hpp"
 
@@ -53,6 +54,16 @@ struct Shared {
                                   " is not installed here: its messages are carried "
                                   "unchecked, a peer's only until one has described it");
   }
+  // Something of a peer is made here, with a type of which the peer told this hash. Logs once that
+  // it cannot be compared: with old distributions it never can.
+  void tell_if_unhashed(const std::string& type, const std::string& hash_there) {
+    if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(told_unhashed, true)) return;
+    const std::string silent = distro::kTypeHashes ? "the peer" : "this side";
+    node.log(LogLevel::kInfo, "no hash tells whether " + type +
+                                  " is here what it is at the peer: where " + silent +
+                                  " knows none (as in ROS 2 Humble), the name of a type decides "
+                                  "alone; said once");
+  }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
 
@@ -68,7 +79,8 @@ struct Shared {
   LogLimit refusals;     // of requests and responses
   LogLimit unpublished;  // samples
   TellOnce told_types;   // that are not installed
-  Ended ended;           // last: they use the others
+  bool told_unhashed = false;
+  Ended ended;  // last: they use the others
 };
 
 }  // namespace connect_bridge::ros

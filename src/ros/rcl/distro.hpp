@@ -24,6 +24,8 @@
 
 namespace connect_bridge::ros::distro {
 
+inline constexpr bool kTypeHashes = CONNECT_TYPE_HASHES != 0;
+
 #if CONNECT_TYPE_HASHES
 // "RIHS01_..."; empty where there is none.
 inline std::string text_of(const rosidl_type_hash_t& hash) {

@@ -38,6 +38,7 @@ std::optional<Refusal> ServiceMirror::open() {
   }
   open_ = true;
   if (!type_->is_installed) shared_.tell_not_installed(create_.type);
+  if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
   const bool differs =

@@ -43,6 +43,7 @@ std::optional<Refusal> Mirror::open() {
   making.unlock();
   if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
+  if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
   const bool differs = type_.is_bare || !type_.other_hash.empty();
   if (differs && !create_.type_hash.empty())
     shared_.report(TypeDiffers{create_.id, type_.other_hash});
