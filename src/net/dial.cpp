@@ -86,6 +86,7 @@ void Dialing::on_tls(const ErrorCode& error) {
 
 void Dialing::upgrade() {
   stage_ = "WebSocket handshake";
+  socket_->next_layer().stop_at_header_end();
   socket_->set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
     request.set(http::field::user_agent, "ROS2 Connect");
     request.set(http::field::sec_websocket_protocol, kSubprotocol);
@@ -114,6 +115,8 @@ std::string Dialing::upgrade_problem(const ErrorCode& error) const {
     return "HTTP " + std::to_string(response.result_int()) + " " +
            std::string{reason.data(), reason.size()} + (body.empty() ? "" : ": " + body);
   }
+  if (error == http::error::body_limit)
+    return "the answer to the WebSocket handshake is too large (is it a ROS2 Connect server?)";
   if (error == http::error::end_of_stream || error == http::error::partial_message) {
     return "the other end ended the connection instead of answering the WebSocket handshake";
   }

@@ -5,7 +5,6 @@
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <charconv>
-#include <functional>
 #include <memory>
 #include <string_view>
 
@@ -94,33 +93,20 @@ class Exchange {
     });
   }
 
-  auto received(std::function<void()> then) {
-    return [this, then = std::move(then)](ErrorCode error, std::size_t) {
-      if (error == http::error::body_limit) return fail("the answer is too large");
-      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
-      then();
-    };
-  }
-
-  // The headers first: Beast 1.74 forgets the limit of a Content-Length whose body it reads in the
-  // same turn.
   void receive() {
     parser_.body_limit(request_.answer_bytes_max);
     parser_.header_limit(kAnswerHeaderBytesMax);
-    http::async_read_header(*transport_, buffer_, parser_, received([this] { receive_body(); }));
-  }
-
-  void receive_body() {
-    http::async_read(*transport_, buffer_, parser_, received([this] { take(); }));
-  }
-
-  void take() {
-    const auto& got = parser_.get();
-    answer_.status = static_cast<int>(got.result_int());
-    answer_.body = got.body();
-    const auto control = got[http::field::cache_control];
-    answer_.max_age = max_age_of({control.data(), control.size()});
-    io_.stop();
+    transport_->stop_at_header_end();
+    http::async_read(*transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
+      if (error == http::error::body_limit) return fail("the answer is too large");
+      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
+      const auto& got = parser_.get();
+      answer_.status = static_cast<int>(got.result_int());
+      answer_.body = got.body();
+      const auto control = got[http::field::cache_control];
+      answer_.max_age = max_age_of({control.data(), control.size()});
+      io_.stop();
+    });
   }
 
   void fail(std::string problem) {

@@ -18,6 +18,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -65,6 +66,10 @@ class Transport {
     if (!tls_ && !ahead_) ahead_.reset(new Ahead);
   }
 
+  // From now on no read goes beyond the end of the next HTTP header. Beast 1.74 takes a body whose
+  // announced length is beyond its limit, and memory for all of that, if it comes with its header.
+  void stop_at_header_end() { header_end_ = 0; }
+
   // Asked before each read: until when it is to wait, if at all. Beast reads frames without content
   // for ever before it has a message to tell of.
   void limit_reads(std::function<std::optional<Clock::time_point>()> wait_until) {
@@ -75,6 +80,11 @@ class Transport {
 
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
+    if (header_end_ < kHeaderEnd.size()) {
+      const auto byte = asio::buffer(*asio::buffer_sequence_begin(buffers), 1);
+      using Read = HeaderRead<std::decay_t<Handler>>;
+      return read_now(byte, Read{this, std::forward<Handler>(handler), byte});
+    }
     const auto wait_until = wait_until_ ? wait_until_() : std::nullopt;
     if (!wait_until) return read_now(buffers, std::forward<Handler>(handler));
     waits_.expires_at(*wait_until);
@@ -94,6 +104,7 @@ class Transport {
  private:
   static constexpr std::size_t kAheadBytes = 32768;
   using Ahead = std::array<unsigned char, kAheadBytes>;
+  static constexpr std::string_view kHeaderEnd = "\r\n\r\n";
 
   template <class Handler>
   struct OfRead {
@@ -118,6 +129,18 @@ class Transport {
       this->of->ahead_end_ = bytes > asked ? bytes - asked : 0;
       this->of->read_bytes_ += std::min(bytes, asked);
       this->handler(error, std::min(bytes, asked));
+    }
+  };
+  // Of one byte: a header has hundreds, and is read once.
+  template <class Handler>
+  struct HeaderRead : OfRead<Handler> {
+    asio::mutable_buffer byte;
+
+    HeaderRead(Transport* transport, Handler next, asio::mutable_buffer into)
+        : OfRead<Handler>{transport, std::move(next)}, byte(into) {}
+    void operator()(ErrorCode error, std::size_t bytes) {
+      if (bytes > 0) this->of->on_header_byte(*static_cast<const char*>(byte.data()));
+      this->handler(error, bytes);
     }
   };
   template <class Buffers, class Handler>
@@ -151,6 +174,11 @@ class Transport {
     socket_.async_read_some(both, std::move(read));
   }
 
+  void on_header_byte(char byte) {
+    const bool goes_on = byte == kHeaderEnd[header_end_];
+    header_end_ = goes_on ? header_end_ + 1 : std::size_t{byte == kHeaderEnd[0]};
+  }
+
   static constexpr std::size_t kRecordBytesMax = 16384;  // RFC 8446 section 5.1
   using Tls = asio::ssl::stream<TcpSocket&>;
 
@@ -171,6 +199,7 @@ class Transport {
   asio::steady_timer waits_;  // a read
   std::function<std::optional<Clock::time_point>()> wait_until_;
   std::uint64_t read_bytes_ = 0;
+  std::size_t header_end_ = kHeaderEnd.size();  // so much of it was read
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
   std::unique_ptr<Record> record_;
