@@ -14,13 +14,11 @@ void add_audit_rows(std::vector<KeySpec>& rows) {
                "channel, call, goal and change of rules (docs/security.md). Unset: "
                "there is none."});
   add({.key = "audit.file_bytes_max",
-       .type = ParameterType::kInteger,
        .fallback = std::int64_t{10 << 20},
        .range = NumberRange{65536, 1024.0 * 1024.0 * 1024.0},
        .unit = "bytes",
        .help = "Then it is renamed, with .1 at its end, and a new one begins."});
   add({.key = "audit.files_kept",
-       .type = ParameterType::kInteger,
        .fallback = std::int64_t{10},
        .range = NumberRange{0, 1000},
        .unit = "files",

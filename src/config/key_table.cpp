@@ -42,7 +42,6 @@ void add_tls(Rows& rows) {
        .help = "Name that the server's certificate must carry, where it is not the "
                "host of the URL."});
   add({.key = "tls.pin",
-       .type = ParameterType::kStrings,
        .fallback = Strings{},
        .syntax = check_pin,
        .used_by = UsedBy::kClient,
@@ -60,7 +59,6 @@ void add_names(Rows& rows) {
                "side: /scan becomes /robot1/scan. Of this side only names below it can be "
                "exported; the peer sees them without it. Rules have names without it."});
   add({.key = "remap",
-       .type = ParameterType::kStrings,
        .fallback = Strings{},
        .syntax = check_remap,
        .help = "Single names that differ, each \"wire:=local\"; they win over prefix."});
@@ -93,20 +91,17 @@ void add_operation(Rows& rows) {
 void add_link_limits(Rows& rows, const SideOptions& core) {
   const auto add = section_adder(rows, "Limits of a link");
   add({.key = "max_message_size",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.reassembly.message_bytes_max),
        .range = NumberRange{1024, kGiB},
        .unit = "bytes",
        .help = "Largest message accepted from a peer."});
   add({.key = "queue_bytes_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.data_bytes_max),
        .range = NumberRange{65536, 4 * kGiB},
        .unit = "bytes",
        .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
                "the lowest priority are dropped and counted."});
   add({.key = "fragment_bytes",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.fragment_bytes),
        .range = NumberRange{1024, 1048576},
        .unit = "bytes",
@@ -114,19 +109,16 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
                "the link, so a limit is needed only where urgent messages overtake too late: "
                "4096 to 16384 on thin links."});
   add({.key = "history_bytes_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.history_bytes_max),
        .range = NumberRange{0, 4 * kGiB},
        .unit = "bytes",
        .help = "Transient-local samples of one topic kept for links that come later."});
   add({.key = "default_depth",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.default_depth),
        .range = NumberRange{1, 100000},
        .unit = "messages",
        .help = "Queue depth where the graph does not show one."});
   add({.key = "latched_depth",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.latched_depth),
        .range = NumberRange{1, 100000},
        .unit = "messages",
@@ -135,11 +127,7 @@ void add_link_limits(Rows& rows, const SideOptions& core) {
 
 // Limits of what a peer may create in this side's graph.
 void add_mirror_limits(Rows& rows, const SideOptions& core) {
-  const auto add_row = section_adder(rows, "Limits of a link");
-  const auto add = [&](KeySpec spec) {
-    spec.type = ParameterType::kInteger;
-    add_row(std::move(spec));
-  };
+  const auto add = section_adder(rows, "Limits of a link");
   add({.key = "mirrors_max",
        .fallback = whole(core.mirrors_max),
        .range = NumberRange{1, 16384},
@@ -170,25 +158,21 @@ void add_mirror_limits(Rows& rows, const SideOptions& core) {
 void add_numbers(Rows& rows, const SideOptions& core) {
   const auto add = section_adder(rows, "Limits of a link");
   add({.key = "channels_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.channels_max),
        .range = NumberRange{1, 65536},
        .help = "Interfaces that one peer may offer."});
   add({.key = "calls_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.calls_max),
        .range = NumberRange{1, 1000},
        .unit = "calls",
        .help = "Calls of one peer under way at this side's servers, of all services "
                "together; later ones wait for their turn."});
   add({.key = "connections_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.links_max),
        .range = NumberRange{1, 10000},
        .used_by = UsedBy::kServer,
        .help = "Clients at the same time, including lost ones that may return."});
   add({.key = "connections_per_identity_max",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.identity_links_max),
        .range = NumberRange{0, 10000},
        .used_by = UsedBy::kServer,
@@ -199,48 +183,41 @@ void add_numbers(Rows& rows, const SideOptions& core) {
 void add_times(Rows& rows, const SideOptions& core) {
   const auto add = section_adder(rows, "Connection");
   add({.key = "dead_after",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.dead_after),
        .range = NumberRange{0.2, 300},
        .unit = "s",
        .help = "A peer that was silent for this time counts as gone."});
   add({.key = "resume.seconds",
-       .type = ParameterType::kDouble,
        .fallback = 60.0,
        .range = NumberRange{0, 3600},
        .unit = "s",
        .help = "How long after a loss the messages of reliable topics are kept for the "
                "peer's return (see \"After a break\"). 0: not at all."});
   add({.key = "resume.bytes",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.resume_bytes_max),
        .range = NumberRange{0, kGiB},
        .unit = "bytes",
        .help = "How many bytes of them are kept for one peer. Beyond that the topic "
                "with the most bytes loses its oldest message."});
   add({.key = "retry_min",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.retry_min),
        .range = NumberRange{0.05, 600},
        .used_by = UsedBy::kClient,
        .unit = "s",
        .help = "First wait before dialing again; it doubles with each failure."});
   add({.key = "retry_max",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.retry_max),
        .range = NumberRange{0.05, 600},
        .used_by = UsedBy::kClient,
        .unit = "s",
        .help = "Longest wait before dialing again."});
   add({.key = "dial_timeout",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.dial_timeout),
        .range = NumberRange{1, 300},
        .used_by = UsedBy::kClient,
        .unit = "s",
        .help = "Time for name look-up, TCP, TLS and WebSocket together."});
   add({.key = "login_timeout",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.login_timeout),
        .range = NumberRange{1, 60},
        .used_by = UsedBy::kServer,
@@ -251,7 +228,6 @@ void add_times(Rows& rows, const SideOptions& core) {
 void add_flow(Rows& rows, const SideOptions& core) {
   const auto add = section_adder(rows, "Connection");
   add({.key = "link.bytes_per_second",
-       .type = ParameterType::kInteger,
        .fallback = whole(core.outbox.bytes_per_second_max),
        .range = NumberRange{0, 1e12},
        .unit = "bytes/s",
@@ -260,14 +236,12 @@ void add_flow(Rows& rows, const SideOptions& core) {
                "messages count and are never held back. 0: no limit; values below 1000 mean "
                "1000 (see \"A connection that is paid by the megabyte\")."});
   add({.key = "not_sent_bytes",
-       .type = ParameterType::kInteger,
        .fallback = whole(16384),
        .range = NumberRange{0, 16777216},
        .unit = "bytes",
        .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
                "small value keeps urgent messages fast; 0 leaves it to the host."});
   add({.key = "queue_delay_target",
-       .type = ParameterType::kDouble,
        .fallback = seconds(core.outbox.queue_delay_target),
        .range = NumberRange{0, 1},
        .unit = "s",
@@ -303,7 +277,6 @@ const std::vector<KeySpec>& key_table() {
     add_stranger_rows(rows, core);
     section_adder(rows, "Rules")(
         {.key = "rules",
-         .type = ParameterType::kStrings,
          .fallback = Strings{},
          .syntax = check_rule_name,
          .changeable = true,

@@ -24,10 +24,10 @@ using Syntax = std::optional<std::string> (*)(std::string_view text);
 struct KeySpec {
   std::string section{};  // heading in docs/config.md
   std::string key{};      // "listen.port"; keys of a rule are templates: "rule.<name>.priority"
-  ParameterType type = ParameterType::kString;
-  std::optional<ParameterValue> fallback{};  // the default; none: stays unset
-  std::optional<NumberRange> range{};        // numbers
-  std::vector<std::string> words{};          // strings: the allowed ones; empty: see `syntax`
+  ParameterType type = ParameterType::kString;  // with a default: the default's
+  std::optional<ParameterValue> fallback{};     // the default; none: stays unset
+  std::optional<NumberRange> range{};           // numbers
+  std::vector<std::string> words{};             // strings: the allowed ones; empty: see `syntax`
   Syntax syntax = nullptr;
   UsedBy used_by = UsedBy::kBoth;
   bool changeable = false;  // at run time
@@ -40,6 +40,7 @@ struct KeySpec {
 [[nodiscard]] inline auto section_adder(std::vector<KeySpec>& rows, const char* section) {
   return [&rows, section](KeySpec spec) {
     spec.section = section;
+    if (spec.fallback) spec.type = type_of(*spec.fallback);
     rows.push_back(std::move(spec));
   };
 }

@@ -29,7 +29,6 @@ void add_jwt(Rows& rows) {
        .syntax = check_not_empty,
        .help = "What `aud` must be, or contain."});
   add({.key = "auth.jwt_algorithms",
-       .type = ParameterType::kStrings,
        .fallback = Strings{"RS256", "ES256", "EdDSA"},
        .words = {"RS256", "ES256", "EdDSA", "HS256"},
        .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "

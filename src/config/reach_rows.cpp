@@ -27,7 +27,6 @@ void add_listen(Rows& rows) {
        .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
                "sockets that it passes. Beyond loopback a login and TLS are required."});
   add({.key = "listen.port",
-       .type = ParameterType::kInteger,
        .fallback = std::int64_t{9090},
        .range = NumberRange{0, 65535},
        .help = "TCP port to listen on, at all addresses; 0 takes a free one and logs it."});
@@ -36,7 +35,6 @@ void add_listen(Rows& rows) {
        .syntax = check_path,
        .help = "Path of the URL under which the bridge answers."});
   add({.key = "listen.trusted_proxies",
-       .type = ParameterType::kStrings,
        .fallback = Strings{},
        .syntax = check_address_range,
        .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
@@ -72,7 +70,6 @@ void add_reach_rows(Rows& rows) {
        .help = "\"user:password\" for the proxy in http_proxy. It goes there "
                "unencrypted, as with all such proxies."});
   add({.key = "allow_plaintext",
-       .type = ParameterType::kBool,
        .fallback = false,
        .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
                "everything, the token included."});

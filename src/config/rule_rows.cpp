@@ -25,7 +25,6 @@ void add_rule_rights(Rows& rows) {
   const auto add = section_adder(rows, "Keys of a rule: what it allows");
   const auto patterns = [&](const char* key, const char* help) {
     add({.key = key,
-         .type = ParameterType::kStrings,
          .fallback = Strings{},
          .syntax = check_pattern,
          .changeable = true,
@@ -46,7 +45,6 @@ void add_rule_rights(Rows& rows) {
   patterns("rule.<name>.deny", "Names that no rule allows, whatever else matches.");
   const auto narrow = [&](const char* key, UsedBy used_by, Syntax syntax, const char* help) {
     add({.key = key,
-         .type = ParameterType::kStrings,
          .fallback = Strings{},
          .syntax = syntax,
          .used_by = used_by,
@@ -123,7 +121,6 @@ void add_rule_treatment(Rows& rows) {
        .help = "For a rule that imports /clock. `publish`: this side publishes the peer's ROS time "
                "itself, evenly at clock_rate, however the link behaves."});
   add({.key = "clock_rate",
-       .type = ParameterType::kDouble,
        .fallback = 50.0,
        .range = NumberRange{1, 1000},
        .used_by = UsedBy::kClient,
@@ -146,7 +143,6 @@ void add_rule_resume(Rows& rows) {
 void add_rule_types(Rows& rows) {
   treatment_adder(rows)(
       {.key = "allow_type_mismatch",
-       .type = ParameterType::kBool,
        .fallback = false,
        .changeable = true,
        .help = "Whether what is imported is used although the definition of its type here is not "
@@ -160,7 +156,6 @@ void add_rule_calls(Rows& rows) {
   const Treatment normal;
   const auto add = treatment_adder(rows);
   add({.key = "calls_max",
-       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.calls_max),
        .range = NumberRange{1, 1000},
        .changeable = true,
@@ -168,7 +163,6 @@ void add_rule_calls(Rows& rows) {
        .help = "Calls of one service under way at its server for one peer; later ones wait for "
                "their turn."});
   add({.key = "server_queue",
-       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(normal.server_queue),
        .range = NumberRange{0, 1000},
        .changeable = true,

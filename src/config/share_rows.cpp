@@ -14,7 +14,6 @@ void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
   const auto add = [&](std::string key, std::int64_t fallback, double min, double max,
                        std::string unit, std::string help) {
     add_row({.key = std::move(key),
-             .type = ParameterType::kInteger,
              .fallback = fallback,
              .range = NumberRange{min, max},
              .unit = std::move(unit),
@@ -43,7 +42,6 @@ void add_limits(std::vector<KeySpec>& rows, const SideOptions& core) {
 void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   const auto add = section_adder(rows, kShareSection);
   add({.key = "memory_max",
-       .type = ParameterType::kInteger,
        .fallback = static_cast<std::int64_t>(core.account.memory_bytes_max),
        .range = NumberRange{1 << 20, 1024 * kGiB},
        .unit = "bytes",
@@ -53,7 +51,6 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
                "links: a single link may use a third. What does not fit is dropped "
                "(`memory` in the status) or refused."});
   add({.key = "mirrors_per_second",
-       .type = ParameterType::kInteger,
        .fallback = Duration(std::chrono::seconds(1)) / core.account.mirror_period,
        .range = NumberRange{1, 100000},
        .help =
@@ -63,7 +60,6 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            "later: each costs every process of the graph."});
   add_limits(rows, core);
   add({.key = "peer_packets_per_second",
-       .type = ParameterType::kInteger,
        .fallback = std::int64_t{50'000},
        .range = NumberRange{0, 1'000'000'000},
        .help =
@@ -71,7 +67,6 @@ void add_share_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
            "peer has to wait (`reading_held` in the status). A burst of 4 seconds' worth passes "
            "at once. 0: no limit."});
   add({.key = "peer_bytes_per_second",
-       .type = ParameterType::kInteger,
        .fallback = std::int64_t{0},
        .range = NumberRange{0, 1024 * kGiB},
        .unit = "bytes",

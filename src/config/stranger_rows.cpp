@@ -12,7 +12,6 @@ void add_stranger_rows(std::vector<KeySpec>& rows, const SideOptions& core) {
   const auto add = [&](std::string key, std::int64_t fallback, double min, double max,
                        std::string help) {
     add_row({.key = std::move(key),
-             .type = ParameterType::kInteger,
              .fallback = fallback,
              .range = NumberRange{min, max},
              .used_by = UsedBy::kServer,
