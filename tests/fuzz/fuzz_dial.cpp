@@ -4,7 +4,6 @@
 #include <openssl/evp.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstddef>
@@ -23,7 +22,6 @@ using namespace connect_bridge;
 namespace {
 
 constexpr std::size_t kPacketBytesMax = 4096;  // docs/protocol.md, "Limits": before login
-constexpr std::size_t kInputBytesMax = 32768;  // what a socket takes at once
 constexpr std::size_t kReasonBytesMax = 123;   // RFC 6455 section 5.5
 constexpr std::chrono::seconds kPatience{5};   // on a busy machine
 
@@ -145,8 +143,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static World world;
   if (size == 0) return 0;
   const NoAlarm quiet;
-  const std::string_view said{reinterpret_cast<const char*>(data + 1),
-                              std::min(size - 1, kInputBytesMax)};
-  world.dial((data[0] & 2) != 0, (data[0] & 1) != 0, said);
+  world.dial((data[0] & 2) != 0, (data[0] & 1) != 0, words_of(data, size));
   return 0;
 }

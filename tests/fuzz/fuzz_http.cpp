@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
 #include <cstddef>
@@ -25,7 +24,6 @@ namespace {
 // docs/protocol.md, "Limits": before login.
 constexpr std::size_t kPacketBytesMax = 4096;
 constexpr std::size_t kAllBytesMax = 16384;
-constexpr std::size_t kInputBytesMax = 32768;  // what a socket takes at once
 
 class World {
  public:
@@ -109,8 +107,7 @@ class World {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static World world;
   if (size == 0) return 0;
-  const std::string words(reinterpret_cast<const char*>(data + 1),
-                          std::min(size - 1, kInputBytesMax));
+  const std::string words{words_of(data, size)};
   if ((data[0] & 1) == 0) {
     world.meet(words, "");
   } else {

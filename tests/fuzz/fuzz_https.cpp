@@ -2,7 +2,6 @@
 // external service's judgement. Input: a flag byte, then the answer with its headers.
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -21,7 +20,6 @@ using namespace connect_bridge;
 namespace {
 
 constexpr Stamp kNow = 1'800'000'000'000'000'000;
-constexpr std::size_t kInputBytesMax = 32768;  // what a socket takes at once
 
 // Answers one request with these words, whatever it is.
 void answer(const StandIn& service, std::string_view words) {
@@ -75,8 +73,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static Https https("", std::nullopt);
   static const HttpAddress address{false, "127.0.0.1", service.port(), "/"};
   if (size == 0) return 0;
-  const std::string_view words{reinterpret_cast<const char*>(data + 1),
-                               std::min(size - 1, kInputBytesMax)};
+  const std::string_view words = words_of(data, size);
   const auto fetch = [](const HttpRequest& request) { return https.fetch(request); };
   std::thread answering([&words] { answer(service, words); });
   if ((data[0] & 1) == 0) {

@@ -6,12 +6,19 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include "core/base/check.hpp"
 
 namespace connect_bridge {
+
+// An input is a byte of flags and what is said: no more than a socket takes at once.
+inline std::string_view words_of(const std::uint8_t* data, std::size_t size) {
+  constexpr std::size_t kWordsMax = 32768;
+  return {reinterpret_cast<const char*>(data + 1), std::min(size - 1, kWordsMax)};
+}
 
 // While it lives, libFuzzer's alarm interrupts no system call of this thread.
 class NoAlarm {

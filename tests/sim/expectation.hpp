@@ -99,8 +99,9 @@ class Expectation {
   [[nodiscard]] bool is_uniform(const Writer& origin) const;
   [[nodiscard]] static bool are_alike(const Writer& one, const Writer& other);
   void check_unbroken_at(const Reader& reader) const;
-  // Whether a mirror there was made later because its peer made too many at once.
-  [[nodiscard]] bool has_paced_mirrors(int graph) const;
+  // Whether a mirror there was made later because its peer made too many at once, and messages of
+  // this one may be too large to wait.
+  [[nodiscard]] bool may_come_too_early(const ExpectedMirror& expected) const;
   // Whether nothing of the mirror may be missing at this subscriber.
   [[nodiscard]] bool is_unbroken_at(const Reader& reader, const ExpectedMirror& expected) const;
   [[nodiscard]] std::uint64_t count_drops(const ExpectedMirror& expected) const;

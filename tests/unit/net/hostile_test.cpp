@@ -341,6 +341,10 @@ TEST(Hostile, AServerThatIsNoneOfOursIsReported) {
        "HTTP 502 Bad Gateway: upstr"},
       {"HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n", "HTTP 200 OK"},
       {"HTTP/1.1 200 OK\r\nContent-Length: 8198552921648689609\r\n\r\nx", "is too large"},
+      {"HTTP/1.1 200 OK\r\nContent-Length: 8388609\r\n\r\nx", "is too large"},
+      // Where the header ends is looked for from the first byte on.
+      {"\r\n\r\nHTTP/1.1 200 OK\r\nContent-Length: 8198552921648689609\r\n\r\nx",
+       "not an HTTP server"},
       {"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: upgrade\r\n"
        "Sec-WebSocket-Accept: wrong\r\n\r\n",
        "wrong"},
