@@ -60,6 +60,7 @@ struct JwtOptions {
 struct PairingOptions {
   std::string code;                             // secret; 128 random bits in 32 hexadecimal digits
   std::chrono::steady_clock::time_point until;  // the code is valid until then
+  std::vector<std::string> groups{"paired"};    // of the client
 };
 
 struct AuthOptions {

@@ -12,7 +12,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::size_t kClientNameMax = 64;
-constexpr char kGroup[] = "paired";
+constexpr char kIdentityPrefix[] = "paired/";
 
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
@@ -55,6 +55,7 @@ PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
     : token_file_(std::move(token_file)),
       tokens_(std::move(tokens)),
       code_(digest_of(options.code)),
+      groups_(std::move(options.groups)),
       until_(options.until) {
   wipe(options.code);
 }
@@ -85,11 +86,11 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
                             Stamp now) {
   TokenEntry entry;
   // The client chooses the name: it must not be one that a rule was written for.
-  const std::string own = kGroup + ("/" + name);
+  const std::string own = kIdentityPrefix + name;
   entry.identity = own;
   for (int number = 2; tokens_->knows(entry.identity); ++number)
     entry.identity = own + "-" + std::to_string(number);
-  entry.groups = {kGroup};
+  entry.groups = groups_;
   entry.comment = "paired " + date_text(now) + " from " + attempt.peer;
   entry.digest = token;
   std::string problem = append_token_entry(token_file_, entry);

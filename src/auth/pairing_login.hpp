@@ -39,7 +39,8 @@ class PairingLogin : public Authenticator {
  public:
   static constexpr unsigned kTriesMax = 10;
 
-  // The file, from which `tokens` was made, gets the new client's entry, with the group "paired".
+  // The file, from which `tokens` was made, gets the new client's entry, with the groups of
+  // `options`.
   PairingLogin(PairingOptions options, std::string token_file, std::unique_ptr<TokenLogin> tokens);
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
@@ -55,6 +56,7 @@ class PairingLogin : public Authenticator {
   const std::string token_file_;
   std::unique_ptr<TokenLogin> tokens_;
   const Digest code_;
+  const std::vector<std::string> groups_;
   const std::chrono::steady_clock::time_point until_;
   bool open_ = true;
   unsigned tries_ = 0;

@@ -6,6 +6,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr char kPair[] = "--pair";
+constexpr char kOperate[] = "--operate";
 
 std::string unknown(const std::string& word, Role role) {
   const char* const program = role == Role::kServer ? "server" : "client";
@@ -23,12 +24,16 @@ Arguments read_arguments(const std::vector<std::string>& words, Role role) {
     if (role == Role::kServer && word == kPair) {
       read.pairs = true;
       if (i + 1 < words.size() && !words[i + 1].starts_with('-')) read.host = words[++i];
+    } else if (role == Role::kServer && word == kOperate) {
+      read.operates = true;
     } else if (role == Role::kClient && word.starts_with(kInvitationScheme)) {
       read.invitation = word;
     } else {
       read.problems.push_back(unknown(word, role));
     }
   }
+  if (read.operates && !read.pairs)
+    read.problems.emplace_back("--operate says what a client that pairs may do: give --pair, too");
   return read;
 }
 

@@ -11,6 +11,7 @@ namespace connect_bridge {
 
 struct Arguments {
   bool pairs = false;      // server: --pair
+  bool operates = false;   // server: --operate, the client that pairs may do more than look
   std::string host;        // server: what clients are to dial, "robot.example:443"; or empty
   std::string invitation;  // client: wss+pair://...; empty: none
   std::vector<std::string> problems;

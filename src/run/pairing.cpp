@@ -43,16 +43,27 @@ std::string news_of(const PairingFolder& folder) {
 
 // ---- server
 
-// The default parameters of a paired server: every paired client may receive topics.
+// The groups of paired clients: all of them, and those that were paired with --operate.
+constexpr char kPaired[] = "paired";
+constexpr char kOperators[] = "operators";
+
+// The default parameters of a paired server: every paired client may receive topics, operators may
+// also publish, call services, send goals and set parameters.
 ParameterMap server_parameters(const PairingFolder& folder) {
+  const std::vector<std::string> everything{"/**"};
   return {{"listen.address", std::string{"*"}},
           {"listen.port", kPort},
           {"tls.certificate", folder.file("server.crt")},
           {"tls.private_key", folder.file("server.key")},
           {"auth.token_file", folder.file("tokens.yaml")},
-          {"rules", std::vector<std::string>{"look"}},
-          {"rule.look.export_topics", std::vector<std::string>{"/**"}},
-          {"rule.look.groups", std::vector<std::string>{"paired"}}};
+          {"rules", std::vector<std::string>{"look", "operate"}},
+          {"rule.look.export_topics", everything},
+          {"rule.look.groups", std::vector<std::string>{kPaired}},
+          {"rule.operate.import_topics", everything},
+          {"rule.operate.export_services", everything},
+          {"rule.operate.export_actions", everything},
+          {"rule.operate.export_parameters", everything},
+          {"rule.operate.groups", std::vector<std::string>{kOperators}}};
 }
 
 // The parameters for the next start without arguments: the address that clients dial stays as
@@ -103,7 +114,7 @@ std::string dialed(const ParameterMap& parameters, const std::string& host) {
   return "wss://" + authority + (path.empty() ? "/" : path);
 }
 
-void pair_server(const std::string& host, const PairingFolder& folder, Start& start) {
+void pair_server(const Arguments& arguments, const PairingFolder& folder, Start& start) {
   if (!goes_by_pairing(start.parameters)) {
     start.problems.emplace_back(
         "--pair makes the certificate and the login itself: leave out tls.*, auth.* and the "
@@ -121,7 +132,7 @@ void pair_server(const std::string& host, const PairingFolder& folder, Start& st
   Invitation invitation;
   if (problem.empty()) {
     invitation.pin = pin_of_file(text_of(start.parameters, "tls.certificate"), problem);
-    invitation.url = dialed(start.parameters, host);
+    invitation.url = dialed(start.parameters, arguments.host);
     invitation.code = random_token().substr(0, kCodeSize);
     if (invitation.code.empty()) problem = "no random numbers are available";
   }
@@ -129,10 +140,17 @@ void pair_server(const std::string& host, const PairingFolder& folder, Start& st
   std::string wrong;
   static_cast<void>(parse_invitation(to_text(invitation), wrong));
   if (!wrong.empty())
-    return start.problems.push_back("--pair \"" + host +
+    return start.problems.push_back("--pair \"" + arguments.host +
                                     "\": expected a host name or address, with or without a port");
   start.news.push_back(news_of(folder));
   start.pairing = PairingOptions{invitation.code, std::chrono::steady_clock::now() + kMinutes};
+  start.pairing->groups = {kPaired};
+  if (arguments.operates) {
+    start.pairing->groups.emplace_back(kOperators);
+    start.news.emplace_back(
+        "the client that pairs joins the group 'operators': unless you change the rules it may "
+        "publish, call services, send goals and set parameters");
+  }
   start.invitation = std::move(invitation);
 }
 
@@ -212,7 +230,7 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   const PairingFolder folder(node);
   std::string problem;
   if (arguments.pairs) {
-    pair_server(arguments.host, folder, start);
+    pair_server(arguments, folder, start);
   } else if (!arguments.invitation.empty()) {
     const Invitation invitation = parse_invitation(arguments.invitation, problem);
     if (problem.empty()) return join(invitation, folder, start), start;

@@ -7,6 +7,7 @@ import time
 import pytest
 from std_msgs.msg import String
 
+from calls import Caller, EchoServer
 from graph import connect
 from harness.domains import free_port
 from harness.programs import Program, build_dir, ros_environment
@@ -35,9 +36,9 @@ class World:
         self.started.append(program)
         return program.start()
 
-    def pair(self):
+    def pair(self, *words):
         port = ["--ros-args", "-p", f"listen.port:={self.port}"]
-        server = self.run("server", "robot", "--pair", "localhost", *port)
+        server = self.run("server", "robot", "--pair", "localhost", *words, *port)
         return server, server.wait_for(_LINE).group(1)
 
     def crosses(self, name):
@@ -80,6 +81,32 @@ def test_one_line_pairs_and_both_start_without_words_later(world):
     client.stop()
     client = world.run("client", "operator", line)
     client.wait_for(_LINKED)
+
+
+def test_who_looks_cannot_operate_and_who_operates_can(world):
+    heard = world.robot.collector(String, "/command")
+    command = world.operator.publisher(String, "/command")
+    server = EchoServer(world.robot, "/service")
+    caller = Caller(world.operator, "/service")
+    _, line = world.pair()
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    world.crosses("/state")
+    command.publish(String(data="of who may only look"))
+    time.sleep(0.5)
+    assert not caller.ready()
+    assert not heard.messages
+    client.stop()
+    world.started[0].stop()
+
+    _, line = world.pair("--operate")
+    world.run("client", "another operator", line)
+    connect(command, heard, String(data="go"))
+    caller.wait_ready()
+    caller.ask("call")
+    caller.wait_answers(1)
+    assert server.executed == ["call"]
+    world.crosses("/state")
 
 
 def test_the_code_works_once_and_is_nowhere_to_be_read(world):

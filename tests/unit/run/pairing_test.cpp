@@ -83,6 +83,9 @@ TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
   EXPECT_EQ(read.host, "");
   EXPECT_THAT(read.problems, ElementsAre(HasSubstr("\"--x\""), HasSubstr("\"auth.token\"")));
   EXPECT_EQ(read_arguments({"--pair", "robot.example"}, Role::kServer).host, "robot.example");
+  EXPECT_TRUE(read_arguments({"--pair", "--operate"}, Role::kServer).operates);
+  EXPECT_THAT(read_arguments({"--operate"}, Role::kServer).problems,
+              ElementsAre(HasSubstr("give --pair")));
   EXPECT_THAT(read_arguments({"--pair"}, Role::kClient).problems, SizeIs(1));
   EXPECT_THAT(read_arguments({kLine}, Role::kServer).problems, SizeIs(1));
 }
@@ -107,6 +110,17 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   const Start moved = serve({"--pair", "robot.local"}, {{"listen.port", std::int64_t{443}}});
   EXPECT_EQ(moved.keep(), "");
   EXPECT_EQ(serve({}).parameters, moved.parameters);
+}
+
+// Who pairs to operate is in a group more, for which the same parameters have a rule.
+TEST_F(PairingStart, AClientMayLookUnlessItIsToOperate) {
+  const Start look = serve({"--pair"});
+  EXPECT_THAT(look.pairing->groups, ElementsAre("paired"));
+  const Start operate = serve({"--pair", "--operate"});
+  EXPECT_THAT(operate.pairing->groups, ElementsAre("paired", "operators"));
+  EXPECT_EQ(operate.parameters, look.parameters);
+  EXPECT_EQ(std::get<std::vector<std::string>>(look.parameters.at("rule.operate.groups")),
+            std::vector<std::string>{"operators"});
 }
 
 TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
