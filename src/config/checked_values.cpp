@@ -125,6 +125,25 @@ T CheckedValues::read(std::string_view key) const {
   return spec->fallback ? std::get<T>(*spec->fallback) : T{};
 }
 
+template <class Target>
+void CheckedValues::store_in(Target& target, const std::string& rule) const {
+  for (const KeySpec& spec : key_table()) {
+    const auto* store = std::get_if<Store<Target>>(&spec.store);
+    if (!store) continue;
+    const auto found = values_.find(key_of(spec, rule));
+    if (found != values_.end() || spec.fallback)
+      (*store)(target, found != values_.end() ? found->second : *spec.fallback);
+  }
+}
+
+void CheckedValues::store(Config& config) const {
+  store_in(config, {});
+}
+
+void CheckedValues::store(Rule& rule) const {
+  store_in(rule, rule.name);
+}
+
 bool CheckedValues::flag(std::string_view key) const {
   return read<bool>(key);
 }

@@ -26,13 +26,13 @@ class CheckedValues {
 
   [[nodiscard]] bool flag(std::string_view key) const;
   [[nodiscard]] std::int64_t whole(std::string_view key) const;
-  // Of a key whose row allows no other numbers.
-  [[nodiscard]] std::uint32_t u32(std::string_view key) const {
-    return static_cast<std::uint32_t>(whole(key));
-  }
   [[nodiscard]] double number(std::string_view key) const;
   [[nodiscard]] std::string text(std::string_view key) const;
   [[nodiscard]] std::vector<std::string> list(std::string_view key) const;
+
+  // Writes each value, or its default, to the field of its row.
+  void store(Config& config) const;
+  void store(Rule& rule) const;  // by its name
 
   // The right ones, in the type of their row.
   [[nodiscard]] const ParameterMap& values() const { return values_; }
@@ -42,6 +42,8 @@ class CheckedValues {
  private:
   template <class T>
   T read(std::string_view key) const;
+  template <class Target>
+  void store_in(Target& target, const std::string& rule) const;
   void check(const std::string& key, const ParameterValue& value, Role role,
              std::vector<Problem>& problems);
 

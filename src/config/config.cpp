@@ -7,7 +7,6 @@
 #include "config/checked_values.hpp"
 #include "config/http_proxy.hpp"
 #include "config/key_search.hpp"
-#include "config/limit_reader.hpp"
 #include "config/login_reader.hpp"
 #include "config/rule_reader.hpp"
 #include "config/syntax.hpp"
@@ -28,17 +27,18 @@ class ConfigMaker {
   }
 
   Parsed make(Moment moment) {
-    read_auth_and_tls();
+    values_.store(config_);
+    config_.auth.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
+    check_tls();
     if (is_server()) {
-      read_listen();
+      check_listen();
     } else {
       read_dial();
     }
     check_login(values_, config_, around_, parsed_.problems);
     check_files();
     read_names();
-    read_audit();
-    fill_limits(values_, config_.limits);
+    derive_limits();
     if (config_.limits.retry_min > config_.limits.retry_max) {
       add("retry_min", to_text(values_.number("retry_min")), "at most retry_max");
     }
@@ -48,10 +48,6 @@ class ConfigMaker {
       warn(
           "memory_max: less than 3 times max_message_size, so there is no room for the largest "
           "messages");
-    config_.socket.not_sent_bytes = values_.u32("not_sent_bytes");
-    config_.socket.packets_per_second = values_.whole("peer_packets_per_second");
-    config_.socket.bytes_per_second = values_.whole("peer_bytes_per_second");
-    config_.socket.congestion_control = values_.text("congestion_control");
     read_policy(moment);
     if (parsed_.problems.empty()) {
       config_.given = values_.values();
@@ -67,13 +63,7 @@ class ConfigMaker {
   }
   void warn(std::string text) { config_.warnings.push_back(std::move(text)); }
 
-  void read_auth_and_tls() {
-    config_.auth = read_auth(values_, around_, parsed_.problems);
-    config_.tls.certificate = values_.text("tls.certificate");
-    config_.tls.private_key = values_.text("tls.private_key");
-    config_.tls.ca = values_.text("tls.ca");
-    config_.tls.server_name = values_.text("tls.server_name");
-    config_.tls.pins = values_.list("tls.pin");
+  void check_tls() {
     const bool certificate = values_.given("tls.certificate");
     const bool key = values_.given("tls.private_key");
     if (certificate && !key) add("tls.private_key", "", "the key of tls.certificate");
@@ -85,17 +75,7 @@ class ConfigMaker {
     }
   }
 
-  void read_listen() {
-    config_.listen.address = values_.text("listen.address");
-    config_.listen.port = static_cast<std::uint16_t>(values_.whole("listen.port"));
-    config_.listen.path = values_.text("listen.path");
-    config_.listen.trusted_proxies = values_.list("listen.trusted_proxies");
-    config_.listen.proxy_header = values_.text("listen.proxy_header");
-    config_.listen.address_strangers_max = values_.u32("limits.address_strangers_max");
-    config_.listen.handshakes_per_second =
-        static_cast<int>(values_.whole("limits.handshakes_per_second"));
-    config_.listen.address_handshakes_per_second =
-        static_cast<int>(values_.whole("limits.address_handshakes_per_second"));
+  void check_listen() {
     if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies too, else it has no effect");
     const std::string& address = config_.listen.address;
@@ -170,19 +150,32 @@ class ConfigMaker {
     }
   }
 
-  void read_audit() {
-    config_.audit.file = values_.text("audit.file");
-    config_.audit.file_bytes_max =
-        static_cast<std::uint64_t>(values_.whole("audit.file_bytes_max"));
-    config_.audit.files_kept = values_.u32("audit.files_kept");
+  // Limits that follow from those that are stored as they are.
+  void derive_limits() {
+    SideOptions& limits = config_.limits;
+    constexpr Duration kSecond = std::chrono::seconds(1);
+    constexpr Duration kMinute = std::chrono::minutes(1);
+    if (!values_.given("retry_max"))
+      limits.retry_max = std::max(limits.retry_max, limits.retry_min);
+    auto& all_mirrors = limits.account.mirrors_max;  // of which one that is alone has half
+    all_mirrors = std::max(all_mirrors, 2 * std::uint64_t{limits.mirrors_max});
+    limits.account.mirror_period = kSecond / values_.whole("mirrors_per_second");
+    limits.account.offence_period = kMinute / values_.whole("limits.offences_per_minute");
+    // What a minute allows is answered at once.
+    limits.wrong_login_period = kMinute / limits.wrong_logins_at_once;
+    limits.address_wrong_login_period = kMinute / limits.address_wrong_logins_at_once;
+    limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
+    // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
+    // if they are small: a peer sends parts of all topics in turn.
+    const ReassemblyOptions normal;
+    limits.reassembly.open_bytes_max =
+        std::max(normal.open_bytes_max, limits.reassembly.message_bytes_max *
+                                            (normal.open_bytes_max / normal.message_bytes_max));
   }
 
   void read_names() {
-    config_.prefix = values_.text("prefix");
     const std::string graph = values_.text("graph");
     config_.limits.proxy_nodes = graph.empty() ? !is_server() : graph == "nodes";
-    config_.status_file = values_.text("status_file");
-    config_.usage_file = values_.text("usage_file");
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
     config_.limits.describes_types = config_.carries_types_not_installed;
     std::set<std::string> wires;

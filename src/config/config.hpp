@@ -16,14 +16,14 @@ namespace connect_bridge {
 struct ListenConfig {  // server
   // IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
   std::string address;
-  std::uint16_t port = 0;                    // 0: any free one
+  std::uint16_t port = 9090;                 // 0: any free one
   std::string path;                          // begins with '/'
   std::vector<std::string> trusted_proxies;  // addresses and ranges of them
   std::string proxy_header;                  // x_forwarded_for, forwarded, proxy_protocol
   bool proxies_only = false;                 // there is no TLS for others
-  std::uint32_t address_strangers_max = 0;   // connections of an address without a login
-  int handshakes_per_second = 0;             // TLS
-  int address_handshakes_per_second = 0;
+  std::uint32_t address_strangers_max = 16;  // connections of an address without a login
+  int handshakes_per_second = 50;            // TLS
+  int address_handshakes_per_second = 10;
 };
 
 struct HttpProxyConfig {
@@ -65,17 +65,17 @@ struct AuthConfig {
 };
 
 struct SocketConfig {
-  std::uint32_t not_sent_bytes = 0;     // TCP_NOTSENT_LOWAT; 0: leave it to the host
-  std::int64_t packets_per_second = 0;  // read from a peer; 0: no limit
-  std::int64_t bytes_per_second = 0;    // likewise
+  std::uint32_t not_sent_bytes = 16384;      // TCP_NOTSENT_LOWAT; 0: leave it to the host
+  std::int64_t packets_per_second = 50'000;  // read from a peer; 0: no limit
+  std::int64_t bytes_per_second = 0;         // likewise
   // TCP_CONGESTION: "auto" (what suits the path), "host" (leave it), or an algorithm.
   std::string congestion_control;
 };
 
 struct AuditConfig {
   std::string file;  // empty: there is no audit log
-  std::uint64_t file_bytes_max = 0;
-  std::uint32_t files_kept = 0;
+  std::uint64_t file_bytes_max = 10 << 20;
+  std::uint32_t files_kept = 10;
 };
 
 // Immutable once made; a change is a new Config.

@@ -19,11 +19,7 @@ std::vector<std::string> candidates(Role role, std::string_view rule) {
   std::vector<std::string> keys;
   for (const KeySpec& spec : key_table()) {
     if (!is_used_by(spec, role)) continue;
-    if (!spec.key.starts_with(kTemplate)) {
-      keys.push_back(spec.key);
-    } else if (!rule.empty()) {
-      keys.push_back(fmt::format("rule.{}.{}", rule, spec.key.substr(kTemplate.size())));
-    }
+    if (!spec.key.starts_with(kTemplate) || !rule.empty()) keys.push_back(key_of(spec, rule));
   }
   return keys;
 }
@@ -33,6 +29,11 @@ std::string number_text(double value) {
 }
 
 }  // namespace
+
+std::string key_of(const KeySpec& spec, std::string_view rule) {
+  if (!spec.key.starts_with(kTemplate)) return spec.key;
+  return fmt::format("{}{}.{}", kRule, rule, spec.key.substr(kTemplate.size()));
+}
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);

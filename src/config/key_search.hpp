@@ -11,6 +11,9 @@ namespace connect_bridge {
 // The row of this key ("rule.drive.priority" finds "rule.<name>.priority"), or nullptr.
 [[nodiscard]] const KeySpec* find_key(std::string_view key);
 
+// The key of a row; of a rule's key with the rule's name: "rule.drive.priority".
+[[nodiscard]] std::string key_of(const KeySpec& spec, std::string_view rule);
+
 [[nodiscard]] bool is_used_by(const KeySpec& spec, Role role);
 
 // Keys of the ROS layer that are not ours and must not be refused: use_sim_time, qos_overrides.*

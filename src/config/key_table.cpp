@@ -1,63 +1,178 @@
 #include "config/key_table.hpp"
 
-#include "config/audit_rows.hpp"
-#include "config/login_rows.hpp"
-#include "config/reach_rows.hpp"
+#include "config/http_proxy.hpp"
+#include "config/key_rows.hpp"
+#include "config/limit_rows.hpp"
 #include "config/rule_rows.hpp"
-#include "config/share_rows.hpp"
-#include "config/stranger_rows.hpp"
-#include "config/syntax.hpp"
-#include "core/base/time.hpp"
 
 namespace connect_bridge {
 namespace {
 
 using namespace syntax;  // NOLINT: a table reads better without the repeated word
-using Strings = std::vector<std::string>;
-using Rows = std::vector<KeySpec>;
 
-double seconds(Duration duration) {
-  return std::chrono::duration<double>(duration).count();
+void add_listen(Rows& rows) {
+  const auto add = row_adder(rows, "Who is reached where", UsedBy::kServer);
+  add({.key = "listen.address",
+       .fallback = "127.0.0.1",
+       .syntax = check_listen_address,
+       .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
+               "sockets that it passes. Beyond loopback a login and TLS are required."},
+      [](Config& c) { return &c.listen.address; });
+  add({.key = "listen.port",
+       .range = NumberRange{0, 65535},
+       .help = "TCP port to listen on, at all addresses; 0 takes a free one and logs it."},
+      [](Config& c) { return &c.listen.port; });
+  add({.key = "listen.path",
+       .fallback = "/",
+       .syntax = check_path,
+       .help = "Path of the URL under which the bridge answers."},
+      [](Config& c) { return &c.listen.path; });
+  add({.key = "listen.trusted_proxies",
+       .syntax = check_address_range,
+       .help = "Addresses, or ranges as 10.0.0.0/8, of reverse proxies that are trusted to give "
+               "the client's address: limits and logs then go by that. Beyond loopback and without "
+               "TLS nobody else may connect, unless allow_plaintext."},
+      [](Config& c) { return &c.listen.trusted_proxies; });
+  add({.key = "listen.proxy_header",
+       .fallback = "x_forwarded_for",
+       .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
+       .help = "How they give it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
+               "protocol (1 or 2), with which each of their connections must then begin."},
+      [](Config& c) { return &c.listen.proxy_header; });
 }
-ParameterValue whole(std::uint64_t value) {
-  return static_cast<std::int64_t>(value);
+
+void add_dial(Rows& rows) {
+  const auto add = row_adder(rows, "Who is reached where", UsedBy::kClient);
+  add({.key = "url",
+       .syntax = check_url,
+       .help = "The server to dial, wss:// or ws://. Required."});
+  add({.key = "http_proxy",
+       .fallback = "environment",
+       .syntax = check_http_proxy,
+       .help = "HTTP proxy that the client dials through (CONNECT), "
+               "http://proxy.example:3128. `environment`: that of https_proxy, for "
+               "wss:// and a server that is not in no_proxy. `none`: no proxy."});
+  add({.key = "http_proxy_login",
+       .syntax = check_http_proxy_login,
+       .secret = true,
+       .help = "\"user:password\" for the proxy in http_proxy. It goes there "
+               "unencrypted, as with all such proxies."});
+  row_adder(rows, "Who is reached where")(
+      {.key = "allow_plaintext",
+       .fallback = false,
+       .help = "Permits ws:// beyond loopback: everybody on the way can read and change "
+               "everything, the token included."});
+}
+
+void add_login(Rows& rows) {
+  const auto add = row_adder(rows, "Login");
+  add({.key = "auth.method",
+       .fallback = "token",
+       .words = {"token", "jwt", "service", "plugin", "certificate", "none"},
+       .help = "How a client proves who it is; the same at both sides. `certificate`: "
+               "by the one it shows (tls.ca at the server). `none` is refused by a "
+               "server that listens beyond loopback."},
+      [](Config& c) { return &c.auth.method; });
+  add({.key = "auth.token",
+       .syntax = check_token,
+       .secret = true,
+       .help = "The token itself. A file or the environment variable "
+               "`CONNECT_BRIDGE_TOKEN` keeps it out of parameter files."},
+      [](Config& c) { return &c.auth.token; });
+  add({.key = "auth.token_file",
+       .syntax = check_not_empty,
+       .help = "File with the token (client), or with the token or the hashes of many and "
+               "their identities (server). Followed while the program runs."},
+      [](Config& c) { return &c.auth.token_file; });
+}
+
+void add_jwt(Rows& rows) {
+  const auto add = row_adder(rows, "Login", UsedBy::kServer);
+  add({.key = "auth.jwt_keys",
+       .syntax = check_file_or_http_url,
+       .help = "`jwt`: the keys that sign tokens: a file, JWKS or public keys in PEM, or the "
+               "https:// address of a JWKS. Followed while the program runs."},
+      [](Config& c) { return &c.auth.jwt_keys; });
+  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."},
+      [](Config& c) { return &c.auth.jwt_issuer; });
+  add({.key = "auth.jwt_audience",
+       .syntax = check_not_empty,
+       .help = "What `aud` must be, or contain."},
+      [](Config& c) { return &c.auth.jwt_audience; });
+  add({.key = "auth.jwt_algorithms",
+       .fallback = Strings{"RS256", "ES256", "EdDSA"},
+       .words = {"RS256", "ES256", "EdDSA", "HS256"},
+       .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "
+               "make one."},
+      [](Config& c) { return &c.auth.jwt_algorithms; });
+  add({.key = "auth.jwt_groups_claim",
+       .fallback = "groups",
+       .syntax = check_not_empty,
+       .help = "The claim that names the groups."},
+      [](Config& c) { return &c.auth.jwt_groups_claim; });
+}
+
+// Keys of one login method of a server.
+void add_login_methods(Rows& rows) {
+  const auto add = row_adder(rows, "Login", UsedBy::kServer);
+  add({.key = "auth.service",
+       .syntax = check_http_url,
+       .help = "`service`: the https:// address that is asked about each login."},
+      [](Config& c) { return &c.auth.service; });
+  add({.key = "auth.https_ca",
+       .syntax = check_not_empty,
+       .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
+               "are trusted by; without it those of the system."},
+      [](Config& c) { return &c.auth.https_ca; });
+  add({.key = "auth.plugin",
+       .syntax = check_not_empty,
+       .help = "`plugin`: the shared library that decides, made with "
+               "connect_bridge/auth_plugin.h. It runs inside the server."},
+      [](Config& c) { return &c.auth.plugin; });
+  add({.key = "auth.plugin_options", .secret = true, .help = "What the library gets at its start."},
+      [](Config& c) { return &c.auth.plugin_options; });
 }
 
 void add_tls(Rows& rows) {
-  const auto add = section_adder(rows, "TLS");
+  const auto add = row_adder(rows, "TLS");
   add({.key = "tls.certificate",
        .syntax = check_not_empty,
        .help = "File with this side's certificate chain (PEM). With it a server speaks "
-               "TLS only; a client shows it to servers that ask."});
+               "TLS only; a client shows it to servers that ask."},
+      [](Config& c) { return &c.tls.certificate; });
   add({.key = "tls.private_key",
        .syntax = check_not_empty,
-       .help = "File with the private key of the certificate (PEM)."});
+       .help = "File with the private key of the certificate (PEM)."},
+      [](Config& c) { return &c.tls.private_key; });
   add({.key = "tls.ca",
        .syntax = check_not_empty,
        .help = "File with the certificates to trust (PEM). Client: in place of the "
-               "system's. Server: every client must show one that they signed."});
+               "system's. Server: every client must show one that they signed."},
+      [](Config& c) { return &c.tls.ca; });
   add({.key = "tls.server_name",
        .syntax = check_not_empty,
        .used_by = UsedBy::kClient,
        .help = "Name that the server's certificate must carry, where it is not the "
-               "host of the URL."});
+               "host of the URL."},
+      [](Config& c) { return &c.tls.server_name; });
   add({.key = "tls.pin",
-       .fallback = Strings{},
        .syntax = check_pin,
        .used_by = UsedBy::kClient,
        .help = "SHA-256 of the public keys that the server may have, in base64. With "
                "tls.ca both must hold; without it the key alone decides, and the "
-               "certificate may be self-signed, expired or for another name."});
+               "certificate may be self-signed, expired or for another name."},
+      [](Config& c) { return &c.tls.pins; });
 }
 
 void add_names(Rows& rows) {
-  const auto add = section_adder(rows, "Names at this side");
+  const auto add = row_adder(rows, "Names at this side");
   add({.key = "prefix",
        .fallback = "",
        .syntax = check_prefix,
        .help = "Put before every name of the peer, so that several robots can be used side by "
                "side: /scan becomes /robot1/scan. Of this side only names below it can be "
-               "exported; the peer sees them without it. Rules have names without it."});
+               "exported; the peer sees them without it. Rules have names without it."},
+      [](Config& c) { return &c.prefix; });
   add({.key = "remap",
        .fallback = Strings{},
        .syntax = check_remap,
@@ -70,16 +185,18 @@ void add_names(Rows& rows) {
 }
 
 void add_operation(Rows& rows) {
-  const auto add = section_adder(rows, "Operation");
+  const auto add = row_adder(rows, "Operation");
   add({.key = "status_file",
        .syntax = check_not_empty,
        .help = "File in which this side keeps its status as JSON, once a second: links, "
-               "clock, and per topic messages, bytes, latency and drops by reason."});
+               "clock, and per topic messages, bytes, latency and drops by reason."},
+      [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,
        .help = "File in which this side counts the bytes that it costs on the network, "
                "by day, over restarts. Without it they are counted since the start; "
-               "the status shows today's and this month's."});
+               "the status shows today's and this month's."},
+      [](Config& c) { return &c.usage_file; });
   add({.key = "types_not_installed",
        .fallback = "carry",
        .words = {"carry", "refuse"},
@@ -88,200 +205,121 @@ void add_operation(Rows& rows) {
                "the type. `refuse`: only what can be checked reaches a node."});
 }
 
-void add_link_limits(Rows& rows, const SideOptions& core) {
-  const auto add = section_adder(rows, "Limits of a link");
-  add({.key = "max_message_size",
-       .fallback = whole(core.reassembly.message_bytes_max),
-       .range = NumberRange{1024, kGiB},
+void add_audit(std::vector<KeySpec>& rows) {
+  const auto add = row_adder(rows, "Audit log");
+  add({.key = "audit.file",
+       .syntax = check_not_empty,
+       .help = "File that gets a line of JSON for each login, refusal, lost link, "
+               "channel, call, goal and change of rules (docs/security.md). Unset: "
+               "there is none."},
+      [](Config& c) { return &c.audit.file; });
+  add({.key = "audit.file_bytes_max",
+       .range = NumberRange{65536, kGiB},
        .unit = "bytes",
-       .help = "Largest message accepted from a peer."});
-  add({.key = "queue_bytes_max",
-       .fallback = whole(core.outbox.data_bytes_max),
-       .range = NumberRange{65536, 4 * kGiB},
-       .unit = "bytes",
-       .help = "All that waits to be sent on one link. Beyond it the oldest messages of "
-               "the lowest priority are dropped and counted."});
-  add({.key = "fragment_bytes",
-       .fallback = whole(core.outbox.fragment_bytes),
-       .range = NumberRange{1024, 1048576},
-       .unit = "bytes",
-       .help = "Largest part of a message that is sent in one piece. Parts follow the rate of "
-               "the link, so a limit is needed only where urgent messages overtake too late: "
-               "4096 to 16384 on thin links."});
-  add({.key = "history_bytes_max",
-       .fallback = whole(core.history_bytes_max),
-       .range = NumberRange{0, 4 * kGiB},
-       .unit = "bytes",
-       .help = "Transient-local samples of one topic kept for links that come later."});
-  add({.key = "default_depth",
-       .fallback = whole(core.default_depth),
-       .range = NumberRange{1, 100000},
-       .unit = "messages",
-       .help = "Queue depth where the graph does not show one."});
-  add({.key = "latched_depth",
-       .fallback = whole(core.latched_depth),
-       .range = NumberRange{1, 100000},
-       .unit = "messages",
-       .help = "The same for transient-local topics."});
+       .help = "Then it is renamed, with .1 at its end, and a new one begins."},
+      [](Config& c) { return &c.audit.file_bytes_max; });
+  add({.key = "audit.files_kept",
+       .range = NumberRange{0, 1000},
+       .unit = "files",
+       .help = "Older files that are kept; the oldest goes."},
+      [](Config& c) { return &c.audit.files_kept; });
 }
 
-// Limits of what a peer may create in this side's graph.
-void add_mirror_limits(Rows& rows, const SideOptions& core) {
-  const auto add = section_adder(rows, "Limits of a link");
-  add({.key = "mirrors_max",
-       .fallback = whole(core.mirrors_max),
-       .range = NumberRange{1, 16384},
-       .help =
-           "Publishers of one peer that may exist here. Each takes some 25 kB at this side and in "
-           "the processes that subscribe to it; further ones are left out and logged."});
-  add({.key = "topic_mirrors_max",
-       .fallback = whole(core.topic_mirrors_max),
-       .range = NumberRange{1, 1024},
-       .help = "The same for one topic."});
-  add({.key = "mirror_depth_max",
-       .fallback = whole(core.mirror_depth_max),
-       .range = NumberRange{1, 100000},
-       .unit = "messages",
-       .help = "Depth that a peer may ask for; keep-all becomes this depth. A rule's qos.depth may "
-               "be more."});
-  add({.key = "mirror_bytes_max",
-       .fallback = whole(core.mirror_bytes_max),
-       .range = NumberRange{1, 64 * kGiB},
-       .unit = "bytes",
-       .help = "Memory in which the middleware may keep samples of one peer's transient-local "
-               "topics here for late subscribers, computed from the largest sample of each. If it "
-               "is too small, fewer samples are kept than the depth says; a sample that does not "
-               "fit is dropped and counted."});
-}
-
-// Limits of numbers per peer.
-void add_numbers(Rows& rows, const SideOptions& core) {
-  const auto add = section_adder(rows, "Limits of a link");
-  add({.key = "channels_max",
-       .fallback = whole(core.channels_max),
-       .range = NumberRange{1, 65536},
-       .help = "Interfaces that one peer may offer."});
-  add({.key = "calls_max",
-       .fallback = whole(core.calls_max),
-       .range = NumberRange{1, 1000},
-       .unit = "calls",
-       .help = "Calls of one peer under way at this side's servers, of all services "
-               "together; later ones wait for their turn."});
-  add({.key = "connections_max",
-       .fallback = whole(core.links_max),
-       .range = NumberRange{1, 10000},
-       .used_by = UsedBy::kServer,
-       .help = "Clients at the same time, including lost ones that may return."});
-  add({.key = "connections_per_identity_max",
-       .fallback = whole(core.identity_links_max),
-       .range = NumberRange{0, 10000},
-       .used_by = UsedBy::kServer,
-       .help = "The same for one identity, so that one token cannot take all places. 0: "
-               "half of connections_max, but at least 8."});
-}
-
-void add_times(Rows& rows, const SideOptions& core) {
-  const auto add = section_adder(rows, "Connection");
+void add_times(Rows& rows) {
+  const auto add = row_adder(rows, "Connection");
   add({.key = "dead_after",
-       .fallback = seconds(core.dead_after),
        .range = NumberRange{0.2, 300},
        .unit = "s",
-       .help = "A peer that was silent for this time counts as gone."});
+       .help = "A peer that was silent for this time counts as gone."},
+      [](Config& c) { return &c.limits.dead_after; });
   add({.key = "resume.seconds",
        .fallback = 60.0,
        .range = NumberRange{0, 3600},
        .unit = "s",
        .help = "How long after a loss the messages of reliable topics are kept for the "
-               "peer's return (see \"After a break\"). 0: not at all."});
+               "peer's return (see \"After a break\"). 0: not at all."},
+      [](Config& c) { return &c.limits.resume_for; });
   add({.key = "resume.bytes",
-       .fallback = whole(core.resume_bytes_max),
        .range = NumberRange{0, kGiB},
        .unit = "bytes",
        .help = "How many bytes of them are kept for one peer. Beyond that the topic "
-               "with the most bytes loses its oldest message."});
+               "with the most bytes loses its oldest message."},
+      [](Config& c) { return &c.limits.resume_bytes_max; });
   add({.key = "retry_min",
-       .fallback = seconds(core.retry_min),
        .range = NumberRange{0.05, 600},
        .used_by = UsedBy::kClient,
        .unit = "s",
-       .help = "First wait before dialing again; it doubles with each failure."});
+       .help = "First wait before dialing again; it doubles with each failure."},
+      [](Config& c) { return &c.limits.retry_min; });
   add({.key = "retry_max",
-       .fallback = seconds(core.retry_max),
        .range = NumberRange{0.05, 600},
        .used_by = UsedBy::kClient,
        .unit = "s",
-       .help = "Longest wait before dialing again."});
+       .help = "Longest wait before dialing again."},
+      [](Config& c) { return &c.limits.retry_max; });
   add({.key = "dial_timeout",
-       .fallback = seconds(core.dial_timeout),
        .range = NumberRange{1, 300},
        .used_by = UsedBy::kClient,
        .unit = "s",
-       .help = "Time for name look-up, TCP, TLS and WebSocket together."});
+       .help = "Time for name look-up, TCP, TLS and WebSocket together."},
+      [](Config& c) { return &c.limits.dial_timeout; });
   add({.key = "login_timeout",
-       .fallback = seconds(core.login_timeout),
        .range = NumberRange{1, 60},
        .used_by = UsedBy::kServer,
        .unit = "s",
-       .help = "Time that a connection has to log in."});
+       .help = "Time that a connection has to log in."},
+      [](Config& c) { return &c.limits.login_timeout; });
 }
 
-void add_flow(Rows& rows, const SideOptions& core) {
-  const auto add = section_adder(rows, "Connection");
+void add_flow(Rows& rows) {
+  const auto add = row_adder(rows, "Connection");
   add({.key = "link.bytes_per_second",
-       .fallback = whole(core.outbox.bytes_per_second_max),
        .range = NumberRange{0, 1e12},
        .unit = "bytes/s",
        .help = "The most that this side sends on one link, for connections that are paid "
                "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
                "messages count and are never held back. 0: no limit; values below 1000 mean "
-               "1000 (see \"A connection that is paid by the megabyte\")."});
+               "1000 (see \"A connection that is paid by the megabyte\")."},
+      [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
   add({.key = "not_sent_bytes",
-       .fallback = whole(16384),
        .range = NumberRange{0, 16777216},
        .unit = "bytes",
        .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
-               "small value keeps urgent messages fast; 0 leaves it to the host."});
+               "small value keeps urgent messages fast; 0 leaves it to the host."},
+      [](Config& c) { return &c.socket.not_sent_bytes; });
   add({.key = "queue_delay_target",
-       .fallback = seconds(core.outbox.queue_delay_target),
        .range = NumberRange{0, 1},
        .unit = "s",
        .help = "Delay that data which is not urgent may cause in the queues on the path: it "
                "is sent as fast as the link delivers, no faster (docs/flow.md). "
-               "0 sends as fast as TCP takes it."});
+               "0 sends as fast as TCP takes it."},
+      [](Config& c) { return &c.limits.outbox.queue_delay_target; });
   add({.key = "congestion_control",
        .fallback = "auto",
        .syntax = check_word,
        .help = "TCP congestion control: `auto` is cubic, and bbr, where the host allows "
                "it, while the network loses packets all the time; "
-               "`host` leaves the host's, any other word is the algorithm to use."});
+               "`host` leaves the host's, any other word is the algorithm to use."},
+      [](Config& c) { return &c.socket.congestion_control; });
 }
 
 }  // namespace
 
 const std::vector<KeySpec>& key_table() {
   static const Rows table = [] {
-    const SideOptions core;
     Rows rows;
-    add_reach_rows(rows);
-    add_login_rows(rows);
+    add_listen(rows);
+    add_dial(rows);
+    add_login(rows);
+    add_jwt(rows);
+    add_login_methods(rows);
     add_tls(rows);
     add_names(rows);
     add_operation(rows);
-    add_audit_rows(rows);
-    add_times(rows, core);
-    add_flow(rows, core);
-    add_link_limits(rows, core);
-    add_numbers(rows, core);
-    add_mirror_limits(rows, core);
-    add_share_rows(rows, core);
-    add_stranger_rows(rows, core);
-    section_adder(rows, "Rules")(
-        {.key = "rules",
-         .fallback = Strings{},
-         .syntax = check_rule_name,
-         .changeable = true,
-         .help = "Names of the rules in their order: the first that allows an interface "
-                 "decides its treatment."});
+    add_audit(rows);
+    add_times(rows);
+    add_flow(rows);
+    add_limit_rows(rows);
     add_rule_rows(rows);
     return rows;
   }();

@@ -69,7 +69,8 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
   }
 }
 
-// The proxy on the way to the address that this login method asks.
+}  // namespace
+
 std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Surroundings& around,
                                                 Problems& problems) {
   const char* const key = auth.method == "service" ? "auth.service" : "auth.jwt_keys";
@@ -84,26 +85,6 @@ std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Su
                     "if it is reached without a proxy",
                     wrong));
   return proxy;
-}
-
-}  // namespace
-
-AuthConfig read_auth(const CheckedValues& values, const Surroundings& around, Problems& problems) {
-  AuthConfig auth;
-  auth.method = values.text("auth.method");
-  auth.token = values.text("auth.token");
-  auth.token_file = values.text("auth.token_file");
-  auth.jwt_keys = values.text("auth.jwt_keys");
-  auth.jwt_issuer = values.text("auth.jwt_issuer");
-  auth.jwt_audience = values.text("auth.jwt_audience");
-  auth.jwt_algorithms = values.list("auth.jwt_algorithms");
-  auth.jwt_groups_claim = values.text("auth.jwt_groups_claim");
-  auth.service = values.text("auth.service");
-  auth.https_ca = values.text("auth.https_ca");
-  auth.plugin = values.text("auth.plugin");
-  auth.plugin_options = values.text("auth.plugin_options");
-  auth.https_proxy = read_https_proxy(auth, around, problems);
-  return auth;
 }
 
 void check_login(const CheckedValues& values, const Config& config, const Surroundings& around,

@@ -3,11 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <optional>
+#include <utility>
 
 #include "config/syntax.hpp"
-#include "core/wire/words.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -15,14 +13,6 @@ namespace {
 constexpr const char* kRights[] = {
     "export_topics",  "import_topics",     "export_services",   "import_services", "export_actions",
     "import_actions", "export_parameters", "import_parameters", "parameters",      "deny"};
-
-std::vector<Pattern> patterns(const std::vector<std::string>& texts) {
-  std::vector<Pattern> parsed;
-  for (const std::string& text : texts) {
-    if (auto pattern = Pattern::parse(text)) parsed.push_back(std::move(pattern).value());
-  }
-  return parsed;
-}
 
 bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
   return std::any_of(patterns.begin(), patterns.end(),
@@ -35,14 +25,14 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
 Rule default_rule() {
   Rule rule;
   rule.name = "default";
-  rule.export_topics = patterns({"/**"});
-  rule.import_topics = patterns({"/**"});
-  rule.import_services = patterns({"/**"});
-  rule.import_actions = patterns({"/**"});
-  rule.import_parameters = patterns({"/**"});
+  rule.export_topics = syntax::parse_patterns({"/**"});
+  rule.import_topics = syntax::parse_patterns({"/**"});
+  rule.import_services = syntax::parse_patterns({"/**"});
+  rule.import_actions = syntax::parse_patterns({"/**"});
+  rule.import_parameters = syntax::parse_patterns({"/**"});
   // Every node publishes it; merged with the local one, the sender of a message could not be
   // identified.
-  rule.deny = patterns({"/rosout"});
+  rule.deny = syntax::parse_patterns({"/rosout"});
   rule.treatment.compression.automatic = true;  // as every rule has it
   return rule;
 }
@@ -53,110 +43,52 @@ Rule default_rule() {
 Rule clock_rule(const std::string& name) {
   Rule rule;
   rule.name = name + ".clock";  // a dot: no rule of the operator has this name
-  rule.deny = patterns({"/clock"});
+  rule.deny = syntax::parse_patterns({"/clock"});
   return rule;
 }
 
-// Reads the keys of one rule.
-class RuleReader {
- public:
-  RuleReader(const CheckedValues& values, std::string name, Role role)
-      : values_(values), name_(std::move(name)), role_(role) {}
+std::string key_of(const std::string& rule, std::string_view suffix) {
+  return fmt::format("rule.{}.{}", rule, suffix);
+}
 
-  [[nodiscard]] Rule rule() const {
-    Rule rule;
-    rule.name = name_;
-    rule.export_topics = patterns(values_.list(key("export_topics")));
-    rule.import_topics = patterns(values_.list(key("import_topics")));
-    rule.export_services = patterns(values_.list(key("export_services")));
-    rule.import_services = patterns(values_.list(key("import_services")));
-    rule.export_actions = patterns(values_.list(key("export_actions")));
-    rule.import_actions = patterns(values_.list(key("import_actions")));
-    rule.export_parameters = patterns(values_.list(key("export_parameters")));
-    rule.import_parameters = patterns(values_.list(key("import_parameters")));
-    auto& own = role_ == Role::kServer ? rule.export_parameters : rule.import_parameters;
-    for (auto& pattern : patterns(values_.list(key("parameters")))) own.push_back(pattern);
-    rule.deny = patterns(values_.list(key("deny")));
-    rule.types = values_.list(key("types"));
-    rule.identities = values_.list(key("identities"));
-    rule.groups = values_.list(key("groups"));
-    rule.treatment = treatment();
-    return rule;
-  }
+Rule read_rule(const CheckedValues& values, const std::string& name, Role role) {
+  Rule rule;
+  rule.name = name;
+  values.store(rule);
+  auto& own = role == Role::kServer ? rule.export_parameters : rule.import_parameters;
+  for (auto& pattern : syntax::parse_patterns(values.list(key_of(name, "parameters"))))
+    own.push_back(std::move(pattern));
+  return rule;
+}
 
-  [[nodiscard]] std::string key(std::string_view suffix) const {
-    return fmt::format("rule.{}.{}", name_, suffix);
-  }
+// A wrong list counts too, since its own problem is reported already.
+bool allows_or_denies(const CheckedValues& values, const std::string& rule) {
+  return std::any_of(std::begin(kRights), std::end(kRights), [&](const char* suffix) {
+    const std::string right = key_of(rule, suffix);
+    return values.given(right) && !(values.valid(right) && values.list(right).empty());
+  });
+}
 
-  // A wrong list counts too, since its own problem is reported already.
-  [[nodiscard]] bool allows_or_denies() const {
-    return std::any_of(std::begin(kRights), std::end(kRights), [&](const char* suffix) {
-      const std::string right = key(suffix);
-      return values_.given(right) && !(values_.valid(right) && values_.list(right).empty());
-    });
-  }
-
- private:
-  [[nodiscard]] Treatment treatment() const {
-    Treatment treatment;
-    treatment.priority = value_of(kPriorityWords, values_.text(key("priority")));
-    treatment.compression =
-        syntax::parse_compression(values_.text(key("compression"))).value_or(Compression{});
-    treatment.max_rate = values_.number(key("max_rate"));
-    treatment.bytes_per_second_max =
-        static_cast<std::uint64_t>(values_.whole(key("max_bytes_per_second")));
-    treatment.max_age = duration("max_age").value_or(kForever);
-    treatment.queue_bytes_max = static_cast<std::uint64_t>(values_.whole(key("queue_bytes_max")));
-    treatment.qos = qos();
-    if (values_.valid(key("resume"))) treatment.resume = values_.flag(key("resume"));
-    treatment.allow_type_mismatch = values_.flag(key("allow_type_mismatch"));
-    treatment.calls_max = static_cast<std::uint32_t>(values_.whole(key("calls_max")));
-    treatment.server_queue = static_cast<std::uint32_t>(values_.whole(key("server_queue")));
-    treatment.call_timeout = duration("call_timeout").value_or(kForever);
-    return treatment;
-  }
-
-  [[nodiscard]] QosOverride qos() const {
-    QosOverride qos;
-    qos.reliability = value_of(kReliabilityWords, values_.text(key("qos.reliability")));
-    qos.durability = value_of(kDurabilityWords, values_.text(key("qos.durability")));
-    if (values_.valid(key("qos.depth"))) {
-      qos.depth = static_cast<std::uint32_t>(values_.whole(key("qos.depth")));
-    }
-    qos.deadline = duration("qos.deadline");
-    qos.lifespan = duration("qos.lifespan");
-    return qos;
-  }
-
-  [[nodiscard]] std::optional<Duration> duration(std::string_view suffix) const {
-    if (!values_.valid(key(suffix))) return std::nullopt;
-    return from_seconds(values_.number(key(suffix)));
-  }
-
-  const CheckedValues& values_;
-  std::string name_;
-  Role role_;
-};
-
-void check_clock(const CheckedValues& values, const RuleReader& reader, const Rule& rule,
-                 RuleSet& set, std::vector<Problem>& problems) {
-  const std::string clock = reader.key("clock");
-  const std::string rate = reader.key("clock_rate");
+void check_clock(const CheckedValues& values, const Rule& rule, RuleSet& set,
+                 std::vector<Problem>& problems) {
+  const std::string clock = key_of(rule.name, "clock");
+  const std::string rate = key_of(rule.name, "clock_rate");
+  const std::string imports = key_of(rule.name, "import_topics");
   if (values.text(clock) != "publish") {
     if (values.given(rate) && !(values.given(clock) && !values.valid(clock))) {
       problems.push_back({rate, "", "clock: publish too, else the rate has no meaning"});
     }
     return;
   }
-  if (values.valid(reader.key("import_topics")) && !matches(rule.import_topics, "/clock")) {
+  if (values.valid(imports) && !matches(rule.import_topics, "/clock")) {
     problems.push_back({clock, "\"publish\"", "/clock among import_topics of this rule"});
-  } else if (!values.given(reader.key("import_topics"))) {
+  } else if (!values.given(imports)) {
     problems.push_back({clock, "\"publish\"", "import_topics: [/clock] too"});
   }
   if (set.clock_publish_period != Duration::zero()) {
     problems.push_back({clock, "\"publish\"", "only one rule with clock: publish"});
   }
-  set.clock_publish_period = from_seconds(1.0 / values.number(rate));
+  set.clock_publish_period = syntax::from_seconds(1.0 / values.number(rate));
 }
 
 void check_listed(const CheckedValues& values, const std::vector<std::string>& names, Moment moment,
@@ -179,10 +111,6 @@ void check_listed(const CheckedValues& values, const std::vector<std::string>& n
 
 }  // namespace
 
-Duration from_seconds(double seconds) {
-  return Duration{static_cast<Duration::rep>(std::llround(seconds * 1e9))};
-}
-
 RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
                    std::vector<Problem>& problems, std::vector<std::string>& warnings) {
   RuleSet set;
@@ -192,15 +120,14 @@ RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
   std::string clock_from;
   for (const std::string& name : names) {
     if (!values.rules().contains(name)) continue;
-    const RuleReader reader(values, name, role);
-    set.rules.push_back(reader.rule());
-    if (!reader.allows_or_denies()) {
+    set.rules.push_back(read_rule(values, name, role));
+    if (!allows_or_denies(values, name)) {
       problems.push_back({"rule." + name, "",
                           "at least one of export_topics, import_topics, export_services, ...: "
                           "this rule allows nothing"});
     }
-    check_clock(values, reader, set.rules.back(), set, problems);
-    if (values.text(reader.key("clock")) == "publish") clock_from = name;
+    check_clock(values, set.rules.back(), set, problems);
+    if (values.text(key_of(name, "clock")) == "publish") clock_from = name;
   }
   if (!clock_from.empty()) set.rules.push_back(clock_rule(clock_from));
   if (!names.empty() || !values.rules().empty()) return set;

@@ -24,7 +24,4 @@ struct RuleSet {
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 
-// Seconds as written by an operator, to the nearest nanosecond.
-[[nodiscard]] Duration from_seconds(double seconds);
-
 }  // namespace connect_bridge

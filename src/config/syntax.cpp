@@ -4,9 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <vector>
-
-#include "core/policy/pattern.hpp"
+#include <cmath>
+#include <utility>
 
 namespace connect_bridge::syntax {
 namespace {
@@ -165,6 +164,18 @@ std::optional<NameMap::Pair> parse_remap(std::string_view text) {
   NameMap::Pair pair{std::string{text.substr(0, at)}, std::string{text.substr(at + 2)}};
   if (!is_canonical_name(pair.wire) || !is_canonical_name(pair.local)) return std::nullopt;
   return pair;
+}
+
+std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts) {
+  std::vector<Pattern> parsed;
+  for (const std::string& text : texts) {
+    if (auto pattern = Pattern::parse(text)) parsed.push_back(std::move(pattern).value());
+  }
+  return parsed;
+}
+
+Duration from_seconds(double seconds) {
+  return Duration{static_cast<Duration::rep>(std::llround(seconds * 1e9))};
 }
 
 std::vector<std::string> listen_addresses(std::string_view text) {

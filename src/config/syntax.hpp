@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "config/config.hpp"
+#include "core/base/time.hpp"
+#include "core/policy/pattern.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/http.hpp"
 #include "core/wire/codec.hpp"
@@ -26,6 +28,10 @@ namespace connect_bridge::syntax {
 [[nodiscard]] std::optional<HttpAddress> parse_http_url(std::string_view text);
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
 [[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
+// Those that are patterns.
+[[nodiscard]] std::vector<Pattern> parse_patterns(const std::vector<std::string>& texts);
+// Seconds as written by an operator, to the nearest nanosecond.
+[[nodiscard]] Duration from_seconds(double seconds);
 
 // The URL without what may be secret in it: user, password, query.
 [[nodiscard]] std::string url_to_show(std::string_view url);

@@ -1,0 +1,109 @@
+// How a row gets into the table of keys: with the field in which its value is stored, from which
+// its type and its default follow.
+#pragma once
+
+#include <concepts>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "config/key_table.hpp"
+#include "config/syntax.hpp"
+#include "core/wire/words.hpp"
+
+namespace connect_bridge {
+
+using Strings = std::vector<std::string>;
+using Rows = std::vector<KeySpec>;
+
+inline constexpr double kGiB = 1024.0 * 1024.0 * 1024.0;  // in bytes, for the ranges
+
+constexpr const auto& words_of(Priority) {
+  return kPriorityWords;
+}
+constexpr const auto& words_of(Reliability) {
+  return kReliabilityWords;
+}
+constexpr const auto& words_of(Durability) {
+  return kDurabilityWords;
+}
+
+// Writes the value of a parameter to a field.
+template <class T>
+void store(T& field, const ParameterValue& value) {
+  if constexpr (std::is_same_v<T, Duration>) {
+    field = syntax::from_seconds(std::get<double>(value));
+  } else if constexpr (std::is_same_v<T, std::vector<Pattern>>) {
+    field = syntax::parse_patterns(std::get<Strings>(value));
+  } else if constexpr (std::is_same_v<T, Compression>) {
+    field = syntax::parse_compression(std::get<std::string>(value)).value_or(Compression{});
+  } else if constexpr (std::is_enum_v<T>) {
+    field = value_of(words_of(T{}), std::get<std::string>(value)).value_or(T{});
+  } else if constexpr (std::integral<T> && !std::is_same_v<T, bool>) {
+    field = static_cast<T>(std::get<std::int64_t>(value));
+  } else {
+    field = std::get<T>(value);
+  }
+}
+
+// A value of the type that the parameter of such a field has. Of a number it is the field's.
+template <class T>
+ParameterValue parameter_of(const T& field) {
+  if constexpr (std::is_same_v<T, Duration>) {
+    return std::chrono::duration<double>(field).count();
+  } else if constexpr (std::integral<T> && !std::is_same_v<T, bool>) {
+    return static_cast<std::int64_t>(field);
+  } else if constexpr (std::is_arithmetic_v<T>) {
+    return field;
+  } else if constexpr (std::is_same_v<T, std::vector<Pattern>> || std::is_same_v<T, Strings>) {
+    return Strings{};
+  } else {
+    return std::string{};
+  }
+}
+
+// `field` returns the address of the field in a Config or a Rule. Its present number is the default
+// if the range allows it and the row has no other, and so is an empty list.
+template <class Target, class T>
+void store_in(KeySpec& spec, T* (*field)(Target&)) {
+  static Target fresh;
+  spec.store = Store<Target>([field](auto& to, auto& value) { store(*field(to), value); });
+  ParameterValue initial = parameter_of(*field(fresh));
+  spec.type = type_of(initial);
+  if (!spec.fallback && spec.type != ParameterType::kString &&
+      fit(spec.type, spec.range, initial) == Fit::kYes)
+    spec.fallback = initial;
+}
+// Without a default.
+template <class Target, class T>
+void store_in(KeySpec& spec, std::optional<T>* (*field)(Target&)) {
+  spec.store =
+      Store<Target>([field](auto& to, auto& value) { store(field(to)->emplace(), value); });
+  spec.type = type_of(parameter_of(T{}));
+  if constexpr (std::is_enum_v<T>)
+    for (const auto& entry : words_of(T{})) spec.words.emplace_back(entry.word);
+}
+
+// Adds rows under one heading of docs/config.md; `common` sets what they have in common. A row
+// without a field is looked at by a reader.
+template <class Common>
+auto row_adder(Rows& rows, const char* section, Common common) {
+  return [&rows, section, common](KeySpec spec, auto... field) {
+    spec.section = section;
+    common(spec);
+    (store_in(spec, +field), ...);
+    if (spec.fallback) spec.type = type_of(*spec.fallback);
+    rows.push_back(std::move(spec));
+  };
+}
+inline auto row_adder(Rows& rows, const char* section) {
+  return row_adder(rows, section, [](KeySpec&) {});
+}
+// Of rows that only this role uses.
+inline auto row_adder(Rows& rows, const char* section, UsedBy used_by) {
+  return row_adder(rows, section, [used_by](KeySpec& spec) { spec.used_by = used_by; });
+}
+
+}  // namespace connect_bridge
