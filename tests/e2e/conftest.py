@@ -17,7 +17,7 @@ import pytest  # noqa: E402
 
 from calls import servers_graph  # noqa: E402
 from graph import Graph, connect  # noqa: E402
-from lacking import PACKAGES, without  # noqa: E402
+from lacking import PACKAGES, take_away  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
 from harness.programs import Bridge, Side, build_dir  # noqa: E402
 
@@ -62,11 +62,11 @@ class Pair:
         try:
             self.robot = Graph(self.domains[0])
             self.operator = Graph(self.domains[1])
-            if os.environ.get("CONNECT_LACKING"):
-                more = {"env": without(PACKAGES, folder / "lacking"), **more}
             self.bridge = Bridge(
                 *self.domains, free_port(), server or OPEN, client or {}, folder=folder, **more
             )
+            for side in self.bridge.sides if os.environ.get("CONNECT_LACKING") else ():
+                take_away(PACKAGES, side)
             _live.extend(self.bridge.sides)
             if start:
                 self.bridge.start()

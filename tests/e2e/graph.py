@@ -1,12 +1,15 @@
 """A ROS graph as its nodes see it: rclpy nodes in one domain id, in a context of their own."""
 
 import contextlib
+import os
 import threading
 import time
 import traceback
+from unittest import mock
 
 import rclpy
 from connect_bridge_test_interfaces.msg import Everything
+from harness.programs import rmw_of
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import (
     ExternalShutdownException,
@@ -124,7 +127,8 @@ class Graph:
     def __init__(self, domain, threads=1, name="tester"):
         self.domain = domain
         self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=domain)
+        with mock.patch.dict(os.environ, rmw_of(domain)):  # harness.two_middlewares looks there
+            rclpy.init(context=self.context, domain_id=domain)
         self._executor = (
             _OneThread(context=self.context)
             if threads == 1

@@ -1,6 +1,5 @@
 """Machines on which some message packages are not installed."""
 
-import os
 import pathlib
 
 TEST_PACKAGE = "connect_bridge_test_interfaces"
@@ -17,11 +16,15 @@ PACKAGES = (
 MIDDLEWARE = "rmw_zenoh_cpp"  # it has its configuration in its package
 
 
-def without(packages, folder, environment=os.environ):
+def take_away(packages, side):
+    """A side whose machine has not these packages."""
+    side.env.update(_without(packages, side.log.parent / f"{side.name} lacks", side.env))
+
+
+def _without(packages, folder, environment):
     """The environment of a program on a machine without these packages, else the one given; makes
     the folder."""
     prefixes = environment["AMENT_PREFIX_PATH"].split(":")
-    folder = pathlib.Path(folder)
     folder.mkdir()
     shared = [f"share/{MIDDLEWARE}", f"share/ament_index/resource_index/packages/{MIDDLEWARE}"]
     for prefix in prefixes:

@@ -19,7 +19,7 @@ from calls import (
     service_entry,
 )
 from graph import until
-from harness.programs import Program, ros_environment
+from harness.programs import Program, ros_environment, uses_rmw
 from relay import Relay
 
 PARTS = 3  # that run side by side
@@ -151,7 +151,7 @@ class Readiness:
 
 @pytest.mark.slow
 @pytest.mark.skipif(
-    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    uses_rmw("rmw_zenoh_cpp"),
     reason="with rmw_zenoh_cpp a killed server leaves the graph at once",
 )
 def test_servers_killed_and_started_anew(make, tmp_path):

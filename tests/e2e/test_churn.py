@@ -1,6 +1,5 @@
 """Graphs that change all the time: new nodes are served, nodes that go leave nothing behind."""
 
-import os
 import time
 
 import pytest
@@ -9,6 +8,7 @@ from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import String
 
 from graph import Graph, connect, qos, until
+from harness.programs import uses_rmw
 
 PARTS = 2  # that run side by side
 MIB = 1 << 20
@@ -94,7 +94,7 @@ def test_10000_cycles_of_subscribe_and_unsubscribe_in_flat_memory(pair, topic):
     for side in pair.bridge.sides:
         grown = side.resident_bytes() - resident[side.name]
         # rmw_zenoh_cpp 0.6.7 keeps 4 kB of every endpoint, in any process.
-        kept = 48 * MIB if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp" else 0
+        kept = 48 * MIB if uses_rmw("rmw_zenoh_cpp") else 0
         assert grown < 3 * MIB + kept, f"{side.name} has grown by {grown / MIB:.1f} MiB"
     until(lambda: all(not exported(pair, name) for name in names), "the exporter lets go")
     print(f"{time.monotonic() - begin:.1f} s")

@@ -1,6 +1,5 @@
 """A topic that has only a subscriber at the far side exists here, and its first message arrives."""
 
-import os
 import time
 
 import pytest
@@ -8,12 +7,13 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from std_msgs.msg import Int32, String
 
 from graph import qos, until
+from harness.programs import uses_rmw
 from relay import Relay
 
 BEST_EFFORT = ReliabilityPolicy.BEST_EFFORT
 DELAY = 0.1  # of the line, each way
 # Where ids do not show what belongs to a process, the subscription is the bridge's own.
-SHOWN_BY_NAME = os.environ.get("RMW_IMPLEMENTATION") != "rmw_zenoh_cpp"
+SHOWN_BY_NAME = not uses_rmw("rmw_zenoh_cpp")
 
 
 def listened(node, name, namespace="/"):

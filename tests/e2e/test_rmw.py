@@ -1,5 +1,6 @@
 """What depends on the middleware, with one of its own on each side: robot's graph and server,
-client and operator's graph. The whole suite runs under one RMW by CONNECT_BRIDGE_RMW."""
+client and operator's graph. The whole suite runs under one RMW by CONNECT_BRIDGE_RMW, or with one
+for each side (tools/harness/middleware.py)."""
 
 import collections
 import json
@@ -10,7 +11,7 @@ import time
 import pytest
 
 from graph import until
-from lacking import TEST_PACKAGE, without
+from lacking import TEST_PACKAGE, take_away
 from harness.domains import free_port
 from harness.middleware import rmw_environment
 from harness.programs import Bridge, Program, ros_environment
@@ -56,7 +57,7 @@ class World:
             for side, environment in zip(bridge.sides, environments):
                 side.env.update(environment)
                 if lacking:
-                    side.env.update(without(lacking, within / f"{side.name} lacks", environment))
+                    take_away(lacking, side)
             self.bridges.append(bridge)
 
         def program(at, *role):

@@ -3,7 +3,6 @@
 import array
 import hashlib
 import itertools
-import os
 import time
 
 import pytest
@@ -14,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 from std_msgs.msg import String
 
 from graph import connect, everything, qos, until
+from harness.programs import uses_rmw
 
 KIB, MIB = 1 << 10, 1 << 20
 SIZES = (
@@ -141,12 +141,12 @@ def test_qos_is_adapted_when_publishers_change(pair, topic):
     collector.wait_for(lambda m: m.data == "c")
     collector.wait_for(lambda m: m.data == "d")
     late.wait_for(lambda m: m.data == "c")
-    if os.environ.get("RMW_IMPLEMENTATION") != "rmw_zenoh_cpp":  # which joins all
+    if not uses_rmw("rmw_zenoh_cpp"):  # which joins all
         assert all(m.data != "d" for m in late.messages)
 
 
 @pytest.mark.skipif(
-    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp", reason="rmw_zenoh_cpp joins any QoS"
+    uses_rmw("rmw_zenoh_cpp"), reason="rmw_zenoh_cpp joins any QoS"
 )
 def test_an_incompatible_pair_is_warned_about_by_name(pair, topic):
     pair.robot.publisher(String, topic, qos(10, reliability=ReliabilityPolicy.BEST_EFFORT))

@@ -14,8 +14,9 @@ from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer, request_of
 from graph import Graph, connect, until
 from harness.domains import free_port
+from harness.programs import uses_rmw
 from lacking import TEST_PACKAGE as PACKAGE
-from lacking import without
+from lacking import take_away
 
 SERVER = {
     "rules": ["all"],
@@ -30,7 +31,7 @@ SERVER = {
 
 
 @pytest.fixture
-def lacking(domains, make_graph, make_side, tmp_path):
+def lacking(domains, make_graph, make_side):
     """lacking(role, ...): both sides, of which that one lacks the package, and their graphs; with
     parameters for both."""
 
@@ -38,20 +39,11 @@ def lacking(domains, make_graph, make_side, tmp_path):
         def __init__(self, role, **more):
             port, (robot, operator) = free_port(), domains(2)
             login = {"auth": {"token": "a-token-of-two-versions"}, **more}
-            env = {role: without([PACKAGE], tmp_path / "lacking")}
             self.robot, self.operator = make_graph(robot), make_graph(operator)
-            self.server = make_side(
-                "server",
-                robot,
-                {"listen": {"port": port}, **login, **SERVER},
-                env=env.get("server", ()),
-            )
-            self.client = make_side(
-                "client",
-                operator,
-                {"url": f"ws://127.0.0.1:{port}", **login},
-                env=env.get("client", ()),
-            )
+            listen = {"listen": {"port": port}, **login, **SERVER}
+            self.server = make_side("server", robot, listen)
+            self.client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login})
+            take_away([PACKAGE], self.server if role == "server" else self.client)
             self.server.start().wait_listening()
             self.client.start().wait_linked()
 
@@ -65,7 +57,7 @@ def lacking(domains, make_graph, make_side, tmp_path):
 
 # There the types of services must be installed; topics are in test_rmw.py.
 needs_services = pytest.mark.skipif(
-    os.environ.get("RMW_IMPLEMENTATION") == "rmw_cyclonedds_cpp",
+    uses_rmw("rmw_cyclonedds_cpp"),
     reason="rmw_cyclonedds_cpp reads requests by their fields",
 )
 
@@ -76,7 +68,7 @@ def lines_with(side, *words):
 
 # The graph does not tell the hash of a service's type, and there endpoints find each other by it.
 without_type = pytest.mark.skipif(
-    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    uses_rmw("rmw_zenoh_cpp"),
     reason="with rmw_zenoh_cpp the exporter calls only services of installed types",
 )
 
@@ -128,15 +120,16 @@ def test_what_one_side_lacks_is_carried(lacking, role):
     servers.close()
 
 
-def test_what_both_lack_is_described_by_its_node(domains, make_graph, make_side, tmp_path):
+def test_what_both_lack_is_described_by_its_node(domains, make_graph, make_side):
     """The server asks the publisher's node what the type is made of, and tells the client, which
     checks messages by it."""
     port, (robot, operator) = free_port(), domains(2)
     login = {"auth": {"token": "a-token-of-two-that-lack"}}
-    env = without([PACKAGE], tmp_path / "lacking")
     listen = {"listen": {"port": port}, **login, **SERVER}
-    server = make_side("server", robot, listen, env=env)
-    client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login}, env=env)
+    server = make_side("server", robot, listen)
+    client = make_side("client", operator, {"url": f"ws://127.0.0.1:{port}", **login})
+    for side in (server, client):
+        take_away([PACKAGE], side)
     server.start().wait_listening()
     client.start().wait_linked()
     robots, operators = make_graph(robot), make_graph(operator)
@@ -290,7 +283,7 @@ def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
 
 
 @pytest.mark.skipif(
-    os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp",
+    uses_rmw("rmw_zenoh_cpp"),
     reason="with rmw_zenoh_cpp one process can have both",
 )
 def test_one_name_with_two_types(make_pair, make_graph):

@@ -13,7 +13,7 @@ _CANDIDATES = range(40, 102)
 _PORTS_PER_DOMAIN = 250
 _PATIENCE = 120.0  # seconds; many tests run side by side
 _PORTS = range(20000, 20500)  # below the ephemeral range, too: no connection is given one of them
-_held = {}
+_held = {}  # the lock of each, and whether it is a robot's
 _held_ports = {}
 
 
@@ -52,7 +52,7 @@ def _try_domains(count):
             continue
         lock = _lock("domains", domain)
         if lock:
-            _held[domain] = lock
+            _held[domain] = (lock, not taken)
             taken.append(domain)
     if len(taken) < count:
         release_domains(taken)
@@ -61,7 +61,8 @@ def _try_domains(count):
 
 
 def take_domains(count):
-    """Reserves this many domain ids for the life of this process; nobody else uses them now."""
+    """Reserves this many domain ids for the life of this process; nobody else uses them now. The
+    first is the robot's graph, the others are operators'."""
     end = time.monotonic() + _PATIENCE
     while True:
         taken = _try_domains(count)
@@ -76,7 +77,12 @@ def take_domains(count):
 
 def release_domains(domains):
     for domain in domains:
-        _held.pop(domain).close()
+        _held.pop(domain)[0].close()
+
+
+def is_operators(domain):
+    """Whether this process has taken it for the graph of an operator."""
+    return domain in _held and not _held[domain][1]
 
 
 def free_port():

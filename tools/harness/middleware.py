@@ -2,8 +2,10 @@
 """The middleware (RMW) of a process: where it is, and what it needs besides.
 
 As a program it runs a command with what its middleware needs: middleware.py <command>...
+CONNECT_BRIDGE_RMW_ROBOT and CONNECT_BRIDGE_RMW_OPERATOR: with one for each side.
 """
 
+import json
 import os
 import pathlib
 import sys
@@ -13,7 +15,8 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 from harness.domains import free_port  # noqa: E402
-from harness.programs import ROOT, Program  # noqa: E402
+from harness.programs import ROOT, SIDES, Program  # noqa: E402
+from harness.two_middlewares import two_middlewares  # noqa: E402
 
 # A publisher that keeps its last samples drops one, reliable or not, when a reader of its socket is
 # late by 1 ms (50 ms for a large sample). On a busy machine all are. In microseconds:
@@ -65,9 +68,35 @@ def rmw_environment(name):
     return environment
 
 
+def _prepare_sides(rmws):
+    """The environment of each side's programs, and in this process, whose nodes are of both sides,
+    a library that has both (harness.two_middlewares)."""
+    environments = [rmw_environment(rmw) for rmw in rmws]
+    prefix = os.environ.get("CONNECT_BRIDGE_OWN_PREFIX")
+    for rmw, environment in zip(rmws, environments):
+        if environment is None or not prefix:
+            sys.exit(f"sides with middlewares of their own: no {rmw}, or not with this ROS 2")
+    libraries = {"rmw_fastrtps_cpp": f"{prefix}/lib/librmw_fastrtps_cpp.so"}
+    for rmw, environment in zip(rmws, environments):
+        folders = environment["LD_LIBRARY_PATH"].split(":")
+        files = [pathlib.Path(folder, f"lib{rmw}.so") for folder in folders]
+        libraries.setdefault(rmw, next(str(file) for file in files if file.exists()))
+    folder = two_middlewares(prefix, libraries, ROOT / ".ros2/two-middlewares")
+    most = max(environments, key=lambda environment: len(environment["LD_LIBRARY_PATH"]))
+    ours = {**most, "RMW_IMPLEMENTATION": rmws[0]}
+    ours["LD_LIBRARY_PATH"] = f"{folder}:{most['LD_LIBRARY_PATH']}"
+    os.environ.update(ours)
+    os.environ[SIDES] = json.dumps(environments)
+
+
 def prepare():
     """What the middleware needs that this process, and all that it starts, use by default."""
-    if os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp":
+    usual = os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+    sides = ("CONNECT_BRIDGE_RMW_ROBOT", "CONNECT_BRIDGE_RMW_OPERATOR")
+    rmws = [os.environ.get(side) or usual for side in sides]
+    if rmws != [usual, usual]:
+        _prepare_sides(rmws)
+    elif usual == "rmw_zenoh_cpp":
         os.environ.update(rmw_environment("rmw_zenoh_cpp") or {})
 
 

@@ -10,7 +10,12 @@ import subprocess
 import tempfile
 import time
 
+from harness.domains import is_operators
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+# A variable with the environments of the middlewares of robot and operator, where each has one of
+# its own (harness.middleware).
+SIDES = "CONNECT_BRIDGE_RMW_ENVIRONMENTS"
 # The log lines of a side that others can reach, and of one that is logged in at its peer.
 _LISTENS = re.compile(r"listening on ")
 _LINKED = re.compile(r"link open with ")
@@ -20,9 +25,22 @@ def build_dir():
     return ROOT / (os.environ.get("CONNECT_BUILD_DIR") or os.environ.get("BUILD") or "build")
 
 
+def rmw_of(domain):
+    """The environment that gives a process the middleware of this graph, if that is another one."""
+    sides = json.loads(os.environ.get(SIDES, "[{}, {}]"))
+    return sides[is_operators(domain)]
+
+
+def uses_rmw(name):
+    """Whether the robot's graph or the operator's has this middleware."""
+    sides = json.loads(os.environ.get(SIDES, "[]"))
+    return name in [side["RMW_IMPLEMENTATION"] for side in sides or [os.environ]]
+
+
 def ros_environment(domain, **more):
     """The environment of a process in the ROS graph of this domain id, on this machine alone."""
     env = dict(os.environ, ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+    env.update(rmw_of(domain))
     env.setdefault("RCUTILS_COLORIZED_OUTPUT", "0")
     env.pop("CONNECT_BRIDGE_TOKEN", None)
     env.update({key: str(value) for key, value in more.items()})
