@@ -46,18 +46,17 @@ std::optional<ChannelOffer> Attachment::offer(const Now& now) {
 
 ChannelOffer Attachment::open_channel() {
   const auto& [name, type] = service_.key();
-  const NameMap& names = serving_.graph_options.names;
   if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + serving_.random.below(UINT32_MAX));
   channel_ = link_.open_channel(*this);
   link_.outbox().add_channel(channel_, queue_of_calls(decision_));
   ChannelOffer offer;
   offer.channel = channel_;
   offer.kind = InterfaceKind::kService;
-  offer.name = names.to_wire(name).value_or(name);
+  offer.name = serving_.wire_name(name);
   offer.type = type;
   offer.action_type = serving_.actions.type_of(offer.kind, name, type).value_or("");
   offer.priority = queue_of_calls(decision_).priority;
-  offer.node = names.to_wire(service_.node()).value_or(service_.node());
+  offer.node = serving_.wire_name(service_.node());
   offer.epoch = epoch_;
   note(AuditEvent::kChannelOpened);
   return offer;
@@ -146,7 +145,7 @@ void Attachment::send_attached(const Now& now) {
 void Attachment::note(AuditEvent event, const Ending& why) const {
   if (!serving_.outputs.audits()) return;
   const auto& [name, type] = service_.key();
-  const std::string wire_name = serving_.graph_options.names.to_wire(name).value_or(name);
+  const std::string wire_name = serving_.wire_name(name);
   audit(serving_.outputs, link_, event,
         {Direction::kExport, InterfaceKind::kService, wire_name, type, decision_.rule}, why.reason,
         why.code);
@@ -156,7 +155,7 @@ void Attachment::note(AuditEvent event, const Ending& why) const {
 void Attachment::note_call(AuditEvent event, const std::string& why) const {
   if (!serving_.outputs.audits()) return;
   const auto& [name, type] = service_.key();
-  const std::string wire_name = serving_.graph_options.names.to_wire(name).value_or(name);
+  const std::string wire_name = serving_.wire_name(name);
   const auto part = part_of_action(InterfaceKind::kService, wire_name, type);
   if (!part || part->part != ActionPart::kSendGoal) return note(event, {why});
   audit(serving_.outputs, link_, event == AuditEvent::kCall ? AuditEvent::kGoal : event,

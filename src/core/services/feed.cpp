@@ -65,8 +65,8 @@ void Feed::note_end(const Ending& why) const {
   if (!mirroring_.outputs.audits()) return;
   const auto& [name, type] = service_.key();
   audit(mirroring_.outputs, link_, AuditEvent::kChannelEnded,
-        {Direction::kImport, InterfaceKind::kService,
-         mirroring_.graph_options.names.to_wire(name).value_or(name), type, decision_.rule},
+        {Direction::kImport, InterfaceKind::kService, mirroring_.wire_name(name), type,
+         decision_.rule},
         why.reason, why.code);
 }
 

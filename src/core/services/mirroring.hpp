@@ -10,13 +10,8 @@
 #include "core/base/budget.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/timers.hpp"
-#include "core/graph/action_topics.hpp"
-#include "core/graph/claims.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
-#include "core/jobs/jobs.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/ports/outputs.hpp"
 #include "core/services/options.hpp"
 #include "core/types/peer_types.hpp"
 
@@ -36,21 +31,14 @@ struct MadeLoad {
 };
 
 // Owns the mirrored services, and what they share. Single-threaded.
-struct Mirroring {
+struct Mirroring : SideView {
   const ServiceOptions& options;
-  const GraphOptions& graph_options;
   const std::string& own_node;
-  const Policy& policy;
-  const GraphView& graph;
-  const Claims& claims;
-  const ActionTopics& action_topics;
-  Jobs& jobs;
-  Outputs& outputs;
   PeerTypes& types;
 
-  Timers<MadeCall*> timers;
-  std::map<LinkId, MadeLoad> loads;
-  std::map<ServiceKey, std::unique_ptr<MirroredService>> services;
+  Timers<MadeCall*> timers{};
+  std::map<LinkId, MadeLoad> loads{};
+  std::map<ServiceKey, std::unique_ptr<MirroredService>> services{};
   std::unordered_map<ServiceMirrorId, MirroredService*> by_mirror{};
   std::optional<TimePoint> graph_since{};  // of the first graph; no mirror right after it
   std::optional<TimePoint> settles_at{};   // when the first claim without a mirror has settled

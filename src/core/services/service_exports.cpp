@@ -2,18 +2,12 @@
 
 namespace connect_bridge {
 
-ServiceExports::ServiceExports(const ServiceOptions& options, const GraphOptions& names,
-                               const Policy& policy, const GraphView& graph, const Claims& claims,
-                               const LocalActions& actions, Random& random, Jobs& jobs,
-                               Outputs& outputs)
-    : claims_(claims), serving_{options, names, policy, graph, actions, random, jobs, outputs} {}
-
 void ServiceExports::on_graph(const Now& now) {
   const auto& all = serving_.graph.services();
   const auto is_real = [&](const ServiceKey& key) {
     // A service that another bridge mirrors has its server elsewhere, whatever the name of its
     // node.
-    return all.contains(key) && !claims_.serves(service_gid(key.first));
+    return all.contains(key) && !serving_.claims.serves(service_gid(key.first));
   };
   for (auto it = services_.begin(); it != services_.end();) {
     const auto at = it++;

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/graph/claims.hpp"
 #include "core/services/real_service.hpp"
 #include "core/services/serving.hpp"
 
@@ -17,9 +16,8 @@ namespace connect_bridge {
 // what arrives on channels. Single-threaded; owned by the side.
 class ServiceExports {
  public:
-  ServiceExports(const ServiceOptions& options, const GraphOptions& names, const Policy& policy,
-                 const GraphView& graph, const Claims& claims, const LocalActions& actions,
-                 Random& random, Jobs& jobs, Outputs& outputs);
+  ServiceExports(const SideView& side, const ServiceOptions& options, Random& random)
+      : serving_{side, options, random} {}
 
   // Servers, or what other bridges claim, have changed.
   void on_graph(const Now& now);
@@ -52,7 +50,6 @@ class ServiceExports {
  private:
   [[nodiscard]] RealService* find(ServiceClientId client) const;
 
-  const Claims& claims_;
   Serving serving_;
   std::map<ServiceKey, RealService> services_;
 };

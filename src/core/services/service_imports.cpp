@@ -5,15 +5,6 @@
 
 namespace connect_bridge {
 
-ServiceImports::ServiceImports(const ServiceOptions& options, const GraphOptions& names,
-                               const std::string& own_node, const Policy& policy,
-                               const GraphView& graph, const Claims& claims,
-                               const ActionTopics& action_topics, Jobs& jobs, Outputs& outputs,
-                               PeerTypes& types)
-    : mirroring_{options, names,   own_node, policy, graph, claims, action_topics,
-                 jobs,    outputs, types,    {},     {},    {}},
-      describers_(own_node, outputs, types) {}
-
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;
   const AuditChannel shown{Direction::kImport, offer.kind, offer.name, offer.type, {}};

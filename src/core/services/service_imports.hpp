@@ -18,10 +18,9 @@ namespace connect_bridge {
 // owned by the side.
 class ServiceImports {
  public:
-  ServiceImports(const ServiceOptions& options, const GraphOptions& names,
-                 const std::string& own_node, const Policy& policy, const GraphView& graph,
-                 const Claims& claims, const ActionTopics& action_topics, Jobs& jobs,
-                 Outputs& outputs, PeerTypes& types);
+  ServiceImports(const SideView& side, const ServiceOptions& options, const std::string& own_node,
+                 PeerTypes& types)
+      : mirroring_{side, options, own_node, types}, describers_(own_node, side.outputs, types) {}
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);

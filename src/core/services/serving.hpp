@@ -10,12 +10,8 @@
 #include "core/base/log_limit.hpp"
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
-#include "core/graph/actions.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
-#include "core/jobs/jobs.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/ports/outputs.hpp"
 #include "core/services/call_gate.hpp"
 #include "core/services/options.hpp"
 
@@ -42,7 +38,7 @@ struct ActionUse {
 };
 
 // What the services share; outlives them. Single-threaded.
-struct Serving {
+struct Serving : SideView {
   // A deadline of a call; if `call` is not set, of an attachment that the peer has not attached
   // again.
   struct Due {
@@ -51,13 +47,7 @@ struct Serving {
   };
 
   const ServiceOptions& options;
-  const GraphOptions& graph_options;
-  const Policy& policy;
-  const GraphView& graph;
-  const LocalActions& actions;
   Random& random;
-  Jobs& jobs;
-  Outputs& outputs;
 
   CallGate gate{options.calls_max};
   Timers<Due> timers{};

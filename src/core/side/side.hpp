@@ -9,10 +9,9 @@
 
 #include "core/base/random.hpp"
 #include "core/flow/packet.hpp"
-#include "core/graph/action_topics.hpp"
-#include "core/graph/actions.hpp"
 #include "core/graph/claims_topic.hpp"
 #include "core/graph/local_graph.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/accepts_review.hpp"
 #include "core/link/links.hpp"
@@ -148,6 +147,7 @@ class Side final : private LinksUser {
   Links links_;
   AcceptsReview accepts_review_;
   Neighbours neighbours_;
+  SideView view_;
   Types types_;
   Exports exports_;
   Imports imports_;

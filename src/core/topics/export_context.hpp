@@ -7,10 +7,7 @@
 #include <unordered_map>
 
 #include "core/base/budget.hpp"
-#include "core/graph/actions.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
-#include "core/jobs/jobs.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/topics/backlog.hpp"
 #include "core/topics/far_listeners.hpp"
 #include "core/topics/options.hpp"
@@ -19,14 +16,8 @@
 
 namespace connect_bridge {
 
-struct ExportContext {
+struct ExportContext : SideView {
   const TopicOptions& options;
-  const GraphOptions& graph_options;
-  const Policy& policy;
-  const GraphView& graph;
-  const LocalActions& actions;
-  Jobs& jobs;
-  Outputs& outputs;
   Budget memory{};  // local samples kept for links that come later
 
   std::set<std::string> held{};  // names of topics that are subscribed without demand
@@ -35,7 +26,7 @@ struct ExportContext {
   Budget early{&memory};                 // samples that wait for the answer to an offer
   std::map<LinkId, LinkBacklog> kept{};  // of links that are lost
   ExportTimers timers{};
-  FarListeners listeners{graph_options, options, policy, outputs};
+  FarListeners listeners{*this, options};
   SubscribedNames names{};
 };
 

@@ -14,10 +14,8 @@ namespace connect_bridge {
 // Finds or creates the topic that an input concerns. Single-threaded; owned by the side.
 class Exports {
  public:
-  Exports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
-          const GraphView& graph, const LocalActions& actions, Jobs& jobs, Outputs& outputs,
-          Budget* memory = nullptr)
-      : context_{options, graph_options, policy, graph, actions, jobs, outputs, Budget(memory)} {}
+  Exports(const SideView& side, const TopicOptions& options, Budget* memory)
+      : context_{side, options, Budget(memory)} {}
 
   void on_graph(const Now& now);
   // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is

@@ -37,9 +37,10 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
 void FarListeners::add(const Link& link, const ListenerTold& told, const Now& now) {
   Listener& listener = links_[link.id].listeners[told.listener];
   listener.told = told;
-  const std::string local = options_.names.to_local(told.name);
+  const std::string local = side_.graph_options.names.to_local(told.name);
   // Another name may be mapped to it; and the claims topic is not for peers.
-  const bool is_ours = options_.names.to_wire(local) == told.name && local != kClaimsTopic;
+  const bool is_ours =
+      side_.graph_options.names.to_wire(local) == told.name && local != kClaimsTopic;
   if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
   listener.permitted = permits(link, listener);
   admit({link.id, told.listener}, listener, now);
@@ -48,7 +49,7 @@ void FarListeners::add(const Link& link, const ListenerTold& told, const Now& no
 bool FarListeners::permits(const Link& link, const Listener& listener) const {
   if (!listener.topic || !link.accepts) return false;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
-  return policy_.decide(Direction::kExport, what, link.identity) &&
+  return side_.policy.decide(Direction::kExport, what, link.identity) &&
          link.accepts->takes(what).value_or(listener.permitted);
 }
 
@@ -96,12 +97,12 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
 Duration FarListeners::wait_to_count(const OfLink& of_link, const Now& now) {
   Account& account = *of_link.link->account;
   const char* lacking = nullptr;
-  if (of_link.counting >= topic_options_.listeners_max) lacking = "limits.listeners_max";
+  if (of_link.counting >= options_.listeners_max) lacking = "limits.listeners_max";
   if (account.memory.room() < kSubscriptionBytes)
     lacking = "no memory is left in its share (memory_max)";
   if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
-  outputs_.log_once(account.told, LogLevel::kWarn,
-                    "not all listeners of a peer are subscribed for: " + std::string(lacking));
+  side_.outputs.log_once(account.told, LogLevel::kWarn,
+                         "not all listeners of a peer are subscribed for: " + std::string(lacking));
   return Account::kPacing;
 }
 
@@ -138,7 +139,7 @@ std::string FarListeners::type_hash_of(const TopicKey& topic) const {
 
 TellOnce& FarListeners::told_of(const TopicKey& topic) const {
   const auto known = topics_.find(topic);
-  if (known == topics_.end()) return outputs_.told();
+  if (known == topics_.end()) return side_.outputs.told();
   return links_.at(known->second.listeners.begin()->first.first).link->account->told;
 }
 
@@ -150,16 +151,17 @@ void FarListeners::show(const TopicKey& topic, bool on) {
 
 // Publishers here see what it asks for, as they would in one graph.
 void FarListeners::show(Listener& listener, bool on) {
-  if (listener.shown) outputs_.push(DestroySubscription{std::exchange(listener.shown, {})});
-  const std::string node = on ? options_.owner_of(listener.told.node) : std::string();
+  if (listener.shown) side_.outputs.push(DestroySubscription{std::exchange(listener.shown, {})});
+  const std::string node = on ? side_.graph_options.owner_of(listener.told.node) : std::string();
   if (node.empty()) return;
   Qos qos;
   qos.reliability = listener.told.qos.reliability;
   qos.durability = listener.told.qos.durability;
   qos.depth = 1;
-  listener.shown = outputs_.new_subscription();
-  outputs_.push(CreateSubscription{listener.shown, listener.topic->first, listener.topic->second,
-                                   listener.told.type_hash, qos, node});
+  listener.shown = side_.outputs.new_subscription();
+  side_.outputs.push(CreateSubscription{listener.shown, listener.topic->first,
+                                        listener.topic->second, listener.told.type_hash, qos,
+                                        node});
 }
 
 }  // namespace connect_bridge

@@ -8,10 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/ports/outputs.hpp"
 #include "core/topics/options.hpp"
 
 namespace connect_bridge {
@@ -23,10 +21,9 @@ namespace connect_bridge {
 // Single-threaded.
 class FarListeners {
  public:
-  // All outlive this.
-  FarListeners(const GraphOptions& options, const TopicOptions& topics, const Policy& policy,
-               Outputs& outputs)
-      : options_(options), topic_options_(topics), policy_(policy), outputs_(outputs) {}
+  // Both outlive this.
+  FarListeners(const SideView& side, const TopicOptions& options)
+      : side_(side), options_(options) {}
   FarListeners(const FarListeners&) = delete;
   FarListeners& operator=(const FarListeners&) = delete;
 
@@ -84,10 +81,8 @@ class FarListeners {
   void set(Key key, Listener& listener, bool counts);
   void show(Listener& listener, bool on);
 
-  const GraphOptions& options_;
-  const TopicOptions& topic_options_;
-  const Policy& policy_;
-  Outputs& outputs_;
+  const SideView& side_;
+  const TopicOptions& options_;
   std::map<LinkId, OfLink> links_;
   std::map<TopicKey, Topic> topics_;
   std::set<TopicKey> changed_;

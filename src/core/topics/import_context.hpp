@@ -6,26 +6,15 @@
 #include <string>
 
 #include "core/base/timers.hpp"
-#include "core/graph/action_topics.hpp"
-#include "core/graph/claims.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
-#include "core/jobs/jobs.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/topics/mirror.hpp"
 #include "core/topics/options.hpp"
 #include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
-struct ImportContext {
+struct ImportContext : SideView {
   const TopicOptions& options;
-  const GraphOptions& graph_options;
-  const Policy& policy;
-  const GraphView& graph;
-  const Claims& claims;
-  ActionTopics& action_topics;
-  Jobs& jobs;
-  Outputs& outputs;
   PeerTypes& types;
 
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph

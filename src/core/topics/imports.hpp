@@ -16,11 +16,8 @@ namespace connect_bridge {
 // the side.
 class Imports {
  public:
-  Imports(const TopicOptions& options, const GraphOptions& graph_options, const Policy& policy,
-          const GraphView& graph, const Claims& claims, ActionTopics& action_topics, Jobs& jobs,
-          Outputs& outputs, PeerTypes& types)
-      : context_{options,       graph_options, policy,  graph, claims,
-                 action_topics, jobs,          outputs, types} {}
+  Imports(const SideView& side, const TopicOptions& options, PeerTypes& types)
+      : context_{side, options, types} {}
 
   // The caller has checked that the number is unused and registered it at the link. Also declines
   // unknown kinds of channels.

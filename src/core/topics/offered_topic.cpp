@@ -133,8 +133,7 @@ void OfferedTopic::decline(const Now& now) {
 void OfferedTopic::note_end(const Ending& why) const {
   if (!context_.outputs.audits()) return;
   audit(context_.outputs, link_, AuditEvent::kChannelEnded,
-        {Direction::kImport, InterfaceKind::kTopic,
-         context_.graph_options.names.to_wire(key_.first).value_or(key_.first), key_.second,
+        {Direction::kImport, InterfaceKind::kTopic, context_.wire_name(key_.first), key_.second,
          decision_.rule},
         why.reason, why.code);
 }

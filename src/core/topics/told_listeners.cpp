@@ -24,21 +24,21 @@ Qos weakest(Qos a, const Qos& b) {
 bool ToldListeners::permits(Told& told, const Link& link, const TopicKey& topic) const {
   const auto [known, is_new] = told.permitted.try_emplace(topic, false);
   if (!is_new) return known->second;
-  const auto wire_name = options_.names.to_wire(topic.first);
+  const auto wire_name = side_.graph_options.names.to_wire(topic.first);
   if (!wire_name || has_action_token(*wire_name)) return false;
   const Interface what{InterfaceKind::kTopic, *wire_name, topic.second};
-  known->second = policy_.decide(Direction::kImport, what, link.identity).has_value();
+  known->second = side_.policy.decide(Direction::kImport, what, link.identity).has_value();
   return known->second;
 }
 
 std::map<ToldListeners::Key, ToldListeners::Listener> ToldListeners::listeners_for(
     Told& told, const Link& link) const {
   std::map<Key, Listener> listeners;
-  for (const auto& [topic, state] : graph_.topics()) {
+  for (const auto& [topic, state] : side_.graph.topics()) {
     if (state.subscribers.empty() || !permits(told, link, topic)) continue;
     for (const auto& subscriber : state.subscribers) {
       const std::string node = node_of(subscriber);
-      const Key key{topic, options_.names.to_wire(node).value_or(node)};
+      const Key key{topic, side_.wire_name(node)};
       const auto [known, is_new] =
           listeners.try_emplace(key, Listener{{}, state.type_hash, subscriber.qos});
       if (!is_new) known->second.qos = weakest(known->second.qos, subscriber.qos);
@@ -50,7 +50,7 @@ std::map<ToldListeners::Key, ToldListeners::Listener> ToldListeners::listeners_f
 void ToldListeners::tell(Link& link) {
   if (!link.open()) return;
   Told& told = links_[link.id];
-  std::erase_if(told.permitted, [&](const auto& p) { return !graph_.find(p.first); });
+  std::erase_if(told.permitted, [&](const auto& p) { return !side_.graph.find(p.first); });
   auto present = listeners_for(told, link);
   Listeners change;
   for (auto it = told.listeners.begin(); it != told.listeners.end();) {
@@ -65,16 +65,16 @@ void ToldListeners::tell(Link& link) {
   for (const auto& [key, listener] : present) {
     if (told.listeners.contains(key)) continue;
     if (told.listeners.size() >= kListenersMax) {
-      outputs_.log_once(link.account->told, LogLevel::kWarn,
-                        "not all who listen here are told to " + link.node + ": no more than " +
-                            std::to_string(kListenersMax));
+      side_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                             "not all who listen here are told to " + link.node +
+                                 ": no more than " + std::to_string(kListenersMax));
       break;
     }
     const ListenerId id{++told.last};
     told.listeners[key] = {id, listener.type_hash, listener.qos};
     const auto& [topic, node] = key;
-    change.added.push_back({id, options_.names.to_wire(topic.first).value_or(topic.first),
-                            topic.second, listener.type_hash, node, listener.qos});
+    change.added.push_back(
+        {id, side_.wire_name(topic.first), topic.second, listener.type_hash, node, listener.qos});
   }
   if (!change.added.empty() || !change.removed.empty()) send(link, std::move(change));
 }

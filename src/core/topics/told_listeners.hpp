@@ -6,10 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
 
@@ -19,10 +17,7 @@ namespace connect_bridge {
 // them). Single-threaded.
 class ToldListeners {
  public:
-  // All outlive this.
-  ToldListeners(const GraphOptions& options, const Policy& policy, const GraphView& graph,
-                Outputs& outputs)
-      : options_(options), policy_(policy), graph_(graph), outputs_(outputs) {}
+  explicit ToldListeners(const SideView& side) : side_(side) {}
 
   // The graph has changed, or the link is open and has not got the listeners yet.
   void tell(Link& link);
@@ -48,10 +43,7 @@ class ToldListeners {
   [[nodiscard]] std::map<Key, Listener> listeners_for(Told& told, const Link& link) const;
   static void send(Link& link, Listeners change);
 
-  const GraphOptions& options_;
-  const Policy& policy_;
-  const GraphView& graph_;
-  Outputs& outputs_;
+  const SideView side_;
   std::map<LinkId, Told> links_;
 };
 

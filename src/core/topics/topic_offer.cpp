@@ -125,7 +125,7 @@ std::optional<ChannelType> TopicOffer::type() const {
 
 // A node outside our prefix has no name on the wire but its own.
 OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
-  return {origin.id, gid, context_.graph_options.names.to_wire(origin.node).value_or(origin.node),
+  return {origin.id, gid, context_.wire_name(origin.node),
           with_override(origin.qos, treatment().qos)};
 }
 
@@ -199,8 +199,7 @@ void TopicOffer::note(AuditEvent event, const Ending& why) const {
   if (!context_.outputs.audits()) return;
   const auto& [name, type] = topic_.key();
   audit(context_.outputs, link_, event,
-        {Direction::kExport, InterfaceKind::kTopic,
-         context_.graph_options.names.to_wire(name).value_or(name), type, decision_.rule},
+        {Direction::kExport, InterfaceKind::kTopic, context_.wire_name(name), type, decision_.rule},
         why.reason, why.code);
 }
 

@@ -7,12 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "core/graph/actions.hpp"
-#include "core/graph/claims.hpp"
-#include "core/graph/graph_view.hpp"
-#include "core/graph/options.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
-#include "core/ports/outputs.hpp"
 
 namespace connect_bridge {
 
@@ -20,14 +16,7 @@ namespace connect_bridge {
 // Single-threaded.
 class TypeLacks {
  public:
-  TypeLacks(const GraphOptions& graph_options, const Policy& policy, const GraphView& graph,
-            const Claims& claims, const LocalActions& actions, Outputs& outputs)
-      : graph_options_(graph_options),
-        policy_(policy),
-        graph_(graph),
-        claims_(claims),
-        actions_(actions),
-        outputs_(outputs) {}
+  explicit TypeLacks(const SideView& side) : side_(side) {}
 
   // Tells the peer, which is there and has said what it accepts, what it may have, accepts and was
   // not told of yet. No more than kLacksMax types on a connection; our log names the others too.
@@ -46,12 +35,7 @@ class TypeLacks {
 
   void add(const Found& found, Link& link, std::vector<LackTold>& lacking);
 
-  const GraphOptions& graph_options_;
-  const Policy& policy_;
-  const GraphView& graph_;
-  const Claims& claims_;
-  const LocalActions& actions_;
-  Outputs& outputs_;
+  const SideView side_;
   std::map<LinkId, std::set<std::string>> told_;  // types
 };
 

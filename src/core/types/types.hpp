@@ -14,9 +14,7 @@ namespace connect_bridge {
 // Single-threaded; owned by the side.
 class Types {
  public:
-  Types(const GraphOptions& names, const Policy& policy, const GraphView& graph,
-        const Claims& claims, const LocalActions& actions, Outputs& outputs)
-      : peers(outputs), answers(outputs), lacks(names, policy, graph, claims, actions, outputs) {}
+  explicit Types(const SideView& side) : peers(side.outputs), answers(side.outputs), lacks(side) {}
 
   // Every input goes through here first; what does not concern types is ignored.
   void handle(const Input& input, const Now& now);

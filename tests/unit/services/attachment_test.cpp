@@ -16,7 +16,8 @@ using topics_test::ms;
 
 // Link 1 is offered /s, which has a real server. From 1000 bytes on a worker compresses.
 struct Served : topics_test::Actions {
-  explicit Served(const Rule& rule = callable()) : policy({rule}) {
+  explicit Served(const Rule& rule = callable()) {
+    policy = Policy({rule});
     GraphChanged picture;
     picture.services.push_back(connect_bridge::side_test::service("/s"));
     graph = GraphView(std::move(picture));
@@ -52,13 +53,8 @@ struct Served : topics_test::Actions {
   }
 
   ServiceOptions options;
-  GraphOptions names;
-  Policy policy;
-  GraphView graph;
-  LocalActions actions;
   Random random{1};
-  Jobs jobs{{1000}, outputs};
-  Serving serving{options, names, policy, graph, actions, random, jobs, outputs};
+  Serving serving{side, options, random};
   topics_test::OneLink peer;
   RealService subject{{"/s", kServiceType}, serving};
 };
@@ -157,7 +153,7 @@ TEST(Attachment, ACallThatEndsCancelsItsJob) {
   EXPECT_EQ(s.did(), "decompress 1\n");
   EXPECT_TRUE(s.peer.link.outgoing({1})->on_forget(Forget{{1}, {{1}}}, ms(0)));
   EXPECT_EQ(s.did(), "cancel 1\n");
-  s.finish(s.jobs, sample("a"));
+  s.finish(sample("a"));
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.held(), "0 0 0");
 }

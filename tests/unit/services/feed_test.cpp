@@ -17,7 +17,8 @@ using topics_test::ms;
 // Link 1 offers /s on its channel 1; the mirror is 1, and requests go out on our channel 1. From
 // 1000 bytes on a worker compresses.
 struct Fed : topics_test::Actions {
-  explicit Fed(Rule rule = callable()) : policy({std::move(rule)}) {
+  explicit Fed(Rule rule = callable()) {
+    policy = Policy({std::move(rule)});
     mirroring.graph_since = ms(-1000).steady;
     offer();
     EXPECT_EQ(peer.said(), "attach 1 1\n");
@@ -65,16 +66,9 @@ struct Fed : topics_test::Actions {
   }
 
   ServiceOptions options;
-  GraphOptions names;
   std::string own_node = "/connect";
-  Policy policy;
-  GraphView graph;
-  Claims claims{Token128{}};
-  ActionTopics action_topics;
-  Jobs jobs{{1000}, outputs};
   PeerTypes types{outputs};
-  Mirroring mirroring{options, names,   own_node, policy, graph, claims, action_topics,
-                      jobs,    outputs, types,    {},     {},    {}};
+  Mirroring mirroring{side, options, own_node, types};
   topics_test::OneLink peer;
   MirroredService* subject = nullptr;
 };

@@ -164,7 +164,7 @@ TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
   EXPECT_EQ(s.did(), "compress 1\n");
   s.take(1, "small, and behind it");
   EXPECT_EQ(one.said(), "");
-  s.finish(s.jobs, Payload::adopt({1, 2, 3}));
+  s.finish(Payload::adopt({1, 2, 3}));
   EXPECT_EQ(one.said(), "1.1 zstd, 1.1 small, and behind it\n");
   EXPECT_EQ(two.said(), "1.1 zstd, 1.1 small, and behind it\n");
 }
@@ -194,9 +194,7 @@ struct Thin : Exporting {
     }
     EXPECT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, ms(50)));
   }
-  void compressed(std::size_t bytes, std::int64_t at) {
-    finish(jobs, Payload::adopt(Bytes(bytes)), at);
-  }
+  void compressed(std::size_t bytes, std::int64_t at) { finish(Payload::adopt(Bytes(bytes)), at); }
 };
 
 TEST(ExportedTopic, IsCompressedWhereThatIsSooner) {
@@ -219,7 +217,7 @@ TEST(ExportedTopic, WhatDoesNotShrinkIsSentAsItIs) {
   Thin s({&thin});
   for (int i = 0; i < 40; ++i) {
     s.take(1, std::string(2000, 'x'), 100 + 10 * i);
-    if (!s.did().empty()) s.finish(s.jobs, std::nullopt, 100 + 10 * i);
+    if (!s.did().empty()) s.finish(std::nullopt, 100 + 10 * i);
     s.did();
     thin.said(100 + 10 * i);
   }
@@ -235,7 +233,7 @@ TEST(ExportedTopic, WhatOnlyWaitedBehindATryInVainCostsNoWorker) {
   EXPECT_EQ(s.did(), "compress 1\n");
   s.take(1, std::string(2000, 'y'), 101);
   s.take(1, std::string(2000, 'z'), 102);
-  s.finish(s.jobs, std::nullopt, 103);
+  s.finish(std::nullopt, 103);
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(thin.said(103), "1.1 base, 1.1 delta, 1.1 delta\n");  // small: the queue's business
 }

@@ -9,7 +9,9 @@ namespace connect_bridge::topics_test {
 // From 1000 bytes on a worker compresses. Peers are declared before it: at its end it takes back
 // what it has offered them.
 struct Exporting : Actions {
-  explicit Exporting(std::vector<Rule> rules = {everything()}) : policy(std::move(rules)) {}
+  explicit Exporting(std::vector<Rule> rules = {everything()}) {
+    policy = Policy(std::move(rules));
+  }
 
   void see(const Topic& state, std::int64_t at = 0) {
     graph = picture({state});
@@ -34,12 +36,7 @@ struct Exporting : Actions {
   }
 
   TopicOptions options;
-  GraphOptions names;
-  Policy policy;
-  GraphView graph;
-  LocalActions actions;
-  Jobs jobs{{1000}, outputs};
-  ExportContext context{options, names, policy, graph, actions, jobs, outputs};
+  ExportContext context{side, options};
   ExportedTopic subject{context, {"/a", kType}};
 };
 

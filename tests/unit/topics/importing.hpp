@@ -8,7 +8,8 @@ namespace connect_bridge::topics_test {
 
 // The local graph has been known for a second. From 1000 bytes on a worker decompresses.
 struct Importing : Actions {
-  explicit Importing(std::vector<Rule> rules = {everything()}) : policy(std::move(rules)) {
+  explicit Importing(std::vector<Rule> rules = {everything()}) {
+    policy = Policy(std::move(rules));
     context.graph_since = ms(-1000).steady;
   }
 
@@ -38,14 +39,8 @@ struct Importing : Actions {
   }
 
   TopicOptions options;
-  GraphOptions names;
-  Policy policy;
-  GraphView graph;
-  Claims claims{Token128{}};
-  ActionTopics action_topics;
-  Jobs jobs{{1000}, outputs};
   PeerTypes types{outputs};
-  ImportContext context{options, names, policy, graph, claims, action_topics, jobs, outputs, types};
+  ImportContext context{side, options, types};
 };
 
 }  // namespace connect_bridge::topics_test

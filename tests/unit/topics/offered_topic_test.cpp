@@ -64,7 +64,7 @@ TEST(OfferedTopic, WhatAnEarlierDemandBroughtIsDropped) {
   s.mirror(7).update(ms(0));
   s.peer.send_demands();
   EXPECT_EQ(s.one.said(), "demand 1 on\ndemand 1 off\ndemand 1 on\n");
-  s.finish(s.jobs, sample("large"));
+  s.finish(sample("large"));
   s.give(s.message("under way", 1));
   s.give(s.message("hello", 2));
   EXPECT_EQ(s.did(), "cancel 1\npublish 1 hello\n");
@@ -85,7 +85,7 @@ TEST(OfferedTopic, WhatWaitsDoesNotKeepItsPacket) {
   s.give(std::move(message));
   EXPECT_EQ(packet.use_count(), 1);
   s.did();
-  s.finish(s.jobs, sample("large"));
+  s.finish(sample("large"));
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 small\n");
 }
 
@@ -150,7 +150,7 @@ TEST(OfferedTopic, NothingOvertakesWhatIsDecompressed) {
   s.give(s.message("small"));
   EXPECT_EQ(s.did(), "decompress 1\n");
   EXPECT_GT(s.peer.decoding().used(), 0U);
-  s.finish(s.jobs, sample("large"));
+  s.finish(sample("large"));
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 small\n");
   EXPECT_EQ(s.peer.decoding().used(), 0U);
 }
@@ -169,7 +169,7 @@ TEST(OfferedTopic, BehindASlowWorkerNoMoreWaitThanTheOriginsDepth) {
   s.give(std::move(kept));
   EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 1U);
   EXPECT_EQ(s.did(), "decompress 1\n");
-  s.finish(s.jobs, sample("large"));
+  s.finish(sample("large"));
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 b\npublish 1 c\npublish 1 d\npublish 2 kept\n");
 }
 
@@ -199,7 +199,7 @@ TEST(OfferedTopic, WhatRefersToTheLastOneIsRead) {
   s.give(s.large());
   s.give(delta(kBase, kNext));
   EXPECT_EQ(s.did(), "decompress 1\n");
-  s.finish(s.jobs, sample("large"));
+  s.finish(sample("large"));
   EXPECT_EQ(s.did(), "publish 1 large\npublish 1 " + kBase + "\n");
 }
 
@@ -239,7 +239,7 @@ TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
   s.offer(s.peer, {origin(1, 7)});
   s.give(s.large());
   s.did();
-  s.finish(s.jobs, std::nullopt);
+  s.finish(std::nullopt);
   ASSERT_TRUE(s.one.link.connection->failure());
   EXPECT_EQ(s.one.link.connection->failure()->code, CloseCode::kMalformed);
 }
@@ -254,7 +254,7 @@ TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
   EXPECT_EQ(s.one.link.incoming({1}), nullptr);
   EXPECT_EQ(s.peer.decoding().used(), 0U);
   EXPECT_EQ(s.did(), "cancel 1\n");
-  s.finish(s.jobs, sample("late"));
+  s.finish(sample("late"));
   EXPECT_EQ(s.did(), "");
 }
 
@@ -328,7 +328,7 @@ TEST(OfferedTopic, FewBytesDoNotBecomeGigabytes) {
     s.give(bomb, at);
     if (const std::string did = s.did(); !did.empty()) {
       jobs += did;
-      s.finish(s.jobs, sample("large"), at);
+      s.finish(sample("large"), at);
       s.did();
     }
   }

@@ -56,7 +56,7 @@ std::string Actions::did() {
   return lines;
 }
 
-void Actions::finish(Jobs& jobs, std::optional<Payload> result, std::int64_t at) {
+void Actions::finish(std::optional<Payload> result, std::int64_t at) {
   JobDone done{last_job, std::move(result)};
   jobs.on_done(done, ms(at));
 }

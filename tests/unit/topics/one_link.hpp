@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/jobs/jobs.hpp"
+#include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
 #include "unit/side/words.hpp"
 
@@ -38,13 +38,22 @@ struct OneLink final : private LinkUser {
   void on_peer_time(const TimeReply&, Stamp) override;
 };
 
-// The actions since the last call, one per line. Logs are kept apart.
+// A side's parts, and their actions. From 1000 bytes on a worker compresses and decompresses.
 struct Actions {
+  // The actions since the last call, one per line. Logs are kept apart.
   std::string did();
   // The worker is done with the last job.
-  void finish(Jobs& jobs, std::optional<Payload> result, std::int64_t at = 0);
+  void finish(std::optional<Payload> result, std::int64_t at = 0);
 
   Outputs outputs;
+  GraphOptions names;
+  Policy policy;
+  GraphView graph;
+  Claims claims{Token128{}};
+  LocalActions actions;
+  ActionTopics action_topics;
+  Jobs jobs{{1000}, outputs};
+  SideView side{names, policy, graph, claims, actions, action_topics, jobs, outputs};
   std::string logged;
   JobId last_job;
 };

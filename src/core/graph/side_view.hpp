@@ -1,0 +1,33 @@
+// What the topics, services and types of a side share.
+#pragma once
+
+#include <string>
+
+#include "core/graph/action_topics.hpp"
+#include "core/graph/actions.hpp"
+#include "core/graph/claims.hpp"
+#include "core/graph/graph_view.hpp"
+#include "core/graph/options.hpp"
+#include "core/jobs/jobs.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// All outlive whoever has this.
+struct SideView {
+  const GraphOptions& graph_options;
+  const Policy& policy;
+  const GraphView& graph;
+  const Claims& claims;
+  const LocalActions& actions;
+  ActionTopics& action_topics;
+  Jobs& jobs;
+  Outputs& outputs;
+
+  // A name on the wire; of what has none, because it is outside the prefix, its own.
+  [[nodiscard]] std::string wire_name(const std::string& local) const {
+    return graph_options.names.to_wire(local).value_or(local);
+  }
+};
+
+}  // namespace connect_bridge
