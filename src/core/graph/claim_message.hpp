@@ -41,7 +41,7 @@ struct ClaimedPeer {
 
 struct ClaimedOrigin {
   Gid gid;
-  bool feeds = false;  // its mirror has settled: who has not gives way
+  bool feeds = false;  // its mirror has settled; a bridge whose mirror has not gives way
 
   friend bool operator==(const ClaimedOrigin&, const ClaimedOrigin&) = default;
 };

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "core/base/budget.hpp"
-#include "core/base/line_pace.hpp"
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
@@ -139,8 +138,8 @@ struct Account {
   Throttle inflation{kInflatedBytesPerSecond, kInflatedAtOnce};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
-  // Of control messages. Each connection is read no faster than its own rate allows; this holds for
-  // those who come again and again, or with many links.
+  // Of control messages. Each connection is read no faster than its own rate allows; this limits
+  // peers that come again and again, or with many links.
   TextLimit text;
   Pace withdrawals;  // of one link: each has a copy of it, as it is at the start
   Pace attaches;     // those that create a client, which takes the middleware about a millisecond
@@ -177,7 +176,7 @@ class Accounts {
   }
 
  private:
-  // But those who must wait for their next login, or owe something.
+  // Except accounts that must wait for their next login, or owe something.
   void forget_unused() {
     std::erase_if(accounts_, [&](const auto& entry) {
       return entry.second.use_count() == 1 && entry.second->offences.idle(now_) &&

@@ -16,8 +16,8 @@ namespace connect_bridge {
 
 // Why a channel of this side ends while its link goes on.
 struct Ending {
-  std::string reason;     // for the audit log
-  std::string code = {};  // code and reason are sent to the peer; empty: neither
+  std::string reason{};  // for the audit log
+  std::string code{};    // code and reason are sent to the peer; empty: neither
 };
 
 // A channel on which the peer sends: a topic or service that it offers, or its requests to a

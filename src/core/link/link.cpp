@@ -33,6 +33,12 @@ void Link::forget(ChannelId number) {
   if (connection) connection->forget_incoming(number);
 }
 
+void Link::withdraw(ChannelId number, const Ending& why) {
+  close_channel(number);
+  if (connection) connection->outbox().remove_channel(number);
+  send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
+}
+
 void Link::forget_channels() {
   incoming_.clear();
   outgoing_.clear();
@@ -140,7 +146,7 @@ Result<Nothing> Link::take_accepts(const Now& now) {
   const double price = kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_));
   accepts_pace_.take(price, now.steady);
   account->accepts.take(price, now.steady);
-  return user_.on_accepts(*this, *std::exchange(new_accepts_, std::nullopt), now);
+  return user_.on(*this, *std::exchange(new_accepts_, std::nullopt), now);
 }
 
 bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatment& treatment,

@@ -27,14 +27,13 @@ class Link;
 // What concerns a link as a whole, and no channel. An error ends the connection with its code.
 class LinkUser {
  public:
-  virtual Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) = 0;
-  virtual Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) = 0;
-  virtual Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) = 0;
-  virtual Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) = 0;
-  virtual Result<Nothing> on_description(Link& link, const Description& description,
-                                         const Now& now) = 0;
-  virtual Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) = 0;
-  virtual void on_renewed(Link& link, const Renewed& renewed) = 0;
+  virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Describe& describe, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Description& description, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
+  virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;
 
  protected:
@@ -75,7 +74,8 @@ class Link final : public ConnectionUser {
   // Of what appears here because of the peer: how much had to wait, as its identity makes too many.
   std::uint64_t mirrors_waited = 0;
   MirrorCount mirrors{account->places};  // of origins that it offers, or is expected to offer again
-  // What our rules have let through, by topic and type: who offers a topic anew gets no more.
+  // What our rules have let through, by topic and type: a peer that offers a topic again gets no
+  // more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
   // By topic and type (local names): what arrived last, where the peer was asked to keep what does
   // not arrive. With an entry the topic goes on when the link is back.
@@ -141,13 +141,15 @@ class Link final : public ConnectionUser {
   [[nodiscard]] std::uint32_t offered() const { return offered_; }
 
   // ---- channels on which this side sends
-  // A new number. The outbox's queue is the caller's to add and to remove.
+  // A new number. The outbox's queue is the caller's to add.
   ChannelId open_channel(OutgoingChannel& channel) {
     const ChannelId number{++last_channel};
     outgoing_[number] = &channel;
     return number;
   }
   void close_channel(ChannelId number) { outgoing_.erase(number); }
+  // The same, with its queue, and the peer is told.
+  void withdraw(ChannelId number, const Ending& why = {});
   // A peer takes so many channels at least, and may end the connection for more.
   [[nodiscard]] bool may_offer() const { return outgoing_.size() < kOfferedMax; }
   [[nodiscard]] OutgoingChannel* outgoing(ChannelId number) const {
@@ -194,7 +196,6 @@ class Link final : public ConnectionUser {
   void on_peer_time(const TimeReply& reply, Stamp t4) override { user_.on_peer_time(reply, t4); }
 
  private:
-  Result<Nothing> on(Offer& offer, const Now& now) { return user_.on_offer(*this, offer, now); }
   Result<Nothing> on(Accepts& accepts, const Now& now);
   [[nodiscard]] TimePoint accepts_due(const Now& now) const;
   Result<Nothing> take_accepts(const Now& now);
@@ -206,19 +207,9 @@ class Link final : public ConnectionUser {
   Result<Nothing> on(Attached& attached, const Now& now);
   Result<Nothing> on(Refuse& refuse, const Now& now);
   Result<Nothing> on(Forget& forget, const Now& now);
-  Result<Nothing> on(Listeners& listeners, const Now& now) {
-    return user_.on_listeners(*this, listeners, now);
-  }
-  Result<Nothing> on(Describe& describe, const Now& now) {
-    return user_.on_describe(*this, describe, now);
-  }
-  Result<Nothing> on(Description& description, const Now& now) {
-    return user_.on_description(*this, description, now);
-  }
-  Result<Nothing> on(Renew& renew, const Now& now) { return user_.on_renew(*this, renew, now); }
-  Result<Nothing> on(Renewed& renewed, const Now&) {
-    user_.on_renewed(*this, renewed);
-    return Nothing{};
+  template <class Other>
+  Result<Nothing> on(const Other& message, const Now& now) {
+    return user_.on(*this, message, now);
   }
 
   struct Incoming {

@@ -201,7 +201,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
                              : link.session == peer.session ? "; it goes on after a break"
                              : link.outlasted      ? "; the break was longer than resume.seconds"
                              : user_.resumes(link) ? "; the server has not kept what was under way"
-                                                   : "; it begins anew, nothing had to be kept";
+                                                   : "; it starts again, nothing had to be kept";
   // A server that forgot the session does not know what it had of it.
   if (link.connects > 0 && link.session != peer.session) user_.on_link_forgotten(link, now);
   link.peer_side = peer.side;

@@ -40,7 +40,7 @@ void Renewal::ask(Link& link) {
 void Renewal::on_renewed(Link& link, bool accepted) {
   if (!std::exchange(link.renewing, false)) return;
   if (accepted) {
-    outputs_.log(LogLevel::kInfo, "logged in anew at " + link.label() + "; the link goes on");
+    outputs_.log(LogLevel::kInfo, "logged in again at " + link.label() + "; the link goes on");
   } else {
     outputs_.log(LogLevel::kWarn, link.label() +
                                       " refuses the new credential: the link goes on until the "

@@ -13,7 +13,7 @@ namespace connect_bridge {
 [[nodiscard]] std::string refusal(const Authenticated& answer, const Now& now);
 
 // Whether a peer that keeps to the protocol does not come to this end. Then it counts for its
-// identity: who offends again and again waits for its next login.
+// identity: one that offends again and again waits for its next login.
 void note_offence(Link& link, CloseCode code, const Now& now);
 // Fails the links in whose place others of their identities were let through (TextLimit).
 void end_loudest(LinkTable& links);

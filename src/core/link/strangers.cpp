@@ -9,9 +9,9 @@
 namespace connect_bridge {
 namespace {
 
-// When half of the places are taken: who logs in shows its login within a round trip.
+// When half of the places are taken: a client that logs in shows its login within a round trip.
 constexpr Duration kShortLogin = std::chrono::seconds(1);
-// Before the client gives up, whose time is that of ours by default: it shall learn why.
+// Before the client gives up, whose time is that of ours by default: it must learn why.
 constexpr Duration kLateAnswer = std::chrono::seconds(3);
 
 }  // namespace
@@ -24,7 +24,8 @@ Strangers::Strangers(const LinkOptions& options, Outputs& outputs)
       wrong_logins_(options.wrong_logins_at_once, options.wrong_login_period) {}
 
 void Strangers::add(ConnectionOptions options, const ConnectionOpened& opened, const Now& now) {
-  // The oldest gives way: who means to log in has done so before as many others have come.
+  // The oldest gives way: a client that means to log in has done so before as many others have
+  // come.
   if (places_.size() >= options_.strangers_max) {
     ++counts_.gave_way;
     end(places_.begin()->first,

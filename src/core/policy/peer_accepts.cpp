@@ -9,7 +9,7 @@ namespace {
 
 // What a pattern costs beside its text.
 constexpr std::uint64_t kPatternCost = 16;
-// Interfaces that come and go: when there are more, all are compared anew.
+// Interfaces that come and go: when there are more, all are compared again.
 constexpr std::size_t kKnownMax = 65'536;
 // What one of them takes beside its texts, which are there twice.
 constexpr std::uint64_t kKnownBytes = 300;

@@ -101,10 +101,7 @@ void Attachment::end(const Ending& why, const Now& now) {
   if (requests_) link_.let_go(requests_);
   if (channel_) {
     note(AuditEvent::kChannelEnded, why);
-    link_.close_channel(channel_);
-    if (link_.connection) link_.outbox().remove_channel(channel_);
-    link_.send(why.code.empty() ? Withdraw{{channel_}}
-                                : Withdraw{{channel_}, why.code, why.reason});
+    link_.withdraw(channel_, why);
   }
   channel_ = requests_ = {};
   held_ = attached_ = false;

@@ -19,7 +19,7 @@ constexpr Duration kResultSilenceMax = std::chrono::seconds(1);
 CallGate::Service::Service(bool is_results)
     : results(is_results), queue(is_results ? kResultSilenceMax : kSilenceMax) {}
 
-// ---- who there is
+// ---- links and callers
 
 void CallGate::open(ServiceClientId service, bool results) {
   services_.try_emplace(service, results);

@@ -56,7 +56,7 @@ class CallGate {
   CallGate(const CallGate&) = delete;
   CallGate& operator=(const CallGate&) = delete;
 
-  // ---- who there is
+  // ---- links and callers
   // `results`: calls for results of actions.
   void open(ServiceClientId service, bool results);
   // The server is gone: what was in its queue is lost, and no placed call is handed over to it.

@@ -12,8 +12,8 @@
 namespace connect_bridge {
 
 // A node has one while it has something whose type is not installed here, and then our own node has
-// one, too: who has the installed package needs no description, and each costs two endpoints. None
-// where the graph has that service otherwise. Single-threaded; owned by ServiceImports.
+// one, too: a caller with the installed package needs no description, and each costs two endpoints.
+// None where the graph has that service otherwise. Single-threaded; owned by ServiceImports.
 class DescriptionServers {
  public:
   static constexpr std::size_t kServersMax = 256;

@@ -81,9 +81,7 @@ void Feed::attach() {
 
 void Feed::detach() {
   if (!requests_) return;
-  link_.close_channel(requests_);
-  if (link_.connection) link_.outbox().remove_channel(requests_);
-  link_.send(Withdraw{{requests_}});
+  link_.withdraw(requests_);
   requests_ = {};
   attached_ = false;
 }

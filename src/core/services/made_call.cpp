@@ -40,10 +40,8 @@ void MadeCall::on_delivered() {
 
 void MadeCall::decode(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
   decoding_bytes_ = feed_.load().decoding_bytes.hold(body.size());
-  // A slice must not keep its whole packet while it waits.
-  const bool slice = body.size() <= kPacketBytesMax;
-  job_ = feed_.mirroring().jobs.decompress(
-      *this, codec, raw_bytes, slice ? Payload::copy_of(body.view()) : body, feed_.link().id);
+  job_ = feed_.mirroring().jobs.decompress(*this, codec, raw_bytes, out_of_packet(body),
+                                           feed_.link().id);
 }
 
 void MadeCall::on_job(std::optional<Payload> result, const Now&) {

@@ -15,7 +15,7 @@ namespace {
 // Who finds no place asks again after this time: places become free rarely, and many may wait.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
 
-// All who wait for the same look again together.
+// All that wait for the same reason look again together.
 TimePoint next_turn(const Now& now, Duration pacing) {
   return now.steady - now.steady.time_since_epoch() % pacing + pacing;
 }

@@ -165,7 +165,7 @@ void RealService::note_action_use(bool on) {
     serving_.action_uses.push_back({std::string(part->action), on});
 }
 
-void RealService::on_ready(const ServiceReady& ready, const Now& now) {
+void RealService::on(const ServiceReady& ready, const Now& now) {
   if (ready_ == ready.ready) return;
   if (!ready.ready) {
     end(now);
@@ -177,7 +177,7 @@ void RealService::on_ready(const ServiceReady& ready, const Now& now) {
   for (auto& [id, attachment] : attachments_) attachment.on_ready(now);
 }
 
-void RealService::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
+void RealService::on(const ServiceClientFailed& failed, const Now& now) {
   serving_.by_client.erase(client_);
   const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
   serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
@@ -211,14 +211,14 @@ ServedCall* RealService::take_invocation(InvocationId invocation) {
   return call;
 }
 
-void RealService::on_response(ResponseTaken& response, const Now& now) {
+void RealService::on(ResponseTaken& response, const Now& now) {
   serving_.gate.answered(client_, response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
     call->on_response(std::move(response.payload), now);
   serving_.begin_calls(now);
 }
 
-void RealService::on_invocation_failed(const InvocationFailed& failed, const Now& now) {
+void RealService::on(const InvocationFailed& failed, const Now& now) {
   ServedCall* call = take_invocation(failed.invocation);
   if (!call) return;
   serving_.gate.failed(client_, failed.invocation);

@@ -43,10 +43,10 @@ class RealService {
                                                    Asking asking = Asking::kToKeep) const;
 
   // ---- the client
-  void on_ready(const ServiceReady& ready, const Now& now);
-  void on_response(ResponseTaken& response, const Now& now);
-  void on_invocation_failed(const InvocationFailed& failed, const Now& now);
-  void on_client_failed(const ServiceClientFailed& failed, const Now& now);
+  void on(const ServiceReady& ready, const Now& now);
+  void on(ResponseTaken& response, const Now& now);
+  void on(const InvocationFailed& failed, const Now& now);
+  void on(const ServiceClientFailed& failed, const Now& now);
   void begin(LinkId link, CallId call, const Now& now);
 
   // ---- for its attachments and their calls

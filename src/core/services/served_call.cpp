@@ -47,8 +47,7 @@ void ServedCall::set_state(State next) {
 }
 
 void ServedCall::keep_copy() {
-  if (state_ == State::kWaiting && request_.body.size() <= kPacketBytesMax)
-    request_.body = Payload::copy_of(request_.body.view());
+  if (state_ == State::kWaiting) request_.body = out_of_packet(request_.body);
 }
 
 void ServedCall::begin(const Now& now) {

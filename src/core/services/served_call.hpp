@@ -42,8 +42,7 @@ class ServedCall final : public JobOwner {
     return state_ == State::kHandedOver && handed_over_at_ < time;
   }
 
-  // Copies the request: a message of one part is a slice, which would keep its whole packet in
-  // memory while it waits.
+  // The request waits: it must not keep its packet.
   void keep_copy();
   // It is the call's turn. The attachment may have destroyed the call when this returns.
   void begin(const Now& now);

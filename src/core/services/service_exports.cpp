@@ -47,27 +47,6 @@ void ServiceExports::on_link_dead(LinkId link, const Now& now) {
   serving_.loads.erase(link);
 }
 
-RealService* ServiceExports::find(ServiceClientId client) const {
-  const auto it = serving_.by_client.find(client);
-  return it == serving_.by_client.end() ? nullptr : it->second;
-}
-
-void ServiceExports::on_ready(const ServiceReady& ready, const Now& now) {
-  if (auto* service = find(ready.client)) service->on_ready(ready, now);
-}
-
-void ServiceExports::on_response(ResponseTaken& response, const Now& now) {
-  if (auto* service = find(response.client)) service->on_response(response, now);
-}
-
-void ServiceExports::on_invocation_failed(const InvocationFailed& failed, const Now& now) {
-  if (auto* service = find(failed.client)) service->on_invocation_failed(failed, now);
-}
-
-void ServiceExports::on_client_failed(const ServiceClientFailed& failed, const Now& now) {
-  if (auto* service = find(failed.client)) service->on_client_failed(failed, now);
-}
-
 void ServiceExports::on_time(const Now& now) {
   while (const auto due = serving_.timers.take_due(now.steady)) {
     if (due->call) {

@@ -37,10 +37,12 @@ class ServiceExports {
   // The link is declared dead: its calls end.
   void on_link_dead(LinkId link, const Now& now);
 
-  void on_ready(const ServiceReady& ready, const Now& now);
-  void on_response(ResponseTaken& response, const Now& now);
-  void on_invocation_failed(const InvocationFailed& failed, const Now& now);
-  void on_client_failed(const ServiceClientFailed& failed, const Now& now);
+  // What concerns a client here; it may be gone.
+  template <class Input>
+  void on(Input& input, const Now& now) {
+    const auto service = serving_.by_client.find(input.client);
+    if (service != serving_.by_client.end()) service->second->on(input, now);
+  }
   void on_time(const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -48,8 +50,6 @@ class ServiceExports {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
-  [[nodiscard]] RealService* find(ServiceClientId client) const;
-
   Serving serving_;
   std::map<ServiceKey, RealService> services_;
 };

@@ -145,7 +145,7 @@ void Side::on(PolicyChanged& input, const Now& now) {
   recheck_rights(now);
 }
 
-Result<Nothing> Side::on_renew(Link& link, const Renew& renew, const Now& now) {
+Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
   if (options_.role == Role::kClient) return Error{CloseCode::kIllegal, "a server does not log in"};
   return ask_for_renewal(link, renew, outputs_, now);
 }
@@ -266,7 +266,7 @@ void Side::send_accepts(Link& link, const Now& now) {
   link.send(accepts);
 }
 
-Result<Nothing> Side::on_accepts(Link& link, Accepts accepts, const Now& now) {
+Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
   if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
   const bool first = !link.accepts;
   if (!first) accepts.domain = link.accepts->told().domain;  // it stays while the connection does
@@ -295,7 +295,7 @@ void Side::send_offers(const Now& now) {
     offer_to(link, exports_, service_exports_, types_.lacks, outputs_, now);
 }
 
-Result<Nothing> Side::on_offer(Link& link, const Offer& offer, const Now& now) {
+Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
   const auto taken =
       take_offer(link, offer, options_.channels_max, imports_, service_imports_, types_.lacks, now);
   if (taken && offer.complete) on_offers_over(link, now);

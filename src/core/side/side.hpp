@@ -66,44 +66,38 @@ class Side final : private LinksUser {
   void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
   void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
-  void on(ServiceReady& input, const Now& now) { service_exports_.on_ready(input, now); }
-  void on(ResponseTaken& input, const Now& now) { service_exports_.on_response(input, now); }
-  void on(InvocationFailed& input, const Now& now) {
-    service_exports_.on_invocation_failed(input, now);
-  }
   void on(ServiceMirrorFailed& in, const Now& now) { service_imports_.on_mirror_failed(in, now); }
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
-  void on(ServiceClientFailed& input, const Now& now) {
-    service_exports_.on_client_failed(input, now);
-  }
-  void on(ConnectionOpened& input, const Now& now) { links_.on(input, now); }
-  void on(DialFailed& input, const Now& now) { links_.on(input, now); }
-  void on(PacketReceived& input, const Now& now) { links_.on(input, now); }
-  void on(ConnectionClosed& input, const Now& now) { links_.on(input, now); }
-  void on(NetworkChanged& input, const Now& now) { links_.on(input, now); }
-  void on(Authenticated& input, const Now& now) { links_.on(input, now); }
-  void on(IdentitiesChanged& input, const Now& now) { links_.on(input, now); }
-  void on(CredentialChanged& input, const Now& now) { links_.on(input, now); }
   void on(JobDone& input, const Now& now) { jobs_.on_done(input, now); }
   void on(PolicyChanged& input, const Now& now);
   void on(StopRequested& input, const Now& now);
   void on(TimePassed& input, const Now& now);
+  // All others: of connections and logins, and of clients of real services.
+  template <class Other>
+  void on(Other& input, const Now& now) {
+    if constexpr (requires { links_.on(input, now); }) {
+      links_.on(input, now);
+    } else {
+      service_exports_.on(input, now);
+    }
+  }
 
   // ---- what links report
-  Result<Nothing> on_offer(Link& link, const Offer& offer, const Now& now) override;
-  Result<Nothing> on_accepts(Link& link, Accepts accepts, const Now& now) override;
-  Result<Nothing> on_listeners(Link& link, const Listeners& listeners, const Now& now) override {
+  Result<Nothing> on(Link& link, const Offer& offer, const Now& now) override;
+  Result<Nothing> on(Link& link, Accepts accepts, const Now& now) override;
+  Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) override {
     return exports_.on_listeners(link, listeners, now);
   }
-  Result<Nothing> on_describe(Link& link, const Describe& describe, const Now& now) override {
+  Result<Nothing> on(Link& link, const Describe& describe, const Now& now) override {
     return types_.answers.on_describe(link, describe, now);
   }
-  Result<Nothing> on_description(Link& link, const Description& told, const Now&) override {
+  Result<Nothing> on(Link& link, const Description& told, const Now&) override {
     return types_.peers.on_description(link, told);
   }
-  Result<Nothing> on_renew(Link& link, const Renew& renew, const Now& now) override;
-  void on_renewed(Link& link, const Renewed& renewed) override {
+  Result<Nothing> on(Link& link, const Renew& renew, const Now& now) override;
+  Result<Nothing> on(Link& link, const Renewed& renewed, const Now&) override {
     if (options_.role == Role::kClient) links_.renewed(link, renewed.accepted);
+    return Nothing{};
   }
   void on_identity_changed(Link& link, const Now& now) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override {

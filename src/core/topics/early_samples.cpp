@@ -30,8 +30,8 @@ void EarlySamples::add(const OutSample& sample, const Now& now) {
     if (is_awaited(offer, link)) keep(offer, link, sample, now);
 }
 
-// Of bridges in one graph the first that listens may give way to another one. So who listens a
-// little later gets what nobody has got yet.
+// Of bridges in one graph the first that listens may give way to another one. So a link that
+// listens a little later gets what no link has got yet.
 void EarlySamples::join(TopicOffer& offer, LinkId link, const Now& now) {
   const Waiting* oldest = nullptr;
   for (const auto& [other, waiting] : waiting_)

@@ -44,6 +44,10 @@ void Exports::update_listened(const Now& now) {
 void Exports::erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now) {
   const std::string name = topic->first.first;
   topics_.erase(topic);
+  update_subscriptions(name, now);
+}
+
+void Exports::update_subscriptions(const std::string& name, const Now& now) {
   for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
        ++it)
     it->second.update_subscription(now);
@@ -76,9 +80,7 @@ void Exports::hold_action(const std::string& action, bool on, const Now& now) {
     } else {
       context_.held.erase(name);
     }
-    for (auto it = topics_.lower_bound({name, ""}); it != topics_.end() && it->first.first == name;
-         ++it)
-      it->second.update_subscription(now);
+    update_subscriptions(name, now);
   }
 }
 

@@ -61,6 +61,8 @@ class Exports {
  private:
   void update_listened(const Now& now);
   void erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now);
+  // Of all types.
+  void update_subscriptions(const std::string& name, const Now& now);
   // Null: the subscription has ended.
   [[nodiscard]] ExportedTopic* find(SubscriptionId subscription) const;
 

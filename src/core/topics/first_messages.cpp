@@ -34,8 +34,7 @@ bool FirstMessages::keep(const Payload& raw, TimePoint expires, OfferedTopic* fe
   if (!feeder) return false;
   if (raw.size() > kBytesMax || raw.size() > feeder->link().memory.room()) return false;
   bytes_ += raw.size();
-  // A slice must not keep its whole packet while it waits.
-  messages_.push_back({Payload::copy_of(raw.view()), expires});
+  messages_.push_back({out_of_packet(raw), expires});
   while (messages_.size() > kMessagesMax || bytes_ > kBytesMax) {
     take();
     feeder->on_lost(1, DropReason::kQueueDepth);

@@ -137,8 +137,8 @@ bool Mirror::refresh(const Now& now) {
 }
 
 void Mirror::update(const Now& now, const OfferedTopic* sends) {
-  const bool anew = refresh(now);
-  if (anew && candidates_.front().offered != sends) ask_for_last_samples(now);
+  const bool lacks_samples = refresh(now);
+  if (lacks_samples && candidates_.front().offered != sends) ask_for_last_samples(now);
 }
 
 void Mirror::on_claims(const Now& now) {

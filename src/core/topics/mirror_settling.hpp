@@ -28,7 +28,7 @@ class MirrorSettling {
   // What it wants data for has changed: it does not want any for a moment at least.
   void again(const Now& now);
   // `silent`: nothing comes, as the link that fed it is lost. While another bridge is in the graph,
-  // the origin is not claimed then, so that it may take over at once; afterwards it settles anew,
+  // the origin is not claimed then, so that it may take over at once; afterwards it settles again,
   // without delay if nobody has done so in time.
   void release(bool silent, const Now& now);
   // What other bridges claim has changed, or which ones are waited for.

@@ -265,8 +265,7 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
     dropped_.add(DropReason::kMemory);
     return Nothing{};
   }
-  // A message of one part is a slice: it must not keep its whole packet while it waits.
-  if (message.body.size() <= kPacketBytesMax) message.body = Payload::copy_of(message.body.view());
+  message.body = out_of_packet(message.body);
   make_room(message);
   auto bytes = peer_.decoding().hold(cost);
   waiting_.push_back({std::move(message), std::move(bytes)});

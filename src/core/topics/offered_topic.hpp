@@ -33,7 +33,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   [[nodiscard]] bool recheck(const Now& now);
   // Whether this origin of /parameter_events is a node whose parameters no rule opens.
   [[nodiscard]] bool withholds(const OriginOffer& origin) const;
-  // Mirrors whose rule now asks for another QoS are made anew.
+  // Creates again the mirrors whose rule now requires another QoS.
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);

@@ -180,9 +180,7 @@ void TopicOffer::configure_queue() {
 void TopicOffer::withdraw(const Ending& why) {
   if (!is_open()) return;
   note(AuditEvent::kChannelEnded, why);
-  link_.close_channel(number_);
-  if (link_.connection) link_.outbox().remove_channel(number_);
-  link_.send(why.code.empty() ? Withdraw{{number_}} : Withdraw{{number_}, why.code, why.reason});
+  link_.withdraw(number_, why);
   number_ = {};
   demand_ = 0;
 }

@@ -67,6 +67,12 @@ inline constexpr Stamp kWireStampMax = (Stamp{1} << 62) - 1;
 // Largest WebSocket message after login, binary or text; a larger one is refused with kTooLarge.
 inline constexpr std::size_t kPacketBytesMax = 1 << 20;
 
+// For a body that has to wait. One that came in a single part is a slice of its packet, and would
+// keep all of that in memory: such a body is copied.
+[[nodiscard]] inline Payload out_of_packet(const Payload& body) {
+  return body.size() <= kPacketBytesMax ? Payload::copy_of(body.view()) : body;
+}
+
 inline constexpr std::size_t kMessageHeaderBytes = 44;
 inline constexpr std::size_t kPartHeaderBytes = 12;
 inline constexpr std::size_t kAckBytes = 24;

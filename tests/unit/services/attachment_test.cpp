@@ -27,7 +27,7 @@ struct Served : topics_test::Actions {
   // Requests come on channel 1.
   void attach() {
     EXPECT_TRUE(peer.link.outgoing({1})->on_attach(Attach{{1}, {1}}, ms(0)));
-    subject.on_ready({{1}, true, ""}, ms(0));
+    subject.on(ServiceReady{{1}, true, ""}, ms(0));
     did();
     peer.said();
   }
@@ -43,7 +43,7 @@ struct Served : topics_test::Actions {
   }
   void answer(std::uint32_t invocation, const std::string& text) {
     ResponseTaken response{{1}, {invocation}, sample(text)};
-    subject.on_response(response, ms(0));
+    subject.on(response, ms(0));
   }
   // What its calls hold of the peer's budgets: calls, bytes of requests, of answers.
   [[nodiscard]] std::string held() const {
@@ -140,7 +140,7 @@ TEST(Attachment, AnInvocationThatFailedIsNotDropped) {
   s.attach();
   s.request(1, "a");
   s.did();
-  s.subject.on_invocation_failed({{1}, {1}, "no"}, ms(0));
+  s.subject.on(InvocationFailed{{1}, {1}, "no"}, ms(0));
   EXPECT_EQ(s.did(), "");
   EXPECT_EQ(s.peer.said(), "refuse 1 1 failed\n");
   EXPECT_EQ(s.held(), "0 0 0");

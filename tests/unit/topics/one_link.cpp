@@ -37,10 +37,10 @@ std::string OneLink::said(std::int64_t at) {
   return lines;
 }
 
-Result<Nothing> OneLink::on_offer(Link&, const Offer&, const Now&) {
+Result<Nothing> OneLink::on(Link&, const Offer&, const Now&) {
   return Nothing{};
 }
-Result<Nothing> OneLink::on_accepts(Link&, Accepts, const Now&) {
+Result<Nothing> OneLink::on(Link&, Accepts, const Now&) {
   return Nothing{};
 }
 void OneLink::on_peer_time(const TimeReply&, Stamp) {}

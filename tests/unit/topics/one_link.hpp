@@ -26,15 +26,13 @@ struct OneLink final : private LinkUser {
   Link link;
 
  private:
-  Result<Nothing> on_offer(Link&, const Offer&, const Now&) override;
-  Result<Nothing> on_accepts(Link&, Accepts, const Now&) override;
-  Result<Nothing> on_listeners(Link&, const Listeners&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on_renew(Link&, const Renew&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on_describe(Link&, const Describe&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on_description(Link&, const Description&, const Now&) override {
-    return Nothing{};
-  }
-  void on_renewed(Link&, const Renewed&) override {}
+  Result<Nothing> on(Link&, const Offer&, const Now&) override;
+  Result<Nothing> on(Link&, Accepts, const Now&) override;
+  Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Describe&, const Now&) override { return Nothing{}; }
+  Result<Nothing> on(Link&, const Description&, const Now&) override { return Nothing{}; }
   void on_peer_time(const TimeReply&, Stamp) override;
 };
 
