@@ -5,6 +5,13 @@
 namespace connect_bridge {
 namespace {
 
+// Other ends of lines (U+2028, U+2029), and what turns the order of what stands beside it (U+202A
+// to U+202E, U+2066 to U+2069): a line of a log would look like two, or like another.
+bool misleads(std::uint8_t second, std::uint8_t third) {
+  return (second == 0x80 && third >= 0xa8 && third <= 0xae) ||
+         (second == 0x81 && third >= 0xa6 && third <= 0xa9);
+}
+
 // Size of the character of text at the beginning of `bytes` (which is not empty); 0: it is not
 // valid.
 std::size_t character_bytes(std::string_view bytes) {
@@ -25,7 +32,7 @@ std::size_t character_bytes(std::string_view bytes) {
   for (std::size_t i = 2; i < size; ++i) {
     if ((at(i) & 0xc0) != 0x80) return 0;
   }
-  return size;
+  return first == 0xe2 && misleads(at(1), at(2)) ? 0 : size;
 }
 
 }  // namespace

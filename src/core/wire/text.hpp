@@ -8,7 +8,8 @@
 
 namespace connect_bridge {
 
-// Valid UTF-8 (RFC 3629) without control characters (U+0000 to U+001F, U+007F to U+009F).
+// Valid UTF-8 (RFC 3629) without control characters (U+0000 to U+001F, U+007F to U+009F), other
+// ends of lines (U+2028, U+2029) and changes of direction (U+202A to U+202E, U+2066 to U+2069).
 [[nodiscard]] bool is_text(std::string_view bytes);
 
 // Turns `bytes` into text of at most `bytes_max` bytes: invalid bytes become '?', and what is too
