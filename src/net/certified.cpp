@@ -2,7 +2,9 @@
 
 #include <openssl/x509v3.h>
 
+#include <algorithm>
 #include <ctime>
+#include <limits>
 #include <vector>
 
 #include "core/wire/text.hpp"
@@ -13,6 +15,7 @@ namespace {
 
 constexpr std::size_t kNameBytesMax = 128;
 constexpr std::size_t kGroupsMax = 32;
+constexpr std::time_t kEndMax = std::numeric_limits<Stamp>::max() / kStampSecond;
 
 // An authority may sign any text: only a name that can be shown is accepted.
 std::optional<std::string> name_of(const ASN1_STRING* text) {
@@ -64,11 +67,22 @@ Certified certified_by(SSL* tls) {
     return refused("the subject of the certificate is not one name with at most 32 groups");
   const auto name = names->empty() ? alternative_name(shown.get()) : names->front();
   if (!name) return refused("the certificate has neither a common name nor an alternative one");
-  std::tm end{};
-  if (ASN1_TIME_to_tm(X509_get0_notAfter(shown.get()), &end) != 1)
-    return refused("the certificate's end cannot be read");
-  Identity identity{*name, *groups, static_cast<Stamp>(::timegm(&end)) * kStampSecond};
-  return {std::move(identity), {}};
+  return {Identity{*name, *groups, certified_until(tls)}, {}};
+}
+
+Stamp certified_until(const SSL* tls) {
+  const STACK_OF(X509)* const chain = tls == nullptr ? nullptr : SSL_get0_verified_chain(tls);
+  Stamp first = 0;
+  for (int i = 0; i < sk_X509_num(chain); ++i) {  // -1 without a chain
+    std::tm time{};
+    ASN1_TIME_to_tm(X509_get0_notAfter(sk_X509_value(chain, i)), &time);
+    const std::time_t seconds = ::timegm(&time);
+    // The year 9999 means "never" (RFC 5280 section 4.1.2.5), and is beyond what a stamp can say.
+    if (seconds > kEndMax) continue;
+    const Stamp end = static_cast<Stamp>(seconds) * kStampSecond;
+    first = first == 0 ? end : std::min(first, end);
+  }
+  return first;
 }
 
 }  // namespace connect_bridge

@@ -25,4 +25,8 @@ struct Certified {
 // null.
 [[nodiscard]] Certified certified_by(SSL* tls);
 
+// When the first of the certificates ends by which the peer was verified; 0: never, or it has shown
+// none. `tls` may be null.
+[[nodiscard]] Stamp certified_until(const SSL* tls);
+
 }  // namespace connect_bridge

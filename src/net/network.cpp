@@ -125,6 +125,7 @@ void Network::State::on_held(const std::string& peer) {
 
 void Network::State::on_arrival(Listener::Arrival arrival) {
   arrival.from.connection = free_id();
+  arrival.from.expires = certified_until(arrival.socket->next_layer().tls());
   add(std::move(arrival.from), std::move(arrival.socket), std::move(arrival.pending_slot),
       std::move(arrival.connection_slot));
 }

@@ -30,6 +30,7 @@ Connection::Connection(ConnectionOptions options, ConnectionId id, std::string a
       reassembly_(options_.reassembly) {
   peer_.address = std::move(address);
   peer_.site = options_.site;
+  peer_.expires = options_.expires;
   if (options_.server) return;
   Hello hello;
   hello.side = options_.side;

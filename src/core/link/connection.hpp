@@ -23,6 +23,7 @@ struct ConnectionOptions {
   Token128 session;  // client: the session to continue, or zero
   std::string node;
   std::string site;                      // that the peer is in (ConnectionOpened)
+  Stamp expires = 0;                     // server: with the peer's certificate; 0: never
   std::string login_method;              // client
   Bytes credential;                      // client
   Duration login_timeout{};              // until the login is answered
@@ -35,7 +36,8 @@ struct ConnectionOptions {
 // The peer. Valid once the connection is open (the identity: at a server only).
 struct Peer {
   std::string address;
-  std::string site;  // the network that it is in; empty: not known
+  std::string site;   // the network that it is in; empty: not known
+  Stamp expires = 0;  // of its certificate
   Token128 side;
   Token128 session;
   std::string node;

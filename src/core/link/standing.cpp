@@ -119,11 +119,17 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
 }
 
 void check_expiry(Link& link, const Now& now) {
-  const Stamp expires = link.identity.expires;
   link.expires_at.reset();
-  if (!link.open() || expires == 0) return;
+  if (!link.open()) return;
+  // Whatever the login method says, who has shown a certificate is nobody without it.
+  const Stamp shown = link.connection->peer().expires;
+  const Stamp login = link.identity.expires;
+  const Stamp expires = shown != 0 && (login == 0 || shown < login) ? shown : login;
+  if (expires == 0) return;
   if (now.system >= expires)
-    return link.fail({CloseCode::kExpired, "the login of " + link.identity.name + " has expired"});
+    return link.fail({CloseCode::kExpired,
+                      expires == login ? "the login of " + link.identity.name + " has expired"
+                                       : "the certificate of " + link.label() + " has expired"});
   // By the steady clock; when the other one was set, it is found out at the next look.
   link.expires_at = now.steady + Duration(expires - now.system);
 }

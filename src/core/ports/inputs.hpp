@@ -183,6 +183,7 @@ struct ConnectionOpened {
   int share = 1;           // how many times what other addresses may do it may
   std::string customer{};  // server: with whom it takes turns, perhaps of several addresses
   std::string site{};      // the network that the peer is in, to be compared; empty: not known
+  Stamp expires = 0;       // server: when the certificate ends that the peer has shown; 0: never
 };
 // A dial ended without a connection.
 struct DialFailed {

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "net/authority.hpp"
 #include "unit/net/certificates.hpp"
 #include "unit/net/harness.hpp"
@@ -28,7 +30,8 @@ class CertifiedTest : public testing::Test {
     return options;
   }
   // The identity that a server gives a client with this certificate.
-  static Certified shown(const Authority::Files& files, const std::string& ca = authority().ca) {
+  static Certified shown(const Authority::Files& files, const std::string& ca = authority().ca,
+                         Stamp* expires = nullptr) {
     Pair pair{wanting(ca)};
     EXPECT_EQ(pair.problem, "");
     DialOptions dial = pair.dial_options("wss");
@@ -36,6 +39,7 @@ class CertifiedTest : public testing::Test {
     dial.tls.certificate_file = files.certificate;
     dial.tls.private_key_file = files.key;
     EXPECT_TRUE(pair.connect(dial)) << pair.client.failures[kDial];
+    if (expires) *expires = pair.server.openings.back().expires;
     return pair.server.opened.empty() ? Certified{}
                                       : pair.server.network.certified(pair.accepted());
   }
@@ -59,6 +63,25 @@ TEST_F(CertifiedTest, WithoutACommonNameTheFirstAlternativeOneCounts) {
   EXPECT_EQ(bob.identity->name, "bob@example.org");
   EXPECT_THAT(shown(authority().sign("", "IP:10.0.0.1")).reason,
               HasSubstr("neither a common name"));
+}
+
+// The year 9999 is no end, but its authority has one.
+TEST_F(CertifiedTest, AConnectionIsCertifiedUntilTheFirstCertificateEnds) {
+  const auto days_left = [](const Stamp expires) {
+    return std::lround(static_cast<double>(expires / kStampSecond - std::time(nullptr)) / 86400);
+  };
+  constexpr long kYear9998 = 2'900'000;
+  for (const auto& [days, expected] : {std::pair{5L, 5L}, {kYear9998, 3650L}}) {
+    Stamp told = 0;
+    const Certified who =
+        shown(authority().sign("robo", "DNS:robo", -1, days), authority().ca, &told);
+    ASSERT_TRUE(who.identity) << who.reason;
+    EXPECT_EQ(days_left(who.identity->expires), expected);
+    EXPECT_EQ(told, who.identity->expires);
+  }
+  Pair plain;
+  ASSERT_TRUE(plain.connect());
+  EXPECT_EQ(plain.server.openings.back().expires, 0);
 }
 
 TEST_F(CertifiedTest, WhatIsNoNameIsRefused) {

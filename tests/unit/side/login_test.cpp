@@ -42,6 +42,24 @@ TEST(SideLogin, EndsWhenItExpires) {
   EXPECT_THAT(s.logged, HasSubstr("the login of anna has expired (expired)"));
 }
 
+TEST(SideLogin, EndsWithTheCertificateWhateverTheLoginMethodSays) {
+  for (const Stamp login : {Stamp{0}, flow_test::at_ms(1000)}) {
+    Script s(server());
+    s.certified_until = flow_test::at_ms(700);
+    s.login(1, {}, anna(login));
+    s.said(1);
+    s.did();
+    s.say(1, Renew{"token", "another-token-of-anna"});
+    s.give(answer(anna(flow_test::at_ms(2000))));
+    s.did();
+    s.pass_to(699);
+    EXPECT_EQ(s.did(), "");
+    s.pass_to(700);
+    EXPECT_EQ(s.did(), "close 1 4013\n");
+    EXPECT_THAT(s.logged, HasSubstr("the certificate of /peer at 10.0.0.1 has expired (expired)"));
+  }
+}
+
 TEST(SideLogin, GoesOnWhenItIsRenewedBeforeItExpires) {
   Script s(server());
   s.login(1, {}, anna(flow_test::at_ms(700)));

@@ -135,7 +135,8 @@ void Script::pass(std::int64_t ms) {
 }
 
 Token128 Script::login(std::uint32_t connection, Token128 session, const Identity& who) {
-  give(ConnectionOpened{{connection}, "10.0.0." + std::to_string(connection), {}, 1, {}, site});
+  give(ConnectionOpened{
+      {connection}, "10.0.0." + std::to_string(connection), {}, 1, {}, site, certified_until});
   const auto known = peers_.find(session);
   const Token128 peer = known == peers_.end() ? peer_id(connection) : known->second;
   binary(connection, encode(Hello{1, 1, peer, session, "/peer"}));

@@ -78,8 +78,9 @@ class Script {
 
   Side side;
   std::int64_t at = 0;
-  std::string site;        // of the peers that connect from now on
-  std::size_t claims = 0;  // that were done, also those that did() leaves out: equal to the last
+  std::string site;           // of the peers that connect from now on
+  Stamp certified_until = 0;  // the same
+  std::size_t claims = 0;     // that were done, also those that did() leaves out: equal to the last
   std::string logged;
   std::string noted;  // for the audit log, if the options ask for it
 
