@@ -68,12 +68,15 @@ bool write_all(int out, std::string_view text) {
 
 std::string write_secret_file(const std::string& file, const std::string& text) {
   struct stat status {};
-  const mode_t mode = ::stat(file.c_str(), &status) == 0 ? status.st_mode & 0777 : 0600;
+  const bool replaces = ::stat(file.c_str(), &status) == 0;
+  const mode_t mode = replaces ? status.st_mode & 0777 : 0600;
   const std::string part = file + ".part";
   const auto problem = [&] { return part + ": " + std::strerror(errno); };
   ::unlink(part.c_str());
   const int out = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (out < 0) return problem();
+  // Written by root (sudo ctl token), it stays the server's.
+  if (replaces) static_cast<void>(!::fchown(out, status.st_uid, status.st_gid));
   const bool whole = write_all(out, text) && ::fchmod(out, mode) == 0 && ::fsync(out) == 0;
   std::string wrong = whole ? "" : problem();
   ::close(out);

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
+#include "unit/scratch.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -147,6 +152,21 @@ TEST(Date, KnowsTheCalendar) {
         "2027-01-31T12:00:00", "2027-01--1", "2027-01-31 12:00:00Z", "2027-01-31T12:00:00+"}) {
     EXPECT_FALSE(parse_date(wrong).has_value()) << wrong;
   }
+}
+
+// Root adds an entry to the file of a server that runs as another user.
+TEST(TokenFile, StaysItsOwners) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only root can give a file away";
+  const std::string file = test::scratch_folder() + "owned.yaml";
+  ASSERT_EQ(write_secret_file(file, entry("anna", kAnna)), "");
+  ASSERT_EQ(::chown(file.c_str(), 12345, 12346), 0);
+  ASSERT_EQ(::chmod(file.c_str(), 0640), 0);
+  EXPECT_EQ(append_token_entry(file, {"bert", {}, {}, {}, {}}), "");
+  struct stat found {};
+  ASSERT_EQ(::stat(file.c_str(), &found), 0);
+  EXPECT_EQ(found.st_uid, 12345U);
+  EXPECT_EQ(found.st_gid, 12346U);
+  EXPECT_EQ(found.st_mode & 0777U, 0640U);
 }
 
 }  // namespace
