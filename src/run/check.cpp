@@ -1,11 +1,14 @@
 #include "run/check.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "config/explain.hpp"
 #include "config/explain_right.hpp"
+#include "core/wire/text.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 #include "run/exit_codes.hpp"
@@ -43,10 +46,19 @@ std::optional<Role> role_of(const ros::ParameterFile& file, const std::string& a
   return std::nullopt;
 }
 
+// Lines. What somebody else's file contains must be no command to the terminal.
+void print(std::FILE* to, std::string_view lines) {
+  while (!lines.empty()) {
+    const std::string_view line = lines.substr(0, lines.find('\n'));
+    std::fprintf(to, "%s\n", to_text(line, line.size()).c_str());
+    lines.remove_prefix(std::min(line.size() + 1, lines.size()));
+  }
+}
+
 int report(const std::string& file, const std::vector<std::string>& problems) {
-  std::fprintf(stderr, "%s: %zu problem%s\n", file.c_str(), problems.size(),
-               problems.size() == 1 ? "" : "s");
-  for (const auto& problem : problems) std::fprintf(stderr, "  %s\n", problem.c_str());
+  print(stderr, file + ": " + std::to_string(problems.size()) +
+                    (problems.size() == 1 ? " problem" : " problems"));
+  for (const auto& problem : problems) print(stderr, "  " + problem);
   return kExitConfiguration;
 }
 
@@ -104,8 +116,8 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const Parsed rest = parsed.config ? parsed : parse_as_elsewhere(of_node);
   if (!rest.config) return code;
   if (code != 0) std::puts("The rest of the file means:");
-  std::fputs(explain(*rest.config).c_str(), stdout);
-  for (const auto& warning : assembly.warnings) std::printf("warning: %s\n", warning.c_str());
+  print(stdout, explain(*rest.config));
+  for (const auto& warning : assembly.warnings) print(stdout, "warning: " + warning);
   return code;
 }
 
@@ -124,7 +136,7 @@ int explain_file(const std::string& file, const std::string& asked_role,
     for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
     return report(file, problems);
   }
-  std::fputs(explain_right(*parsed.config, question).c_str(), stdout);
+  print(stdout, explain_right(*parsed.config, question));
   return 0;
 }
 
