@@ -5,5 +5,6 @@ namespace connect_bridge {
 
 inline constexpr int kExitRos = 1;            // ROS does not start
 inline constexpr int kExitConfiguration = 2;  // the configuration is wrong
+inline constexpr int kExitFailed = 3;         // an error ended what had started
 
 }  // namespace connect_bridge

@@ -98,7 +98,12 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
     std::fputs(invitation_text(*start.invitation, bridge.port()).c_str(), stdout);
     std::fflush(stdout);
   }
-  bridge.run();
+  try {
+    bridge.run();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "Ended by an error while running: %s\n", error.what());
+    return kExitFailed;
+  }
   last_steps.begin();
   return 0;
 }
