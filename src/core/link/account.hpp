@@ -36,6 +36,11 @@ struct AccountOptions {
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
+// What the decompressed messages of an identity may grow beyond the usual (Account::may_inflate).
+inline constexpr double kInflatedBytesPerSecond = 64 << 20;
+// The maps that a robot has latched come together.
+inline constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
+
 // What all identities share. Single-threaded.
 struct Shares {
   explicit Shares(const AccountOptions& options)
@@ -52,9 +57,9 @@ struct Shares {
   // Each endpoint takes the middleware some 0.3 ms in which everything else waits, so only a few
   // appear in one step of the loop.
   Pace appearing{8, std::chrono::microseconds(250)};
-  // What decompressed messages grow beyond the usual (Account::may_inflate), in bytes: as much as
-  // four identities may have.
-  Throttle inflation{256 << 20, std::chrono::seconds(10)};
+  // As much as so many identities may have.
+  static constexpr int kInflating = 4;
+  Throttle inflation{kInflating * kInflatedBytesPerSecond, kInflatedAtOnce};
 };
 
 // It outlives the links, so that logging in again and again, or with many links, does not give
@@ -64,9 +69,6 @@ struct Account {
   // is thousands of times. Larger ratios than 32 count, so that a few bytes a second cannot become
   // gigabytes.
   static constexpr std::uint64_t kUsualRatioMax = 32;
-  static constexpr double kInflatedBytesPerSecond = 64 << 20;
-  // The maps that a robot has latched come together.
-  static constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
   // So much an identity may owe whatever others do; beyond it, only while all together are within
   // their pace.
   static constexpr double kInflatedPart = kInflatedBytesPerSecond;
