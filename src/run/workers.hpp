@@ -22,8 +22,9 @@ namespace connect_bridge {
 class Workers {
  public:
   using Job = std::variant<CompressJob, DecompressJob>;
-  // No job begins while so many bytes of results wait to be handled.
-  static constexpr std::size_t kUnhandledBytesMax = 64 << 20;
+  // No job begins while so many bytes of results wait to be handled. So with two threads there are
+  // at most so many, two messages that are worked on, and one that is being handled.
+  static constexpr std::size_t kUnhandledBytesMax = 8 << 20;
 
   Workers(unsigned threads, std::function<void(JobDone)> done);
   // Waits for the running jobs, which stop early if they would take long; forgets the waiting ones.

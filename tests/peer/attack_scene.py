@@ -43,7 +43,7 @@ LOG_BYTES_PER_HOUR = 1 << 20
 # docs/security.md, section 5: memory_max, the workers, connections without a login, and the program
 # itself.
 MEMORY_MAX = 192 << 20
-RESIDENT_BYTES_MAX = MEMORY_MAX + (192 << 20) + (30 << 20) + (64 << 20)
+RESIDENT_BYTES_MAX = MEMORY_MAX + (200 << 20) + (30 << 20) + (64 << 20)
 RULES = {
     "rules": ["operator", "hostile"],
     "rule": {

@@ -16,7 +16,7 @@ GREEDY = [f"greedy{n}" for n in range(12)]
 TOPICS = [f"/o/hoard{n}" for n in range(16)]
 # What the workers and connections without a login may use, and the program itself, which has 192
 # publishers here.
-BESIDE = 64 * MIB + 2 * MESSAGE_MAX + 30 * MIB + 64 * MIB
+BESIDE = 8 * MIB + 3 * MESSAGE_MAX + 30 * MIB + 64 * MIB
 
 
 def test_greedy_peers_use_no_more_than_there_is(tmp_path):

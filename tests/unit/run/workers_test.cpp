@@ -72,7 +72,7 @@ TEST(Workers, EveryJobIsDoneOnce) {
 }
 
 TEST(Workers, ResultsWaitUntilTheOnesBeforeAreHandled) {
-  constexpr std::uint32_t kBytes = 16 << 20;
+  constexpr std::uint32_t kBytes = 2 << 20;
   const auto body = compress(ByteView{Bytes(kBytes, 7)}, kHow);
   ASSERT_TRUE(body);
   Results results;
