@@ -1,4 +1,4 @@
-// How many WebSocket frames a peer sends that are no messages.
+// What a peer's bytes cost that are no messages.
 #pragma once
 
 #include <algorithm>
@@ -8,21 +8,26 @@
 namespace connect_bridge {
 
 // The WebSocket layer does not tell of pings and their like, of frames without content, or of how
-// many pieces a message came in. But their heads are bytes that were read and are no content.
+// many pieces a message came in. But their heads are bytes that were read and are no content. And a
+// read that brings a few bytes, as a TLS record of one, costs as much as a frame.
 class ExtraFrames {
  public:
   // What was read of the connection so far is its handshake.
-  explicit ExtraFrames(std::uint64_t read_bytes) : heads_(read_bytes) {}
+  explicit ExtraFrames(std::uint64_t read_bytes) : read_(read_bytes), heads_(read_bytes) {}
 
   // Before a read, when nearly all that was read has been understood. All numbers count from the
   // start; `content`: of messages, the unfinished one among them. Returns how many frames came
-  // since the last call beyond one a message, as small as they can be: never too many.
+  // since the last call beyond one a message, as small as they can be: never too many. One more if
+  // the read before was a small one within a message.
   std::uint64_t count(std::uint64_t read_bytes, std::uint64_t content, std::uint64_t messages) {
     const std::uint64_t heads = read_bytes - content;
     const std::uint64_t begun = messages - std::exchange(messages_, messages) + 1;
     const std::uint64_t usual =
         std::exchange(heads_, std::max(heads, heads_)) + begun * kHeadBytesMax;
-    const std::uint64_t extra = heads > usual ? (heads - usual) / kHeadBytesMin : 0;
+    const std::uint64_t brought = read_bytes - std::exchange(read_, read_bytes);
+    const bool sliver = brought > 0 && brought < kSliverBytes && begun == 1;
+    const std::uint64_t extra =
+        heads > usual ? (heads - usual) / kHeadBytesMin : std::uint64_t{sliver};
     total_ += extra;
     return extra;
   }
@@ -33,6 +38,10 @@ class ExtraFrames {
   static constexpr std::uint64_t kHeadBytesMin = 6;
   static constexpr std::uint64_t kHeadBytesMax = 14;
 
+  // Less than any network cuts a stream into.
+  static constexpr std::uint64_t kSliverBytes = 128;
+
+  std::uint64_t read_;
   std::uint64_t heads_;  // bytes that are no content
   std::uint64_t messages_ = 0;
   std::uint64_t total_ = 0;

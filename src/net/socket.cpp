@@ -13,10 +13,6 @@
 namespace connect_bridge {
 namespace {
 
-// Before login (docs/protocol.md, "Login"): one record at most, and a few of them.
-constexpr std::size_t kGatePacketBytesMax = 4096;
-constexpr std::size_t kGateBytesMax = 16384;
-constexpr std::size_t kGatePacketOverhead = 8;  // so that empty packets count, too
 constexpr std::chrono::milliseconds kCloseTime{1000};
 constexpr std::size_t kCloseReasonBytesMax = 120;
 
@@ -43,11 +39,12 @@ Socket::Socket(SocketSetup setup)
       byte_rate_(setup_.options.receive_bytes_per_second, setup_.options.receive_burst),
       text_rate_(setup_.options.receive_text_bytes_per_second, setup_.options.receive_burst),
       read_at_(socket_->get_executor()),
+      gate_(socket_->next_layer().read_bytes()),
       extra_frames_(socket_->next_layer().read_bytes()),
       unsent_max_(setup_.options.unsent_bytes_max) {
   socket_->auto_fragment(false);
   socket_->write_buffer_bytes(std::max<std::size_t>(setup_.options.write_buffer_bytes, 64));
-  socket_->read_message_max(kGatePacketBytesMax);
+  socket_->read_message_max(Gate::kPacketBytesMax);
   socket_->next_layer().limit_reads([this] { return frames_due(); });
   // Beast answers the peer's close frame by itself: that, too, must end in time.
   socket_->control_callback([this](websocket::frame_type kind, beast::string_view) {
@@ -72,7 +69,7 @@ void Socket::ready() {
 }
 
 void Socket::allow(std::size_t packet_bytes_max) {
-  gate_open_ = true;
+  gate_.open();
   socket_->next_layer().read_ahead();
   setup_.pending_slot.reset();
   socket_->read_message_max(packet_bytes_max);
@@ -98,7 +95,7 @@ void Socket::on_read(const ErrorCode& error) {
   if (state_ != State::kOpen) return;
   if (error) return fail(error);
   const bool text = socket_->got_text();
-  if (!gate_open_ && !within_gate(received_.size())) return;
+  if (!within_gate()) return end_flood();
   received_bytes_ += received_.size();
   ++messages_;
   const auto bytes = static_cast<double>(received_.size());
@@ -106,13 +103,15 @@ void Socket::on_read(const ErrorCode& error) {
   packet_rate_.take(1, now);
   byte_rate_.take(bytes, now);
   if (text) text_rate_.take(bytes, now);
-  packet_unhandled_ = !gate_open_;
+  packet_unhandled_ = !gate_.is_open();
   setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
   if (state_ == State::kOpen && !packet_unhandled_) read_on();
 }
 
 // What is no message costs as much as one.
 std::optional<std::chrono::steady_clock::time_point> Socket::frames_due() {
+  if (!within_gate())  // not here: a read is about to begin
+    asio::post(socket_->get_executor(), [self = shared_from_this()] { self->end_flood(); });
   const std::uint64_t extra = extra_frames_.count(socket_->next_layer().read_bytes(),
                                                   received_bytes_ + received_.size(), messages_);
   const TimePoint now = steady_now();
@@ -136,11 +135,14 @@ void Socket::read_on() {
   });
 }
 
-bool Socket::within_gate(std::size_t bytes) {
-  gate_bytes_ += bytes + kGatePacketOverhead;
-  if (gate_bytes_ <= kGateBytesMax) return true;
-  close(static_cast<std::uint16_t>(CloseCode::kTooLarge), "too much before the login");
-  return false;
+bool Socket::within_gate() {
+  return gate_.admits(socket_->next_layer().read_bytes(), state_ != State::kOpen);
+}
+
+void Socket::end_flood() {
+  const char* const why = "too much before the login";
+  if (state_ != State::kOpen) return drop(why);
+  close(static_cast<std::uint16_t>(CloseCode::kTooLarge), why);
 }
 
 // ---- writing
@@ -250,8 +252,8 @@ void Socket::fail(const ErrorCode& error) {
   }
   if (error == websocket::error::message_too_big) {
     return end(std::nullopt,
-               gate_open_ ? "the other end sent a packet beyond the limit"
-                          : "the other end sent a packet too large for a login",
+               gate_.is_open() ? "the other end sent a packet beyond the limit"
+                               : "the other end sent a packet too large for a login",
                true);
   }
   // Beast has sent the close frame of a protocol error itself.
@@ -319,10 +321,14 @@ void Socket::forget() {
 
 void Socket::give_way() {
   const auto self = shared_from_this();
-  cut_off();
   setup_.pending_slot.reset();
   setup_.connection_slot.reset();
-  end(std::nullopt, "closed for a newer connection without a login", false);
+  drop("closed for a newer connection without a login");
+}
+
+void Socket::drop(const char* why) {
+  cut_off();
+  end(std::nullopt, why, false);
 }
 
 void Socket::check_address() {

@@ -13,6 +13,7 @@
 #include "net/admission.hpp"
 #include "net/congestion_choice.hpp"
 #include "net/extra_frames.hpp"
+#include "net/gate.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
 #include "net/traffic.hpp"
@@ -69,7 +70,9 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   void read();
   void on_read(const boost::system::error_code& error);
-  bool within_gate(std::size_t bytes);
+  // To be asked at each read and message: whether the peer has not sent too much before its login.
+  bool within_gate();
+  void end_flood();
   // Until when reading must wait for frames that are no messages.
   std::optional<std::chrono::steady_clock::time_point> frames_due();
   // Reads on, at once or when the rates allow it.
@@ -84,6 +87,8 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void end(std::optional<std::uint16_t> code, std::string reason, bool orderly);
   void set_deadline();
   void on_deadline();
+  // Ends it at once, without a close frame.
+  void drop(const char* why);
   // Aborts the transport; reads its traffic counts first, while the kernel still has them.
   void cut_off();
   void forget();
@@ -95,16 +100,15 @@ class Socket : public std::enable_shared_from_this<Socket> {
 
   ReceiveBuffer received_;
   bool reading_ = false;
-  bool held_ = false;  // reading pauses until read_at_: the peer sends too much
-  bool gate_open_ = false;
+  bool held_ = false;              // reading pauses until read_at_: the peer sends too much
   bool packet_unhandled_ = false;  // before the gate opens: wait for ready()
-  std::size_t gate_bytes_ = 0;     // read before the gate opened
   std::uint64_t received_bytes_ = 0;
   std::uint64_t messages_ = 0;
   Throttle packet_rate_;
   Throttle byte_rate_;
   Throttle text_rate_;
   boost::asio::steady_timer read_at_;
+  Gate gate_;
   ExtraFrames extra_frames_;
 
   bool writing_ = false;

@@ -5,10 +5,25 @@ namespace connect_bridge {
 void Transport::start_tls(std::shared_ptr<asio::ssl::context> context) {
   context_ = std::move(context);
   tls_ = std::make_unique<Tls>(socket_, *context_);
+  SSL_set_msg_callback(tls(), &Transport::on_tls_message);
+  SSL_set_msg_callback_arg(tls(), this);
+}
+
+void Transport::on_tls_message(int sent, int /*version*/, int kind, const void* /*message*/,
+                               std::size_t /*bytes*/, SSL* /*tls*/, void* transport) {
+  Transport& self = *static_cast<Transport*>(transport);
+  if (sent != 0 || kind != SSL3_RT_HANDSHAKE || !self.tls_open_) return;
+  if (++self.tls_messages_ <= kTlsMessages + self.read_bytes_ / kBytesOfTlsMessage) return;
+  self.floods_ = true;
+  self.abort();
 }
 
 void Transport::async_tls_handshake(bool as_server, std::function<void(ErrorCode)> done) {
-  tls_->async_handshake(as_server ? Tls::server : Tls::client, std::move(done));
+  tls_->async_handshake(as_server ? Tls::server : Tls::client,
+                        [this, done = std::move(done)](ErrorCode error) {
+                          tls_open_ = !error;
+                          done(error);
+                        });
 }
 
 void Transport::finish(std::function<void()> done) {

@@ -102,6 +102,13 @@ class Transport {
   }
 
  private:
+  // TLS handles messages of its own (new keys, sessions) for ever before it has something for a
+  // read. An honest peer sends some at the beginning, then one in millions of records.
+  static constexpr std::uint64_t kTlsMessages = 16;
+  static constexpr std::uint64_t kBytesOfTlsMessage = 1 << 20;
+  static void on_tls_message(int sent, int version, int kind, const void* message,
+                             std::size_t bytes, SSL* tls, void* transport);
+
   static constexpr std::size_t kAheadBytes = 32768;
   using Ahead = std::array<unsigned char, kAheadBytes>;
   static constexpr std::string_view kHeaderEnd = "\r\n\r\n";
@@ -125,6 +132,7 @@ class Transport {
     CountedRead(Transport* transport, Handler next, std::size_t bytes)
         : OfRead<Handler>{transport, std::move(next)}, asked(bytes) {}
     void operator()(ErrorCode error, std::size_t bytes) {
+      if (this->of->floods_) error = make_error_code(boost::system::errc::protocol_error);
       this->of->ahead_begin_ = 0;
       this->of->ahead_end_ = bytes > asked ? bytes - asked : 0;
       this->of->read_bytes_ += std::min(bytes, asked);
@@ -202,6 +210,9 @@ class Transport {
   std::size_t header_end_ = kHeaderEnd.size();  // so much of it was read
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
+  bool tls_open_ = false;           // the handshake is over
+  std::uint64_t tls_messages_ = 0;  // since then
+  bool floods_ = false;             // by too many of them
   std::unique_ptr<Record> record_;
   std::unique_ptr<Ahead> ahead_;
   std::size_t ahead_begin_ = 0;  // what is left of it

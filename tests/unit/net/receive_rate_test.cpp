@@ -84,6 +84,56 @@ TEST(ReceiveRate, SoDoFramesWithoutContent) {
   expect_counted(frame('\x02'), frame('\0'), frame('\x80', "end"));
 }
 
+TEST(ReceiveRate, SoDoReadsOfAFewBytes) {
+  Pair pair;
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  for (int round = 0; round < 10; ++round) {
+    for (const char byte : frame('\x82', std::string(100, 'x'))) {
+      peer.send({&byte, 1});
+      pair.loop.io.poll();
+      pair.loop.io.restart();
+    }
+  }
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.packets(pair.accepted()) == 10; }));
+  EXPECT_GE(pair.server.network.counts().extra_frames, 800U);
+  EXPECT_LE(pair.server.network.counts().extra_frames, 1060U);
+}
+
+// All at once, or two by two, so that each read brings little.
+TEST(ReceiveRate, FewPingsComeBeforeALogin) {
+  for (const int at_once : {5000, 2}) {
+    Pair pair;
+    pair.server.packet_bytes_max = 0;
+    RawPeer peer(pair.server.network.listen_port());
+    peer.send(upgrade_request());
+    ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+    const std::string pings = times(at_once, frame('\x89'));
+    for (int sent = 0; sent < 5000 && !peer.ended; sent += at_once) {
+      peer.send(pings);
+      pair.loop.io.restart();
+      pair.loop.io.poll();
+      peer.poll();
+    }
+    EXPECT_TRUE(peer.ends(pair.loop)) << at_once;
+    EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(pair.accepted()); }));
+    EXPECT_LE(std::count(peer.text.begin(), peer.text.end(), '\x8a'), 3500);
+  }
+}
+
+// The time for its answer to our close frame is a second.
+TEST(ReceiveRate, NorWhileAStrangerIsRefused) {
+  Pair pair;
+  pair.server.packet_bytes_max = 0;
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  pair.server.network.close(pair.accepted(), CloseCode::kLoginRefused, "no");
+  peer.send(times(20'000, frame('\x89')));
+  EXPECT_TRUE(peer.ends(pair.loop, 700ms));
+}
+
 TEST(ReceiveRate, AConnectionThatIsHeldCanBeClosed) {
   SocketOptions sockets = two_thousand();
   sockets.receive_packets_per_second = 0.1;

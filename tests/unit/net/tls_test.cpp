@@ -86,6 +86,26 @@ TEST_F(Tls, WhoseHandshakesWaitDoesNotHoldUpOthers) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, 2s) << "all of them take 3.6 s";
 }
 
+// OpenSSL would handle them for ever without a word.
+TEST_F(Tls, WhoAsksForNewKeysWithoutEndIsCutOff) {
+  Pair pair{server_of(good())};
+  RawTls peer(pair.server.network.listen_port(), [](SSL_CTX*) {});
+  ASSERT_TRUE(peer.shakes(pair.loop));
+  const auto renew = [&] {
+    SSL_key_update(peer.tls(), SSL_KEY_UPDATE_REQUESTED);
+    return peer.completes(pair.loop, [&] { return SSL_do_handshake(peer.tls()); });
+  };
+  for (int i = 0; i < 10; ++i) EXPECT_TRUE(renew());
+  const std::string request = upgrade_request();
+  ASSERT_TRUE(peer.completes(pair.loop, [&] {
+    return SSL_write(peer.tls(), request.data(), static_cast<int>(request.size()));
+  }));
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  for (int i = 0; i < 100; ++i) static_cast<void>(renew());
+  EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(pair.accepted()); }));
+  EXPECT_THAT(pair.server.closed[pair.accepted()].reason, HasSubstr("Protocol error"));
+}
+
 TEST_F(Tls, CarriesPacketsBothWays) {
   Pair pair{server_of(good())};
   pair.server.echo = true;
