@@ -1,6 +1,7 @@
 #include "core/flow/pacer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace connect_bridge {
@@ -21,6 +22,8 @@ constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 65536;
 constexpr Duration kCredit = 1ms;     // what may be caught up after a late wake-up
 constexpr Duration kDebtMax = 100ms;  // by urgent data, which is never held back
+constexpr double kBoostFirst = 0.03;
+constexpr double kBoostFirstMax = 0.2;
 constexpr double kBoostMax = 1;
 constexpr Duration kEmptyPeriod = 5s;
 constexpr Duration kLonePeriod = 1s;
@@ -40,7 +43,6 @@ Duration from_seconds(double time) {
 TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
   if (path_.acked_bytes() < drain_end_) return kNever;
-  if (competes_) return now;  // TCP's own congestion control finds our share
   if (path_.delivery() >= kFastRate) return now;
   if (path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
   return rate_ == 0 ? now : free_at_;
@@ -52,7 +54,9 @@ std::uint64_t Pacer::window() const {
   const bool near = path_.round_trip() < kNear;
   if (rate_ == 0) return static_cast<std::uint64_t>(near ? kNearFirstBytes : Path::kFirstBytes);
   const Duration round = path_.round_trip();
-  const Duration slack = starting_ ? round : 2 * target_ + path_.lateness();
+  // Not more than a round trip: what waits in a queue of our own makes acknowledgements late, too.
+  const Duration late = std::min(3 * path_.lateness() / 4, round);
+  const Duration slack = starting_ ? round : 2 * target_ + late;
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
   const double time = seconds(round + slack + ask_period());
   return static_cast<std::uint64_t>(std::max(std::max(carries(), rate_ / 2) * time, least));
@@ -131,8 +135,9 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
 }
 
-// Our own queue disappears soon after we send less. A queue that does not shrink belongs to
-// somebody else: holding back would not shorten it, and we would starve.
+// Our own queue disappears soon after we send less. A delay that stays is the path itself, which
+// has become longer (another cell, another route), or a queue of somebody else, which holding back
+// would not shorten: from then on it counts as the path's delay.
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
@@ -140,14 +145,15 @@ void Pacer::judge_queue(TimePoint now) {
   if (queue > target / 2) boost_ = 0;
   if (queue <= target) empty_at_ = now;
   if (queue <= 4 * target) {
-    competes_ = false;
     full_ = {now, Duration::zero()};
   } else if (queue < full_.queue / 2) {
     full_ = {now, queue};
   } else {
     full_.queue = std::max(full_.queue, queue);
-    if (!competes_ && now - full_.since > 2 * full_.queue + 10 * path_.round_trip())
-      explain_full(now);
+    if (now - full_.since > 2 * full_.queue + 10 * path_.round_trip()) {
+      path_.forget_base();
+      full_ = {now, Duration::zero()};
+    }
   }
   // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
   if (now - empty_at_ > kEmptyPeriod) {
@@ -156,32 +162,23 @@ void Pacer::judge_queue(TimePoint now) {
   }
 }
 
-// Another sender would have filled the path's queue, which is longer than a round trip. What is not
-// is the path itself, which has become longer (another cell, another route). Should it be a queue
-// after all, it is seen the next time that the path is drained.
-void Pacer::explain_full(TimePoint now) {
-  if (full_.queue > path_.round_trip()) {
-    competes_ = true;
-    return;
-  }
-  path_.forget_base();
-  full_ = {now, Duration::zero()};
-}
-
 void Pacer::end_round(bool limited) {
   if (limited) return;
   const double error = (target() - seconds(path_.queue())) / target();
+  const double now = path_.delivery();
+  const double before = std::exchange(round_delivery_, now);
   if (starting_) {
     // A delay alone may come from the path itself; the limit is reached where sending more does not
     // deliver more.
-    const double before = std::exchange(round_delivery_, path_.delivery());
-    starting_ = error > -1 || path_.delivery() > 1.25 * before;
+    starting_ = error > -1 || now > 1.25 * before;
     return;
   }
-  trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -2.0, 1.0), -0.15, 0.05);
-  if (error > 0.5) {
-    boost_ = std::clamp(1.8 * boost_, 0.03, kBoostMax);
-  }
+  variation_ += (std::abs(now - before) / std::max(now, before) - variation_) / 16;
+  trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), -0.15, 0.05);
+  if (error <= 0.5) return;
+  // Where the rate varies much, there is often much more to find.
+  const double first = std::clamp(2 * variation_, kBoostFirst, kBoostFirstMax);
+  boost_ = std::clamp(1.8 * boost_, first, kBoostMax);
 }
 
 double Pacer::gain() const {
@@ -195,7 +192,7 @@ double Pacer::gain() const {
 // holding back would not shorten it.
 double Pacer::target() const {
   return std::max({seconds(target_), 1.5 * part_bytes(kNearPartBytes) / path_.delivery(),
-                   seconds(path_.jitter()) / 3});
+                   0.4 * seconds(path_.jitter())});
 }
 
 // While the queue is too long, the last measured rate is used, otherwise the best of a few round

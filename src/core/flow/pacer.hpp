@@ -47,7 +47,6 @@ class Pacer {
   void end_round(bool limited);
   void judge_queue(TimePoint now);
   [[nodiscard]] double gain() const;
-  void explain_full(TimePoint now);
   [[nodiscard]] Duration ask_period() const;
   [[nodiscard]] double target() const;
   [[nodiscard]] double carries() const;
@@ -58,11 +57,11 @@ class Pacer {
   Duration target_;
   Path path_;
   bool starting_ = true;
-  bool competes_ = false;  // somebody else fills the queues of the path
   // Nothing leaves until this byte count is acknowledged, to see the path empty.
   std::uint64_t drain_end_ = 0;
-  double trim_ = 0;              // correction of the measured rate that the control has learnt
-  double boost_ = 0;             // extra rate, which grows while nothing queues
+  double trim_ = 0;       // correction of the measured rate that the control has learnt
+  double boost_ = 0;      // extra rate, which grows while nothing queues
+  double variation_ = 0;  // how much the rate changes from round to round, on average, as a share
   std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
   double round_delivery_ = 0;    // of the path when the last one ended
   bool round_limited_ = false;   // in this round the traffic, not the path, limited the rate

@@ -43,9 +43,11 @@ void Path::sent(const SentPacket& packet) {
 
 void Path::forget_base() {
   one_way_.clear();
+  round_trip_.clear();
   waited_.clear();
   waited_most_.clear();
   queue_ = {};
+  lateness_ = {};
 }
 
 std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint now) {
@@ -79,7 +81,7 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   one_way_.add(one_way, now, kBaseWindow);
   const double waited = one_way - one_way_.get();
   waited_now_ = waited;
-  waited_.add(waited, now, round_trip());
+  waited_.add(waited, now, 3 * round_trip() / 4);
   waited_most_.add(waited, now, round_trip());
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
   jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;

@@ -61,7 +61,8 @@ class Path {
   [[nodiscard]] bool knows_round_trip() const { return !round_trip_.empty(); }
   // By how much acknowledgements come later than that, on average.
   [[nodiscard]] Duration lateness() const { return lateness_; }
-  // How long packets wait in queues on the way to the peer: the minimum of the last round trip.
+  // How long packets wait in queues on the way to the peer: the least of three quarters of a round
+  // trip.
   [[nodiscard]] Duration queue() const { return queue_; }
   // By how much the delay varies within a round trip, on average: the path's own jitter.
   [[nodiscard]] Duration jitter() const { return jitter_; }
