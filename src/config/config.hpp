@@ -2,16 +2,19 @@
 // Pure: whether a file can be read and whether a token is in the environment are arguments.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "config/parameter.hpp"
-#include "config/surroundings.hpp"
 #include "core/policy/policy.hpp"
 #include "core/side/side.hpp"
 
 namespace connect_bridge {
+
+// The value of an environment variable; empty: it is not set.
+using Variable = std::function<std::string(const char* name)>;
 
 struct ListenConfig {  // server
   // IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
@@ -100,6 +103,14 @@ struct Config {
   bool token_in_environment = false;  // as it was at start
   std::vector<std::string> warnings;  // sentences to log at start
   ParameterMap given;                 // what it was made from; contains the token, never print it
+};
+
+// What a configuration is checked against besides itself: values of the host.
+struct Surroundings {
+  bool token_in_environment = false;
+  Variable variable{};                                     // empty: none is set
+  std::function<bool(const std::string& file)> readable;   // empty: not checked
+  std::function<bool(const std::string& type)> installed;  // a message type; empty: not checked
 };
 
 struct Parsed {

@@ -223,19 +223,13 @@ void Bridge::every_second(double lag_ms) {
   if (config.status_file.empty()) return;
   RunStatus run;
   run.node = node_.full_name();
-  run.role = config.role == Role::kServer ? "server" : "client";
+  run.role = config.role;
   run.loop_lag_ms = lag_ms;
-  run.taken = counters.taken;
-  run.published = counters.published;
+  run.ros = counters;
+  run.network = network_.counts();
   run.today = usage_file_.usage().of_day(day);
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
-  run.types_not_installed = counters.types_not_installed;
-  run.types_described = counters.types_described;
   if (audit_log_) run.audit = audit_log_->counts();
-  const NetworkCounts network = network_.counts();
-  run.held = network.held;
-  run.extra_frames = network.extra_frames;
-  if (config.role == Role::kServer) run.doors = network;
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }
 

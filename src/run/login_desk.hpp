@@ -24,9 +24,9 @@ namespace connect_bridge {
 // desk's threads.
 class LoginDesk {
  public:
-  // Strangers, and renewals as well: more than the core keeps, which forgets who goes away.
+  // Strangers, and renewals as well: more than the core keeps, which forgets those that leave.
   static constexpr std::size_t kWaitingMax = 1024;
-  // Renewals in a row while strangers wait: who has a token does not keep them out either.
+  // Renewals in a row while strangers wait: clients with a token do not keep them out either.
   static constexpr int kRenewalsInARow = 3;
 
   struct Options {

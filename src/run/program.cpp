@@ -13,7 +13,7 @@
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"
 #include "run/pairing.hpp"
-#include "run/stop.hpp"
+#include "run/signals.hpp"
 
 namespace connect_bridge {
 namespace {

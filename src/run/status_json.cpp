@@ -98,24 +98,24 @@ OrderedJson to_value(const LinkStatus& link) {
 std::string to_json(const Status& status, const RunStatus& run) {
   OrderedJson json = {
       {"node", run.node},
-      {"role", run.role},
+      {"role", run.role == Role::kServer ? "server" : "client"},
       {"loop_lag_ms", run.loop_lag_ms},
       {"memory_bytes", status.memory_bytes},
       {"memory_max_used_bytes", status.shared_bytes},
       {"memory_max_bytes", status.shared_bytes_max},
-      {"taken", run.taken},
-      {"published", run.published},
+      {"taken", run.ros.taken},
+      {"published", run.ros.published},
       {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
-      {"types_not_installed", run.types_not_installed},
-      {"types_described", run.types_described},
-      {"reading_held", run.held},
-      {"extra_frames", run.extra_frames},
+      {"types_not_installed", run.ros.types_not_installed},
+      {"types_described", run.ros.types_described},
+      {"reading_held", run.network.held},
+      {"extra_frames", run.network.extra_frames},
       {"last_failure", status.last_failure}};
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
-  if (run.doors) json["strangers"] = to_value(status.strangers, *run.doors);
+  if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);
   json["links"] = OrderedJson::array();
   for (const auto& link : status.links) json["links"].push_back(to_value(link));
   return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace);

@@ -19,8 +19,13 @@ TEST(StatusJson, WithoutLinks) {
   status.shared_bytes = 8;
   status.shared_bytes_max = 9;
   status.last_failure = "refused";
-  const auto json =
-      Json::parse(to_json(status, {"/connect", "client", 1.5, 2, 3, 4, {5, 6}, {7, 8}}));
+  RunStatus run{"/connect", Role::kClient, 1.5};
+  run.ros.taken = 2;
+  run.ros.published = 3;
+  run.ros.types_not_installed = 4;
+  run.today = {5, 6};
+  run.this_month = {7, 8};
+  const auto json = Json::parse(to_json(status, run));
   EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
      "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
@@ -33,9 +38,10 @@ TEST(StatusJson, WithoutLinks) {
 TEST(StatusJson, WhoCameToAServer) {
   Status status;
   status.strangers = {1, 2, 3, 4, 5, 11, 12, 13};
-  RunStatus run;
+  RunStatus run{"/connect", Role::kClient};
   EXPECT_FALSE(Json::parse(to_json(status, run)).contains("strangers"));
-  run.doors = DoorCounts{6, 7, 8, 9, 10};
+  run.role = Role::kServer;
+  run.network = {{6, 7, 8, 9, 10}};
   EXPECT_EQ(Json::parse(to_json(status, run)).at("strangers"), Json::parse(R"({
     "accepted": 6, "refused": 7, "waiting": 1, "gave_way": 12, "handshakes_dropped": 8,
     "handshakes_waited": 9, "wrong_logins": 3, "wrong_logins_late": 4, "shut_out": 5,

@@ -1,5 +1,4 @@
-// How a side ends: SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further signals
-// change nothing: one Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`.
+// What signals do.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,7 +8,9 @@
 
 namespace connect_bridge {
 
-// Thread: that of the io_context.
+// SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further ones change nothing: one
+// Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`. Thread: that of the
+// io_context.
 class Stop {
  public:
   // `begin` is called with the first signal.
@@ -26,6 +27,22 @@ class Stop {
   boost::asio::steady_timer deadline_;
   const std::function<void()> begin_;
   bool begun_ = false;
+};
+
+// SIGHUP: read the parameter file again, as for any program that runs in the background. Thread:
+// that of the io_context.
+class Hangup {
+ public:
+  Hangup(boost::asio::io_context& io, std::function<void()> reload);
+
+  // Handles the signal from now on. If the program's terminal was closed, the signal has its
+  // original meaning: it is passed on as SIGTERM.
+  void wait_for_signal();
+
+ private:
+  boost::asio::signal_set signals_;
+  const std::function<void()> reload_;
+  const bool in_terminal_;
 };
 
 // Active from the end of the loop to the end of the process, while the middleware shuts down:
