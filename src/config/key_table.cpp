@@ -189,7 +189,8 @@ void add_operation(Rows& rows) {
   add({.key = "status_file",
        .syntax = check_not_empty,
        .help = "File in which this side keeps its status as JSON, once a second: links, "
-               "clock, and per topic messages, bytes, latency and drops by reason."},
+               "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
+               "drops by reason."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,

@@ -68,6 +68,13 @@ OrderedJson to_value(const ServiceStatus& service) {
   return json;
 }
 
+OrderedJson to_value(const LackStatus& lack) {
+  return {{"what", lack.what},
+          {"type", lack.type},
+          {"direction", lack.exported ? "export" : "import"},
+          {"reason", lack.reason}};
+}
+
 OrderedJson to_value(const LinkStatus& link) {
   OrderedJson json = {{"peer", link.peer},
                       {"node", link.node},
@@ -90,6 +97,7 @@ OrderedJson to_value(const LinkStatus& link) {
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
+  for (const auto& lack : link.lacking) json["lacking"].push_back(to_value(lack));
   return json;
 }
 

@@ -26,7 +26,7 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
                            Imports& topics, ServiceImports& services, TypeLacks& lacks,
                            const Now& now) {
-  lacks.on_told(link, offer.lacking);
+  lacks.on_offer(link, offer);
   for (const auto& channel : offer.channels) {
     if (!channel.channel || link.expects(channel.channel))
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};

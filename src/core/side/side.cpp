@@ -311,6 +311,7 @@ LinkStatus Side::status_of(const Link& link) const {
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);
+  types_.lacks.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
   return shown;
 }

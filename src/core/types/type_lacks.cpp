@@ -13,29 +13,28 @@ std::string shown_name(InterfaceKind kind, const std::string& name) {
 
 }  // namespace
 
-void TypeLacks::tell(Link& link) {
-  Offer offer;
+TypeLacks::Lacking TypeLacks::lacking_for(const Link& link) const {
+  Lacking lacking;
   for (const auto& [key, topic] : side_.graph.topics()) {
     if (!topic.lack || topic.publishers.empty() || has_action_token(key.first)) continue;
     add({InterfaceKind::kTopic, key.first, key.first, key.second, key.second, *topic.lack}, link,
-        offer.lacking);
+        lacking);
   }
   for (const auto& [key, service] : side_.graph.services()) {
     if (!service.lack || has_action_token(key.first)) continue;
     if (side_.claims.serves(service_gid(key.first))) continue;  // another bridge's
     add({InterfaceKind::kService, key.first, key.first, key.second, key.second, *service.lack},
-        link, offer.lacking);
+        link, lacking);
   }
   for (const auto& [name, action] : side_.actions.lacked())
     add({InterfaceKind::kAction, name, name_of_part(name, ActionPart::kSendGoal), action.type,
          type_of_part(action.type, ActionPart::kSendGoal), action.lack},
-        link, offer.lacking);
-  if (!offer.lacking.empty()) link.send(offer);
+        link, lacking);
+  return lacking;
 }
 
-void TypeLacks::add(const Found& found, Link& link, std::vector<LackTold>& lacking) {
-  std::set<std::string>& told = told_[link.id];
-  if (told.contains(found.type)) return;
+void TypeLacks::add(const Found& found, const Link& link, Lacking& lacking) const {
+  if (lacking.contains(found.type)) return;
   const auto wire_part = side_.graph_options.names.to_wire(found.part);
   if (!wire_part) return;
   const bool is_action = found.kind == InterfaceKind::kAction;
@@ -43,27 +42,57 @@ void TypeLacks::add(const Found& found, Link& link, std::vector<LackTold>& lacki
                        found.part_type,
                        is_action ? std::string_view{found.type} : std::string_view{}};
   if (!side_.policy.decide(Direction::kExport, what, link.identity)) return;
-  if (!link.accepts->takes(what).value_or(false)) return;
-  if (side_.outputs.told().first("type_lacking " + found.type))
-    side_.outputs.log(LogLevel::kWarn, "cannot export " + shown_name(found.kind, found.name) +
-                                           ": " + found.lack.reason);
-  if (told.size() >= kLacksMax) return;
-  told.insert(found.type);
+  if (!link.accepts || !link.accepts->takes(what).value_or(false)) return;
   const auto part = part_of_action(what.kind, what.name, what.type);
-  lacking.push_back({found.kind, is_action && part ? std::string(part->action) : *wire_part,
-                     found.type, found.lack.code, found.lack.reason});
+  LackTold told{found.kind, is_action && part ? std::string(part->action) : *wire_part, found.type,
+                found.lack.code, found.lack.reason};
+  lacking[found.type] = {shown_name(found.kind, found.name), std::move(told)};
 }
 
-void TypeLacks::on_told(const Link& link, const std::vector<LackTold>& lacking) {
-  for (const LackTold& told : lacking) {
-    if (told.kind == InterfaceKind::kOther) continue;
-    if (!side_.policy.decide(Direction::kImport, told.kind, told.name, told.type, link.identity))
-      continue;
-    if (!link.account->told.first("type_lacking " + told.type)) continue;
-    side_.outputs.log(LogLevel::kWarn, link.label() + " cannot export " +
-                                           shown_name(told.kind, told.name) +
-                                           ", and says: " + told.reason + " (" + told.code + ")");
+void TypeLacks::tell(Link& link) {
+  std::set<std::string>& told = told_[link.id];
+  Offer offer;
+  for (auto& [type, found] : lacking_for(link)) {
+    auto& [shown, lack] = found;
+    if (told.contains(type)) continue;
+    if (side_.outputs.told().first("type_lacking " + type))
+      side_.outputs.log(LogLevel::kWarn, "cannot export " + shown + ": " + lack.reason);
+    if (told.size() >= kLacksMax) continue;
+    told.insert(type);
+    offer.lacking.push_back(std::move(lack));
   }
+  if (!offer.lacking.empty()) link.send(offer);
+}
+
+void TypeLacks::on_link_lost(LinkId link) {
+  told_.erase(link);
+  heard_.erase(link);
+}
+
+void TypeLacks::on_offer(const Link& link, const Offer& offer) {
+  if (const auto heard = heard_.find(link.id); heard != heard_.end())
+    for (const ChannelOffer& channel : offer.channels)
+      heard->second.erase(channel.action_type.empty() ? channel.type : channel.action_type);
+  for (const LackTold& told : offer.lacking) on_told(link, told);
+}
+
+void TypeLacks::on_told(const Link& link, const LackTold& told) {
+  if (told.kind == InterfaceKind::kOther) return;
+  if (!side_.policy.decide(Direction::kImport, told.kind, told.name, told.type, link.identity))
+    return;
+  const std::string shown = shown_name(told.kind, told.name);
+  auto& heard = heard_[link.id];
+  if (heard.size() < kLacksMax) heard[told.type] = {shown, told.type, false, told.reason};
+  if (!link.account->told.first("type_lacking " + told.type)) return;
+  side_.outputs.log(LogLevel::kWarn, link.label() + " cannot export " + shown +
+                                         ", and says: " + told.reason + " (" + told.code + ")");
+}
+
+void TypeLacks::add_status(const Link& link, LinkStatus& status) const {
+  for (auto& [type, found] : lacking_for(link))
+    status.lacking.push_back({found.first, type, true, found.second.reason});
+  if (const auto heard = heard_.find(link.id); heard != heard_.end())
+    for (const auto& [type, lack] : heard->second) status.lacking.push_back(lack);
 }
 
 }  // namespace connect_bridge

@@ -119,6 +119,17 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "declined": "no such type"}]}])"));
 }
 
+TEST(StatusJson, TypesThatAreLacking) {
+  Status status;
+  status.links.resize(1);
+  EXPECT_FALSE(Json::parse(to_json(status, {})).at("links").at(0).contains("lacking"));
+  status.links[0].lacking = {{"/c", "p/msg/C", true, "install p"},
+                             {"/d", "p/msg/D", false, "install it"}};
+  EXPECT_EQ(Json::parse(to_json(status, {})).at("links").at(0).at("lacking"), Json::parse(R"([
+    {"what": "/c", "type": "p/msg/C", "direction": "export", "reason": "install p"},
+    {"what": "/d", "type": "p/msg/D", "direction": "import", "reason": "install it"}])"));
+}
+
 TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {
   Status status;
   status.links.resize(1);

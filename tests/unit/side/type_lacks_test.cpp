@@ -25,6 +25,15 @@ LackTold told(const std::string& name, const std::string& type) {
   return {InterfaceKind::kTopic, name, type, kLack.code, kLack.reason};
 }
 
+// What the status shows as lacking.
+std::string lacking(const Script& s) {
+  std::string all;
+  const auto status = s.status();
+  for (const auto& lack : status.links.at(0).lacking)
+    all += (lack.exported ? "here " : "there ") + lack.what + ":" + lack.type + "\n";
+  return all;
+}
+
 struct TypeLacksTest : testing::Test {
   Script s{server({acting()})};
 };
@@ -69,7 +78,9 @@ TEST_F(TypeLacksTest, OfAnActionNoPartIsOffered) {
   EXPECT_EQ(s.said(1), "offer lacks /fib:p/action/Fib type_unknown\n");
   s.did();
   EXPECT_EQ(s.logged, "cannot export the action /fib: " + kLack.reason + "\n");
+  EXPECT_EQ(lacking(s), "here the action /fib:p/action/Fib\n");
   serve_action(s);
+  EXPECT_EQ(lacking(s), "");
   const std::string offer = s.said(1);
   EXPECT_EQ(std::count(offer.begin(), offer.end(), '/'), 5 * 3) << offer;
 }
@@ -153,6 +164,21 @@ TEST_F(TypeLacksTest, WhatAPeerLacksIsOneLineForEachType) {
   s.say(1, Offer{{}, false, {action}});
   s.did();
   EXPECT_EQ(s.logged, "/peer at 10.0.0.1 cannot export the action /fib" + words);
+}
+
+TEST_F(TypeLacksTest, TheStatusShowsItUntilItIsOffered) {
+  s.join(1);
+  s.say(1, Offer{{}, false, {told("/a", kType), told("/b", "p/msg/U")}});
+  EXPECT_EQ(lacking(s), "there /a:" + std::string(kType) + "\nthere /b:p/msg/U\n");
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 9)})}, false});
+  EXPECT_EQ(lacking(s), "there /b:p/msg/U\n");
+  std::vector<LackTold> many;
+  for (std::size_t i = 0; i < kLacksMax; ++i)
+    many.push_back(told("/c", "p/msg/C" + std::to_string(i)));
+  s.say(1, Offer{{}, false, many});
+  EXPECT_EQ(s.status().links.at(0).lacking.size(), kLacksMax);
+  s.lose(1);
+  EXPECT_EQ(lacking(s), "");
 }
 
 TEST_F(TypeLacksTest, WhatIsNotImportedIsNotLogged) {
