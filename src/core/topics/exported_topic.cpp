@@ -311,11 +311,11 @@ void ExportedTopic::watch_parked() {
 // Of transient-local publishers the last samples are kept, for links that demand the topic when it
 // is subscribed already. A subscription that is made again (changed QoS) gets from the publishers
 // what they keep: those samples have crossed and are known by their numbers (by their stamps where
-// the middleware does not count; then a clock that is set back silences them for as long). Where it
-// does not report the publisher and there are several, they cross again.
+// the middleware does not count; then a clock that is set back silences them for as long).
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
+  if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
-    if (!origins_.is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
+    if (!Origins::is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};

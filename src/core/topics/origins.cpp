@@ -84,12 +84,16 @@ Origin* Origins::find(const Gid& gid, Durability subscribed) {
   return &it->second;
 }
 
-bool Origins::is_new(Origin& origin, MessageTaken& taken) const {
+void Origins::number(MessageTaken& taken) const {
   if (taken.origin == Gid{} && origins_.size() > 1) {
     taken.number = 0;
-    return true;
+  } else if (taken.number == 0) {
+    taken.number = static_cast<std::uint64_t>(taken.stamp);
   }
-  if (taken.number == 0) taken.number = static_cast<std::uint64_t>(taken.stamp);
+}
+
+bool Origins::is_new(Origin& origin, const MessageTaken& taken) {
+  if (taken.number == 0) return true;
   if (taken.number <= origin.last_number) return false;
   origin.last_number = taken.number;
   return true;

@@ -48,10 +48,14 @@ class Origins {
   // several whose samples are kept (a transient-local subscription) each has its turn, and as many
   // samples as it keeps: together they keep the last ones of the topic, whose ever these are.
   [[nodiscard]] Origin* find(const Gid& gid, Durability subscribed = Durability::kVolatile);
-  // Whether a transient-local sample of the origin has not been forwarded before; then it gets the
-  // number by which that is known: the middleware's, else its stamp. Of one that may be of several
-  // publishers nobody knows that: it has none, and is forwarded.
-  [[nodiscard]] bool is_new(Origin& origin, MessageTaken& taken) const;
+  // Gives a sample of a publisher that keeps its samples the number by which it is known: the
+  // middleware's, else its stamp. One that may be of several publishers has none. (What comes by a
+  // subscription for listeners, which was there before the publisher, comes again by the one that
+  // follows and may cross twice: the mirror knows it.)
+  void number(MessageTaken& taken) const;
+  // Whether a transient-local sample of the origin, which has its number, has not been forwarded
+  // before. One without a number is always new.
+  [[nodiscard]] static bool is_new(Origin& origin, const MessageTaken& taken);
   [[nodiscard]] const Origin& at(const Gid& gid) const { return origins_.at(gid); }
   [[nodiscard]] bool empty() const { return origins_.empty(); }
   [[nodiscard]] std::size_t size() const { return origins_.size(); }

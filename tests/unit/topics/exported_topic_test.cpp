@@ -91,6 +91,30 @@ TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
   EXPECT_EQ(peer.said(), "origins 1 +[2] -[]\n1.2 early\n");
 }
 
+// As long as the subscription is the one that was made for listeners, before the publisher came.
+TEST(ExportedTopic, WithoutANumberALatchedSampleIsKnownByItsStamp) {
+  OneLink peer;
+  Exporting s;
+  Qos latched = qos();
+  latched.durability = Durability::kTransientLocal;
+  s.see(topic("/a").pub(1).pub(2, latched));  // subscribed as volatile
+  s.offer(peer);
+  s.demand(peer);
+  peer.said();
+  s.take(1, "volatile", 5);
+  s.take(2, "latched", 5);
+  std::vector<std::uint64_t> numbers;
+  while (const auto packet = peer.link.connection->next_packet(ms(5))) {
+    const Bytes bytes = flow_test::joined(*packet);
+    FrameReader reader(bytes);
+    for (auto frame = reader.next(); frame && frame.value(); frame = reader.next())
+      if (const auto* message = std::get_if<MessageFrame>(&*frame.value()))
+        numbers.push_back(message->number);
+  }
+  EXPECT_EQ(numbers,
+            (std::vector<std::uint64_t>{0, static_cast<std::uint64_t>(flow_test::at_ms(6))}));
+}
+
 TEST(ExportedTopic, ASampleOfNobodyIsDroppedAfterASecond) {
   OneLink peer;
   Exporting s;
