@@ -69,6 +69,8 @@ void Host::crash(bool peers_notice) {
   planned_deadline_.reset();
   snapshot_planned_ = false;
   held_bytes_ = std::make_shared<std::uint64_t>(0);
+  blocked_ = false;
+  waiting_.clear();
   forget_entities();
   world_.checker.on_end(*this);
 }
@@ -136,6 +138,7 @@ void Host::later(Duration delay, std::function<Input()> make) {
 
 void Host::input(Input input) {
   if (!side_) return;
+  if (blocked_) return waiting_.push_back(std::move(input));
   side_->handle(std::move(input), now());
   drain();
   world_.checker.after_input(*this);
@@ -145,7 +148,7 @@ void Host::drain() {
   const std::uint64_t life = life_;
   draining_ = true;
   drain_planned_ = false;
-  for (int count = 0; life == life_ && side_;) {
+  for (int count = 0; life == life_ && side_ && !blocked_;) {
     auto action = side_->next_action();
     if (!action) {
       pump();
@@ -157,7 +160,23 @@ void Host::drain() {
     std::visit([this](const auto& a) { act(a); }, *action);
   }
   draining_ = false;
-  if (life == life_ && side_) plan_deadline();
+  if (life == life_ && side_ && !blocked_) plan_deadline();
+}
+
+// A publisher of a middleware may wait for its readers, and the loop with it.
+void Host::block(Duration how_long) {
+  blocked_ = true;
+  world_.schedule.after(how_long, [this, life = life_] {
+    if (life != life_) return;
+    blocked_ = false;
+    drain();
+    // What has arrived is read before it is looked at what is due.
+    auto waiting = std::exchange(waiting_, {});
+    std::stable_partition(waiting.begin(), waiting.end(), [](const Input& input) {
+      return !std::holds_alternative<TimePassed>(input);
+    });
+    for (auto& each : waiting) input(std::move(each));
+  });
 }
 
 void Host::pump() {
@@ -213,10 +232,12 @@ void Host::on_sample(const Reader& reader, const Writer& writer, const Sample& s
   if (!subscriptions_.at(id).made.node.empty()) return;  // it only shows who listens elsewhere
   world_.checker.on_taken(*this, reader, writer, sample);
   const ByteView view = sample.payload.view();
+  const GraphPlan& graph = world_.middleware.graph(plan_.graph);
   const bool tells =
-      !is_claims(reader.spec.topic) || world_.middleware.graph(plan_.graph).tells_claimants;
+      graph.tells_origins && (!is_claims(reader.spec.topic) || graph.tells_claimants);
   input(MessageTaken{id, tells ? writer.gid : Gid{}, sample.stamp,
-                     counted(Bytes{view.begin(), view.end()}), sample.number});
+                     counted(Bytes{view.begin(), view.end()}),
+                     graph.tells_origins ? sample.number : 0});
 }
 
 bool Host::listening() const {
@@ -261,13 +282,13 @@ void Host::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
 }
 
 std::optional<FlatPacket> Host::pull(ConnectionId id) {
-  if (!side_) return {};
+  if (!side_ || blocked_) return {};
   auto packet = side_->next_packet(id, now());
   // Taking a packet may have changed when the side wants to be called, and may have made actions.
   if (!draining_ && !drain_planned_) {
     drain_planned_ = true;
     world_.schedule.after(0ns, [this, life = life_] {
-      if (life == life_) drain();
+      if (life == life_ && !blocked_) drain();
     });
   }
   if (!packet) return {};

@@ -146,6 +146,7 @@ class Host : public Party {
   };
   void input(Input input);
   void drain();
+  void block(Duration how_long);
   void pump();
   void plan_deadline();
   void later(Duration delay, std::function<Input()> make);
@@ -199,6 +200,8 @@ class Host : public Party {
   bool stopped_ = false;
   bool snapshot_planned_ = false;
   bool draining_ = false, drain_planned_ = false;
+  bool blocked_ = false;
+  std::vector<Input> waiting_;  // while it is blocked
   std::optional<TimePoint> planned_deadline_;
   TimePoint last_deadline_{};
   int same_deadlines_ = 0;

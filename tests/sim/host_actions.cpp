@@ -108,6 +108,9 @@ void Host::act(const Publish& action) {
   }
   world_.checker.on_publish(*this, it->second, action.payload.view());
   world_.middleware.publish(it->second.writer, Payload::copy_of(action.payload.view()));
+  const Duration block_max = world_.middleware.graph(plan_.graph).block_max;
+  if (block_max > 0ns && rng_.chance(kBlocksPermille))
+    block(rng_.between(Duration{1ms}, block_max));
 }
 
 void Host::act(const FollowClock& action) {

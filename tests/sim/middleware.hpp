@@ -35,6 +35,8 @@ struct GraphPlan {
   unsigned loss_permille = 0;    // of best-effort samples
   bool tells_claimants = true;   // whether a sample of the bridges' own topic tells its publisher
   bool ids_show_process = true;  // whether the gids of a process begin alike
+  bool tells_origins = true;     // whether any sample tells its publisher and its number
+  Duration block_max{};  // 0: no publisher of a bridge ever blocks; else some do, for so long
   std::vector<std::string> unknown_types;  // entities of these types cannot be created
 };
 
@@ -46,6 +48,8 @@ struct EndpointSpec {
   int host = -1;             // the bridge's process that owns it; -1: an ordinary node
   std::uint32_t handle = 0;  // that process's number for it
 };
+
+inline constexpr unsigned kBlocksPermille = 10;
 
 // Of one bridge.
 inline bool same_process(const EndpointSpec& a, const EndpointSpec& b) {

@@ -28,6 +28,8 @@ GraphPlan graph_of(const TwinPlan& plan) {
   graph.name_delay = plan.name_delay;
   graph.tells_claimants = plan.tells_claimants;
   graph.ids_show_process = plan.ids_show_process;
+  graph.tells_origins = plan.tells_origins;
+  graph.block_max = plan.block_max;
   return graph;
 }
 
@@ -41,14 +43,15 @@ Policy everything() {
 
 // How long nothing may come after the one that feeds has ended.
 Duration gap_max(const TwinPlan& plan) {
+  const Duration take_over = kTakeOver + 3 * plan.block_max;
   switch (plan.end) {
     case TwinEnd::kStop:
-    case TwinEnd::kCut: return kTakeOver;
+    case TwinEnd::kCut: return take_over;
     case TwinEnd::kCrash:
     case TwinEnd::kSilentCrash:
-    case TwinEnd::kSilentCut: return std::max(kDeadAfter, kSilence) + kTakeOver;
+    case TwinEnd::kSilentCut: return std::max(kDeadAfter, kSilence) + take_over;
   }
-  return kTakeOver;
+  return take_over;
 }
 
 }  // namespace
@@ -63,10 +66,12 @@ TwinPlan make_twins(std::uint64_t seed) {
   plan.proxies = rng.chance(500);
   if (rng.chance(300)) plan.name_delay = rng.between(1ms, 300ms);
   plan.second_start = rng.chance(300) ? Duration{rng.between(0, 30'000'000)} : rng.between(0s, 4s);
-  // What one server knows the other can tell its clients only when it has heard it.
-  if (plan.two_servers) plan.second_start = std::max<Duration>(plan.second_start, 100ms);
   plan.meeting = rng.chance(300) ? rng.between(1ms, 30ms) : rng.between(30ms, 3100ms);
   plan.end = static_cast<TwinEnd>(rng.below(5));
+  plan.tells_origins = rng.chance(600);
+  if (rng.chance(300)) plan.block_max = rng.between(2ms, 200ms);
+  // What one server knows the other can tell its clients only when it has heard it.
+  if (plan.two_servers) plan.second_start = std::max(plan.second_start, 100ms + plan.block_max);
   return plan;
 }
 
@@ -77,7 +82,9 @@ std::string TwinPlan::text() const {
   out << (two_servers ? "two servers" : "one server") << ", the second client starts after "
       << seconds(second_start) << " s, the first knows of it after " << seconds(meeting)
       << " s more; claims " << (tells_claimants ? "tell" : "do not tell")
-      << " their publishers, ids " << (ids_show_process ? "show" : "do not show") << " processes, "
+      << " their publishers, ids " << (ids_show_process ? "show" : "do not show")
+      << " processes, samples " << (tells_origins ? "tell" : "do not tell")
+      << " theirs, publishers block for " << seconds(block_max) << " s at most, "
       << (proxies ? "proxy nodes" : "no proxy nodes") << "; the one that feeds "
       << kEnds[static_cast<std::size_t>(end)];
   return out.str();
@@ -216,7 +223,7 @@ void Twins::check_start() const {
     const std::string& topic = middleware_.writer(stream.writer).spec.topic;
     if (stream.heard.empty()) violated("nothing of " + topic + " arrived");
     const Duration waited = stream.first_heard - (TimePoint{} + kFirstStart);
-    if (waited > kStartMax)
+    if (waited > kStartMax + 3 * plan_.block_max)
       violated(topic + " began " + std::to_string(seconds(waited)) + " s after the first start");
     const std::uint64_t span = stream.heard.back() - stream.heard.front() + 1;
     if (span != stream.heard.size())

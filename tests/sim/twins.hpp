@@ -24,6 +24,8 @@ struct TwinPlan {
   bool two_servers = false;  // each client has a server of its own; else they share one
   bool tells_claimants = true;
   bool ids_show_process = true;
+  bool tells_origins = true;
+  Duration block_max{};  // of the bridges' publishers
   bool proxies = false;
   Duration name_delay{};
   Duration second_start{};  // after the first client's
