@@ -283,8 +283,8 @@ def test_an_action_that_one_side_lacks_is_one_line(lacking, role):
 
 
 @pytest.mark.skipif(
-    uses_rmw("rmw_zenoh_cpp"),
-    reason="with rmw_zenoh_cpp one process can have both",
+    uses_rmw("rmw_zenoh_cpp") or uses_rmw("rmw_cyclonedds_cpp"),
+    reason="there one process can have both",
 )
 def test_one_name_with_two_types(make_pair, make_graph):
     """Where one process cannot have both, the log names both types and their nodes."""
