@@ -66,8 +66,6 @@ if(CONNECT_ROS)
       file(GLOB parts CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/apps/${app}_*.cpp")
       add_executable(${app} "src/apps/${app}.cpp" ${parts})
       target_link_libraries(${app} PRIVATE ${below} connect_options)
-      # Login methods in shared libraries call functions of the program.
-      set_target_properties(${app} PROPERTIES ENABLE_EXPORTS ON)
     endif()
   endforeach()
 endif()
