@@ -113,8 +113,11 @@ if(ros_sources AND TARGET connect_ros)
   target_link_libraries(ros_tests PRIVATE connect_ros connect_core connect_options GTest::gmock GTest::gtest_main)
   target_include_directories(ros_tests PRIVATE "${tests}")
   connect_quickly_compiled(ros_tests)
-  gtest_discover_tests(ros_tests DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ros TIMEOUT 120 RUN_SERIAL ON
-    ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+  # Those that measure what something costs run by themselves.
+  set(measure "*Cost*:*Cheap*")
+  set(properties LABELS ros TIMEOUT 120 ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+  gtest_discover_tests(ros_tests TEST_FILTER "-${measure}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
+  gtest_discover_tests(ros_tests TEST_FILTER "${measure}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties} RUN_SERIAL ON)
 endif()
 
 # bench: one program per file.

@@ -77,9 +77,7 @@ bool may_block_when_destroying() {
 RosTest::RosTest() {
   static const bool separated = (separate_nodes(), true);
   EXPECT_TRUE(separated);
-  // Domains above 101 may collide with ports that the system gives out.
-  const int domain = 1 + (getpid() * 13 + test_number()) % 100;
-  setenv("ROS_DOMAIN_ID", std::to_string(domain).c_str(), 1);
+  setenv("ROS_DOMAIN_ID", std::to_string(domain_.id()).c_str(), 1);
   setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
 }
 

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/ports/ports.hpp"
+#include "ros/domain.hpp"
 #include "ros/gateway.hpp"
 #include "ros/node/node.hpp"
 #include "ros/types/type_supports.hpp"
@@ -40,12 +41,14 @@ std::size_t threads();             // likewise
 // runs (ros2/rmw_zenoh#993).
 bool may_block_when_destroying();
 
-// A domain of its own for this test and process.
 class RosTest : public testing::Test {
  protected:
   RosTest();
-  // "/<name>_<process>_<test>": unique even if two processes share a domain.
+  // "/<name>_<process>_<test>"
   [[nodiscard]] static std::string topic(const std::string& name);
+
+ private:
+  Domain domain_;
 };
 
 // Lets wait() end when wake() is called on any thread.
