@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "core/link/options.hpp"
 #include "core/ports/status.hpp"
 #include "net/network.hpp"
 #include "ros/counters.hpp"

@@ -1,6 +1,7 @@
 #include "core/services/made_call.hpp"
 
 #include "core/services/feed.hpp"
+#include "core/services/mirrored_service.hpp"  // complete, as Mirroring owns them
 
 namespace connect_bridge {
 namespace {
