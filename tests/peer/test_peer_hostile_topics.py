@@ -236,7 +236,10 @@ def test_a_subscriber_that_hangs_holds_nobody_up(world, mine):
     for begin in range(1, 7001, 1000):
         mine.send_packet([message(channel, n, cdr_string("")) for n in range(begin, begin + 1000)])
     answers(mine)
-    until(lambda: world.server.topic("/o/hung").get("messages") == 7000, "a status of all messages")
+    until(
+        lambda: world.server.topic("/o/hung").get("messages") == 7000,
+        lambda: f"a status of all messages, but {world.server.topic('/o/hung')}",
+    )
     hung.destroy_node()
 
 
