@@ -283,6 +283,24 @@ TEST(SideResume, OtherRulesLeaveWhatIsKept) {
   EXPECT_EQ(all_said(s, 2), "2.1 b\n2.1 c\n");
 }
 
+// A new login may bring a group for which the topic is treated otherwise.
+TEST(SideResume, WhoComesBackInAnotherGroupGetsNothingOfWhatIsTreatedOtherwise) {
+  SideOptions options = keeping();
+  Rule crew = everything();
+  crew.groups = {"crew"};
+  crew.treatment.priority = Priority::kHigh;
+  options.policy = Policy({crew, everything()});
+  Exporting s(std::move(options));
+  s.lose(1);
+  s.take(2, 1, "b");
+  EXPECT_EQ(s.login(2, s.session, Identity{"", {"crew"}, 0, ""}), s.session);
+  s.say(2, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  s.did();
+  s.said(2);
+  s.say(2, Demand{{{2}}, 1, true, {1}});
+  EXPECT_EQ(all_said(s, 2), "");
+}
+
 // A token that somebody else renews is an everyday matter.
 TEST(SideResume, AChangeOfAnotherIdentityLeavesWhatIsKept) {
   Exporting s;
