@@ -176,32 +176,27 @@ void add_strangers(Rows& rows) {
   add({.key = "limits.strangers_max",
        .range = NumberRange{8, 1000},
        .help = "Connections without a login. The oldest gives way to one more. When half of them "
-               "are there "
-               "a login must be shown within a second."},
+               "are there a login must be shown within a second."},
       [](Config& c) { return &c.limits.strangers_max; });
   add({.key = "limits.address_strangers_max",
        .range = NumberRange{1, 10'000},
        .help = "The same of one address. An address of the loopback, where a proxy mostly is, has "
-               "8 times "
-               "as many, and 8 times what the other limits here give to an address."},
+               "8 times as many, and 8 times what the other limits here give to an address."},
       [](Config& c) { return &c.listen.address_strangers_max; });
   add({.key = "limits.handshakes_per_second",
        .range = NumberRange{1, 100'000},
        .help = "TLS handshakes that begin. What 3 seconds allow begins at once, what is beyond "
-               "waits, and "
-               "those who wait take turns."},
+               "waits, and those who wait take turns."},
       [](Config& c) { return &c.listen.handshakes_per_second; });
   add({.key = "limits.address_handshakes_per_second",
        .range = NumberRange{1, 100'000},
        .help = "The same of one address, and twice that of the first 56 bits of an IPv6 address; "
-               "what is "
-               "beyond is dropped. What 3 seconds allow begins at once."},
+               "what is beyond is dropped. What 3 seconds allow begins at once."},
       [](Config& c) { return &c.listen.address_handshakes_per_second; });
   add({.key = "limits.wrong_logins_per_minute",
        .range = NumberRange{1, 1'000'000},
        .help = "Wrong logins that are answered at once; what is beyond is answered 3 seconds "
-               "later. A right "
-               "login is never counted, and let in at once."},
+               "later. A right login is never counted, and let in at once."},
       [](Config& c) { return &c.limits.wrong_logins_at_once; });
   add({.key = "limits.address_wrong_logins_per_minute",
        .range = NumberRange{1, 1'000'000},

@@ -5,10 +5,13 @@ import stat
 import time
 
 import pytest
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
 from std_msgs.msg import String
 
+from actions import Client, FibonacciServer, Goal
 from calls import Caller, EchoServer
-from graph import connect
+from graph import WAIT, connect, until
 from harness.domains import free_port
 from harness.programs import Program, build_dir, ros_environment
 
@@ -88,6 +91,10 @@ def test_who_looks_cannot_operate_and_who_operates_can(world):
     command = world.operator.publisher(String, "/command")
     server = EchoServer(world.robot, "/service")
     caller = Caller(world.operator, "/service")
+    fibonacci = FibonacciServer(world.robot, "/action")
+    goals = Client(world.operator, "/action")
+    settable = world.robot.node("settable", start_parameter_services=True)
+    settable.declare_parameter("speed", 1.0)
     _, line = world.pair()
     client = world.run("client", "operator", line)
     client.wait_for("paired: from now on")
@@ -95,6 +102,7 @@ def test_who_looks_cannot_operate_and_who_operates_can(world):
     command.publish(String(data="of who may only look"))
     time.sleep(0.5)
     assert not caller.ready()
+    assert not goals.server_is_ready()
     assert not heard.messages
     client.stop()
     world.started[0].stop()
@@ -106,7 +114,16 @@ def test_who_looks_cannot_operate_and_who_operates_can(world):
     caller.ask("call")
     caller.wait_answers(1)
     assert server.executed == ["call"]
+    until(goals.server_is_ready, "the action is ready")
+    assert Goal(goals, 3).handle.accepted
+    parameters = AsyncParameterClient(world.operator.tester, "settable")
+    assert parameters.wait_for_services(WAIT)
+    changed = parameters.set_parameters([Parameter("speed", value=2.0)])
+    until(changed.done, "an answer of the parameter service")
+    assert settable.get_parameter("speed").value == 2.0
     world.crosses("/state")
+    goals.destroy()
+    fibonacci.stop()
 
 
 def test_the_code_works_once_and_is_nowhere_to_be_read(world):
