@@ -157,8 +157,7 @@ MUTANTS = BESIDE_BRIDGES + [
            "if (deltas_) deltas_->sent({{open_->message.subject}, open_->message.demand, "
            "open_->raw}, open_->message.codec); "
            "if (open_->offset < body.size()) return std::nullopt;"),
-    Mutant("bases of a lost connection",
-           "front_.reset(); if (deltas_) deltas_->clear();", ""),
+    Mutant("bases of a lost connection", "front_.reset(); if (deltas_) deltas_->clear();", ""),
     Mutant("what is displaced is sent", "if (index == 0) front_.reset();", ""),
     Mutant("deltas without a checksum", "if (!has_checksum(body)) return malformed(...);", ""),
     Mutant("a peer's bases without limit",
@@ -244,8 +243,9 @@ MUTANTS = BESIDE_BRIDGES + [
            "if (link.mirrors.all() >= options.mirrors_max) return nullptr;", ""),
     Mutant("what mirrors keep without limit",
            "if (keeps_samples() && raw.size() > sample_bytes_)", "if (raw.size() == SIZE_MAX)"),
-    Mutant("bombs decompressed", "if (!inflation.ready(now)) return false;", ""),
-    Mutant("bombs of many", "if (all_ && !within_part && ...) return false;", ""),
+    Mutant("bombs decompressed", "if (!ready(cost, now)) return false;", ""),
+    Mutant("bombs of many", "if (of_all && !within_part && ...) return false;", ""),
+    Mutant("large bombs as small ones", "&& (cost.large == 0 || large_.ready(now))", ""),
     Mutant("the newest stranger refused",
            "end(places_.begin()->first, {CloseCode::kTooManyConnections, ...}, now);",
            "outputs_.push(CloseConnection{opened.connection, CloseCode::kTooManyConnections, {}});"

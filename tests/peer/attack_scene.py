@@ -17,7 +17,7 @@ os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"  # of the contexts in 
 from attack_ways import DIRECT, listen_parameters  # noqa: E402
 from graph import Graph, connect  # noqa: E402
 from harness.domains import free_port, release_domains, take_domains  # noqa: E402
-from harness.programs import Bridge, build_dir, dies_with_us, ros_environment  # noqa: E402
+from harness.programs import Bridge, Side, build_dir, dies_with_us, ros_environment  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from std_msgs.msg import Int64  # noqa: E402
 
@@ -112,7 +112,8 @@ class Watch:
 
 
 class Scene:
-    """aside: the attacker gets what processor time the others leave, as if it were elsewhere.
+    """aside: the attacker gets what processor time the others leave, as if it were elsewhere, and
+    there is a twin of the server without a link, in a graph of its own (elsewhere()).
     way: how all connections come to the server, the operator's too."""
 
     def __init__(self, folder, attack, aside=False, way=DIRECT, **parameters):
@@ -120,6 +121,7 @@ class Scene:
         self._attack, self._way = attack, way
         self._priority = ["chrt", "--idle", "0"] if aside else ["nice", "-n", "5"]
         self.domains = take_domains(2)
+        self._twins_domain = take_domains(1) if aside else []
         self.robot, self.operator = (Graph(domain) for domain in self.domains)
         port, door = free_port(), free_port()
         self._relay = self._start_relay(door, port)
@@ -131,7 +133,8 @@ class Scene:
         self._collector = self.robot.collector(Int64, "/command", qos)
         connect(self._publisher, self._collector, Int64(data=0))
         self._number = 0
-        self._nodes = self._start_nodes() if attack in WITH_NODES else None
+        self._nodes = self._start_nodes(self.domains[0])
+        self._twin = self._start_twin() if aside else None
 
     def _bridge(self, tls, port, door, parameters):
         tokens = {"operator": OPERATOR.encode(), "hostile": HOSTILE.encode()}
@@ -164,8 +167,28 @@ class Scene:
 
     def attacked(self, seconds, count=1 << 40):
         """Commands while the attack goes on: for so long, or until so many tries."""
-        attacker = self._start_attack(seconds, count)
+        return self._beside_attack_on(self.server, seconds, count)
+
+    def elsewhere(self, seconds):
+        """Commands while the twin is attacked: what the attack takes from the machine alone."""
+        nodes = self._start_nodes(*self._twins_domain)
+        try:
+            return self._beside_attack_on(self._twin, seconds, 1 << 40)
+        finally:
+            self._end_nodes(nodes)
+
+    def _beside_attack_on(self, server, seconds, count):
+        port = server.parameters["listen"]["port"]
+        attacker = self._start_attack(port, seconds, count)
         return self._watch(lambda: attacker.poll() is None, lambda: self._result(attacker))
+
+    def _start_twin(self):
+        parameters = dict(self.server.parameters)
+        del parameters["status_file"]
+        parameters["listen"] = {**parameters["listen"], "port": free_port()}
+        twin = Side("server", *self._twins_domain, parameters, self._folder, name="twin")
+        twin.start().wait_listening()
+        return twin
 
     def _watch(self, goes_on, result=dict):
         self._collector.clear()
@@ -213,15 +236,22 @@ class Scene:
         relay.stdout.readline()
         return relay
 
-    def _start_nodes(self):
-        command = [self._attack, str(self.domains[0])]
+    def _start_nodes(self, domain):
+        if self._attack not in WITH_NODES:
+            return None
+        command = [self._attack, str(domain)]
         nodes = self._start("attack_nodes.py", command, stdin=subprocess.PIPE)
         nodes.stdout.readline()
         return nodes
 
-    def _start_attack(self, seconds, count):
+    @staticmethod
+    def _end_nodes(nodes):
+        if nodes:
+            nodes.communicate(timeout=20)
+
+    def _start_attack(self, port, seconds, count):
         arguments = {
-            "port": self.bridge.port,
+            "port": port,
             "token": HOSTILE,
             "seconds": seconds,
             "count": count,
@@ -237,13 +267,14 @@ class Scene:
         return json.loads(text)
 
     def close(self):
-        if self._nodes:
-            self._nodes.communicate(timeout=20)
+        self._end_nodes(self._nodes)
         problems = self.bridge.stop()
+        if self._twin:
+            self._twin.stop()
         if self._relay:
             self._relay.terminate()
             self._relay.communicate(timeout=20)
         self.robot.close()
         self.operator.close()
-        release_domains(self.domains)
+        release_domains([*self.domains, *self._twins_domain])
         assert not problems, "\n".join(problems)

@@ -1,7 +1,6 @@
 // What the links of one identity have together.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -13,6 +12,7 @@
 #include "core/base/pace.hpp"
 #include "core/base/tell_once.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/link/inflation_pace.hpp"
 #include "core/link/text_limit.hpp"
 
 namespace connect_bridge {
@@ -36,11 +36,6 @@ struct AccountOptions {
   std::uint64_t memory_bytes_max = 512ULL << 20;
 };
 
-// What the decompressed messages of an identity may grow beyond the usual (Account::may_inflate).
-inline constexpr double kInflatedBytesPerSecond = 64 << 20;
-// The maps that a robot has latched come together.
-inline constexpr Duration kInflatedAtOnce = std::chrono::seconds(10);
-
 // What all identities share. Single-threaded.
 struct Shares {
   explicit Shares(const AccountOptions& options)
@@ -59,23 +54,12 @@ struct Shares {
   Pace appearing{8, std::chrono::microseconds(250)};
   // As much as so many identities may have.
   static constexpr int kInflating = 4;
-  Throttle inflation{kInflating * kInflatedBytesPerSecond, kInflatedAtOnce};
+  InflationPace inflation{kInflating};
 };
 
 // It outlives the links, so that logging in again and again, or with many links, does not give
 // more. Single-threaded.
 struct Account {
-  // Compressed messages of robots are some 2 to 20 times smaller than their samples, an empty map
-  // is thousands of times. Larger ratios than 32 count, so that a few bytes a second cannot become
-  // gigabytes.
-  static constexpr std::uint64_t kUsualRatioMax = 32;
-  // So much an identity may owe whatever others do; beyond it, only while all together are within
-  // their pace.
-  static constexpr double kInflatedPart = kInflatedBytesPerSecond;
-  // The loop stands while it publishes such a sample, some 0.8 ms for each MiB: larger ones count
-  // up to eight times, so that one of 64 MiB comes in 8 s.
-  static constexpr std::uint64_t kQuicklyPublished = 2 << 20;
-  static constexpr std::uint64_t kSlownessMax = 8;
   // Who must wait for its pace asks again after this time.
   static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
@@ -109,17 +93,7 @@ struct Account {
   // Whether a message of this size, whose body has so many bytes, may be decompressed now; if so,
   // what it grows beyond the usual is counted.
   [[nodiscard]] bool may_inflate(std::uint64_t raw_bytes, std::uint64_t body_bytes, TimePoint now) {
-    const std::uint64_t usual = kUsualRatioMax * body_bytes;
-    if (raw_bytes <= usual) return true;
-    if (!inflation.ready(now)) return false;
-    const std::uint64_t slowness =
-        std::clamp<std::uint64_t>(raw_bytes / kQuicklyPublished, 1, kSlownessMax);
-    const auto cost = static_cast<double>(slowness * (raw_bytes - usual));
-    const bool within_part = inflation.owed(now) + cost <= kInflatedPart;
-    if (all_ && !within_part && !all_->inflation.ready(now)) return false;
-    inflation.take(cost, now);
-    if (all_) all_->inflation.take(cost, now);
-    return true;
+    return inflation.admit(raw_bytes, body_bytes, now, all_ ? &all_->inflation : nullptr);
   }
 
   // A publisher, service or subscription is to appear here, at one of the paces below. Zero: now,
@@ -137,7 +111,7 @@ struct Account {
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in
-  Throttle inflation{kInflatedBytesPerSecond, kInflatedAtOnce};
+  InflationPace inflation{1};
   // Of `accepts`, as for each link; after a restart many links come at once.
   Throttle accepts{100, std::chrono::seconds(40)};
   // Of control messages. Each connection is read no faster than its own rate allows; this limits
@@ -182,7 +156,7 @@ class Accounts {
   void forget_unused() {
     std::erase_if(accounts_, [&](const auto& entry) {
       return entry.second.use_count() == 1 && entry.second->offences.idle(now_) &&
-             entry.second->inflation.owed(now_) == 0;
+             entry.second->inflation.idle(now_);
     });
     kept_ = accounts_.size() + kUnusedMax;
   }

@@ -24,6 +24,7 @@
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/fastdds_profile.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/rcl_result.hpp"
@@ -158,6 +159,8 @@ void Node::State::read_arguments(const NodeOptions& options) {
 }
 
 void Node::State::open(const NodeOptions& options) {
+  const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
+  const FastDdsProfile profile(is_loaded);
   open_context(options);
   read_arguments(options);
   begin_logging(context.global_arguments);
