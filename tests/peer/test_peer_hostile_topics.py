@@ -232,14 +232,19 @@ def test_a_subscriber_that_hangs_holds_nobody_up(world, mine):
     subscription = hung.create_subscription(String, "/o/hung", print, keep_all)
     channel = offered(mine, "/o/hung", STRING, reliability="reliable", history="keep_all")
     until(lambda: subscription.get_publisher_count() == 1, "the mirror's publisher")
-    time.sleep(0.5)  # what comes sooner waits for the subscribers of a new mirror
-    for begin in range(1, 7001, 1000):
+
+    def published(count):
+        until(
+            lambda: world.server.topic("/o/hung").get("messages") == count,
+            lambda: f"a status of {count} messages, but {world.server.topic('/o/hung')}",
+        )
+
+    mine.send_packet([message(channel, 1, cdr_string(""))])
+    published(1)  # until then more would wait for the subscribers of the new mirror
+    for begin in range(2, 7002, 1000):
         mine.send_packet([message(channel, n, cdr_string("")) for n in range(begin, begin + 1000)])
     answers(mine)
-    until(
-        lambda: world.server.topic("/o/hung").get("messages") == 7000,
-        lambda: f"a status of all messages, but {world.server.topic('/o/hung')}",
-    )
+    published(7001)
     hung.destroy_node()
 
 
