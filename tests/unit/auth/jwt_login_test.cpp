@@ -203,6 +203,19 @@ TEST(JwtKey, IsRefusedWhenItIsWeakOrPrivateOrNone) {
               ElementsAre(HasSubstr("more than 64")));
 }
 
+// All bits of these moduli are set, which makes no good key, but one of that size.
+TEST(JwtKey, IsTakenFromItsLeastSizeOn) {
+  const auto rsa = [](std::size_t characters, const std::string& last) {
+    return jwks({R"({"kty":"RSA","e":"AQAB","n":")" + std::string(characters, '_') + last + "\"}"});
+  };
+  EXPECT_EQ(keys_of(rsa(341, "w")).size(), 1U);  // 256 bytes
+  EXPECT_THAT(problems_of(rsa(340, "")), ElementsAre(HasSubstr("less than 2048 bits")));
+  const std::string bytes32 = R"({"kty":"oct","k":")" + std::string(43, 'A') + "\"}";
+  EXPECT_EQ(keys_of(jwks({bytes32})).size(), 1U);
+  const std::string bytes31 = std::string(bytes32).erase(bytes32.find('A'), 1);
+  EXPECT_THAT(problems_of(jwks({bytes31})), ElementsAre(HasSubstr("less than 32 bytes")));
+}
+
 TEST(Base64url, HasOneTextForEachValue) {
   EXPECT_EQ(from_base64url("AQID"), (Bytes{1, 2, 3}));
   EXPECT_EQ(from_base64url("_-8"), (Bytes{0xff, 0xef}));
@@ -251,6 +264,10 @@ TEST(Jwt, IsRefusedForWhatItClaims) {
   EXPECT_THAT(refusal_of(token(claims(R"("nbf":"soon")"))), HasSubstr("not a time"));
   EXPECT_THAT(refusal_of(token(claims(R"("groups":{"a":1})"))), HasSubstr("list of groups"));
   EXPECT_THAT(refusal_of(token(claims(R"("groups":[""])"))), HasSubstr("not a name"));
+  std::string many = R"("groups":["ops")";
+  for (int i = 2; i <= 256; ++i) many += R"(,"ops")";
+  EXPECT_EQ(refusal_of(token(claims(many + "]"))), "");
+  EXPECT_THAT(refusal_of(token(claims(many + R"(,"ops"])"))), HasSubstr("list of groups"));
   EXPECT_THAT(refusal_of(token("[]")), HasSubstr("not a JSON object"));
   EXPECT_THAT(refusal_of(token("{")), HasSubstr("not a JSON object"));
 }
@@ -293,17 +310,26 @@ TEST(Jwt, IsRefusedForItsForm) {
 
 // ---- the file
 
-class NoKeys : public KeySource {
-  [[nodiscard]] std::string name() const override { return "none"; }
+// Has the octet key, or none yet, and counts how often others are wanted.
+class OneKey : public KeySource {
+ public:
+  explicit OneKey(int& wanted, bool there = true) : wanted_(wanted), there_(there) {}
+  [[nodiscard]] std::string name() const override { return "one"; }
   [[nodiscard]] std::optional<std::vector<JwtKey>> changed(std::vector<std::string>&) override {
-    return std::nullopt;
+    return there_ ? std::optional(keys_of(jwks({kOct}))) : std::nullopt;
   }
+  void wanted() override { ++wanted_; }
+
+ private:
+  int& wanted_;
+  const bool there_;
 };
 
 TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
   JwtOptions options;
   options.algorithms = {"HS256"};
-  JwtLogin login(options, std::make_unique<NoKeys>());
+  int wanted = 0;
+  JwtLogin login(options, std::make_unique<OneKey>(wanted, false));
   const auto judged = [&](const std::string& token) {
     return login.judge({"jwt", Bytes(token.begin(), token.end()), ""}, kJwtNow);
   };
@@ -311,6 +337,26 @@ TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
   EXPECT_THAT(first.reason, HasSubstr("no key for it"));
   EXPECT_FALSE(first.judged);
   EXPECT_TRUE(judged("no token").judged);
+  EXPECT_EQ(wanted, 1);
+}
+
+// Everybody can show a token with a wrong signature: it must not cause a request.
+TEST(JwtLogin, WantsOtherKeysForAnUnknownOneAlone) {
+  int wanted = 0;
+  JwtLogin login(options(), std::make_unique<OneKey>(wanted));
+  ASSERT_THAT(login.refresh(kJwtNow).problems, IsEmpty());
+  const auto judged = [&](const std::string& text) {
+    return login.judge({"jwt", Bytes(text.begin(), text.end()), ""}, kJwtNow);
+  };
+  const std::string right = token(claims());
+  EXPECT_TRUE(judged(right).identity.has_value());
+  EXPECT_THAT(judged(right.substr(0, right.rfind('.')) + ".AAAA").reason,
+              HasSubstr("signature is wrong"));
+  EXPECT_EQ(wanted, 0);
+  const Judgement unknown = judged(token(claims(), R"({"alg":"HS256","kid":"next"})"));
+  EXPECT_THAT(unknown.reason, HasSubstr("no key for it"));
+  EXPECT_TRUE(unknown.judged);
+  EXPECT_EQ(wanted, 1);
 }
 
 TEST(JwtLogin, FollowsItsKeysWholeOrNotAtAll) {

@@ -79,6 +79,14 @@ TEST(KeyAddress, AnUnknownKeyAsksAgainButNotAtOnce) {
   EXPECT_EQ(others.asked(), 2U);
 }
 
+// However short it says that its keys are good for.
+TEST(KeyAddress, IsAskedOnceAMinuteAtTheMost) {
+  Answers answers({{200, kEdSet, std::chrono::seconds(0), {}}});
+  const KeyAddress source(address(), answers.fetch());
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_EQ(answers.asked(), 1U);
+}
+
 TEST(KeyAddress, WhatIsWrongIsToldAndGivesNoKeys) {
   const std::vector<std::pair<HttpAnswer, const char*>> wrong{
       {{0, {}, {}, "no answer in time"}, "no answer in time"},
@@ -115,6 +123,15 @@ TEST(KeyFile, RefusesASecretThatEverybodyMayRead) {
     EXPECT_EQ(KeyFile(file).changed(problems).has_value(), wrong == 0);
     EXPECT_EQ(problems.size(), wrong);
   }
+}
+
+TEST(KeyFile, RefusesWhatEverybodyMayChange) {
+  const std::string file = test::scratch_folder() + "wide_open_keys.json";
+  std::ofstream{file} << kEdSet;
+  ::chmod(file.c_str(), 0602);
+  std::vector<std::string> problems;
+  EXPECT_FALSE(KeyFile(file).changed(problems));
+  EXPECT_THAT(problems, ElementsAre(HasSubstr("may change it")));
 }
 
 }  // namespace

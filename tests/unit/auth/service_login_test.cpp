@@ -69,6 +69,16 @@ TEST(ServiceLogin, EverythingElseIsRefused) {
   }
 }
 
+TEST(ServiceLogin, AnIdentityHasSoManyGroupsAtTheMost) {
+  for (const std::size_t count : {256U, 257U}) {
+    World world;
+    std::string groups = "\"ops\"";
+    for (std::size_t i = 1; i < count; ++i) groups += ",\"ops\"";
+    world.answer = {200, R"({"identity":"anna","groups":[)" + groups + "]}", {}, {}};
+    EXPECT_EQ(world.judge().identity.has_value(), count == 256) << count;
+  }
+}
+
 // What the service could not say counts against nobody.
 TEST(ServiceLogin, WhatItDoesNotAnswerIsNoWrongLogin) {
   const auto judged = [](const HttpAnswer& answer) {

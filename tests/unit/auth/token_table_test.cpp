@@ -6,6 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <thread>
+
 #include "auth/token_file.hpp"
 #include "core/base/hex.hpp"
 #include "unit/scratch.hpp"
@@ -33,10 +35,13 @@ struct Reading {
   std::vector<std::string> warnings;
 };
 
+Digest digest_of_token(const std::string& token) {
+  return sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
+}
+
 // An entry of the list, with `more` members ("groups: [ops]").
 std::string entry(const std::string& name, const std::string& token, const std::string& more = {}) {
-  const Digest digest = sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
-  return "- {identity: " + name + ", token_sha256: " + to_hex(digest) +
+  return "- {identity: " + name + ", token_sha256: " + to_hex(digest_of_token(token)) +
          (more.empty() ? "" : ", " + more) + "}\n";
 }
 
@@ -167,6 +172,55 @@ TEST(TokenFile, StaysItsOwners) {
   EXPECT_EQ(found.st_uid, 12345U);
   EXPECT_EQ(found.st_gid, 12346U);
   EXPECT_EQ(found.st_mode & 0777U, 0640U);
+}
+
+TEST(TokenFile, IsItsOwnersAloneWhenItIsNew) {
+  const std::string file = test::scratch_folder() + "new.yaml";
+  ASSERT_EQ(append_token_entry(file, {"anna", {}, {}, {}, digest_of_token(kAnna)}), "");
+  struct stat found {};
+  ASSERT_EQ(::stat(file.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0600U);
+}
+
+// Whoever chooses it: it gives no group, and ends no text.
+TEST(TokenFile, ANameIsItselfAndNothingElse) {
+  const std::vector<std::string> groups{R"(see", "ops)", R"(\)", R"(")"};
+  const std::string name = R"(anna", groups: [ops], comment: ")";
+  const Reading file(to_text({name, groups, {}, R"(hers" # \)", digest_of_token(kAnna)}));
+  EXPECT_THAT(file.problems, IsEmpty());
+  const Identity anna = file.find(kAnna).identity.value();
+  EXPECT_EQ(anna.name, name);
+  EXPECT_EQ(anna.groups, groups);
+}
+
+TEST(TokenFile, StaysAsItWasWhenAnEntryWouldMakeItWrong) {
+  const std::string file = test::scratch_folder() + "kept.yaml";
+  const std::string before = entry("anna", kAnna);
+  ASSERT_EQ(write_secret_file(file, before), "");
+  EXPECT_THAT(append_token_entry(file, {"bert", {}, {}, {}, digest_of_token(kAnna)}),
+              HasSubstr("is there twice"));
+  EXPECT_EQ(test::content(file), before);
+}
+
+// `ctl token` and a server that pairs.
+TEST(TokenFile, HasTheEntriesOfAllItsWriters) {
+  constexpr int kWriters = 4;
+  constexpr int kEntries = 25;
+  const std::string file = test::scratch_folder() + "shared.yaml";
+  const auto name = [](int writer, int i) { return std::to_string(100 * writer + i); };
+  std::vector<std::thread> writers;
+  for (int writer = 0; writer < kWriters; ++writer) {
+    writers.emplace_back([&, writer] {
+      for (int i = 0; i < kEntries; ++i) {
+        const std::string mine = name(writer, i);
+        EXPECT_EQ(append_token_entry(file, {mine, {}, {}, {}, digest_of_token(mine)}), "");
+      }
+    });
+  }
+  for (std::thread& writer : writers) writer.join();
+  const Reading all(test::content(file));
+  EXPECT_THAT(all.problems, IsEmpty());
+  EXPECT_EQ(all.table.size(), std::size_t{kWriters * kEntries});
 }
 
 }  // namespace
