@@ -84,6 +84,18 @@ TEST_F(CertifiedTest, AConnectionIsCertifiedUntilTheFirstCertificateEnds) {
   EXPECT_EQ(plain.server.openings.back().expires, 0);
 }
 
+TEST_F(CertifiedTest, TooManyGroupsAreRefused) {
+  for (const std::size_t count : {32U, 33U}) {
+    const std::string folder = scratch_folder() + "certified_" + std::to_string(count);
+    std::vector<std::string> groups;
+    for (std::size_t i = 0; i < count; ++i) groups.push_back("group" + std::to_string(i));
+    ASSERT_EQ(make_certificates({folder, {}, {"alice"}, groups, 2}).problem, "");
+    const Certified alice =
+        shown({folder + "/client-alice.crt", folder + "/client-alice.key"}, folder + "/ca.crt");
+    EXPECT_EQ(alice.identity.has_value(), count == 32) << count << " " << alice.reason;
+  }
+}
+
 TEST_F(CertifiedTest, WhatIsNoNameIsRefused) {
   EXPECT_FALSE(shown(authority().sign("alice\x1b[2J", "DNS:alice")).identity);
 }

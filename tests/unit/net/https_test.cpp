@@ -81,6 +81,12 @@ TEST_F(HttpsTest, FollowsTheFileOfAuthorities) {
   EXPECT_THAT(fetched(direct.loop, https).problem, HasSubstr("TLS: "));
 }
 
+TEST_F(HttpsTest, ChecksTheName) {
+  request.address.host = "127.0.0.1";
+  request.address.port = pair.server.network.listen_port();
+  EXPECT_THAT(fetched(pair.loop, std::nullopt).problem, HasSubstr("not for '127.0.0.1'"));
+}
+
 TEST_F(HttpsTest, TellsWhatTheProxySays) {
   FakeProxy proxy{pair.loop, "HTTP/1.1 407 Proxy Authentication Required\r\n\r\n"};
   HttpProxy asked = proxy.proxy();

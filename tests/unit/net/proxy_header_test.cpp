@@ -56,6 +56,9 @@ TEST(ProxyHeader, Version2) {
   const std::string six = std::string{"\x20\1\x0d\xb8", 4} + std::string(11, '\0') + "\5" +
                           std::string(16, '\0') + std::string{"\0\1\0\2", 4};
   EXPECT_EQ(text_of_source(read(version2(0x21, 0x21, six)).source), "2001:db8::5 1");
+  const std::string mapped = std::string(10, '\0') + std::string{"\xff\xff\xcb\0\x71\x05", 6} +
+                             std::string(16, '\0') + std::string{"\0\1\0\2", 4};
+  EXPECT_EQ(text_of_source(read(version2(0x21, 0x21, mapped)).source), "203.0.113.5 1");
   for (const std::string& own : {version2(0x20, 0x11, kBody4), version2(0x21, 0, ""),
                                  version2(0x20, 0, ""), version2(0x21, 0x31, kBody4)}) {
     EXPECT_EQ(read(own).state, State::kComplete);

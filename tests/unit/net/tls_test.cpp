@@ -143,6 +143,16 @@ TEST_F(Tls, ChecksTheName) {
   EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robots'"));
 }
 
+TEST_F(Tls, AWildcardIsAWholeWordOfAName) {
+  Pair pair{server_of(authority().sign("wild", "DNS:*.example.org,DNS:rob*.example.net"))};
+  DialOptions options = trusting(pair);
+  options.tls.server_name = "robot.example.org";
+  EXPECT_TRUE(pair.connect(options));
+  options.tls.server_name = "robot.example.net";
+  EXPECT_FALSE(pair.connect(options, {78}));
+  EXPECT_THAT(pair.client.failures[{78}], HasSubstr("not for 'robot.example.net'"));
+}
+
 TEST_F(Tls, ChecksTheAuthorityAndTheDates) {
   EXPECT_THAT(failure(authority().sign("old", "IP:127.0.0.1", -10, -1)), HasSubstr("has expired"));
   EXPECT_THAT(failure(authority().sign("new", "IP:127.0.0.1", 1, 9)), HasSubstr("not valid yet"));
@@ -221,6 +231,19 @@ TEST_F(Tls, SlowHandshakesAreCut) {
   half.send("\x16\x03\x01");
   EXPECT_TRUE(silent.ends(pair.loop, 400ms));
   EXPECT_TRUE(half.ends(pair.loop, 400ms));
+}
+
+TEST_F(Tls, WhoWaitsForATurnIsCutInTime) {
+  ListenOptions options = server_of(good());
+  options.handshakes_at_once = 1;
+  options.handshake_period = 800s;
+  options.handshake_timeout = 50ms;  // and four times that for a turn
+  Pair pair{options};
+  RawPeer first(pair.server.network.listen_port());
+  ASSERT_TRUE(first.ends(pair.loop, 2s));
+  RawPeer second(pair.server.network.listen_port());
+  EXPECT_TRUE(second.ends(pair.loop, 2s));
+  EXPECT_EQ(pair.server.network.counts().handshakes_waited, 1U);
 }
 
 TEST_F(Tls, APeerThatDoesNotReadIsCutAfterASecond) {
