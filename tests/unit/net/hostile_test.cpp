@@ -172,23 +172,6 @@ TEST(Hostile, AStrangerGivesWayWhereAllPlacesAreTaken) {
   EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(stranger); }));
 }
 
-// A handshake has no such place: its end would help nobody.
-TEST(Hostile, AHandshakeDoesNotGiveWayWhereAllPlacesAreTaken) {
-  ListenOptions options;
-  options.connections_max = 2;
-  Pair pair{options};
-  ASSERT_TRUE(pair.connect(ConnectionId{1}));
-  RawPeer older(pair.server.network.listen_port());
-  ASSERT_TRUE(pair.loop.until([&] { return pair.server.network.counts().pending == 1; }));
-  pair.server.packet_bytes_max = 0;
-  ASSERT_TRUE(pair.connect(ConnectionId{2}));
-  const ConnectionId stranger = pair.accepted();
-  EXPECT_TRUE(pair.connect(ConnectionId{3})) << pair.client.failures[{3}];
-  EXPECT_TRUE(pair.loop.until([&] { return pair.server.is_closed(stranger); }));
-  older.poll();
-  EXPECT_FALSE(older.ended);
-}
-
 TEST(Hostile, TooManyConnectionsGet503) {
   ListenOptions options;
   options.connections_max = 2;

@@ -122,6 +122,20 @@ TEST(ReceiveRate, FewPingsComeBeforeALogin) {
   }
 }
 
+// All of them are there at a time: they cost few reads.
+TEST(ReceiveRate, SoDoFewMessages) {
+  Pair pair;
+  pair.server.packet_bytes_max = 0;
+  RawPeer peer(pair.server.network.listen_port());
+  peer.send(upgrade_request());
+  ASSERT_TRUE(pair.loop.until([&] { return !pair.server.opened.empty(); }));
+  peer.send(times(5000, frame('\x82')));
+  EXPECT_TRUE(peer.ends(pair.loop));
+  ASSERT_TRUE(pair.loop.until([&] { return pair.server.is_closed(pair.accepted()); }));
+  EXPECT_GE(pair.server.packets(pair.accepted()), 1000U);
+  EXPECT_LE(pair.server.packets(pair.accepted()), 16384U / (6 + 8));
+}
+
 // The time for its answer to our close frame is a second.
 TEST(ReceiveRate, NorWhileAStrangerIsRefused) {
   Pair pair;
