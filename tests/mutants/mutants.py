@@ -1,9 +1,9 @@
-"""The faults that tests/mutants/run tries."""
+"""Faults of the core."""
 
 from beside_bridges import BESIDE_BRIDGES
 from mutant import Mutant
 
-MUTANTS = BESIDE_BRIDGES + [
+CORE = BESIDE_BRIDGES + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),

@@ -44,19 +44,24 @@ class Place(NamedTuple):
     original: str
     mutated: str
 
+    @property
+    def layer(self):
+        return self.file.parts[1]
+
     def __str__(self):
         return f"{self.file}:{self.line}"
 
 
-class Core:
-    """The sources of the core of one tree."""
+class Sources:
+    """The sources of some layers of one tree."""
 
-    def __init__(self, tree):
+    def __init__(self, tree, layers):
         self.files = {}
-        for path in sorted((tree / "src" / "core").rglob("*.[ch]pp")):
-            text = path.read_text()
-            code = TIDY.without_comments(text, keep_strings=True)
-            self.files[path.relative_to(tree)] = (text, code)
+        for layer in layers:
+            for path in sorted((tree / "src" / layer).rglob("*.[ch]pp")):
+                text = path.read_text()
+                code = TIDY.without_comments(text, keep_strings=True)
+                self.files[path.relative_to(tree)] = (text, code)
 
     def spans(self, within):
         """(file, begin, end) of every file, or of every function of this name."""

@@ -1,0 +1,73 @@
+"""Faults in what the network takes, and of whom."""
+
+from mutant import Mutant
+
+NETWORK = [
+    # before the login
+    Mutant("before the login a message costs its bytes alone",
+           "if (!within_gate()) return end_flood();", ""),
+    Mutant("before the login comes any number of pings", "if (!within_gate())  asio::post",
+           "if (false) asio::post"),
+    Mutant("before the login a read costs its bytes alone", "+ kStepOverhead * ++steps_", ""),
+    Mutant("packets come while the login is judged", "packet_unhandled_ = !gate_.is_open();", ""),
+    Mutant("who has logged in is a stranger still",
+           "socket_->next_layer().read_ahead(); setup_.pending_slot.reset();",
+           "socket_->next_layer().read_ahead();"),
+    Mutant("strangers of an address without a limit", "make_room(address, share);", "(void)share;",
+           within="take_pending"),
+    Mutant("a closed connection leaves its place too early",
+           "traffic_ = traffic(); state_ = State::kEnding; set_deadline();",
+           "traffic_ = traffic(); state_ = State::kEnding; set_deadline();"
+           " setup_.connection_slot.reset();"),
+    Mutant("a handshake has no time limit",
+           "if (!done_) return; set_deadline(options_->timeout);", "if (!done_) return;"),
+    Mutant("who waits for a turn waits for ever", "constexpr int kWaitTimes = 4;",
+           "constexpr int kWaitTimes = 4000;"),
+    # HTTP
+    Mutant("web pages connect", "if (!request[http::field::origin].empty())", "if (false)"),
+    Mutant("an answer of any length",
+           "parser_.body_limit(request_.answer_bytes_max);", "parser_.body_limit(boost::none);"),
+    # rates
+    Mutant("pings cost nothing",
+           "if (extra > 0) packet_rate_.take(static_cast<double>(extra), now);", ""),
+    Mutant("small reads cost nothing", ": std::uint64_t{sliver};", ": std::uint64_t{0};"),
+    Mutant("control messages at any rate", "if (text) text_rate_.take(bytes, now);", ""),
+    # proxies
+    Mutant("anybody tells for whom it connects", "if (!identify_) return notice_unheard(), true;",
+           "if (!identify_) identify_ = [](const auto&) { return true; };"),
+    Mutant("a client says itself who it is",
+           "if (!contain(trusted, source->address)) return known;", ""),
+    Mutant("an IPv6 customer has 256 networks", "from.customer = network_of(address, 7);",
+           "from.customer = network_of(address, 8);"),
+    Mutant("a mapped address of version 2 is another one",
+           "source.address = plain_address(ip::address_v6{octets});",
+           "source.address = ip::address_v6{octets};"),
+    Mutant("who is no trusted proxy connects", "if (proxies_only_ && !proxy) return drop(...);",
+           ""),
+    Mutant("a header of the PROXY protocol takes its time",
+           "set_deadline(options_->timeout); read_proxy();", "read_proxy();"),
+    # TLS
+    Mutant("TLS handshakes of an address without a limit",
+           "if (options_->tls && !proxy && !take_handshake(from)) return drop(...);", ""),
+    Mutant("TLS handshakes of all at once", "(line_.empty() && pace_.take(steady_now()))",
+           "line_.empty()"),
+    Mutant("new keys without end", "self.floods_ = true; self.abort();", ""),
+    Mutant("weak suites of TLS 1.2", '"ECDHE-ECDSA-CHACHA20-POLY1305:',
+           '"ECDHE-RSA-AES128-SHA256:ECDHE-ECDSA-CHACHA20-POLY1305:'),
+    Mutant("sessions are resumed", "SSL_CTX_set_options(native, SSL_OP_NO_TICKET);"
+           " SSL_CTX_set_num_tickets(native, 0);", ""),
+    Mutant("a client need not show a certificate",
+           "SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT", "SSL_VERIFY_PEER"),
+    Mutant("a server of any name", "expect_server(transport.tls(), server_name());", ""),
+    Mutant("keys come from a server of any name",
+           "expect_server(transport_->tls(), request_.address.host);", ""),
+    Mutant("a part of a name is a wildcard",
+           "X509_VERIFY_PARAM_set_hostflags(expected, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);", ""),
+    Mutant("a pin replaces the authority that is given",
+           "!options.pins.empty() && options.ca_file.empty()", "!options.pins.empty()"),
+    Mutant("another key than the pin's", "if (!problem.empty()) return fail(\"TLS: \" + problem);",
+           ""),
+    Mutant("a certificate has any number of groups", "|| groups->size() > kGroupsMax", ""),
+    Mutant("half of new files is taken", "if (!still || found_ == read_) return std::nullopt;",
+           "if (found_ == read_) return std::nullopt; (void)still;"),
+]
