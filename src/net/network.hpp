@@ -29,8 +29,9 @@ struct Certified;  // net/certified.hpp
 struct NetworkEvents {
   // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
-  // The next packet to send on a connection, or nullopt when there is none now.
-  std::function<std::optional<Packet>(ConnectionId)> next_packet;
+  // The next packet to send on a connection, or nullopt when there is none now; with what TCP
+  // repairs there.
+  std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;
   // May be empty. Attempts of unknown clients are logged at kDebug.
   std::function<void(Log&&)> log;
 };

@@ -98,6 +98,7 @@ void Socket::on_read(const ErrorCode& error) {
   if (!within_gate()) return end_flood();
   received_bytes_ += received_.size();
   ++messages_;
+  note_read(socket_->next_layer().socket().native_handle(), repair_watch_);
   const auto bytes = static_cast<double>(received_.size());
   const TimePoint now = steady_now();
   packet_rate_.take(1, now);
@@ -151,7 +152,9 @@ void Socket::end_flood() {
 void Socket::send() {
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
   if (!has_room()) return wait_for_room();
-  packet_ = setup_.events->next_packet(setup_.opened.connection);
+  packet_ = setup_.events->next_packet(
+      setup_.opened.connection,
+      repairs_of(socket_->next_layer().socket().native_handle(), repair_watch_, steady_now()));
   if (!packet_ || state_ != State::kOpen) return;
   writing_ = true;
   limit_unsent(packet_->unsent_bytes_max);

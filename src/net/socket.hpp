@@ -16,7 +16,7 @@
 #include "net/gate.hpp"
 #include "net/network.hpp"
 #include "net/receive_buffer.hpp"
-#include "net/traffic.hpp"
+#include "net/repair_watch.hpp"
 
 namespace connect_bridge {
 
@@ -120,6 +120,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   Bytes flat_;
   Traffic traffic_;
   CongestionChoice congestion_choice_;
+  RepairWatch repair_watch_;
 
   std::string closing_reason_;
   bool deadline_set_ = false;

@@ -73,6 +73,15 @@ void retune(int socket, CongestionChoice& choice, TimePoint now) {
   if (changed) set_congestion_control(socket, *changed);
 }
 
+Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now) {
+  if (watch.is_due(now)) watch.told(tcp_losses_of(socket), now);
+  return watch.repairs();
+}
+
+void note_read(int socket, RepairWatch& watch) {
+  if (watch.misses()) watch.has_read(tcp_losses_of(socket));
+}
+
 std::string congestion_control_of(int socket) {
   std::array<char, 32> name{};
   socklen_t size = name.size() - 1;

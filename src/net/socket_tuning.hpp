@@ -6,6 +6,7 @@
 
 #include "net/congestion_choice.hpp"
 #include "net/options.hpp"
+#include "net/repair_watch.hpp"
 
 namespace connect_bridge {
 
@@ -22,5 +23,10 @@ std::uint32_t unsent_bytes(int socket);
 // Sets what the choice says, as far as the host allows it. Once a second.
 void retune(int socket, CongestionChoice& choice, TimePoint now);
 std::string congestion_control_of(int socket);
+
+// What TCP repairs; the kernel is asked when that is due.
+[[nodiscard]] Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now);
+// To be called when something was read.
+void note_read(int socket, RepairWatch& watch);
 
 }  // namespace connect_bridge

@@ -42,6 +42,18 @@ Traffic traffic_of(int socket) {
           info->tcpi_bytes_received + header * info->tcpi_segs_in};
 }
 
+TcpLosses tcp_losses_of(int socket) {
+  const auto info = info_of(
+      socket, offsetof(tcp_info, tcpi_notsent_bytes) + sizeof(tcp_info::tcpi_notsent_bytes));
+  if (!info) return {};
+  const std::uint64_t segments =
+      info->tcpi_unacked - std::min(info->tcpi_sacked, info->tcpi_unacked);
+  return {.repairs = {.open = info->tcpi_sacked > 0,
+                      .under_way_bytes = segments * info->tcpi_snd_mss + info->tcpi_notsent_bytes,
+                      .repeated = info->tcpi_total_retrans},
+          .too_early = info->tcpi_rcv_ooopack};
+}
+
 std::optional<TcpCounts> tcp_counts_of(int socket) {
   const auto info =
       info_of(socket, offsetof(tcp_info, tcpi_dsack_dups) + sizeof(tcp_info::tcpi_dsack_dups));

@@ -47,7 +47,9 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
                {[this](Input&& input) { on_network(std::move(input)); },
-                [this](ConnectionId id) { return loop_.next_packet(id); },
+                [this](ConnectionId id, const Repairs& repairs) {
+                  return loop_.next_packet(id, repairs);
+                },
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_(node),

@@ -32,8 +32,8 @@ void Loop::feed(Input&& input) {
   });
 }
 
-std::optional<Packet> Loop::next_packet(ConnectionId connection) {
-  auto packet = side_.next_packet(connection, now());
+std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
+  auto packet = side_.next_packet(connection, now(), repairs);
   if (!packet) set_timer();
   return packet;
 }

@@ -37,7 +37,7 @@ class Loop {
 
   // The next packet of a connection that can take one; nullopt: none now. What is held back because
   // of the link's rate is pulled again when its time has come.
-  std::optional<Packet> next_packet(ConnectionId connection);
+  std::optional<Packet> next_packet(ConnectionId connection, const Repairs& repairs);
 
   // One step with all the inputs that `source` gives to the function that it gets, so that messages
   // that were ready together are packed together. Returns what `source` returns.

@@ -169,7 +169,8 @@ bool Outbox::drop_one_of(Priority priority) {
   return true;
 }
 
-std::optional<Packet> Outbox::next(const Now& now) {
+std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
+  pacer_.repairs(repairs);
   held_until_.reset();
   held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
   // What measures the link takes turns with texts. Data may need what they announce, and follows.

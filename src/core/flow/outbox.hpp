@@ -71,7 +71,7 @@ class Outbox {
   void push_small(const Frame& frame) { small_.push(frame); }
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
-  std::optional<Packet> next(const Now& now);
+  std::optional<Packet> next(const Now& now, const Repairs& repairs = {});
 
   // When next() has something to hand out that is held back: for the link's rate, or it rests.
   // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
@@ -86,8 +86,7 @@ class Outbox {
   // The peer acknowledges what it has received in total. False: more than was sent (kIllegal).
   [[nodiscard]] bool acknowledge(const Arrival& ack, const Now& now);
 
-  // The tracked messages whose last byte the peer has acknowledged since the last call, in the
-  // order in which they were sent.
+  // The tracked messages that the peer has acknowledged since the last call, in the order sent.
   struct Delivered {
     ChannelId channel;
     Subject subject;

@@ -44,7 +44,9 @@ TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
   if (path_.acked_bytes() < drain_end_) return kNever;
   if (path_.delivery() >= kFastRate) return now;
-  if (path_.in_flight_bytes() >= window() || acks_are_late(now)) return kNever;
+  // No acknowledgement of ours shows what arrives while TCP repairs a loss: ask TCP again.
+  if (path_.in_flight_bytes() >= window() || acks_are_late(now))
+    return path_.is_repaired() ? now + ask_period() : kNever;
   return rate_ == 0 ? now : free_at_;
 }
 
@@ -64,7 +66,7 @@ std::uint64_t Pacer::window() const {
 
 bool Pacer::acks_are_late(TimePoint now) const {
   const auto since = path_.waits_since();
-  if (starting_ || !since) return false;
+  if (starting_ || !since || path_.is_repaired()) return false;
   return now - *since > path_.round_trip() + ask_period() + 2 * target_ + 3 * path_.lateness();
 }
 
@@ -120,7 +122,8 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   if (!covered || path_.delivery() == 0) return;
   judge_queue(now);
   if (covered->recovered) boost_ = kBoostMax;
-  round_limited_ = round_limited_ || covered->limited;
+  // What waited for a repair shows nothing about the queue.
+  round_limited_ = round_limited_ || covered->limited || covered->behind_loss;
   if (covered->end >= round_end_) {
     end_round(round_limited_);
     round_end_ = path_.sent_bytes();

@@ -22,6 +22,9 @@ class Pacer {
   [[nodiscard]] TimePoint next_at(TimePoint now) const;
   static constexpr TimePoint kNever = TimePoint::max();
 
+  // To be told before next_at().
+  void repairs(const Repairs& told) { path_.repairs(told); }
+
   // Whether a packet with data that is about to leave should ask for an acknowledgement at once.
   [[nodiscard]] bool wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const;
   void sent(const SentPacket& packet);

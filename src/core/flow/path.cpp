@@ -41,6 +41,12 @@ void Path::sent(const SentPacket& packet) {
   flight_.push_back(packet);
 }
 
+// What was sent before a segment was repeated may have to wait for it.
+void Path::repairs(const Repairs& told) {
+  if (told.open && told.repeated != repairs_.repeated) repair_end_ = sent_bytes_;
+  repairs_ = told;
+}
+
 void Path::forget_base() {
   one_way_.clear();
   round_trip_.clear();
@@ -62,16 +68,29 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
     covered.limited = covered.limited || last->end <= limited_end_;
   }
   if (!last) return std::nullopt;
+  covered.behind_loss = waited_for_repair(covered.end, now);
   // The time in the acknowledgement belongs to the last byte, which may be that of a later packet
   // without data.
-  if (last->end == ack.received_bytes) measure_delay(*last, ack, now);
+  if (last->end == ack.received_bytes && !covered.behind_loss) measure_delay(*last, ack, now);
   const bool stood = stood_end_ > 0;
-  measure_rate(ack, covered.limited, now);
+  measure_rate(ack, covered, now);
   if (stood_end_ > 0 && ack.received_bytes >= stood_end_) {
     stood_end_ = 0;
     covered.recovered = stood;
   }
   return covered;
+}
+
+// Where so much is lost that nothing comes without waiting, that counts too: else a queue would
+// never be seen.
+bool Path::waited_for_repair(std::uint64_t end, TimePoint now) {
+  const bool waited = end <= repair_end_;
+  if (!waited) unhindered_at_ = now;
+  return waited && now - unhindered_at_ < rate_window();
+}
+
+Duration Path::rate_window() const {
+  return std::max(4 * round_trip(), kRateWindowMin);
 }
 
 // One way, by the peer's clock, so that what queues on the way back does not count.
@@ -103,16 +122,16 @@ bool Path::has_stood(const Arrival& ack) const {
 
 // Measured between arrivals by the peer's clock, so that acknowledgements that come in a bunch do
 // not look like a fast path.
-void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
+void Path::measure_rate(const Arrival& ack, const Covered& covered, TimePoint now) {
   const auto span = std::max(round_trip() / 2, kRateSpanMin).count();
   if (has_stood(ack)) stood_end_ = sent_bytes_;
-  // Data that arrives in a bunch after the path stood still shows the path's rate only if that time
-  // is included.
-  const bool bunch = stood_end_ > 0 && arrivals_.size() > 1;
+  // Data that arrives in a bunch, after the path stood still or behind a repeated segment, shows
+  // the path's rate only if the time before is included.
+  const bool bunch = (stood_end_ > 0 || covered.behind_loss) && arrivals_.size() > 1;
   if (bunch) {
-    arrivals_.back() = {ack, limited || arrivals_.back().limited};
+    arrivals_.back() = {ack, covered.limited || arrivals_.back().limited};
   } else {
-    arrivals_.push_back({ack, limited});
+    arrivals_.push_back({ack, covered.limited});
   }
   // Otherwise a peer whose clock stands still would fill the memory.
   while (!bunch && arrivals_.size() > 2 &&
@@ -120,7 +139,7 @@ void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
     arrivals_.pop_front();
   const Arrival& first = arrivals_.front().arrival;
   const auto took = ack.at - first.at;
-  if (took < span / 2) return;
+  if (took < span / 2 || covered.behind_loss) return;
   const double rate = static_cast<double>(ack.received_bytes - first.received_bytes) * 1e9 /
                       static_cast<double>(took);
   // After a limited arrival there was a pause.
@@ -130,7 +149,7 @@ void Path::measure_rate(const Arrival& ack, bool limited, TimePoint now) {
   const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();
   if (any_limited && rate < std::max(delivery_.get(), first_rate)) return;
   latest_delivery_ = rate;
-  delivery_.add(rate, now, std::max(4 * round_trip(), kRateWindowMin));
+  delivery_.add(rate, now, rate_window());
 }
 
 }  // namespace connect_bridge

@@ -1,11 +1,13 @@
 // What the acknowledgements show about the path to the peer: its rate, its delay, its queue.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <optional>
 
 #include "core/base/time.hpp"
+#include "core/flow/repairs.hpp"
 #include "core/flow/window_extreme.hpp"
 
 namespace connect_bridge {
@@ -30,6 +32,9 @@ struct Arrival {
 class Path {
  public:
   void sent(const SentPacket& packet);
+  void repairs(const Repairs& told);
+  // A loss is being repaired, or was, and the acknowledgements of what waited have not come yet.
+  [[nodiscard]] bool is_repaired() const { return repairs_.open || acked_bytes_ < repair_end_; }
   // Everything is acknowledged, and there was nothing more to send.
   [[nodiscard]] bool idle() const { return flight_.empty() && limited_end_ == sent_bytes_; }
 
@@ -39,16 +44,19 @@ class Path {
   // What an acknowledgement covers.
   struct Covered {
     std::uint64_t end = 0;
-    bool limited = false;    // the traffic, not the path, limited the rate
-    bool recovered = false;  // the last data that was on its way when the path stood still
+    bool limited = false;      // the traffic, not the path, limited the rate
+    bool behind_loss = false;  // it may have waited for TCP's repair of a loss
+    bool recovered = false;    // the last data that was on its way when the path stood still
   };
   // Nullopt: it acknowledges nothing new.
   std::optional<Covered> acknowledged(const Arrival& ack, TimePoint now);
 
   [[nodiscard]] std::uint64_t sent_bytes() const { return sent_bytes_; }
   [[nodiscard]] std::uint64_t acked_bytes() const { return acked_bytes_; }
-  // Of packets with data.
-  [[nodiscard]] std::uint64_t in_flight_bytes() const { return in_flight_bytes_; }
+  // Of packets with data. What waits behind a lost segment is not in flight any more.
+  [[nodiscard]] std::uint64_t in_flight_bytes() const {
+    return is_repaired() ? std::min(in_flight_bytes_, repairs_.under_way_bytes) : in_flight_bytes_;
+  }
   [[nodiscard]] std::uint64_t bytes_since_asked() const { return sent_bytes_ - asked_end_; }
   [[nodiscard]] TimePoint asked_at() const { return asked_at_; }
   // Since when a requested acknowledgement is waited for.
@@ -83,8 +91,10 @@ class Path {
     bool limited = false;
   };
   void measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now);
-  void measure_rate(const Arrival& ack, bool limited, TimePoint now);
+  void measure_rate(const Arrival& ack, const Covered& covered, TimePoint now);
   [[nodiscard]] bool has_stood(const Arrival& ack) const;
+  [[nodiscard]] bool waited_for_repair(std::uint64_t end, TimePoint now);
+  [[nodiscard]] Duration rate_window() const;
 
   std::deque<SentPacket> flight_;
   std::uint64_t sent_bytes_ = 0;
@@ -96,6 +106,10 @@ class Path {
   TimePoint asked_at_{};
   // End of what was sent before the path was found to have stood still; it is still on its way.
   std::uint64_t stood_end_ = 0;
+
+  Repairs repairs_;
+  std::uint64_t repair_end_ = 0;  // up to this byte count data may wait for a repeated segment
+  TimePoint unhindered_at_{};     // when something last came that did not have to wait
 
   // Nanoseconds. The clocks' offset is unknown and does not matter: only differences count.
   WindowExtreme<double> one_way_{-1};

@@ -228,7 +228,7 @@ void Connection::send(std::string text) {
     fail(CloseCode::kSlowPeer, "control messages back up");
 }
 
-std::optional<Packet> Connection::next_packet(const Now& now) {
+std::optional<Packet> Connection::next_packet(const Now& now, const Repairs& repairs) {
   if (!records_.empty()) {
     Packet packet;
     packet.pieces.push_back(std::move(records_.front()));
@@ -236,7 +236,7 @@ std::optional<Packet> Connection::next_packet(const Now& now) {
     return packet;
   }
   if (state_ != State::kOpen) return std::nullopt;
-  auto packet = outbox_.next(now);
+  auto packet = outbox_.next(now, repairs);
   if (packet && !packet->text) sent_bytes_ += packet->size();
   return packet;
 }

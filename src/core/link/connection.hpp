@@ -119,7 +119,7 @@ class Connection {
   // How often the peer's clock is asked; the default is dead_after / 3.
   void set_time_period(Duration period) { time_period_ = period; }
 
-  std::optional<Packet> next_packet(const Now& now);
+  std::optional<Packet> next_packet(const Now& now, const Repairs& repairs = {});
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   [[nodiscard]] State state() const { return state_; }

@@ -367,10 +367,10 @@ void Links::stop(const Now& now) {
   }
 }
 
-std::optional<Packet> Links::next_packet(ConnectionId connection, const Now& now) {
-  if (Connection* const stranger = strangers_.find(connection)) return stranger->next_packet(now);
-  Link* link = link_of(connection);
-  return link ? link->connection->next_packet(now) : std::nullopt;
+std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
+  if (Connection* const stranger = strangers_.find(id)) return stranger->next_packet(now);
+  Link* link = link_of(id);
+  return link ? link->connection->next_packet(now, repairs) : std::nullopt;
 }
 
 std::optional<TimePoint> Links::deadline() const {

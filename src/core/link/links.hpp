@@ -50,7 +50,7 @@ class Links {
   // Closes everything orderly, for good.
   void stop(const Now& now);
 
-  std::optional<Packet> next_packet(ConnectionId connection, const Now& now);
+  std::optional<Packet> next_packet(ConnectionId id, const Now& now, const Repairs& repairs = {});
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   // Those of living links and of lost ones.

@@ -45,8 +45,9 @@ class Side final : private LinksUser {
   std::optional<Action> next_action() { return outputs_.next(); }
   // The next WebSocket message for this connection; call when the previous one has been handed to
   // the socket.
-  std::optional<Packet> next_packet(ConnectionId connection, const Now& now) {
-    return links_.next_packet(connection, now);
+  std::optional<Packet> next_packet(ConnectionId connection, const Now& now,
+                                    const Repairs& repairs = {}) {
+    return links_.next_packet(connection, now, repairs);
   }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;

@@ -81,6 +81,32 @@ TEST(Pacer, ADelayThatShakesIsNotTakenForAQueue) {
   EXPECT_GT(run_bed(options).there.bulk_share, 0.65);
 }
 
+// On both ways: data waits behind a lost packet, and so do acknowledgements.
+TEST(Pacer, LostPacketsDoNotSlowItDown) {
+  auto options = thin_link();
+  for (const double loss : {0.003, 0.01, 0.03}) {
+    options.there.loss = options.back.loss = loss;
+    const auto there = run_bed(options).there;
+    EXPECT_LT(there.percentile_ms(0.5), 6) << loss;
+    EXPECT_LT(there.percentile_ms(0.99), 60) << loss;
+    EXPECT_GT(there.bulk_share, 0.9) << loss;
+  }
+}
+
+TEST(Pacer, GivesWayOnAPathThatLosesPackets) {
+  auto options = thin_link();
+  options.there.rate = [](Duration at) { return (at < 4s || at > 8s ? 18 : 4) * 1e6 / 8; };
+  options.there.loss = options.back.loss = 0.01;
+  const auto some = run_bed(options).there;
+  EXPECT_LT(some.worst_ms(5s, 8s), 40);
+  EXPECT_GT(some.bulk_share, 0.9);
+  // Nearly all data waits for a repair, and only that could show the queue.
+  options.there.loss = options.back.loss = 0.1;
+  const auto many = run_bed(options).there;
+  EXPECT_LT(many.worst_ms(5s, 8s), 250);
+  EXPECT_GT(many.bulk_share, 0.7);
+}
+
 // Another cell, another route: the delay that does not go away is not a queue of somebody else.
 TEST(Pacer, APathThatBecomesLongerStaysWithoutAQueue) {
   for (const Duration detour : {10ms, 25ms, 100ms}) {
@@ -201,6 +227,35 @@ TEST(Pacer, WhatArrivesInABunchAfterThePathStoodIsNoRate) {
   now += 200ms;
   while (arrived < sent) arrive(now += 1ms);
   EXPECT_LT(pacer.rate(), 300'000);
+}
+
+// One packet a millisecond; that of 490 ms is lost, and its repetition arrives at 520 ms.
+TEST(Pacer, WhatWaitsForARepairIsNoQueue) {
+  Pacer pacer(2ms);
+  const auto send = [&](Duration at) {
+    const auto sent = static_cast<std::uint64_t>(at / 1ms + 1) * 1000;
+    pacer.sent({sent, 1000, TimePoint{at}, true, true});
+  };
+  const auto acknowledge = [&](Duration sent, Duration arrived) {
+    const auto bytes = static_cast<std::uint64_t>(sent / 1ms + 1) * 1000;
+    pacer.acknowledged({bytes, arrived.count()}, TimePoint{arrived + 10ms});
+  };
+  for (Duration now{}; now < 510ms; now += 1ms) {
+    send(now);
+    if (now >= 20ms) acknowledge(now - 20ms, now - 10ms);
+  }
+  const double rate = pacer.rate();
+  for (Duration now = 510ms; now < 530ms; now += 1ms) {
+    pacer.repairs({.open = true, .under_way_bytes = 20'000, .repeated = 1});
+    EXPECT_NE(pacer.next_at(TimePoint{now}), Pacer::kNever);
+    send(now);
+  }
+  pacer.repairs({.open = false, .under_way_bytes = 20'000, .repeated = 1});
+  for (Duration sent = 490ms; sent < 510ms; sent += 1ms) {
+    acknowledge(sent, 520ms);
+    EXPECT_EQ(pacer.queue(), 0ms);
+    EXPECT_EQ(pacer.rate(), rate);
+  }
 }
 
 // 1 to 40 Mbit/s, changing every 100 ms: the wildest of cells.

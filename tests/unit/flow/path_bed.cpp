@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <map>
 #include <optional>
 #include <random>
 
@@ -29,6 +30,8 @@ struct BedPacket {
 class End {
  public:
   End(const BedDirection& out, Duration target) : out_(out), pacer_(target) {}
+
+  void repairs(const Repairs& told) { pacer_.repairs(told); }
 
   void produce(Duration now) {
     if (out_.bulk_per_second > 0 && now >= next_bulk_) {
@@ -97,28 +100,59 @@ class End {
   std::optional<Duration> ack_at_;
 };
 
+// With losses it works as TCP with SACK: what comes behind a lost packet waits at the receiver, the
+// sender knows of it as soon as the way back allows, and repeats the packet.
 class Wire {
  public:
-  explicit Wire(const BedDirection& direction) : direction_(direction) {}
+  Wire(const BedDirection& direction, Duration back) : direction_(direction), back_(back) {}
 
-  void push(const BedPacket& packet) { queue_.push_back(packet); }
+  void push(const BedPacket& packet) {
+    pushed_bytes_ += packet.bytes;
+    queue_.push_back({next_++, packet});
+  }
+
+  // As the sender knows it.
+  [[nodiscard]] Repairs repairs(Duration now) {
+    for (; !known_.empty() && known_.front().at <= now; known_.pop_front()) {
+      crossed_bytes_ += known_.front().bytes;
+      waiting_ = known_.front().waiting;
+    }
+    return {waiting_, pushed_bytes_ - crossed_bytes_, repeated_};
+  }
+  // As the receiver knows it.
+  [[nodiscard]] bool misses() const { return !early_.empty(); }
 
   template <class Arrive>
   void step(Duration now, bool judged, const Arrive& arrive) {
     const double carries = direction_.rate(now) * std::chrono::duration<double>(kStep).count();
     if (judged) carried_ += carries;
+    for (; !repeats_.empty() && repeats_.front().at <= now; repeats_.pop_front()) {
+      queue_.push_back(repeats_.front().segment);
+      ++repeated_;
+    }
     credit_ = queue_.empty() ? carries : credit_ + carries;
-    while (!queue_.empty() && credit_ >= queue_.front().bytes + kHeaders) {
-      credit_ -= queue_.front().bytes + kHeaders;
-      flying_.push_back({arrival(now + delay(now)), queue_.front()});
+    while (!queue_.empty() && credit_ >= queue_.front().packet.bytes + kHeaders) {
+      const Segment segment = queue_.front();
       queue_.pop_front();
+      if (is_lost()) {  // and is repeated as soon as the sender can know that
+        repeats_.push_back({now + delay(now) + back_, segment});
+        continue;
+      }
+      credit_ -= segment.packet.bytes + kHeaders;
+      flying_.push_back({arrival(now + delay(now)), segment});
     }
     for (; !flying_.empty() && flying_.front().at <= now; flying_.pop_front()) {
-      const BedPacket& packet = flying_.front().packet;
-      if (judged) bulk_ += packet.bulk;
-      if (judged && packet.urgent)
-        result_.waits.push_back({now, now - *packet.urgent - delay(now)});
-      arrive(packet);
+      const Segment& segment = flying_.front().segment;
+      early_.emplace(segment.number, segment.packet);
+      for (; !early_.empty() && early_.begin()->first == awaited_; ++awaited_) {
+        const BedPacket packet = early_.begin()->second;
+        early_.erase(early_.begin());
+        if (judged) bulk_ += packet.bulk;
+        if (judged && packet.urgent)
+          result_.waits.push_back({now, now - *packet.urgent - delay(now)});
+        arrive(packet);
+      }
+      known_.push_back({now + back_, segment.packet.bytes, misses()});
     }
   }
 
@@ -132,10 +166,23 @@ class Wire {
   }
 
  private:
-  struct Flying {
-    Duration at;
+  struct Segment {
+    std::uint64_t number;
     BedPacket packet;
   };
+  struct Flying {
+    Duration at;
+    Segment segment;
+  };
+  struct Known {
+    Duration at;
+    std::uint64_t bytes;
+    bool waiting;  // at the receiver, behind a lost one
+  };
+  [[nodiscard]] bool is_lost() {
+    return direction_.loss > 0 &&
+           std::uniform_real_distribution<double>(0, 1)(random_) < direction_.loss;
+  }
   [[nodiscard]] Duration arrival(Duration at) {
     if (direction_.jitter > 0s) {
       std::exponential_distribution<double> draw(1 /
@@ -147,8 +194,18 @@ class Wire {
   }
 
   const BedDirection& direction_;
-  std::deque<BedPacket> queue_;
+  Duration back_;
+  std::deque<Segment> queue_;
   std::deque<Flying> flying_;
+  std::deque<Flying> repeats_;
+  std::map<std::uint64_t, BedPacket> early_;  // arrived behind a lost one
+  std::deque<Known> known_;                   // what arrived, and when the sender knows it
+  std::uint64_t next_ = 0;
+  std::uint64_t awaited_ = 0;
+  std::uint64_t pushed_bytes_ = 0;
+  std::uint64_t crossed_bytes_ = 0;
+  std::uint64_t repeated_ = 0;
+  bool waiting_ = false;
   std::mt19937_64 random_{1};
   Duration last_{};
   double credit_ = 0;
@@ -181,10 +238,14 @@ std::function<double(Duration)> megabits(double rate) {
 
 BedResults run_bed(const BedOptions& options) {
   std::array<End, 2> ends{End(options.there, options.target), End(options.back, options.target)};
-  std::array<Wire, 2> wires{Wire(options.there), Wire(options.back)};
+  std::array<Wire, 2> wires{Wire(options.there, options.back.delay),
+                            Wire(options.back, options.there.delay)};
   for (Duration now{}; now < options.lasts; now += kStep) {
     for (std::size_t i = 0; i < 2; ++i) {
       ends[i].produce(now);
+      auto repairs = wires[i].repairs(now);
+      repairs.open = repairs.open || wires[1 - i].misses();
+      ends[i].repairs(repairs);
       while (const auto packet = ends[i].pull(now)) wires[i].push(*packet);
       wires[i].step(now, now >= options.warm_up,
                     [&](const BedPacket& packet) { ends[1 - i].arrive(packet, now); });

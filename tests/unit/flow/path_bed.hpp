@@ -18,6 +18,7 @@ struct BedDirection {
   Duration detour_at{};
   Duration bunch{};            // packets arrive at multiples of this only; zero: at any time
   Duration jitter{};           // on top of the delay, on the average; order is kept
+  double loss = 0;             // share of packets that is lost, as TCP repairs it
   double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
   std::uint32_t bulk_bytes = 500'000;
 };

@@ -57,7 +57,7 @@ struct Side {
   explicit Side(Loop& loop, SocketOptions sockets = {})
       : network(loop.io,
                 {[this](Input&& input) { on(std::move(input)); },
-                 [this](ConnectionId id) { return next(id); },
+                 [this](ConnectionId id, const Repairs&) { return next(id); },
                  [this](Log&& log) { logs.push_back(log.text); }},
                 std::move(sockets)) {}
 
