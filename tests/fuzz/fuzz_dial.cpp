@@ -134,7 +134,7 @@ class World {
   boost::asio::io_context io_;
   Network network_{io_,
                    {[this](Input&& input) { on(std::move(input)); },
-                    [](ConnectionId) { return std::nullopt; }, [](Log&&) {}}};
+                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
 };
 
 }  // namespace
