@@ -22,6 +22,7 @@ constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 65536;
 constexpr Duration kCredit = 1ms;     // what may be caught up after a late wake-up
 constexpr Duration kDebtMax = 100ms;  // by urgent data, which is never held back
+constexpr double kTrimMin = -0.15;
 constexpr double kBoostFirst = 0.03;
 constexpr double kBoostFirstMax = 0.2;
 constexpr double kBoostMax = 1;
@@ -61,7 +62,9 @@ std::uint64_t Pacer::window() const {
   const Duration slack = starting_ ? round : 2 * target_ + late;
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
   const double time = seconds(round + slack + ask_period());
-  return static_cast<std::uint64_t>(std::max(std::max(carries(), rate_ / 2) * time, least));
+  const double share = share_.rate() * (time + seconds(path_.queue()));
+  return static_cast<std::uint64_t>(
+      std::max({std::max(carries(), rate_ / 2) * time, share, least}));
 }
 
 bool Pacer::acks_are_late(TimePoint now) const {
@@ -118,6 +121,7 @@ void Pacer::sent(const SentPacket& packet) {
 // ---- what is learnt
 
 void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
+  const bool tcp_limits = next_at(now) <= now - kCredit;
   const auto covered = path_.acknowledged(ack, now);
   if (!covered || path_.delivery() == 0) return;
   judge_queue(now);
@@ -126,14 +130,16 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   round_limited_ = round_limited_ || covered->limited || covered->behind_loss;
   if (covered->end >= round_end_) {
     end_round(round_limited_);
+    if (round_limited_) {
+      share_.path_is_not_seen(now);
+    } else {
+      share_.end_round(share_round(tcp_limits), now);
+    }
     round_end_ = path_.sent_bytes();
     round_limited_ = false;
   }
   const double before = rate_;
-  // Below this rate the window alone limits sending, and its acknowledgements show whether more is
-  // possible.
-  const double least = kWindowMin / seconds(path_.round_trip());
-  rate_ = std::clamp(gain() * carries(), least, kRateMax);
+  rate_ = std::clamp(std::max(gain() * carries(), share_.rate()), least_rate(), kRateMax);
   // The debt is in bytes, so its duration changes with the rate.
   if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
 }
@@ -144,25 +150,39 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
+  if (starting_ || queue > 4 * target || trim_ < kTrimMin / 2) share_.path_is_not_seen(now);
   if (queue > std::max(2 * target, path_.round_trip())) starting_ = false;
   if (queue > target / 2) boost_ = 0;
-  if (queue <= target) empty_at_ = now;
-  if (queue <= 4 * target) {
+  if (queue <= target && base_is_seen_) empty_at_ = now;
+  if (!is_too_long(queue)) {
     full_ = {now, Duration::zero()};
   } else if (queue < full_.queue / 2) {
     full_ = {now, queue};
   } else {
     full_.queue = std::max(full_.queue, queue);
-    if (now - full_.since > 2 * full_.queue + 10 * path_.round_trip()) {
+    const Duration rounds =
+        std::max(3 * path_.round_trip(), std::min<Duration>(10 * path_.round_trip(), 500ms));
+    if (now - full_.since > 2 * full_.queue + rounds) {
+      share_.begin(share_round(false), now);
       path_.forget_base();
+      base_is_seen_ = false;
+      empty_at_ = now;
       full_ = {now, Duration::zero()};
     }
   }
   // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
   if (now - empty_at_ > kEmptyPeriod) {
     drain_end_ = path_.sent_bytes();
+    base_is_seen_ = true;
     empty_at_ = now;
   }
+}
+
+bool Pacer::is_too_long(Duration queue) const {
+  // Where next to nothing leaves, what arrives shows no rate, and the target would be too long.
+  if (queue > 4 * from_seconds(target(std::max(share_.best() / 16, path_.delivery())))) return true;
+  // To hold back does not help, though more than the least leaves.
+  return queue > 2 * from_seconds(target()) && trim_ <= kTrimMin && rate_ > least_rate();
 }
 
 void Pacer::end_round(bool limited) {
@@ -177,11 +197,22 @@ void Pacer::end_round(bool limited) {
     return;
   }
   variation_ += (std::abs(now - before) / std::max(now, before) - variation_) / 16;
-  trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), -0.15, 0.05);
+  trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), kTrimMin, 0.05);
   if (error <= 0.5) return;
   // Where the rate varies much, there is often much more to find.
   const double first = std::clamp(2 * variation_, kBoostFirst, kBoostFirstMax);
   boost_ = std::clamp(1.8 * boost_, first, kBoostMax);
+}
+
+PathShare::Round Pacer::share_round(bool tcp_limits) const {
+  const Duration next = 2 * (path_.round_trip() + path_.queue()) + ask_period();
+  return {path_.delivery(), rate_, gain() * carries(), gain(), tcp_limits, starting_, next};
+}
+
+// Below this rate the window alone limits sending, and its acknowledgements show whether more is
+// possible.
+double Pacer::least_rate() const {
+  return kWindowMin / seconds(path_.round_trip());
 }
 
 double Pacer::gain() const {
@@ -193,9 +224,9 @@ double Pacer::gain() const {
 
 // A part's own time on the wire counts as well. And where the delay varies without our doing,
 // holding back would not shorten it.
-double Pacer::target() const {
-  return std::max({seconds(target_), 1.5 * part_bytes(kNearPartBytes) / path_.delivery(),
-                   0.4 * seconds(path_.jitter())});
+double Pacer::target(double rate) const {
+  return std::max(
+      {seconds(target_), 1.5 * part_bytes(kNearPartBytes) / rate, 0.4 * seconds(path_.jitter())});
 }
 
 // While the queue is too long, the last measured rate is used, otherwise the best of a few round

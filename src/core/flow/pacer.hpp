@@ -7,6 +7,7 @@
 
 #include "core/base/time.hpp"
 #include "core/flow/path.hpp"
+#include "core/flow/path_share.hpp"
 
 namespace connect_bridge {
 
@@ -49,10 +50,14 @@ class Pacer {
  private:
   void end_round(bool limited);
   void judge_queue(TimePoint now);
+  [[nodiscard]] bool is_too_long(Duration queue) const;
+  [[nodiscard]] PathShare::Round share_round(bool tcp_limits) const;
   [[nodiscard]] double gain() const;
   [[nodiscard]] Duration ask_period() const;
-  [[nodiscard]] double target() const;
+  [[nodiscard]] double target() const { return target(path_.delivery()); }
+  [[nodiscard]] double target(double rate) const;
   [[nodiscard]] double carries() const;
+  [[nodiscard]] double least_rate() const;
   [[nodiscard]] std::uint64_t window() const;
   // Acknowledgements are overdue: the path has become slower or has stopped.
   [[nodiscard]] bool acks_are_late(TimePoint now) const;
@@ -74,8 +79,10 @@ class Pacer {
   };
   Episode full_;          // since when the queue is too long, and its length at that time
   TimePoint empty_at_{};  // when the path was last seen nearly empty
-  double rate_ = 0;       // bytes per second at which packets leave; 0: not known
-  TimePoint free_at_{};   // when what has left is paid for
+  PathShare share_;
+  bool base_is_seen_ = true;  // the path was empty when its delay was measured
+  double rate_ = 0;           // bytes per second at which packets leave; 0: not known
+  TimePoint free_at_{};       // when what has left is paid for
 };
 
 }  // namespace connect_bridge

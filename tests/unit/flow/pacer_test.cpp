@@ -119,6 +119,58 @@ TEST(Pacer, APathThatBecomesLongerStaysWithoutAQueue) {
   }
 }
 
+// Now it is longer and slower: what is measured then is no rate of somebody else's.
+TEST(Pacer, APathThatBecomesLongerAndSlowerStaysWithoutAQueue) {
+  for (const double rate : {9, 4, 2}) {
+    auto options = thin_link();
+    options.there.detour = options.back.detour = 100ms;
+    options.there.detour_at = options.back.detour_at = 4s;
+    options.there.rate = [&](Duration at) { return (at < 4s ? 18 : rate) * 1e6 / 8; };
+    options.lasts = 20s;
+    const auto there = run_bed(options).there;
+    EXPECT_LT(there.worst_ms(5s, 20s), 80) << rate;
+    EXPECT_GT(there.bulk_share, 0.8) << rate;
+  }
+}
+
+// A connection of somebody else fills the queue whatever we do: holding back for ever would leave
+// it all.
+TEST(Pacer, BesideSomebodyElseBulkHasAShare) {
+  for (const double rate : {4, 18, 58}) {
+    auto options = thin_link();
+    options.there.rate = megabits(rate);
+    options.there.bulk_per_second = rate;
+    options.there.foreign_from = 4s;
+    options.there.foreign_to = options.lasts = 16s;
+    options.warm_up = 8s;
+    const auto there = run_bed(options).there;
+    EXPECT_GT(there.bulk_share, 0.3) << rate;
+    EXPECT_LT(there.bulk_share, 0.6) << rate;
+  }
+}
+
+TEST(Pacer, ANewConnectionBesideSomebodyElseHasAShare) {
+  for (const double rate : {4, 18, 58}) {
+    auto options = thin_link();
+    options.there.rate = megabits(rate);
+    options.there.bulk_per_second = rate;
+    options.there.foreign_from = 1ms;
+    options.there.foreign_to = options.lasts = 20s;
+    options.there.bulk_from = 2s;
+    options.warm_up = 8s;
+    EXPECT_GT(run_bed(options).there.bulk_share, 0.25) << rate;
+  }
+}
+
+TEST(Pacer, WhenSomebodyElseHasLeftThePathHasNoQueueOfOurs) {
+  auto options = thin_link();
+  options.there.foreign_from = 4s;
+  options.there.foreign_to = 12s;
+  options.lasts = 30s;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.worst_ms(20s, 30s), 10);
+}
+
 // What is on its way then takes 2.2 s, whatever the sender does.
 TEST(Pacer, APathThatNearlyStopsGetsNoQueueOfOurs) {
   auto options = thin_link();

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/flow/pacer.hpp"
+#include "unit/flow/foreign_flow.hpp"
 
 namespace connect_bridge::flow_test {
 namespace {
@@ -18,6 +19,7 @@ constexpr Duration kStep = 20us;
 constexpr std::uint32_t kHeaders = 64;  // of TCP and below, per packet
 constexpr Stamp kClockOffset = 123'456'789;
 constexpr Duration kUrgentPeriod = 20ms;
+constexpr Duration kForeignQueue = 200ms;  // what does not fit is lost
 
 struct BedPacket {
   std::uint32_t bytes = 0;
@@ -34,7 +36,7 @@ class End {
   void repairs(const Repairs& told) { pacer_.repairs(told); }
 
   void produce(Duration now) {
-    if (out_.bulk_per_second > 0 && now >= next_bulk_) {
+    if (out_.bulk_per_second > 0 && now >= std::max(next_bulk_, out_.bulk_from)) {
       next_bulk_ += Duration(static_cast<std::int64_t>(1e9 / out_.bulk_per_second));
       waiting_ = true;
       if (bulk_left_ == 0) begin_bulk();
@@ -108,7 +110,7 @@ class Wire {
 
   void push(const BedPacket& packet) {
     pushed_bytes_ += packet.bytes;
-    queue_.push_back({next_++, packet});
+    enqueue({next_++, packet});
   }
 
   // As the sender knows it.
@@ -126,14 +128,16 @@ class Wire {
   void step(Duration now, bool judged, const Arrive& arrive) {
     const double carries = direction_.rate(now) * std::chrono::duration<double>(kStep).count();
     if (judged) carried_ += carries;
+    if (now >= direction_.foreign_from && now < direction_.foreign_to) push_foreign(now);
     for (; !repeats_.empty() && repeats_.front().at <= now; repeats_.pop_front()) {
-      queue_.push_back(repeats_.front().segment);
+      enqueue(repeats_.front().segment);
       ++repeated_;
     }
     credit_ = queue_.empty() ? carries : credit_ + carries;
     while (!queue_.empty() && credit_ >= queue_.front().packet.bytes + kHeaders) {
       const Segment segment = queue_.front();
       queue_.pop_front();
+      queued_bytes_ -= segment.packet.bytes + kHeaders;
       if (is_lost()) {  // and is repeated as soon as the sender can know that
         repeats_.push_back({now + delay(now) + back_, segment});
         continue;
@@ -143,6 +147,10 @@ class Wire {
     }
     for (; !flying_.empty() && flying_.front().at <= now; flying_.pop_front()) {
       const Segment& segment = flying_.front().segment;
+      if (segment.number == kForeign) {
+        foreign_acks_.push_back(now + back_);
+        continue;
+      }
       early_.emplace(segment.number, segment.packet);
       for (; !early_.empty() && early_.begin()->first == awaited_; ++awaited_) {
         const BedPacket packet = early_.begin()->second;
@@ -166,8 +174,9 @@ class Wire {
   }
 
  private:
+  static constexpr std::uint64_t kForeign = ~0ULL;
   struct Segment {
-    std::uint64_t number;
+    std::uint64_t number;  // or kForeign
     BedPacket packet;
   };
   struct Flying {
@@ -179,6 +188,25 @@ class Wire {
     std::uint64_t bytes;
     bool waiting;  // at the receiver, behind a lost one
   };
+  void enqueue(const Segment& segment) {
+    queue_.push_back(segment);
+    queued_bytes_ += segment.packet.bytes + kHeaders;
+  }
+  void push_foreign(Duration now) {
+    for (; !foreign_acks_.empty() && foreign_acks_.front() <= now; foreign_acks_.pop_front())
+      foreign_.acknowledged();
+    for (int left = foreign_.leaves(now); left > 0; --left) {
+      const auto waits =
+          Duration(static_cast<std::int64_t>(1e9 * queued_bytes_ / direction_.rate(now)));
+      if (waits > kForeignQueue) {
+        foreign_.lost(now, waits);
+      } else {
+        BedPacket packet;
+        packet.bytes = ForeignFlow::kPacketBytes;
+        enqueue({kForeign, packet});
+      }
+    }
+  }
   [[nodiscard]] bool is_lost() {
     return direction_.loss > 0 &&
            std::uniform_real_distribution<double>(0, 1)(random_) < direction_.loss;
@@ -196,6 +224,9 @@ class Wire {
   const BedDirection& direction_;
   Duration back_;
   std::deque<Segment> queue_;
+  double queued_bytes_ = 0;
+  ForeignFlow foreign_;
+  std::deque<Duration> foreign_acks_;  // when its sender has them
   std::deque<Flying> flying_;
   std::deque<Flying> repeats_;
   std::map<std::uint64_t, BedPacket> early_;  // arrived behind a lost one

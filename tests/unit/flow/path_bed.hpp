@@ -16,10 +16,13 @@ struct BedDirection {
   Duration delay = std::chrono::milliseconds(10);
   Duration detour{};  // more delay from detour_at on
   Duration detour_at{};
-  Duration bunch{};            // packets arrive at multiples of this only; zero: at any time
-  Duration jitter{};           // on top of the delay, on the average; order is kept
+  Duration bunch{};   // packets arrive at multiples of this only; zero: at any time
+  Duration jitter{};  // on top of the delay, on the average; order is kept
+  // A TCP connection of somebody else that never ends is on the path in this time.
+  Duration foreign_from{}, foreign_to{};
   double loss = 0;             // share of packets that is lost, as TCP repairs it
   double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
+  Duration bulk_from{};
   std::uint32_t bulk_bytes = 500'000;
 };
 

@@ -1,0 +1,49 @@
+// Our part of a path whose queue somebody else keeps full.
+#pragma once
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+// Who fills the queue leaves nothing to a sender that holds back for every queue. So from begin()
+// on at least rate() leaves, whatever the queue. It grows as long as what leaves arrives: had the
+// path itself become slower, it would not. It ends at half of what the path carried alone; where
+// that was never seen, at half of what arrives when more does not.
+//
+// Rates in bytes per second. Belongs to one connection.
+class PathShare {
+ public:
+  // A round trip in which there was always more to send.
+  struct Round {
+    double delivery = 0;      // what arrived
+    double allowed = 0;       // what was allowed to leave
+    double without = 0;       // what would be without the share
+    double gain = 1;          // less than 1: the sender holds back because of the queue
+    bool tcp_limits = false;  // less has left than was allowed
+    bool starting = false;
+    Duration answer{};  // until a change of the rate shows in what arrives
+  };
+
+  // What may leave at least; 0: nobody else is there.
+  [[nodiscard]] double rate() const { return rate_; }
+  // What the path has carried; 0: not known.
+  [[nodiscard]] double best() const { return best_; }
+
+  // The queue has stayed long although the sender held back.
+  void begin(const Round& round, TimePoint now);
+  void end_round(const Round& round, TimePoint now);
+  // Now the queue is long, or the traffic does not show what the path carries.
+  void path_is_not_seen(TimePoint now) { seen_since_ = now; }
+
+ private:
+  void grow(const Round& round, TimePoint now);
+
+  double rate_ = 0;
+  TimePoint judged_at_{};  // when what arrives shows whether the path carries that
+  TimePoint needed_at_{};  // when less would have left without it, the last time
+  double best_ = 0;
+  bool best_is_all_ = false;  // nobody else was there then, or more would not have arrived
+  TimePoint seen_since_{};
+};
+
+}  // namespace connect_bridge
