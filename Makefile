@@ -21,7 +21,9 @@ places = $$((3 * JOBS))
 # Tests with real nodes depend on the load of the machine: a second try is allowed, and shown in the output.
 ctest = tools/harness/middleware.py ctest --test-dir "$(1)" --output-on-failure --no-tests=error --no-label-summary --repeat until-pass:2 $(2)
 clang_tools = -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++
-asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=address,undefined)
+# A comma would end an argument of call.
+comma := ,
+asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DCONNECT_SANITIZE=address$(comma)undefined)
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
