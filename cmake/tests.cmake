@@ -141,7 +141,8 @@ function(connect_python_test name file)
   cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;SERIAL" "ARGS;ENV")
   add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest "${file}" ${test_ARGS}
     WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
-  set(environment CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ${test_ENV})
+  set(environment CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR} CONNECT_SANITIZE=${CONNECT_SANITIZE}
+    ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ${test_ENV})
   set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 COST ${test_COST} RUN_SERIAL ${test_SERIAL}
     ENVIRONMENT "${environment}")
 endfunction()

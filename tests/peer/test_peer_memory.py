@@ -4,6 +4,7 @@ import contextlib
 import time
 
 from graph import until
+from sanitizer import not_under_a_sanitizer
 from std_msgs.msg import String, UInt8MultiArray
 
 from connect_peer import Peer
@@ -58,7 +59,6 @@ def test_greedy_peers_use_no_more_than_there_is(tmp_path):
         assert used() <= MEMORY_MAX
         bound = MEMORY_MAX + BESIDE + len(peers) * MESSAGE_MAX
         print(f"{used() / MEMORY_MAX:.0%} of memory_max, {most / MIB:.0f} of {bound / MIB:.0f} MiB")
-        assert most < bound
         # There is room for who needs little.
         modest = login("modest")
         modest.offer("/o/modest", STRING)
@@ -73,3 +73,5 @@ def test_greedy_peers_use_no_more_than_there_is(tmp_path):
         assert all(mine.closed is None for mine in peers)
         for collector in [*collectors, heard]:
             collector.close()
+        not_under_a_sanitizer("the server's memory beside greedy peers")
+        assert most < bound
