@@ -27,7 +27,7 @@ asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DC
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz tls-scan demo format check asan tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz tls-scan demo format check asan asan-e2e tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -83,12 +83,23 @@ check: packages ## format, arrows between layers, sizes; whether the mutants app
 
 # Real nodes and hostile peers around the programs built with a sanitizer.
 smoke = -R '^(e2e_topics|peer_peer_(hostile|hostile_topics|hostile_server|refused))$$'
+# A report is a file of its own, not lines in a log that only a failed test shows: each is a failure, also that of a program that
+# was killed anyway, or of a test that passed at the second try.
+reports = $(abspath $(BUILD))-asan/reports
+around_asan = rm -rf "$(reports)"; mkdir "$(reports)"; passed=true; \
+  export ASAN_OPTIONS="detect_leaks=0:log_path=$(reports)/report" UBSAN_OPTIONS=print_stacktrace=1; \
+  $(call ctest,$(BUILD)-asan,$(1)) || passed=false; \
+  if head -n 60 "$(reports)"/* 2>/dev/null; then passed=false; fi; $$passed
 
 asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers
 	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
 	@tools/setup/syntax.py "$(BUILD)-asan" src
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
-	@$(in_env) export ASAN_OPTIONS=detect_leaks=0; $(call ctest,$(BUILD)-asan,$(smoke))
+	@$(in_env) $(call around_asan,$(smoke))
+
+asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 14 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
+	@$(in_env) TARGETS="server client ctl auth_plugin ros_bench wan" $(asan_compile)
+	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) + 1))$(comma)$(comma)10) -j $(places))
 
 # Neither core nor the simulator has threads.
 tsan: setup ## what has threads: unit tests but the core's, gateway tests and an end-to-end smoke under the thread sanitizer
