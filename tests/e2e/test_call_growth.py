@@ -11,7 +11,7 @@ from harness.programs import Program, build_dir, dies_with_us, ros_environment
 from sanitizer import SANITIZED, not_under_a_sanitizer
 
 CALLERS = 5
-CALLS_EACH = 4_000 if SANITIZED else 20_000  # so many are for what they might leave
+CALLS_EACH = 4_000 if SANITIZED else 20_000  # memory needs so many
 GROWTH_BYTES = 8 << 20
 RULES = {**OPEN_CALLS, "rule": {"all": {"export_services": ["/bench/**"]}}}
 
