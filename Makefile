@@ -97,7 +97,7 @@ asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the 
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))
 	@$(in_env) $(call around_asan,$(smoke))
 
-asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 14 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
+asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
 	@$(in_env) TARGETS="server client ctl auth_plugin ros_bench wan" $(asan_compile)
 	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) + 1))$(comma)$(comma)10) -j $(places))
 
