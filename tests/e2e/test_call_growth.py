@@ -1,6 +1,7 @@
 """100,000 calls by callers that are killed with calls under way: nothing grows."""
 
 import json
+import os
 import subprocess
 
 import pytest
@@ -51,8 +52,11 @@ def test_callers_that_are_killed_leave_nothing(make_pair, tmp_path):
     pair = make_pair(server=RULES)
     bench = [build_dir() / "bench" / "ros_bench", "serve"]
     env = ros_environment(pair.domains[0])
-    # Its stdin must stay open: it ends with it.
-    server = Program("serve", ["sh", "-c", 'sleep 600 | "$0" "$1"', *bench], env, tmp_path)
+    # Its stdin must stay open: it ends with it. A pipe that it holds itself does.
+    stdin = tmp_path / "stdin"
+    os.mkfifo(stdin)
+    hold = ["sh", "-c", 'exec "$1" "$2" <>"$0"', stdin]
+    server = Program("serve", [*hold, *bench], env, tmp_path)
     server.start().wait_for("ready")
     try:
         sizes = []
