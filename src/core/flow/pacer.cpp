@@ -33,8 +33,10 @@ double seconds(Duration time) {
   return std::chrono::duration<double>(time).count();
 }
 
+// What a peer says of its clock may make anything of a time.
 Duration from_seconds(double time) {
-  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(time));
+  const std::chrono::duration<double> bounded(std::clamp(time, -3600.0, 3600.0));
+  return std::chrono::duration_cast<Duration>(bounded);
 }
 
 }  // namespace

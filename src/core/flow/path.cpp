@@ -11,6 +11,7 @@ constexpr Duration kRateSpanMin = 10ms;
 constexpr Duration kRateWindowMin = 100ms;
 constexpr Duration kJitterMax = 25ms;  // more is a single event, not usual jitter
 constexpr std::size_t kArrivalsMax = 512;
+constexpr double kQueueMax = 60e9;  // nanoseconds; more is a clock that is wrong
 
 Duration nanoseconds(double count) {
   return Duration(static_cast<std::int64_t>(count));
@@ -104,7 +105,7 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   waited_most_.add(waited, now, round_trip());
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
   jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;
-  queue_ = nanoseconds(std::max(waited_.get(), 0.0));
+  queue_ = nanoseconds(std::clamp(waited_.get(), 0.0, kQueueMax));
   if (!last.asks) return;  // the peer acknowledges the others later, at a time of its own
   const Duration took = now - last.at;
   round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
