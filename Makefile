@@ -99,7 +99,7 @@ asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the 
 
 asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
 	@$(in_env) TARGETS="server client ctl auth_plugin ros_bench wan" $(asan_compile)
-	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) + 1))$(comma)$(comma)10) -j $(places))
+	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) % 10 + 1))$(comma)$(comma)10) -j $(places))
 
 # Neither core nor the simulator has threads.
 tsan: setup ## what has threads: unit tests but the core's, gateway tests and an end-to-end smoke under the thread sanitizer

@@ -2,8 +2,9 @@
 
 from beside_bridges import BESIDE_BRIDGES
 from mutant import Mutant
+from pacing import PACING
 
-CORE = BESIDE_BRIDGES + [
+CORE = BESIDE_BRIDGES + PACING + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
@@ -179,20 +180,6 @@ CORE = BESIDE_BRIDGES + [
            "for (std::size_t i = 0; i < kStrict; ++i)", "for (std::size_t i = kStrict; i-- > 0;)"),
     Mutant("light is not strict",
            "constexpr std::size_t kLight = 1;", "constexpr std::size_t kLight = 4;"),
-    Mutant("the rate holds nothing back", "return rate_ == 0 ? now : free_at_;", "return now;"),
-    Mutant("the window holds nothing back", "path_.in_flight_bytes() >= window() ||", "false &&"),
-    Mutant("what waits for a repair flies", "is_repaired() ? std::min(", "false ? std::min("),
-    Mutant("what waited for a repair tells a queue", "return waited &&", "return false &&"),
-    Mutant("no queue is seen where all waits", "now - unhindered_at_ < rate_window()", "true"),
-    Mutant("what follows is not asked to be acknowledged",
-           "return !more_waits || now - path_.asked_at() >= ask_period() ||", "return false &&"),
-    Mutant("a time frame's arrival tells a queue", "last->end == ack.received_bytes &&", ""),
-    Mutant("a longer path is a queue", "path_.forget_base();", "", within="Pacer::judge_queue"),
-    Mutant("our own queue makes the window larger", "3 * path_.lateness() / 4, round", "1h, 1h"),
-    Mutant("a gap between packets is a pause",
-           "return flight_.empty() && limited_end_ == sent_bytes_;", "return flight_.empty();"),
-    Mutant("a queue is the path's delay at once",
-           "if (now - full_.since > 2 * full_.queue", "if (now - full_.since < 2 * full_.queue"),
     Mutant("parts do not interleave",
            "(queue->rests_until() ? resting_ : turns).push_back(queue);",
            "queue->rests_until() ? resting_.push_back(queue) : turns.push_front(queue);"),

@@ -123,6 +123,7 @@ void Pacer::sent(const SentPacket& packet) {
 // ---- what is learnt
 
 void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
+  // Something might have left for a while, and has not.
   const bool tcp_limits = next_at(now) <= now - kCredit;
   const auto covered = path_.acknowledged(ack, now);
   if (!covered || path_.delivery() == 0) return;
@@ -207,8 +208,13 @@ void Pacer::end_round(bool limited) {
 }
 
 PathShare::Round Pacer::share_round(bool tcp_limits) const {
-  const Duration next = 2 * (path_.round_trip() + path_.queue()) + ask_period();
-  return {path_.delivery(), rate_, gain() * carries(), gain(), tcp_limits, starting_, next};
+  return {.delivery = path_.delivery(),
+          .allowed = rate_,
+          .without = gain() * carries(),
+          .gain = gain(),
+          .tcp_limits = tcp_limits,
+          .starting = starting_,
+          .answer = 2 * (path_.round_trip() + path_.queue()) + ask_period()};
 }
 
 // Below this rate the window alone limits sending, and its acknowledgements show whether more is

@@ -133,17 +133,22 @@ TEST(Pacer, APathThatBecomesLongerAndSlowerStaysWithoutAQueue) {
   }
 }
 
-// A connection of somebody else fills the queue whatever we do: holding back for ever would leave
-// it all.
+// Bulk that is more than the path carries, beside a connection of somebody else.
+BedOptions beside_somebody_else(double rate, Duration foreign_from, Duration bulk_from) {
+  auto options = thin_link();
+  options.there.rate = megabits(rate);
+  options.there.bulk_per_second = rate;
+  options.there.bulk_from = bulk_from;
+  options.there.foreign_from = foreign_from;
+  options.there.foreign_to = options.lasts = 20s;
+  options.warm_up = 8s;
+  return options;
+}
+
+// It fills the queue whatever we do: holding back for ever would leave it all.
 TEST(Pacer, BesideSomebodyElseBulkHasAShare) {
   for (const double rate : {4, 18, 58}) {
-    auto options = thin_link();
-    options.there.rate = megabits(rate);
-    options.there.bulk_per_second = rate;
-    options.there.foreign_from = 4s;
-    options.there.foreign_to = options.lasts = 16s;
-    options.warm_up = 8s;
-    const auto there = run_bed(options).there;
+    const auto there = run_bed(beside_somebody_else(rate, 4s, 0s)).there;
     EXPECT_GT(there.bulk_share, 0.3) << rate;
     EXPECT_LT(there.bulk_share, 0.6) << rate;
   }
@@ -151,14 +156,7 @@ TEST(Pacer, BesideSomebodyElseBulkHasAShare) {
 
 TEST(Pacer, ANewConnectionBesideSomebodyElseHasAShare) {
   for (const double rate : {4, 18, 58}) {
-    auto options = thin_link();
-    options.there.rate = megabits(rate);
-    options.there.bulk_per_second = rate;
-    options.there.foreign_from = 1ms;
-    options.there.foreign_to = options.lasts = 20s;
-    options.there.bulk_from = 2s;
-    options.warm_up = 8s;
-    EXPECT_GT(run_bed(options).there.bulk_share, 0.25) << rate;
+    EXPECT_GT(run_bed(beside_somebody_else(rate, 1ms, 2s)).there.bulk_share, 0.25) << rate;
   }
 }
 
@@ -340,8 +338,8 @@ TEST(Pacer, AMessageAloneLeavesAtOnce) {
   EXPECT_TRUE(pacer.wants_ack(56, false, now));  // once a second
 }
 
-// A peer's clock may do anything: stand still, run backwards, or jump.
-// Its clock goes as it should until a time, and then by `step`.
+// A peer's clock may do anything: stand still, run backwards, or jump. It goes as it should in the
+// first `from` milliseconds, and then by `step`.
 void lies(Stamp step, int from) {
   Pacer pacer(2ms);
   std::uint64_t sent = 0;

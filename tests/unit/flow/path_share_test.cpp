@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace connect_bridge {
 namespace {
 
@@ -21,8 +23,13 @@ struct Rounds {
     for (const TimePoint end = now + lasts; now < end; now += kRound) {
       // The share is all that leaves beside somebody else.
       const double delivery = carries(share.rate());
-      share.end_round(
-          {delivery, share.rate(), gain * delivery, gain, tcp_limits, false, 2 * kRound}, now);
+      share.end_round({.delivery = delivery,
+                       .allowed = share.rate(),
+                       .without = gain * delivery,
+                       .gain = gain,
+                       .tcp_limits = tcp_limits,
+                       .answer = 2 * kRound},
+                      now);
     }
   }
   void alone(double rate) {
@@ -30,7 +37,7 @@ struct Rounds {
   }
   void begin(double leaves) {
     share.path_is_not_seen(now);
-    share.begin({leaves, leaves, leaves, gain, false, false, 2 * kRound}, now);
+    share.begin({.delivery = leaves, .allowed = leaves, .answer = 2 * kRound}, now);
   }
 };
 
