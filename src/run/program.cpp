@@ -123,6 +123,7 @@ int run_program(Role role, int argc, char** argv) {
     options.name = default_name(role);
     options.argc = argc;
     options.argv = argv;
+    options.publishes_images = role == Role::kClient;  // of the robot
     ros::Node node(options);
     return start(node, role, argc, argv, last_steps);
   } catch (const std::exception& error) {

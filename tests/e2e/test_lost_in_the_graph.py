@@ -1,4 +1,5 @@
-"""What the middleware loses between the bridge and a node is there again soon."""
+"""What the middleware loses between the bridge and a node is there again soon, and large messages
+are not lost there."""
 
 import os
 import signal
@@ -6,9 +7,11 @@ import sys
 import time
 
 import pytest
+from connect_bridge_test_interfaces.msg import Blob
+from rclpy.qos import ReliabilityPolicy
 from std_msgs.msg import Int32
 
-from graph import until
+from graph import connect, qos, until
 from harness.programs import Program, ros_environment, uses_rmw
 
 FILLING = 1000  # more than wait for a reader that stands still, in shared memory or in a socket
@@ -27,6 +30,27 @@ for name in ("filling", "command"):
     )
 rclpy.spin(node)
 """
+
+
+IMAGE = 1920 * 1080 * 3
+IMAGES = 20
+
+
+@pytest.mark.skipif(not uses_rmw("rmw_fastrtps_cpp"), reason="shared memory of Fast DDS")
+def test_images_reach_a_subscriber_that_repairs_nothing(pair):
+    # What the publisher loses is repaired, since another subscriber wants that.
+    publisher, patient = pair.opened(Blob, "/t/image", Blob(), qos(2))
+    collector = pair.operator.collector(
+        Blob, "/t/image", qos(2, reliability=ReliabilityPolicy.BEST_EFFORT)
+    )
+    connect(publisher, collector, Blob())
+    collector.clear()
+    for number in range(1, IMAGES + 1):
+        publisher.publish(Blob(sequence=number, data=bytes(IMAGE)))
+        patient.wait_for(lambda image, number=number: image.sequence == number)
+    come = [image.sequence for image in collector.messages if image.sequence]
+    print(f"{len(come)} of {IMAGES} images came")
+    assert len(come) >= IMAGES // 2
 
 
 @pytest.mark.skipif(not uses_rmw("rmw_fastrtps_cpp"), reason="only Fast DDS waits for so long")

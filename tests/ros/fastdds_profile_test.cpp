@@ -15,6 +15,8 @@ namespace {
 constexpr const char* kVariables[] = {"FASTDDS_DEFAULT_PROFILES_FILE",
                                       "FASTRTPS_DEFAULT_PROFILES_FILE"};
 
+constexpr const char* kTransports = "FASTDDS_BUILTIN_TRANSPORTS";
+
 // The file that Fast DDS would read now; empty: none.
 std::string given() {
   std::string path;
@@ -23,10 +25,16 @@ std::string given() {
   return path;
 }
 
+std::string text_given() {
+  std::ifstream file(given());
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
 class FastDdsProfileTest : public testing::Test {
  protected:
   FastDdsProfileTest() {
     for (const char* variable : kVariables) unsetenv(variable);
+    unsetenv(kTransports);
   }
 
   const std::string rmw = rmw_get_implementation_identifier();
@@ -36,11 +44,10 @@ TEST_F(FastDdsProfileTest, IsThereForAMomentAndNothingStays) {
   if (!rmw.starts_with("rmw_fastrtps")) GTEST_SKIP() << rmw;
   std::string path;
   {
-    const FastDdsProfile profile(true);
+    const FastDdsProfile profile(true, 0);
     path = given();
-    std::ifstream file(path);
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_NE(text.find("is_default_profile=\"true\""), std::string::npos) << path;
+    EXPECT_NE(text_given().find("is_default_profile=\"true\""), std::string::npos) << path;
+    EXPECT_EQ(text_given().find("segment_size"), std::string::npos);
   }
   EXPECT_EQ(given(), "");
   EXPECT_FALSE(std::filesystem::exists(path));
@@ -50,7 +57,7 @@ TEST_F(FastDdsProfileTest, TheUsersProfilesStay) {
   for (const char* variable : kVariables) {
     setenv(variable, "users.xml", 1);
     {
-      const FastDdsProfile profile(true);
+      const FastDdsProfile profile(true, 0);
       EXPECT_EQ(given(), "users.xml");
     }
     EXPECT_EQ(given(), "users.xml");
@@ -58,8 +65,22 @@ TEST_F(FastDdsProfileTest, TheUsersProfilesStay) {
   }
 }
 
+TEST_F(FastDdsProfileTest, ThereIsMoreSharedMemoryWhereThatIsWantedAndThere) {
+  if (!rmw.starts_with("rmw_fastrtps")) GTEST_SKIP() << rmw;
+  const auto segment_is_given = [](std::size_t bytes) {
+    const FastDdsProfile profile(true, bytes);
+    EXPECT_NE(text_given().find("heartbeat"), std::string::npos);
+    return text_given().find("<segment_size>" + std::to_string(bytes)) != std::string::npos;
+  };
+  EXPECT_TRUE(segment_is_given(1 << 20));
+  EXPECT_FALSE(segment_is_given(std::size_t{1} << 60));  // more than any memory
+  setenv(kTransports, "UDPv4", 1);
+  EXPECT_FALSE(segment_is_given(1 << 20));
+  unsetenv(kTransports);
+}
+
 TEST_F(FastDdsProfileTest, WhereNoMiddlewareIsLoadedNothingHappens) {
-  const FastDdsProfile profile(false);
+  const FastDdsProfile profile(false, 0);
   EXPECT_EQ(given(), "");
 }
 

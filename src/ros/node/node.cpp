@@ -160,7 +160,8 @@ void Node::State::read_arguments(const NodeOptions& options) {
 
 void Node::State::open(const NodeOptions& options) {
   const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
-  const FastDdsProfile profile(is_loaded);
+  const FastDdsProfile profile(is_loaded,
+                               options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
   open_context(options);
   read_arguments(options);
   begin_logging(context.global_arguments);

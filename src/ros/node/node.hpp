@@ -36,6 +36,7 @@ struct NodeOptions {
   // The arguments of main(): --ros-args with remaps, __node, __ns, --log-level, --params-file, -p.
   int argc = 0;
   const char* const* argv = nullptr;
+  bool publishes_images = false;  // or other messages of megabytes: see FastDdsProfile
 };
 
 // Lives longer than everything else of src/ros. Opens nothing but the publishers that every ROS

@@ -1,6 +1,7 @@
 #include "ros/rcl/fastdds_profile.hpp"
 
 #include <link.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -44,11 +45,36 @@ bool user_has_profiles() {
          access("DEFAULT_FASTRTPS_PROFILES.xml", F_OK) == 0;
 }
 
-std::string text_for(const Version& version) {
+// Other participants need room, too, and a segment without memory behind it ends the process.
+bool has_room(std::size_t segment_bytes) {
+  struct statvfs memory {};
+  return std::getenv("FASTDDS_BUILTIN_TRANSPORTS") == nullptr &&
+         statvfs("/dev/shm", &memory) == 0 &&
+         memory.f_bavail * memory.f_frsize / 8 >= segment_bytes;
+}
+
+// A transport of the user comes before those that there are anyway.
+std::string segment_of(std::size_t bytes) {
+  return R"(  <transport_descriptors>
+    <transport_descriptor>
+      <transport_id>connect_bridge</transport_id>
+      <type>SHM</type>
+      <segment_size>)" +
+         std::to_string(bytes) + R"(</segment_size>
+    </transport_descriptor>
+  </transport_descriptors>
+  <participant profile_name="connect_bridge" is_default_profile="true">
+    <rtps><userTransports><transport_id>connect_bridge</transport_id></userTransports></rtps>
+  </participant>
+)";
+}
+
+std::string text_for(const Version& version, std::size_t segment_bytes) {
   const std::string period = version.period;
   return R"(<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
-  <data_writer profile_name="connect_bridge" is_default_profile="true">
+)" + (segment_bytes > 0 && has_room(segment_bytes) ? segment_of(segment_bytes) : "") +
+         R"(  <data_writer profile_name="connect_bridge" is_default_profile="true">
     <times><)" +
          period + "><sec>0</sec><nanosec>100000000</nanosec></" + period + R"(></times>
   </data_writer>
@@ -71,10 +97,10 @@ std::string new_file(const std::string& text) {
 
 }  // namespace
 
-FastDdsProfile::FastDdsProfile(bool is_loaded) {
+FastDdsProfile::FastDdsProfile(bool is_loaded, std::size_t segment_bytes) {
   const Version* const version = is_loaded ? loaded_version() : nullptr;
   if (!version || user_has_profiles()) return;
-  path_ = new_file(text_for(*version));
+  path_ = new_file(text_for(*version, segment_bytes));
   if (path_.empty()) return;
   variable_ = version->variable;
   setenv(variable_, path_.c_str(), 1);

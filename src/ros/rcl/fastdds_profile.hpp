@@ -1,6 +1,7 @@
-// A shorter time to repair what Fast DDS loses in the graph.
+// What Fast DDS does by default with large messages in the graph, made better.
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace connect_bridge::ros {
@@ -10,6 +11,12 @@ namespace connect_bridge::ros {
 // commands were up to 2.5 s late beside a sample of 64 MiB. This profile gives all publishers and
 // services of the process a heartbeat every 100 ms while somebody has not acknowledged a sample.
 //
+// A participant sends through a segment of shared memory of its own, 512 KiB by default. What does
+// not fit is lost, often all of a large message: best-effort ones above 1 MB never arrive, reliable
+// ones are repaired in rounds of 10 ms. So a process that publishes images gets a larger segment,
+// all of which takes memory from the start. There is none where the user has chosen the transports
+// (FASTDDS_BUILTIN_TRANSPORTS: often to do without shared memory) or /dev/shm has no room.
+//
 // The only way to it through rmw is the environment: while this object lives, the variable for the
 // file of default profiles names a file of ours, which is deleted in the end. Fast DDS reads it
 // when the process makes its first node. Where there is another middleware, where the user has
@@ -17,8 +24,11 @@ namespace connect_bridge::ros {
 // nothing happens. Thread: not beside others that read or change the environment.
 class FastDdsProfile {
  public:
-  // Whether the process has loaded its middleware; before, nothing happens.
-  explicit FastDdsProfile(bool is_loaded);
+  static constexpr std::size_t kLargeSegment = 8 << 20;  // an uncompressed image of 1080 lines
+
+  // `is_loaded`: whether the process has loaded its middleware; before, nothing happens.
+  // `segment_bytes`: of shared memory, below 4 GiB; 0: the default.
+  FastDdsProfile(bool is_loaded, std::size_t segment_bytes);
   FastDdsProfile(const FastDdsProfile&) = delete;
   FastDdsProfile& operator=(const FastDdsProfile&) = delete;
   ~FastDdsProfile();
