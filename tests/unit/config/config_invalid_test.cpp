@@ -129,6 +129,8 @@ const Case kCases[] = {
      "auth.method: \"none\" is wrong, expected a login (token)"},
     {"public_without_tls", kServer, "listen: {address: '::'}",
      "listen.address: \"::\" is wrong, expected tls.certificate and tls.private_key"},
+    {"public_too_without_tls", kServer, "listen: {address: '127.0.0.1, 10.0.0.1'}",
+     "listen.address: \"127.0.0.1, 10.0.0.1\" is wrong, expected tls.certificate"},
     {"any_without_tls", kServer, "listen: {address: '*'}", "listen.address: \"*\" is wrong"},
     {"certificate_alone", kServer, "tls: {certificate: /c.pem}", "tls.private_key: expected"},
     {"key_alone", kServer, "tls: {private_key: /k.pem}", "tls.certificate: expected"},

@@ -304,7 +304,9 @@ TEST(ConfigChange, AllOrNothing) {
 TEST(ConfigChange, FixedKeysStay) {
   const Config config = config_of(yaml(kDrive), Role::kServer);
   const auto change = [&](const std::string& key, const ParameterValue& value) {
-    return problems_text(apply_change(config, {{key, value}}, kWithToken));
+    const Parsed parsed = apply_change(config, {{key, value}}, kWithToken);
+    EXPECT_EQ(parsed.config.has_value(), parsed.problems.empty());
+    return problems_text(parsed);
   };
   EXPECT_THAT(change("listen.port", std::int64_t{1234}), HasSubstr("no change at run time"));
   EXPECT_THAT(change("listen.port", std::int64_t{9090}), IsEmpty());
@@ -320,6 +322,7 @@ TEST(ConfigChange, TheClockRuleStays) {
                                   Role::kClient);
   const Parsed parsed = apply_change(config, {{"rules", std::vector<std::string>{}}}, kWithToken);
   EXPECT_THAT(problems_text(parsed), HasSubstr("clock: publish to stay"));
+  EXPECT_FALSE(parsed.config);
 }
 
 TEST(ConfigChange, AClientThatLosesItsRulesDoesNotOpenUp) {

@@ -27,5 +27,19 @@ rule:
   EXPECT_THAT(explain(config), Not(HasSubstr("/a; whatever")));
 }
 
+TEST(Config, AMessageTypeThatIsNotInstalledIsToldWhereThatMatters) {
+  const ParameterMap map = yaml(
+      "{rules: [a], rule: {a: {import_topics: [/a], "
+      "types: [std_msgs/msg/Strin, std_msgs/msg/String, std_srvs/srv/Empty]}}}");
+  Surroundings around;
+  around.token_in_environment = true;
+  EXPECT_EQ(problems_text(parse_config(map, Role::kServer, around)), "");
+  around.installed = [](const std::string& type) { return type == "std_msgs/msg/String"; };
+  const std::string told = problems_text(parse_config(map, Role::kServer, around));
+  EXPECT_THAT(told, HasSubstr("rule.a.types: std_msgs/msg/Strin is wrong"));
+  EXPECT_THAT(told, HasSubstr("installed here (package std_msgs)"));
+  EXPECT_THAT(told, Not(HasSubstr("Empty")));
+}
+
 }  // namespace
 }  // namespace connect_bridge

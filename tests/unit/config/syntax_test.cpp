@@ -62,5 +62,13 @@ TEST(ConfigSyntax, KnowsAddresses) {
   }
 }
 
+TEST(ConfigSyntax, KnowsThisMachine) {
+  for (const auto* text : {"localhost", "127.0.0.1", "127.255.0.9", "::1", "0:0:0:0:0:0:0:1"})
+    EXPECT_TRUE(syntax::is_loopback(text)) << text;
+  for (const auto* text : {"", "126.0.0.1", "128.0.0.1", "0.0.0.0", "::", "::2", "fe80::1",
+                           "::ffff:127.0.0.1", "localhost.example"})
+    EXPECT_FALSE(syntax::is_loopback(text)) << text;
+}
+
 }  // namespace
 }  // namespace connect_bridge
