@@ -325,14 +325,6 @@ TEST(ConfigChange, TheClockRuleStays) {
   EXPECT_FALSE(parsed.config);
 }
 
-TEST(ConfigChange, AClientThatLosesItsRulesDoesNotOpenUp) {
-  const Config config = config_of(
-      yaml("{url: 'ws://localhost', rules: [a], rule: {a: {import_topics: [/a]}}}"), Role::kClient);
-  const Parsed parsed = apply_change(config, {{"rules", std::vector<std::string>{}}}, kWithToken);
-  ASSERT_TRUE(parsed.config);
-  EXPECT_THAT(parsed.config->policy.rules(), IsEmpty());
-}
-
 // ---- words
 // ----------------------------------------------------------------------------------------
 

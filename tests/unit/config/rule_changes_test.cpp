@@ -110,5 +110,15 @@ TEST(RuleChanges, SecretsAreOfNoConcern) {
   EXPECT_THAT(found.changes, IsEmpty());
 }
 
+TEST(ConfigChange, AClientThatLosesItsRulesDoesNotOpenUp) {
+  const Config config = config_of(
+      yaml("{url: 'ws://localhost', rules: [a], rule: {a: {import_topics: [/a]}}}"), Role::kClient);
+  Surroundings with_token;
+  with_token.token_in_environment = true;
+  const Parsed parsed = apply_change(config, {{"rules", std::vector<std::string>{}}}, with_token);
+  ASSERT_TRUE(parsed.config);
+  EXPECT_THAT(parsed.config->policy.rules(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace connect_bridge
