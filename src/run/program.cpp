@@ -14,6 +14,7 @@
 #include "run/heap.hpp"
 #include "run/pairing.hpp"
 #include "run/signals.hpp"
+#include "run/slow_start.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -124,7 +125,10 @@ int run_program(Role role, int argc, char** argv) {
     options.argc = argc;
     options.argv = argv;
     options.publishes_images = role == Role::kClient;  // of the robot
+    std::optional<SlowStart> slow;
+    slow.emplace(SlowStart::kPatience, [] { std::fputs(kSlowStartText, stderr); });
     ros::Node node(options);
+    slow.reset();
     return start(node, role, argc, argv, last_steps);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "Not started: %s\n", error.what());

@@ -1,0 +1,27 @@
+"""A side that cannot start, since a ROS program was killed, says so."""
+
+import os
+import pathlib
+
+import pytest
+
+from harness.programs import Side, uses_rmw
+
+
+@pytest.mark.skipif(
+    not uses_rmw("rmw_fastrtps_cpp") or os.environ.get("ROS_DISTRO", "") in ("humble", "jazzy"),
+    reason="how Fast DDS names its files since Kilted",
+)
+def test_what_a_killed_program_left_is_told(domains, tmp_path):
+    [domain] = domains(1)
+    port = 7400 + 250 * domain + 11  # of the first program (RTPS 2.2, section 9.6.1.1)
+    left = pathlib.Path(f"/dev/shm/fastdds_port{port}")
+    left.unlink(missing_ok=True)
+    left.touch()  # made, and not given a size
+    side = Side("client", domain, {"url": "ws://127.0.0.1:1"}, tmp_path).start()
+    try:
+        side.wait_for("delete /dev/shm/fastdds_*", 30)
+        assert side.text().startswith("ROS has not started within 10 s")
+    finally:
+        side.kill()
+        left.unlink()
