@@ -48,6 +48,8 @@ CORE = BESIDE_BRIDGES + PACING + [
     Mutant("what was kept comes before its subscribers",
            "settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);",
            "(void)resumes; settling_.begin(id_, Duration::zero(), now);"),
+    Mutant("what is left of a flood becomes light",
+           "(queue.empty() || queue.is_light()) &&", ""),
     Mutant("a metered link has no cap",
            "TimePoint at = queue.priority() == Priority::kUrgent ? now.steady : cap_.next_at();",
            "TimePoint at = now.steady;"),

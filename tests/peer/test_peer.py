@@ -70,8 +70,8 @@ def test_500_kilobytes(world, peer):
     )
     assert bytes_of(mine.samples[channel][0].data) == data
     kinds = [(kind, size) for number, kind, size in mine.frames if number == channel]
-    assert kinds[0][0] == "message" and [kind for kind, _ in kinds[1:8]] == ["part"] * 7
-    assert max(size for _, size in kinds[:8]) <= 65536
+    assert kinds[0][0] == "message" and [kind for kind, _ in kinds[1:4]] == ["part"] * 3
+    assert max(size for _, size in kinds[:4]) <= 131_072
     assert max(size for _, size in kinds) <= 262_144  # once the link has shown its rate
 
 

@@ -274,6 +274,18 @@ TEST(OutboxLight, AFloodIsNotLight) {
   EXPECT_EQ(next(outbox), "2#101:100");
 }
 
+TEST(OutboxLight, WhatIsLeftOfAFloodDoesNotBecomeLight) {
+  Outbox outbox(one_by_one());
+  auto keep_all = may_be_light(Priority::kBulk);
+  keep_all.depth = 0;
+  outbox.add_channel(kB, keep_all);
+  outbox.add_channel(kA, queue(Priority::kHigh));
+  for (int i = 0; i < 100; ++i) outbox.push(kB, message(100), now_ms(0));
+  outbox.push(kB, message(100), now_ms(10'000));  // for which there is room
+  outbox.push(kA, message(10), now_ms(10'000));
+  EXPECT_EQ(next(outbox), "1#1:10");
+}
+
 TEST(OutboxOrder, UrgentIsFirstWhateverElseWaits) {
   Outbox outbox(OutboxOptions{});
   const Priority classes[] = {Priority::kUrgent, Priority::kHigh, Priority::kNormal,
