@@ -48,6 +48,8 @@ CORE = BESIDE_BRIDGES + PACING + [
     Mutant("what was kept comes before its subscribers",
            "settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);",
            "(void)resumes; settling_.begin(id_, Duration::zero(), now);"),
+    Mutant("what was declined is asked for by a later demand",
+           "last_sequence_ > 0 || !declined_kept_;", "true;"),
     Mutant("what is left of a flood becomes light",
            "(queue.empty() || queue.is_light()) &&", ""),
     Mutant("a metered link has no cap",

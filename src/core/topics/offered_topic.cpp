@@ -174,7 +174,11 @@ void OfferedTopic::finish(std::uint64_t& bytes_left, const Now& now) {
 }
 
 void OfferedTopic::lose(const Now& now) {
-  if (resume_ && context_.graph.has_reliable_subscriber(key_)) link_.arrived[key_] = last_sequence_;
+  // If nothing has come under a demand by which the peer was to discard what it had kept, that may
+  // not have arrived either, and "behind 0" would bring what was kept.
+  const bool is_known = last_sequence_ > 0 || !declined_kept_;
+  if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
+    link_.arrived[key_] = last_sequence_;
   const bool may_be_late = resumes(treatment(), key_.first, key_.second);
   for (const auto& [id, mirror] : std::exchange(origins_, {})) {
     // Nobody knows how long the break will be: what must not be late does not wait beyond it.
@@ -211,10 +215,12 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   const auto arrived = link_.arrived.find(key_);
   const bool missed =
       arrived != link_.arrived.end() && context_.graph.has_reliable_subscriber(key_);
-  if (std::exchange(offers_resume_, false) && resume_ && missed) {
+  const bool kept = std::exchange(offers_resume_, false);
+  if (kept && resume_ && missed) {
     begun.after = last_sequence_ = arrived->second;
     link_.connection->resume_incoming(number_, last_sequence_);
   }
+  declined_kept_ = kept && !begun.after;
   if (arrived != link_.arrived.end()) link_.arrived.erase(arrived);
   return begun;
 }

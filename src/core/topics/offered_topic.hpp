@@ -105,6 +105,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   bool resume_ = false;                  // it asks for what a lost connection loses
   bool offers_resume_ = false;           // the peer may have kept something for the first demand
   std::uint32_t last_sequence_ = 0;      // of the last message that arrived
+  bool declined_kept_ = false;           // what the peer had kept is to be discarded
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
   std::map<OriginId, Budget::Hold> left_out_;  // origins for which there was no mirror
   std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set

@@ -113,6 +113,21 @@ TEST(SideResume, BestEffortSubscribersAreNotSentWhatIsLate) {
   EXPECT_EQ(s.status().links.size(), 0U);  // nothing to wait for
 }
 
+// What the peer kept came to the best-effort one before the break.
+TEST(SideResume, WhatWasDeclinedIsNotAskedForByALaterDemand) {
+  Importing s(keeping(), best_effort());
+  s.message(1, 1, 1, "a");
+  s.lose(1);
+  s.graph({topic("/a").sub(1, best_effort()).sub(2)});
+  EXPECT_EQ(s.come_back(), "demand 5 on resume\n");
+  s.lose(2);
+  EXPECT_EQ(s.join(3, s.session), s.session);
+  auto offered = channel(6, "/a", {origin(3, 11)});
+  offered.resume = true;  // the demand has not arrived
+  s.say(3, Offer{{offered}, true});
+  EXPECT_EQ(s.said(3), "demand 6 on resume\n");
+}
+
 TEST(SideResume, WhereAnotherBridgeMayTakeOverNothingComesLate) {
   Importing s;
   s.message(1, 1, 1, "a");
