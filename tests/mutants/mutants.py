@@ -51,7 +51,7 @@ CORE = BESIDE_BRIDGES + PACING + [
     Mutant("what was declined is asked for by a later demand",
            "last_sequence_ > 0 || !declined_kept_;", "true;"),
     Mutant("what is left of a flood becomes light",
-           "(queue.empty() || queue.is_light()) &&", ""),
+           "!open_ && (light_ || empty());", "!open_;"),
     Mutant("a metered link has no cap",
            "TimePoint at = queue.priority() == Priority::kUrgent ? now.steady : cap_.next_at();",
            "TimePoint at = now.steady;"),

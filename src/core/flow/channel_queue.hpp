@@ -138,13 +138,13 @@ class ChannelQueue {
   [[nodiscard]] bool goes_on() const { return replay_.count() > 0; }
   // The next of them is held back: there is nothing to send before then.
   [[nodiscard]] std::optional<TimePoint> rests_until() const { return rests_until_; }
-
   [[nodiscard]] ChannelId id() const { return id_; }
   [[nodiscard]] Priority priority() const { return options_.priority; }
   // Whether the link's rate holds back what waits.
   [[nodiscard]] bool is_held() const { return !light_ && priority() != Priority::kUrgent; }
+  // What waits in front of a light message leaves with it, and must have been light, too.
   [[nodiscard]] bool may_be_light(std::size_t body_bytes) const {
-    return options_.may_be_light && body_bytes <= kLightBytes && !open_;
+    return options_.may_be_light && body_bytes <= kLightBytes && !open_ && (light_ || empty());
   }
   [[nodiscard]] bool is_light() const { return light_; }
   // Whether what waits leaves right behind the urgent messages. It must not be scheduled meanwhile.

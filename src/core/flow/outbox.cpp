@@ -127,11 +127,8 @@ bool Outbox::is_over() {
   return data_bytes_ > options_.data_bytes_max || held_.is_full();
 }
 
-// Those in front of a light message leave with it, so they must have been light, too: otherwise
-// each message of a flood for which there is room would take along all that waits.
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
-  const bool light = !queue.goes_on() && queue.may_be_light(body_bytes) &&
-                     (queue.empty() || queue.is_light()) && light_.ready(now.steady);
+  const bool light = queue.may_be_light(body_bytes) && light_.ready(now.steady);
   if (light) light_.take(kMessageHeaderBytes + body_bytes, pacer_.rate(), cap_.rate(), now.steady);
   if (light == queue.is_light()) return;
   schedule_.remove(queue);

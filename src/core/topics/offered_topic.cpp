@@ -174,8 +174,7 @@ void OfferedTopic::finish(std::uint64_t& bytes_left, const Now& now) {
 }
 
 void OfferedTopic::lose(const Now& now) {
-  // If nothing has come under a demand by which the peer was to discard what it had kept, that may
-  // not have arrived either, and "behind 0" would bring what was kept.
+  // What the peer was to discard comes "behind 0" if the demand is lost with the connection.
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
     link_.arrived[key_] = last_sequence_;
@@ -212,16 +211,12 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   deltas_.clear();
   resume_ = may_resume();
   ChannelDemand begun{number, resume_};
-  const auto arrived = link_.arrived.find(key_);
-  const bool missed =
-      arrived != link_.arrived.end() && context_.graph.has_reliable_subscriber(key_);
-  const bool kept = std::exchange(offers_resume_, false);
-  if (kept && resume_ && missed) {
-    begun.after = last_sequence_ = arrived->second;
+  const auto arrived = link_.arrived.extract(key_);
+  if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
+    begun.after = last_sequence_ = arrived.mapped();
     link_.connection->resume_incoming(number_, last_sequence_);
   }
-  declined_kept_ = kept && !begun.after;
-  if (arrived != link_.arrived.end()) link_.arrived.erase(arrived);
+  declined_kept_ = std::exchange(offers_resume_, false) && !begun.after;
   return begun;
 }
 
