@@ -15,7 +15,8 @@ namespace connect_bridge::ros {
 // not fit is lost, often all of a large message: best-effort ones above 1 MB never arrive, reliable
 // ones are repaired in rounds of 10 ms. So a process that publishes images gets a larger segment,
 // all of which takes memory from the start. There is none where the user has chosen the transports
-// (FASTDDS_BUILTIN_TRANSPORTS: often to do without shared memory) or /dev/shm has no room.
+// (FASTDDS_BUILTIN_TRANSPORTS: often to do without shared memory) or /dev/shm has no room: a
+// process that is killed leaves its segment there.
 //
 // The only way to it through rmw is the environment: while this object lives, the variable for the
 // file of default profiles names a file of ours, which is deleted in the end. Fast DDS reads it

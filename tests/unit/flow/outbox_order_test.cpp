@@ -259,13 +259,18 @@ TEST(OutboxLight, ALargeOneWaitsForItsTurnAndKeepsTheOrderOfItsChannel) {
   EXPECT_EQ(next(outbox), "2#1:20");
 }
 
-TEST(OutboxLight, AFloodIsNotLight) {
-  Outbox outbox(one_by_one());
+// 100 messages wait on kB, more than may be light; kA has a higher priority.
+void flood(Outbox& outbox) {
   auto keep_all = may_be_light(Priority::kBulk);
   keep_all.depth = 0;
   outbox.add_channel(kB, keep_all);
   outbox.add_channel(kA, queue(Priority::kHigh));
   for (int i = 0; i < 100; ++i) outbox.push(kB, message(100), now_ms(0));
+}
+
+TEST(OutboxLight, AFloodIsNotLight) {
+  Outbox outbox(one_by_one());
+  flood(outbox);
   outbox.push(kA, message(10), now_ms(0));
   EXPECT_EQ(next(outbox), "1#1:10");
   drain(outbox);
@@ -276,11 +281,7 @@ TEST(OutboxLight, AFloodIsNotLight) {
 
 TEST(OutboxLight, WhatIsLeftOfAFloodDoesNotBecomeLight) {
   Outbox outbox(one_by_one());
-  auto keep_all = may_be_light(Priority::kBulk);
-  keep_all.depth = 0;
-  outbox.add_channel(kB, keep_all);
-  outbox.add_channel(kA, queue(Priority::kHigh));
-  for (int i = 0; i < 100; ++i) outbox.push(kB, message(100), now_ms(0));
+  flood(outbox);
   outbox.push(kB, message(100), now_ms(10'000));  // for which there is room
   outbox.push(kA, message(10), now_ms(10'000));
   EXPECT_EQ(next(outbox), "1#1:10");
