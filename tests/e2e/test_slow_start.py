@@ -7,9 +7,11 @@ import pytest
 
 from harness.programs import Side, uses_rmw
 
+OLD = ("humble", "iron", "jazzy")
+
 
 @pytest.mark.skipif(
-    not uses_rmw("rmw_fastrtps_cpp") or os.environ.get("ROS_DISTRO", "") in ("humble", "iron", "jazzy"),
+    not uses_rmw("rmw_fastrtps_cpp") or os.environ.get("ROS_DISTRO", "") in OLD,
     reason="how Fast DDS names its files since Kilted",
 )
 def test_what_a_killed_program_left_is_told(domains, tmp_path):
