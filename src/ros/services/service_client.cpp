@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -116,18 +117,14 @@ Input ServiceClient::failed(InvocationId invocation, std::string reason) {
   return InvocationFailed{create_.id, invocation, std::move(reason)};
 }
 
-std::optional<ServiceReady> ServiceClient::look_for_server(Time now) {
-  bool there = false;
-  const rcl_ret_t result = rcl_service_server_is_available(shared_.node.handle(), &client_, &there);
-  if (ignore_error(result) && there) {
-    missing_since_.reset();
-  } else if (!missing_since_) {
-    missing_since_ = now;
-  }
-  const bool ready = !missing_since_ || (told_ready_ && now - *missing_since_ < kLossPatience);
-  if (ready == told_ready_) return std::nullopt;
-  told_ready_ = ready;
-  return ServiceReady{create_.id, ready, type_->hash};
+std::optional<ServiceReady> ServiceClient::look_for_server(ServerSight::Time now) {
+  const rcl_node_t* node = shared_.node.handle();
+  bool reached = false;
+  if (!ignore_error(rcl_service_server_is_available(node, &client_, &reached))) reached = false;
+  const bool in_graph =
+      reached || distro::count_servers(node, create_.service.c_str(), 0).value_or(0) > 0;
+  if (!server_.look(reached, in_graph, now)) return std::nullopt;
+  return ServiceReady{create_.id, server_.is_ready(), type_->hash};
 }
 
 }  // namespace connect_bridge::ros

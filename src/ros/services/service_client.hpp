@@ -14,6 +14,7 @@
 
 #include "ros/entities/entity.hpp"
 #include "ros/entities/shared.hpp"
+#include "ros/services/server_sight.hpp"
 
 namespace connect_bridge::ros {
 
@@ -22,11 +23,6 @@ class ServiceClient final : public Entity {
  public:
   using Create = CreateServiceClient;
   using Failed = ServiceClientFailed;
-  using Time = std::chrono::steady_clock::time_point;
-
-  // A server counts as gone after it was not found for this time: while one of two servers comes or
-  // goes, the middleware reports none for a moment.
-  static constexpr Duration kLossPatience = std::chrono::milliseconds(75);
 
   ServiceClient(Shared& shared, Create create);
   ~ServiceClient() override;
@@ -40,12 +36,9 @@ class ServiceClient final : public Entity {
   void drop(InvocationId invocation);
 
   // Checks whether requests reach a server now; returns an input for the core, if that has changed.
-  std::optional<ServiceReady> look_for_server(Time now);
-  // Whether no server was found at the last look.
-  [[nodiscard]] bool is_alone() const { return missing_since_.has_value(); }
-  // Whether the core knows that there is one.
-  [[nodiscard]] bool told_ready() const { return told_ready_; }
-
+  std::optional<ServiceReady> look_for_server(ServerSight::Time now);
+  // What the last look found; what is_ready() returns, the core knows.
+  [[nodiscard]] const ServerSight& server() const { return server_; }
   [[nodiscard]] const std::string& service() const { return create_.service; }
   [[nodiscard]] std::size_t invocations() const { return invocations_.size(); }
 
@@ -58,8 +51,7 @@ class ServiceClient final : public Entity {
   std::shared_ptr<ServiceType> type_;
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
-  bool told_ready_ = false;
-  std::optional<Time> missing_since_;
+  ServerSight server_;
   std::unordered_map<std::int64_t, InvocationId> by_sequence_;
   std::unordered_map<InvocationId, std::int64_t> invocations_;
   std::deque<std::pair<std::int64_t, InvocationId>> dropped_;  // the newest, by sequence

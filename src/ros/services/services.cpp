@@ -40,15 +40,17 @@ void Services::look_at_graph(bool changed) {
 
 void Services::look_for_servers() {
   const auto now = std::chrono::steady_clock::now();
-  bool alone = false, losing = false;
+  bool alone = false;
+  std::optional<Duration> losing;
   for (const auto& [id, client] : clients) {
     if (auto news = client->look_for_server(now)) shared_.report(std::move(*news));
-    alone = alone || client->is_alone();
-    losing = losing || (client->is_alone() && client->told_ready());
+    const ServerSight& server = client->server();
+    alone = alone || server.is_alone();
+    if (const auto next = server.next_look()) losing = losing ? std::min(*losing, *next) : next;
   }
   const auto settling = now - changed_;
   if (losing) {
-    graph_.look_again(ServiceClient::kLossPatience / 3);
+    graph_.look_again(*losing);
   } else if (alone && settling < kSettling) {
     graph_.look_again(std::max<Duration>(kFirstLook, settling / 2));
   }

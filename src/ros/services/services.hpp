@@ -37,7 +37,7 @@ class Services {
 
   Shared& shared_;
   GraphWatcher& graph_;
-  ServiceClient::Time changed_{};  // the graph, or our clients
+  ServerSight::Time changed_{};  // the graph, or our clients
 };
 
 }  // namespace connect_bridge::ros
