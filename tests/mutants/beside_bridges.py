@@ -61,8 +61,7 @@ BESIDE_BRIDGES = [
     # topics
     Mutant("a lost link holds its claims",
            "settling_.release(!candidates_.front().offered, now);", ""),
-    Mutant("a lost link makes mirrors", "if (exists && !id_ && feeder() && ...)",
-           "if (exists && !id_ && has_waited_for_name(now) && may_be_made(now))"),
+    Mutant("a lost link makes mirrors", "exists && !id_ && feeder() &&", "exists && !id_ &&"),
     Mutant("a link that is back is demanded late",
            "(contested ? now.steady : released_at_) + kTopicSettle", "now.steady + kTopicSettle"),
     Mutant("a link that is back takes what another one claims",

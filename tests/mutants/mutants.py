@@ -159,8 +159,8 @@ CORE = BESIDE_BRIDGES + PACING + [
            "base == bases_.end()"),
     Mutant("a base that did not leave",
            "if (open_->offset < body.size()) return std::nullopt;",
-           "if (deltas_) deltas_->sent({{open_->message.subject}, open_->message.demand, "
-           "open_->raw}, open_->message.codec); "
+           "if (deltas_) deltas_->sent({open_->message.subject, open_->message.demand, "
+           "open_->raw}, open_->message.codec, std::move(open_->room)); "
            "if (open_->offset < body.size()) return std::nullopt;"),
     Mutant("bases of a lost connection", "front_.reset(); if (deltas_) deltas_->clear();", ""),
     Mutant("what is displaced is sent", "if (index == 0) front_.reset();", ""),
@@ -169,7 +169,8 @@ CORE = BESIDE_BRIDGES + PACING + [
            "if (budget_.used() > kBasesBytesMax) return Error{...};", ""),
     Mutant("small compressed everywhere",
            "if (how_.automatic && !gain_.pays(size, rate, cost)) return std::nullopt;", ""),
-    Mutant("what is compressed is overtaken", "if (stream.encoder.holds(link)) return how;", ""),
+    Mutant("what is compressed is overtaken",
+           "for (...) if (stream.encoder.holds(link)) return how;", ""),
     Mutant("compressed because others are", "if (passes(stream))", "if (false)"),
     Mutant("bases under way are not counted", "makes_base(codec) ? size + kBaseOverheadBytes : 0",
            "0"),
