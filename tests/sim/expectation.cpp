@@ -167,22 +167,13 @@ void Expectation::check_mirrors() const {
   }
 }
 
-// A mirror keeps as many samples as there is memory for.
-bool Expectation::keeps_fewer(int origin, const Qos& made) const {
-  constexpr std::size_t kLarge = 60'000;
-  return made.durability == Durability::kTransientLocal &&
-         crowd_.plan_of(origin).bytes_max >= kLarge;
-}
-
 void Expectation::check_qos() const {
   for (const auto& host : hosts_) {
     for (const auto& [id, mirror] : host->mirrors()) {
       const auto origin = checker_.deliveries().origin_of(mirror.writer);
       for (const auto& expected : mirrors_) {
         if (!origin || expected.origin != *origin || expected.graph != host->graph()) continue;
-        Qos made = mirror.made.qos;
-        if (keeps_fewer(*origin, made)) made.depth = std::max(made.depth, expected.qos.depth);
-        if (expected.certain && made != expected.qos) {
+        if (expected.certain && mirror.made.qos != expected.qos) {
           violated("the mirror of publisher " + std::to_string(*origin) + " on " + expected.topic +
                    " has another QoS than its origin");
         }
@@ -237,7 +228,6 @@ void Expectation::begin_rounds() {
   for (const int writer : crowd_.writers()) {
     published_before_[writer] = checker_.ledger().published(writer);
   }
-  writers_before_ = middleware_.writers().size();
   if (checker_.ledger().pairs().size() == 1) counts_before_ = count_topics();
 }
 
@@ -276,10 +266,7 @@ void Expectation::check_reader(const ExpectedMirror& expected, const Reader& rea
   for (auto n = published_before_.at(origin.id) + 1; n <= origin.count; ++n) {
     checker_.ledger().coverage().count(Judged::kQuiet);
     const auto times = std::count(received.begin(), received.end(), n);
-    // A mirror whose samples have become larger is made again for fewer, and tells them once more.
-    const bool latched = origin.spec.qos.durability == Durability::kTransientLocal;
-    if (times == 1 || (times > 1 && latched && was_mirrored_again(expected, writers_before_)))
-      continue;
+    if (times == 1) continue;
     violated("message " + std::to_string(n) + " of publisher " + std::to_string(origin.id) +
              " of " + origin.spec.topic + ", published when all was quiet, reached subscriber " +
              std::to_string(reader.id) + " " + std::to_string(times) + " times");

@@ -50,8 +50,6 @@ void Expectation::check_first_words() const {
     if (std::find(speakers.begin(), speakers.end(), origin.id) == speakers.end()) continue;
     if (!is_complete(expected) || expected.ways > 1) continue;
     if (crowd_.plan_of(origin.id).bytes_max > kSmall) continue;
-    // A rule may say that it is too old before its mirror is there.
-    if (expected.qos.lifespan != kForever) continue;
     // They speak at once, and a queue holds what a rule says of all publishers of a topic together,
     // as a DDS reader does (DDS 1.4 section 2.2.3.18); a link holds so many bytes of all topics.
     std::uint64_t of_topic = 0, topic_bytes = 0, bytes = 0;
