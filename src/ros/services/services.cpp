@@ -41,19 +41,15 @@ void Services::look_at_graph(bool changed) {
 void Services::look_for_servers() {
   const auto now = std::chrono::steady_clock::now();
   bool alone = false;
-  std::optional<Duration> losing;
   for (const auto& [id, client] : clients) {
     if (auto news = client->look_for_server(now)) shared_.report(std::move(*news));
     const ServerSight& server = client->server();
     alone = alone || server.is_alone();
-    if (const auto next = server.next_look()) losing = losing ? std::min(*losing, *next) : next;
+    if (const auto next = server.next_look()) graph_.look_again(*next);
   }
   const auto settling = now - changed_;
-  if (losing) {
-    graph_.look_again(*losing);
-  } else if (alone && settling < kSettling) {
+  if (alone && settling < kSettling)
     graph_.look_again(std::max<Duration>(kFirstLook, settling / 2));
-  }
 }
 
 void Services::look_for_callers(bool changed) {
