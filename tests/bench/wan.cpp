@@ -9,8 +9,9 @@
 //   set up= down= delay= jitter= loss= queue=
 //        up, down: bit/s from the robot and to it, 0: no limit; delay, jitter: s; loss: 0 to 1;
 //        queue: s at the rate of its direction
-//   drive seed= delay= queue_bytes=
-//        the rates of a cellular drive that begins now (wan_direction.hpp)
+//   drive seed= delay= queue_bytes=, or drive up= down= delay= queue_bytes=
+//        the rates of a cellular drive that begins now (wan_drive.hpp); up, down: files of a
+//        recorded one
 //   cut, heal
 //        nothing crosses; again
 //   count
@@ -103,19 +104,25 @@ class Wan {
       shape(0, command, command.number("up", 0));
       shape(1, command, command.number("down", 0));
     } else if (command.verb == "drive") {
-      for (std::size_t i = 0; i < ways_.size(); ++i) {
-        Shape shape;
-        shape.delay_ns = to_ns(command.number("delay", 0));
-        shape.queue_bytes = static_cast<std::int64_t>(command.count("queue_bytes", 600'000));
-        ways_[i].direction.set(shape);
-        ways_[i].direction.follow(2 * command.count("seed", 1) + i, now_ns());
-      }
+      drive(command);
     } else if (command.verb == "cut" || command.verb == "heal") {
       for (auto& way : ways_) way.direction.cut(command.verb == "cut");
     } else {
       return answer(R"({"error":"unknown command"})");
     }
     answer(R"({"done":true})");
+  }
+
+  void drive(const Options& command) {
+    for (std::size_t i = 0; i < ways_.size(); ++i) {
+      const std::string file = command.text(i == 0 ? "up" : "down", "");
+      Shape shape;
+      shape.delay_ns = to_ns(command.number("delay", 0));
+      shape.queue_bytes = static_cast<std::int64_t>(command.count("queue_bytes", 600'000));
+      ways_[i].direction.set(shape);
+      ways_[i].direction.follow(
+          file.empty() ? Drive(2 * command.count("seed", 1) + i) : Drive::recorded(file), now_ns());
+    }
   }
 
   void shape(std::size_t way, const Options& command, double rate) {

@@ -8,46 +8,12 @@
 #include <limits>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
+#include "wan_drive.hpp"
+
 namespace bench {
-
-// The rate of a cellular link under way: 1 to 40 Mbit/s, another one every 100 ms, with stalls.
-// Drawn from a seed, so that every run has the same drive.
-class Drive {
- public:
-  static constexpr std::int64_t kStep = 100'000'000;  // ns
-
-  explicit Drive(std::uint64_t seed) : random_(seed) {}
-
-  // Bits per second at a time since the drive began, ns.
-  double at(std::int64_t time_ns) {
-    const auto step = static_cast<std::size_t>(std::max<std::int64_t>(time_ns, 0) / kStep);
-    while (rates_.size() <= step) rates_.push_back(drawn());
-    return rates_[step];
-  }
-
- private:
-  static constexpr double kLowest = 1e6, kHighest = 40e6;
-  static constexpr double kStallsPerStep = 1.0 / 150;
-
-  double drawn() {
-    position_ += std::normal_distribution<double>(0, 0.35)(random_);  // octaves
-    const double highest = std::log2(kHighest / kLowest);
-    if (position_ < 0) position_ = -position_;
-    if (position_ > highest) position_ = std::max(2 * highest - position_, 0.0);
-    if (stalled_ == 0 && std::uniform_real_distribution<double>(0, 1)(random_) < kStallsPerStep) {
-      stalled_ = std::uniform_int_distribution<int>(3, 10)(random_);
-    }
-    if (stalled_ > 0) return --stalled_, 0.0;
-    return kLowest * std::exp2(position_);
-  }
-
-  std::mt19937_64 random_;
-  std::vector<double> rates_;
-  double position_ = 3;  // log2 of the rate over the lowest
-  int stalled_ = 0;      // steps that are left of a stall
-};
 
 struct Shape {
   double bits_per_second = 0;  // 0: no limit
@@ -73,8 +39,8 @@ class Direction {
     drive_.reset();
   }
   // The rate is that of a drive which begins now.
-  void follow(std::uint64_t seed, std::int64_t now) {
-    drive_.emplace(seed);
+  void follow(Drive drive, std::int64_t now) {
+    drive_ = std::move(drive);
     drive_began_ = now;
   }
   void cut(bool is_cut) {
@@ -118,8 +84,9 @@ class Direction {
 
   // The counts since the last call.
   Count count(std::int64_t now) {
-    for (auto t = counted_from_; t < now; t += Drive::kStep) {
-      const auto part = std::min(Drive::kStep, now - t);
+    const auto step = drive_ ? drive_->step() : now - counted_from_;
+    for (auto t = counted_from_; t < now; t += step) {
+      const auto part = std::min(step, now - t);
       count_.possible_bytes += rate(t) * static_cast<double>(part) / 8e9;
     }
     counted_from_ = now;
@@ -148,7 +115,7 @@ class Direction {
     }
     for (;;) {
       const auto since = from - drive_began_;
-      const auto left = Drive::kStep - since % Drive::kStep;
+      const auto left = drive_->step() - since % drive_->step();
       const double r = drive_->at(since);
       if (bits * 1e9 <= r * static_cast<double>(left)) {
         return from + static_cast<std::int64_t>(bits * 1e9 / r);

@@ -283,18 +283,23 @@ def steps(bed, effort, idle):
 
 
 def drives(bed, effort):
+    """Drawn drives, and the recorded one if there is one: that in both directions."""
+    ways = [(f"cellular drive {seed}", {"seed": seed}, "up") for seed in effort["drives"]]
+    if effort["recorded"]:
+        files = dict(zip(("up", "down"), effort["recorded"]))
+        ways += [("recorded drive", files, name) for name in ("up", "down")]
     rows = []
-    for seed in effort["drives"]:
-        way = {"seed": seed, "delay": 0.02, "queue_bytes": 600_000}
+    for case, way, direction in ways:
+        way = {**way, "delay": 0.02, "queue_bytes": 600_000}
         bed.wan.drive(**way)
         time.sleep(HEAD_START)
         bare = pinged(bed, effort["seconds_of_drive"])
         bed.wan.drive(**way)
-        result = pinged(bed, effort["seconds_of_drive"], {"up": {"size": LARGE, "hz": 12}})
-        row = beside(Row(f"cellular drive {seed}, bulk up", result), bare, 1.15, 1.5)
-        crossed = result.crossed["up"]
+        result = pinged(bed, effort["seconds_of_drive"], {direction: {"size": LARGE, "hz": 12}})
+        row = beside(Row(f"{case}, bulk {direction}", result), bare, 1.15, 1.5)
+        crossed = result.crossed[direction]
         row.judge("bulk's use", crossed["carried_bytes"] / crossed["possible_bytes"], ">=", 0.8)
-        rows += [Row(f"cellular drive {seed}, alone", bare), row]
+        rows += [Row(f"{case}, alone", bare), row]
     return rows
 
 

@@ -34,6 +34,7 @@ class Wan:
         self._worker.ask(words("set", shape))
 
     def drive(self, **drive):
+        """seed, or up and down: files of a recorded one; delay: s; queue_bytes."""
         self._worker.ask(words("drive", drive))
 
     def cut(self):

@@ -22,6 +22,7 @@ constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 130000;  // with headers two writes of 64 KiB
 constexpr Duration kCredit = 1ms;                 // what may be caught up after a late wake-up
 constexpr Duration kDebtMax = 100ms;              // by urgent data, which is never held back
+constexpr double kMoreArrives = 1.25;             // clearly more
 constexpr double kTrimMin = -0.15;
 constexpr double kBoostFirst = 0.03;
 constexpr double kBoostFirstMax = 0.2;
@@ -127,6 +128,8 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   const bool tcp_limits = next_at(now) <= now - kCredit;
   const auto covered = path_.acknowledged(ack, now);
   if (!covered || path_.delivery() == 0) return;
+  if (covered->limited && path_.in_flight_bytes() < Path::kFirstBytes)
+    before_burst_ = path_.delivery();
   judge_queue(now);
   if (covered->recovered) boost_ = kBoostMax;
   // What waited for a repair shows nothing about the queue.
@@ -154,7 +157,7 @@ void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
   if (starting_ || queue > 4 * target || trim_ < kTrimMin / 2) share_.path_is_not_seen(now);
-  if (queue > std::max(2 * target, path_.round_trip())) starting_ = false;
+  if (queue > std::max(2 * target, path_.round_trip()) || burst_fills(queue)) starting_ = false;
   if (queue > target / 2) boost_ = 0;
   if (queue <= target && base_is_seen_) empty_at_ = now;
   if (!is_too_long(queue)) {
@@ -181,6 +184,14 @@ void Pacer::judge_queue(TimePoint now) {
   }
 }
 
+// More than before leaves and queues, and no more arrives: that is the path's rate. A burst that
+// fits ends before a round with nothing but it in it could show that.
+bool Pacer::burst_fills(Duration queue) const {
+  return path_.in_flight_bytes() >= Path::kFirstBytes &&
+         queue > 2 * from_seconds(target()) + path_.jitter() &&
+         path_.latest_delivery() <= kMoreArrives * before_burst_;
+}
+
 bool Pacer::is_too_long(Duration queue) const {
   // Where next to nothing leaves, what arrives shows no rate, and the target would be too long.
   if (queue > 4 * from_seconds(target(std::max(share_.best() / 16, path_.delivery())))) return true;
@@ -189,6 +200,7 @@ bool Pacer::is_too_long(Duration queue) const {
 }
 
 void Pacer::end_round(bool limited) {
+  const bool burst_begins = std::exchange(last_limited_, limited);
   if (limited) return;
   const double error = (target() - seconds(path_.queue())) / target();
   const double now = path_.delivery();
@@ -196,9 +208,11 @@ void Pacer::end_round(bool limited) {
   if (starting_) {
     // A delay alone may come from the path itself; the limit is reached where sending more does not
     // deliver more.
-    starting_ = error > -1 || now > 1.25 * before;
+    starting_ = error > -1 || now > kMoreArrives * before;
     return;
   }
+  // The queue of a burst has yet to come.
+  if (burst_begins && error > 0) return;
   variation_ += (std::abs(now - before) / std::max(now, before) - variation_) / 16;
   trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), kTrimMin, 0.05);
   if (error <= 0.5) return;
@@ -209,11 +223,13 @@ void Pacer::end_round(bool limited) {
 
 PathShare::Round Pacer::share_round(bool tcp_limits) const {
   return {.delivery = path_.delivery(),
+          .arrived_bytes = path_.acked_bytes(),
           .allowed = rate_,
           .without = gain() * carries(),
           .gain = gain(),
           .tcp_limits = tcp_limits,
           .starting = starting_,
+          .queue = path_.queue(),
           .answer = 2 * (path_.round_trip() + path_.queue()) + ask_period()};
 }
 

@@ -50,6 +50,7 @@ class Pacer {
  private:
   void end_round(bool limited);
   void judge_queue(TimePoint now);
+  [[nodiscard]] bool burst_fills(Duration queue) const;
   [[nodiscard]] bool is_too_long(Duration queue) const;
   [[nodiscard]] PathShare::Round share_round(bool tcp_limits) const;
   [[nodiscard]] double gain() const;
@@ -73,6 +74,8 @@ class Pacer {
   std::uint64_t round_end_ = 0;  // a round of the control ends when these are acknowledged
   double round_delivery_ = 0;    // of the path when the last one ended
   bool round_limited_ = false;   // in this round the traffic, not the path, limited the rate
+  bool last_limited_ = false;    // and in the one before
+  double before_burst_ = 0;      // delivery rate of the path when little was last on its way
   struct Episode {
     TimePoint since{};
     Duration queue{};

@@ -9,6 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kRateSpanMin = 10ms;
 constexpr Duration kRateWindowMin = 100ms;
+constexpr Duration kQueueLong = 10ms;
 constexpr Duration kJitterMax = 25ms;  // more is a single event, not usual jitter
 constexpr std::size_t kArrivalsMax = 512;
 constexpr double kQueueMax = 60e9;  // nanoseconds; more is a clock that is wrong
@@ -30,6 +31,7 @@ void Path::sent(const SentPacket& packet) {
     waited_.clear();
     waited_most_.clear();
     queue_ = {};
+    long_since_.reset();
   }
   sent_bytes_ = packet.end;
   if (packet.asks) {
@@ -54,6 +56,7 @@ void Path::forget_base() {
   waited_.clear();
   waited_most_.clear();
   queue_ = {};
+  long_since_.reset();
   lateness_ = {};
 }
 
@@ -73,6 +76,7 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
   // The time in the acknowledgement belongs to the last byte, which may be that of a later packet
   // without data.
   if (last->end == ack.received_bytes && !covered.behind_loss) measure_delay(*last, ack, now);
+  covered.limited = covered.limited && !queue_stays(now);
   const bool stood = stood_end_ > 0;
   measure_rate(ack, covered, now);
   if (stood_end_ > 0 && ack.received_bytes >= stood_end_) {
@@ -106,6 +110,11 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   const Duration spread = nanoseconds(waited_most_.get() - waited_.get());
   jitter_ += (std::min(spread, kJitterMax) - jitter_) / 32;
   queue_ = nanoseconds(std::clamp(waited_.get(), 0.0, kQueueMax));
+  if (queue_ <= std::max<Duration>(kQueueLong, 2 * jitter_)) {
+    long_since_.reset();
+  } else if (!long_since_) {
+    long_since_ = now;
+  }
   if (!last.asks) return;  // the peer acknowledges the others later, at a time of its own
   const Duration took = now - last.at;
   round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
@@ -119,6 +128,13 @@ bool Path::has_stood(const Arrival& ack) const {
   const auto gap = static_cast<double>(ack.at - arrivals_.back().arrival.at);
   const auto least = static_cast<double>((round_trip() + kRateSpanMin).count());
   return gap > least && waited_now_ > gap / 2;
+}
+
+// A long queue stays only where the path limits what arrives, though nothing more may wait to be
+// sent. Where little is on its way it is no queue of ours.
+bool Path::queue_stays(TimePoint now) const {
+  return long_since_ && now - *long_since_ > 2 * round_trip() &&
+         in_flight_bytes_ >= kFirstBytes / 4;
 }
 
 // Measured between arrivals by the peer's clock, so that acknowledgements that come in a bunch do
@@ -148,7 +164,7 @@ void Path::measure_rate(const Arrival& ack, const Covered& covered, TimePoint no
                                        [](const Counted& counted) { return counted.limited; });
   // Little traffic does not show what the path could carry.
   const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();
-  if (any_limited && rate < std::max(delivery_.get(), first_rate)) return;
+  if (any_limited && !queue_stays(now) && rate < std::max(delivery_.get(), first_rate)) return;
   latest_delivery_ = rate;
   delivery_.add(rate, now, rate_window());
 }

@@ -95,6 +95,7 @@ class Path {
   [[nodiscard]] bool has_stood(const Arrival& ack) const;
   [[nodiscard]] bool waited_for_repair(std::uint64_t end, TimePoint now);
   [[nodiscard]] Duration rate_window() const;
+  [[nodiscard]] bool queue_stays(TimePoint now) const;
 
   std::deque<SentPacket> flight_;
   std::uint64_t sent_bytes_ = 0;
@@ -120,6 +121,7 @@ class Path {
   double latest_delivery_ = 0;
   Duration lateness_{};
   Duration queue_{};
+  std::optional<TimePoint> long_since_;  // since when the queue is long
   Duration jitter_{};
   std::deque<Counted> arrivals_;  // of the last half round trip, and the one before these
   double waited_now_ = 0;         // of the last arrival

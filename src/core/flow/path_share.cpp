@@ -9,17 +9,20 @@ using namespace std::chrono_literals;
 
 constexpr double kPart = 0.5;
 constexpr double kGrowth = 1.5;
-constexpr double kArrives = 0.8;  // of what leaves, at least
+constexpr double kArrives = 0.75;  // of what leaves, at least; 1 / kGrowth is no more than before
 constexpr double kHeldBack = 0.9;
 constexpr Duration kStays = 3s;  // without need
 // So long a queue of somebody else is never short.
 constexpr Duration kSeenAlone = 2s;
+// By more than half of what it was, as far as TCP empties it after a loss, and this.
+constexpr Duration kQueueGrows = 30ms;
 
 }  // namespace
 
 void PathShare::begin(const Round& round, TimePoint now) {
   if (rate_ > 0) return;
   needed_at_ = now;
+  queue_ = round.queue;
   grow(round, now);
 }
 
@@ -34,11 +37,29 @@ void PathShare::end_round(const Round& round, TimePoint now) {
     rate_ = 0;
     return;
   }
-  if (now < judged_at_) return;
-  if (round.delivery >= kArrives * rate_) {
+  if (round.queue > queue_ / 2 + kQueueGrows) {
+    rate_ = 0;
+    return;
+  }
+  judge(round, now);
+}
+
+void PathShare::judge(const Round& round, TimePoint now) {
+  if (now < trial_.begin) return;
+  if (trial_.end < trial_.begin) {
+    trial_ = {now, now + round.answer / 2, round.arrived_bytes, false};
+    return;
+  }
+  trial_.tcp_limits = trial_.tcp_limits || round.tcp_limits;
+  if (now < trial_.end) return;
+  const std::chrono::duration<double> took = now - trial_.begin;
+  const double arrived = static_cast<double>(round.arrived_bytes - trial_.bytes) / took.count();
+  const bool tcp_limits = trial_.tcp_limits;
+  trial_ = {now, {}, 0, false};
+  if (arrived >= kArrives * rate_) {
     if (round.gain < kHeldBack) grow(round, now);
-  } else if (!round.tcp_limits) {
-    best_ = round.delivery;
+  } else if (!tcp_limits) {
+    best_ = arrived;
     rate_ = best_is_all_ ? 0 : kPart * best_;
     best_is_all_ = true;
   }
@@ -47,7 +68,7 @@ void PathShare::end_round(const Round& round, TimePoint now) {
 void PathShare::grow(const Round& round, TimePoint now) {
   rate_ = kGrowth * std::max(rate_, std::min(round.allowed, round.delivery));
   if (best_is_all_) rate_ = std::min(rate_, kPart * best_);
-  judged_at_ = now + round.answer;
+  trial_ = {now + round.answer / 2, {}, 0, false};
 }
 
 }  // namespace connect_bridge

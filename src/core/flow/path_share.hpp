@@ -1,6 +1,8 @@
 // Our part of a path whose queue somebody else keeps full.
 #pragma once
 
+#include <cstdint>
+
 #include "core/base/time.hpp"
 
 namespace connect_bridge {
@@ -8,19 +10,22 @@ namespace connect_bridge {
 // Who fills the queue leaves nothing to a sender that holds back for every queue. So from begin()
 // on at least rate() leaves, whatever the queue. It grows as long as what leaves arrives: had the
 // path itself become slower, it would not. It ends at half of what the path carried alone; where
-// that was never seen, at half of what arrives when more does not.
+// that was never seen, at half of what arrives when more does not. It is given up when the queue
+// grows: that of somebody else is as long as the path's buffer, ours as what we send.
 //
 // Rates in bytes per second. Belongs to one connection.
 class PathShare {
  public:
   // A round trip in which there was always more to send.
   struct Round {
-    double delivery = 0;      // what arrived
-    double allowed = 0;       // what was allowed to leave
-    double without = 0;       // what would be without the share
-    double gain = 1;          // less than 1: the sender holds back because of the queue
-    bool tcp_limits = false;  // less has left than was allowed
+    double delivery = 0;              // what arrived, the best of some round trips
+    std::uint64_t arrived_bytes = 0;  // since the connection opened
+    double allowed = 0;               // what was allowed to leave
+    double without = 0;               // what would be without the share
+    double gain = 1;                  // less than 1: the sender holds back because of the queue
+    bool tcp_limits = false;          // less has left than was allowed
     bool starting = false;
+    Duration queue{};   // from begin() on beyond the one of then, which counts as the path's delay
     Duration answer{};  // until a change of the rate shows in what arrives
   };
 
@@ -37,9 +42,20 @@ class PathShare {
 
  private:
   void grow(const Round& round, TimePoint now);
+  void judge(const Round& round, TimePoint now);
+
+  // What arrived from its begin to its end shows whether the path carries rate_: the mean of that
+  // time, as the best moment of a cell that fades would allow more than it carries.
+  struct Trial {
+    TimePoint begin{};
+    TimePoint end{};  // not before the begin: it has not begun
+    std::uint64_t bytes = 0;
+    bool tcp_limits = false;
+  };
 
   double rate_ = 0;
-  TimePoint judged_at_{};  // when what arrives shows whether the path carries that
+  Trial trial_;
+  Duration queue_{};       // when it began
   TimePoint needed_at_{};  // when less would have left without it, the last time
   double best_ = 0;
   bool best_is_all_ = false;  // nobody else was there then, or more would not have arrived

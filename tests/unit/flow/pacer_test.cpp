@@ -3,9 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
-
 #include "core/wire/frame.hpp"
 #include "unit/flow/path_bed.hpp"
 
@@ -52,6 +49,27 @@ TEST(Pacer, WhatFitsIsNotSlowedDown) {
   options.there.bulk_per_second = 3;
   const auto there = run_bed(options).there;
   EXPECT_GT(there.bulk_share, 3 * 500'000 * 8 / 18e6 * 0.98);
+}
+
+// Neither while the rate is looked for nor when a burst begins after a pause.
+TEST(Pacer, BurstsThatFitMakeNoQueue) {
+  for (const double rate : {18, 58}) {
+    for (const double per_second : {1, 2, 5, 10}) {
+      for (const std::uint32_t bytes : {100'000U, 500'000U}) {
+        auto options = thin_link();
+        options.there.rate = megabits(rate);
+        options.there.bulk_bytes = bytes;
+        options.there.bulk_per_second = per_second;
+        options.lasts = 25s;
+        options.warm_up = 5s;
+        const double share = bytes * 8 * per_second / (rate * 1e6);
+        if (share > 0.9) continue;
+        const auto there = run_bed(options).there;
+        EXPECT_LT(there.percentile_ms(0.99), 4) << rate << ' ' << bytes << ' ' << per_second;
+        EXPECT_GT(there.bulk_share, 0.98 * share) << rate << ' ' << bytes << ' ' << per_second;
+      }
+    }
+  }
 }
 
 TEST(Pacer, FindsMoreRateAndGivesWay) {
@@ -308,26 +326,15 @@ TEST(Pacer, WhatWaitsForARepairIsNoQueue) {
   }
 }
 
-// 1 to 40 Mbit/s, changing every 100 ms: the wildest of cells.
-TEST(Pacer, FollowsACellularDrive) {
-  for (const unsigned seed : {1U, 2U, 3U}) {
-    std::mt19937_64 draw(seed);
-    std::normal_distribution<double> step(0, 0.45);
-    std::vector<double> rates{10e6 / 8};
-    while (rates.size() < 300)
-      rates.push_back(std::clamp(rates.back() * std::exp(step(draw)), 1e6 / 8, 40e6 / 8));
-    auto options = thin_link();
-    options.lasts = 30s;
-    options.there.delay = options.back.delay = 20ms;
-    options.there.bulk_per_second = 20;
-    options.there.rate = [&](Duration at) {
-      return rates.at(static_cast<std::size_t>(at / 100ms));
-    };
-    const auto there = run_bed(options).there;
-    EXPECT_LT(there.percentile_ms(0.5), 6) << "seed " << seed;
-    EXPECT_LT(there.percentile_ms(0.9), 45) << "seed " << seed;
-    EXPECT_GT(there.bulk_share, 0.78) << "seed " << seed;
-  }
+// Messages that fit leave at once, one by one, and none is ever waiting; now they do not fit.
+TEST(Pacer, AQueueOfSmallMessagesShowsThatThePathIsSlower) {
+  auto options = thin_link();
+  options.there.rate = [](Duration at) { return (at < 5s ? 58 : 2) * 1e6 / 8; };
+  options.there.bulk_bytes = 20'000;
+  options.there.bulk_per_second = 25;
+  options.lasts = 20s;
+  const auto there = run_bed(options).there;
+  EXPECT_LT(there.worst_ms(10s, 20s), 150);
 }
 
 TEST(Pacer, AMessageAloneLeavesAtOnce) {
