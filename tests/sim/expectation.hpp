@@ -108,9 +108,12 @@ class Expectation {
   [[nodiscard]] std::map<std::string, Counts> count_topics() const;
   void check_reader(const ExpectedMirror& expected, const Reader& reader) const;
   void check_late(const Late& late) const;
-  // Whether a mirror was made since the subscriber came: one whose samples are too large for its
-  // depth is made again, with what it keeps.
-  [[nodiscard]] bool was_mirrored_again(const Late& late) const;
+  // Whether a mirror was made since there were so many writers: one whose samples are too large for
+  // its depth is made again, with what it keeps.
+  [[nodiscard]] bool was_mirrored_again(const ExpectedMirror& expected, std::size_t writers) const;
+  // Whether there may not be memory for as many samples as it should keep.
+  [[nodiscard]] bool may_keep_fewer(const ExpectedMirror& expected) const;
+  [[nodiscard]] bool is_as_expected(const Qos& made, const ExpectedMirror& expected) const;
   // How many of its origin's last samples a late subscriber gets, at least.
   [[nodiscard]] std::uint64_t history_of(const ExpectedMirror& expected) const;
   // Bytes that all origins of the topic keep for late subscribers, at most.
@@ -123,6 +126,7 @@ class Expectation {
   bool rules_change_;
   std::vector<ExpectedMirror> mirrors_;
   std::map<int, std::uint64_t> published_before_;  // by origin
+  std::size_t writers_before_ = 0;
   std::map<std::string, Counts> counts_before_;
   std::vector<Late> late_;
   std::vector<int> last_writers_;

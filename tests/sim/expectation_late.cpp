@@ -100,7 +100,7 @@ void Expectation::check_late(const Late& late) const {
   for (std::uint64_t n = origin.count - should + 1; n <= origin.count; ++n) {
     checker_.ledger().coverage().count(Judged::kHistory);
     const auto times = std::count(received.begin(), received.end(), n);
-    if (times == 1 || (times > 1 && was_mirrored_again(late))) continue;
+    if (times == 1 || (times > 1 && was_mirrored_again(expected, late.writers))) continue;
     std::string got;
     for (const auto counter : received) got += " " + std::to_string(counter);
     violated("late subscriber " + std::to_string(late.reader) + " of " + expected.topic +
@@ -110,10 +110,9 @@ void Expectation::check_late(const Late& late) const {
   }
 }
 
-bool Expectation::was_mirrored_again(const Late& late) const {
-  const ExpectedMirror& expected = mirrors_[late.mirror];
+bool Expectation::was_mirrored_again(const ExpectedMirror& expected, std::size_t writers) const {
   const auto& all = middleware_.writers();
-  const auto since = all.begin() + static_cast<std::ptrdiff_t>(late.writers);
+  const auto since = all.begin() + static_cast<std::ptrdiff_t>(writers);
   return std::any_of(since, all.end(), [&](const Writer& writer) {
     return writer.spec.host >= 0 && writer.spec.graph == expected.graph &&
            writer.spec.topic == expected.topic;
