@@ -19,7 +19,7 @@ PACING = [
     Mutant("a slower path is somebody else", "arrived >= kArrives * rate_", "true"),
     Mutant("the best moment is what arrives", "arrived >= kArrives * rate_",
            "round.delivery >= kArrives * rate_"),
-    Mutant("a share makes a queue", "round.queue > queue_ / 2 + kQueueGrows", "false"),
+    Mutant("a share makes a queue", "queue > queue_ / 2 + kQueueGrows", "false"),
     Mutant("a queue is no sign of a slower path", "any_limited && !queue_stays(now) &&",
            "any_limited &&"),
     Mutant("a round with a queue and nothing waiting teaches nothing",

@@ -156,6 +156,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
+  share_.queue_is(queue);
   if (starting_ || queue > 4 * target || trim_ < kTrimMin / 2) share_.path_is_not_seen(now);
   if (queue > std::max(2 * target, path_.round_trip()) || burst_fills(queue)) starting_ = false;
   if (queue > target / 2) boost_ = 0;

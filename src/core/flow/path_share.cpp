@@ -37,11 +37,11 @@ void PathShare::end_round(const Round& round, TimePoint now) {
     rate_ = 0;
     return;
   }
-  if (round.queue > queue_ / 2 + kQueueGrows) {
-    rate_ = 0;
-    return;
-  }
   judge(round, now);
+}
+
+void PathShare::queue_is(Duration queue) {
+  if (queue > queue_ / 2 + kQueueGrows) rate_ = 0;
 }
 
 void PathShare::judge(const Round& round, TimePoint now) {

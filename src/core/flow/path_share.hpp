@@ -25,7 +25,7 @@ class PathShare {
     double gain = 1;                  // less than 1: the sender holds back because of the queue
     bool tcp_limits = false;          // less has left than was allowed
     bool starting = false;
-    Duration queue{};   // from begin() on beyond the one of then, which counts as the path's delay
+    Duration queue{};
     Duration answer{};  // until a change of the rate shows in what arrives
   };
 
@@ -37,6 +37,8 @@ class PathShare {
   // The queue has stayed long although the sender held back.
   void begin(const Round& round, TimePoint now);
   void end_round(const Round& round, TimePoint now);
+  // Beyond the one when it began, which counts as the path's delay from then on.
+  void queue_is(Duration queue);
   // Now the queue is long, or the traffic does not show what the path carries.
   void path_is_not_seen(TimePoint now) { seen_since_ = now; }
 

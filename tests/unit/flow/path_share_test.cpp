@@ -18,7 +18,6 @@ struct Rounds {
   double gain = 0.5;
   bool tcp_limits = false;
   std::uint64_t arrived_bytes = 0;
-  Duration queue{};
   double best = 0;  // of some round trips, where that is more than what arrives
 
   template <class Carries>
@@ -33,7 +32,6 @@ struct Rounds {
                        .without = gain * delivery,
                        .gain = gain,
                        .tcp_limits = tcp_limits,
-                       .queue = queue,
                        .answer = 2 * kRound},
                       now);
     }
@@ -99,11 +97,9 @@ TEST(PathShare, WhereTheQueueGrowsNobodyElseIsThere) {
   rounds.begin(1e4);
   rounds.run(1s, all_arrives);
   EXPECT_GT(rounds.share.rate(), 0);
-  rounds.queue = 79ms;
-  rounds.run(1s, all_arrives);
+  rounds.share.queue_is(80ms);
   EXPECT_GT(rounds.share.rate(), 0);
-  rounds.queue = 81ms;
-  rounds.run(kRound, all_arrives);
+  rounds.share.queue_is(81ms);
   EXPECT_EQ(rounds.share.rate(), 0);
 }
 
