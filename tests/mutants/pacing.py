@@ -22,8 +22,6 @@ PACING = [
     Mutant("a share makes a queue", "queue > queue_ / 2 + kQueueGrows", "false"),
     Mutant("a queue is no sign of a slower path", "any_limited && !queue_stays(now) &&",
            "any_limited &&"),
-    Mutant("a round with a queue and nothing waiting teaches nothing",
-           "covered.limited && !queue_stays(now);", "covered.limited;"),
     Mutant("a burst does not end the start", "path_.round_trip()) || burst_fills(queue)",
            "path_.round_trip())"),
     Mutant("the first round of a burst teaches", "if (burst_begins && error > 0) return;", ""),

@@ -76,7 +76,6 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
   // The time in the acknowledgement belongs to the last byte, which may be that of a later packet
   // without data.
   if (last->end == ack.received_bytes && !covered.behind_loss) measure_delay(*last, ack, now);
-  covered.limited = covered.limited && !queue_stays(now);
   const bool stood = stood_end_ > 0;
   measure_rate(ack, covered, now);
   if (stood_end_ > 0 && ack.received_bytes >= stood_end_) {
