@@ -15,8 +15,11 @@ namespace connect_bridge {
 // which nothing holds back. Belongs to a ChannelQueue.
 class Replay {
  public:
-  // From one to the next. A subscriber that keeps ten may look away for 8 ms.
+  // From one to the next: what lets all leave soon, between these. A subscriber that keeps ten may
+  // look away for 8 to 20 ms.
   static constexpr Duration kApart = std::chrono::microseconds(800);
+  static constexpr Duration kApartMost = std::chrono::milliseconds(2);
+  static constexpr Duration kSoon = std::chrono::milliseconds(500);
   // However many they are, and however fast more join them: after so long none is held back.
   static constexpr Duration kTimeMax = std::chrono::seconds(10);
 
@@ -24,6 +27,7 @@ class Replay {
   void begin(TimePoint now, TimePoint joins_until) {
     ends_at_ = std::min(now + kTimeMax, joins_until);
     joins_until_ = joins_until;
+    soon_at_ = now + kSoon;
     next_at_ = now;
   }
   void add(std::size_t body_bytes) {
@@ -43,10 +47,12 @@ class Replay {
   // The first of them leaves. One that is late itself makes the next no earlier. What takes more
   // than half of its room is not held back, so that it does not cost what would join it.
   void begun(std::uint64_t bytes_max, TimePoint now) {
+    next_at_ = now;
+    if (count_ == 0 || kept_bytes() > bytes_max / 2) return;
     const Duration left = std::max(ends_at_ - now, Duration::zero());
-    const bool much = kept_bytes() > bytes_max / 2;
     const auto those = static_cast<Duration::rep>(count_);
-    next_at_ = count_ == 0 || much ? now : now + std::min<Duration>(kApart, left / those);
+    const Duration apart = std::clamp((soon_at_ - now) / those, kApart, kApartMost);
+    next_at_ += std::min(apart, left / those);
   }
   // When the next may leave.
   [[nodiscard]] TimePoint next_at() const { return next_at_; }
@@ -60,6 +66,7 @@ class Replay {
   std::size_t count_ = 0;
   std::uint64_t bytes_ = 0;
   TimePoint joins_until_{};
+  TimePoint soon_at_{};
   TimePoint ends_at_{};
   TimePoint next_at_{};
 };

@@ -194,14 +194,39 @@ TEST(OutboxResume, WhatGoesOnLeavesOneByOneAndHoldsUpNobodyElse) {
   outbox.push(kB, message(20), now_ms(0));
   outbox.push(kB, message(21), now_ms(0));
   EXPECT_EQ(drain(outbox), "1#1:10\n2#1:20\n2#2:21\n");
-  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApartMost);
   outbox.push(kA, resuming(30), now_ms(0));  // behind the others
   outbox.push(kB, message(22), now_ms(0));
   EXPECT_EQ(drain(outbox), "2#3:22\n");
-  EXPECT_EQ(pauses(outbox, now_ms(0).steady), "800 800 800 ");
+  EXPECT_EQ(pauses(outbox, now_ms(0).steady), "2000 2000 2000 ");
   EXPECT_EQ(outbox.counts(kA).sent, 4U);
-  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(3));  // as ever
-  EXPECT_EQ(drain(outbox, now_ms(3)), "1#5:40\n1#6:40\n1#7:40\n");
+  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(6));  // as ever
+  EXPECT_EQ(drain(outbox, now_ms(6)), "1#5:40\n1#6:40\n1#7:40\n");
+}
+
+// As slowly as half a second allows, but not slower than every 2 ms, nor faster than every 0.8.
+TEST(OutboxResume, WhatGoesOnLeavesWithinHalfASecond) {
+  for (const auto& [count, apart] : {std::pair{200, std::chrono::microseconds(2000)},
+                                     {400, std::chrono::microseconds(1250)},
+                                     {2000, std::chrono::microseconds(800)}}) {
+    auto options = thin();
+    options.unacknowledged_bytes_max = 64 << 20;
+    Outbox outbox(options);
+    QueueOptions roomy = depth(10);
+    roomy.queue_bytes_max = 64 << 20;
+    outbox.add_channel(kA, roomy);
+    outbox.go_on(kA, {some_resuming(count + 1, 10)}, now_ms(0), now_ms(60'000).steady);
+    drain(outbox);
+    const TimePoint begin = now_ms(0).steady;
+    TimePoint last = begin;
+    while (const auto at = outbox.deadline()) {
+      outbox.on_time({*at, 0, 0});
+      drain(outbox, {last = *at, 0, 0});
+    }
+    const auto all = count * apart;
+    EXPECT_GT(last - begin, all - std::chrono::milliseconds(1)) << count;
+    EXPECT_LT(last - begin, all + std::chrono::milliseconds(1)) << count;
+  }
 }
 
 TEST(OutboxResume, ManyLeaveFasterAndAllWithinTenSeconds) {
@@ -242,7 +267,7 @@ TEST(OutboxResume, WhatFillsItsRoomIsNotHeldBack) {
   outbox.go_on(kA, {some_resuming(100, 1000 - kKeptMessageBytes)}, now_ms(0), now_ms(1000).steady);
   drain(outbox);
   EXPECT_EQ(outbox.counts(kA).sent, 50U);
-  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApartMost);
 }
 
 TEST(OutboxResume, WhatRestsMayBeDroppedAndTheChannelMayGo) {
@@ -257,7 +282,7 @@ TEST(OutboxResume, WhatRestsMayBeDroppedAndTheChannelMayGo) {
   EXPECT_EQ(outbox.counts(kA).dropped.of(DropReason::kQueueBytes), 1U);
   outbox.add_channel(kA, queue(Priority::kHigh));  // it rests all the same
   EXPECT_EQ(drain(outbox).substr(0, 3), "2#1");
-  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApart);
+  EXPECT_EQ(outbox.deadline(), now_ms(0).steady + Replay::kApartMost);
   outbox.remove_channel(kA);
   EXPECT_EQ(outbox.deadline(), std::nullopt);
   EXPECT_EQ(play(outbox, now_ms(0)), "");
