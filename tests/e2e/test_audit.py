@@ -33,8 +33,9 @@ def found(file, **what):
     return [line for line in lines(file) if all(line.get(k) == v for k, v in what.items())]
 
 
+# A line of repeated events comes up to 11 s after the first of them.
 def wait_for(file, **what):
-    until(lambda: found(file, **what), lambda: f"{what} in {file.read_text()}", 10)
+    until(lambda: found(file, **what), lambda: f"{what} in {file.read_text()}", 15)
     return found(file, **what)[0]
 
 
