@@ -9,7 +9,7 @@ Way::Way(asio::io_context& io, std::string host, std::uint16_t port, std::option
     : host_(std::move(host)),
       port_(port),
       proxy_(std::move(proxy)),
-      resolver_(io),
+      look_up_(io),
       race_(std::make_shared<Race>(io)) {}
 
 void Way::start(Done done) {
@@ -18,13 +18,15 @@ void Way::start(Done done) {
   const std::uint16_t port = proxy_ ? proxy_->port : port_;
   ErrorCode no_literal;
   const auto address = asio::ip::make_address(host, no_literal);
-  if (!no_literal) return race({{address, port}});  // without the resolver's thread
-  resolver_.async_resolve(host, std::to_string(port), asio::ip::tcp::resolver::numeric_service,
-                          [self = shared_from_this(), host](ErrorCode error, const auto& results) {
-                            if (!self->done_) return;
-                            if (error) return self->finish({}, failure_text(error, nullptr, host));
-                            self->race({results.begin(), results.end()});
-                          });
+  if (!no_literal) return race({{address, port}});  // without a thread
+  look_up_.start(
+      host, port,
+      [weak = weak_from_this(), host](const ErrorCode& error, const LookUp::Endpoints& found) {
+        const auto self = weak.lock();
+        if (!self || !self->done_) return;
+        if (error) return self->finish({}, failure_text(error, nullptr, host));
+        self->race(found);
+      });
 }
 
 void Way::race(const std::vector<Race::Endpoint>& addresses) {
@@ -54,7 +56,7 @@ void Way::finish(std::optional<TcpSocket> socket, const std::string& problem) {
 
 void Way::stop() {
   done_ = nullptr;
-  resolver_.cancel();
+  look_up_.stop();
   race_->stop();
   ErrorCode ignored;
   if (asking_) asking_->close(ignored);

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "net/look_up.hpp"
 #include "net/options.hpp"
 #include "net/race.hpp"
 #include "net/transport.hpp"
@@ -39,7 +40,7 @@ class Way : public std::enable_shared_from_this<Way> {
   const std::string host_;
   const std::uint16_t port_;
   const std::optional<HttpProxy> proxy_;
-  asio::ip::tcp::resolver resolver_;
+  LookUp look_up_;
   const std::shared_ptr<Race> race_;
   std::shared_ptr<TcpSocket> asking_;  // the connection to the proxy, during CONNECT
   const char* stage_ = "the name look-up";

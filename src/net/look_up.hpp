@@ -1,0 +1,48 @@
+// Addresses of a name.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "net/transport.hpp"
+
+namespace connect_bridge {
+
+// The system's resolver blocks, half a minute where no name server answers, and nothing can
+// interrupt it. So each look-up has a thread of its own, which may outlive this object and the
+// io_context: neither the end of the program nor the next look-up, perhaps on another network,
+// waits for it. Thread: that of the io_context, where it is also destroyed before that ends.
+class LookUp {
+ public:
+  using Endpoints = std::vector<asio::ip::tcp::endpoint>;
+  // Blocks. Called in the other thread.
+  using Resolve =
+      std::function<Endpoints(const std::string& host, std::uint16_t port, ErrorCode& error)>;
+  using Done = std::function<void(const ErrorCode& error, const Endpoints& found)>;
+
+  // That of the system.
+  static Endpoints resolve(const std::string& host, std::uint16_t port, ErrorCode& error);
+  // So many may be under way in the process. A further one fails at once: try_again.
+  static constexpr int kUnderWayMax = 8;
+
+  explicit LookUp(asio::io_context& io, Resolve resolve = &LookUp::resolve);
+  ~LookUp() { stop(); }
+  LookUp(const LookUp&) = delete;
+  LookUp& operator=(const LookUp&) = delete;
+
+  // Once only. `done` is called once, never from inside.
+  void start(const std::string& host, std::uint16_t port, Done done);
+  // `done` is not called any more.
+  void stop();
+
+ private:
+  struct Shared;
+  const std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,118 @@
+// Names while no name server answers: the resolver here does so when it is let.
+#include "net/look_up.hpp"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "unit/net/harness.hpp"
+
+namespace connect_bridge::test {
+namespace {
+
+const asio::ip::tcp::endpoint kRobot(asio::ip::make_address("192.0.2.7"), 443);
+
+// Blocks until answer() is called; what it answers then, or that nothing is known of the name.
+class SlowServer {
+ public:
+  LookUp::Resolve resolver() {
+    return [answered = answered_](const std::string& host, std::uint16_t port, ErrorCode& error) {
+      answered.wait();
+      if (host != "robot" || port != 443) error = asio::error::host_not_found;
+      return error ? LookUp::Endpoints{} : LookUp::Endpoints{kRobot};
+    };
+  }
+  void answer() { answer_.set_value(); }
+
+ private:
+  std::promise<void> answer_;
+  const std::shared_future<void> answered_ = answer_.get_future().share();
+};
+
+struct Answer {
+  ErrorCode error;
+  LookUp::Endpoints found;
+};
+
+LookUp::Done into(std::optional<Answer>& answer) {
+  return [&answer](const ErrorCode& error, const LookUp::Endpoints& found) {
+    answer = Answer{error, found};
+  };
+}
+
+TEST(LookUpTest, Finds) {
+  Loop loop;
+  SlowServer names;
+  names.answer();
+  LookUp one(loop.io, names.resolver()), other(loop.io, names.resolver());
+  std::optional<Answer> robot, nobody;
+  one.start("robot", 443, into(robot));
+  other.start("nobody", 443, into(nobody));
+  EXPECT_FALSE(robot);  // not from inside
+  loop.until([&] { return robot && nobody; });
+  EXPECT_EQ(robot->found, LookUp::Endpoints{kRobot});
+  EXPECT_EQ(nobody->error, asio::error::host_not_found);
+}
+
+TEST(LookUpTest, ThatOfTheSystemFindsThisMachine) {
+  ErrorCode error;
+  const auto found = LookUp::resolve("localhost", 443, error);
+  ASSERT_FALSE(error) << error.message();
+  ASSERT_FALSE(found.empty());
+  EXPECT_TRUE(found.front().address().is_loopback());
+  EXPECT_EQ(found.front().port(), 443);
+}
+
+// Else a program without a name server could not stop for half a minute.
+TEST(LookUpTest, NobodyWaitsForOneThatHangs) {
+  SlowServer names;
+  std::optional<Answer> first, second;
+  {
+    Loop loop;
+    LookUp hangs(loop.io, names.resolver());
+    hangs.start("robot", 443, into(first));
+    SlowServer others;
+    others.answer();
+    LookUp next(loop.io, others.resolver());
+    next.start("robot", 443, into(second));
+    loop.until([&] { return second.has_value(); });
+    EXPECT_FALSE(first);
+  }
+  names.answer();  // whom it would tell is gone
+}
+
+TEST(LookUpTest, AfterStopNobodyIsTold) {
+  Loop loop;
+  SlowServer names;
+  std::optional<Answer> stopped, other;
+  LookUp one(loop.io, names.resolver()), two(loop.io, names.resolver());
+  one.start("robot", 443, into(stopped));
+  two.start("robot", 443, into(other));
+  one.stop();
+  names.answer();
+  loop.until([&] { return other.has_value(); });
+  EXPECT_FALSE(stopped);
+}
+
+TEST(LookUpTest, ManyThatHangAreNotFollowedByMore) {
+  SlowServer names;
+  Loop loop;
+  std::vector<std::unique_ptr<LookUp>> all;
+  std::vector<std::optional<Answer>> answers(LookUp::kUnderWayMax + 1);
+  for (auto& answer : answers) {
+    all.push_back(std::make_unique<LookUp>(loop.io, names.resolver()));
+    all.back()->start("robot", 443, into(answer));
+  }
+  loop.until([&] { return answers.back().has_value(); });
+  EXPECT_EQ(answers.back()->error, asio::error::host_not_found_try_again);
+  EXPECT_FALSE(answers.front());
+  names.answer();
+  loop.until([&] { return answers.front().has_value(); });
+  EXPECT_FALSE(answers.front()->error);
+}
+
+}  // namespace
+}  // namespace connect_bridge::test
