@@ -21,12 +21,10 @@
 
 namespace connect_bridge {
 
-// How the outbox treats a channel. Depth and bytes limit what waits; a partly sent message does not
-// count.
+// How the outbox treats a channel. Depth and bytes limit what waits, not what is partly sent.
 struct QueueOptions {
   Priority priority = Priority::kNormal;
-  // A message of at most kLightBytes may leave right behind the urgent ones, within a budget of the
-  // link.
+  // Messages of at most kLightBytes may leave right behind the urgent ones, within a link's budget.
   bool may_be_light = false;
   // Keep-last. 0: keep all, and refuse the newest where there is no room.
   std::uint32_t depth = 100;
@@ -68,8 +66,7 @@ class ChannelQueue {
   // `bases`: of the link (DeltaEncoder).
   ChannelQueue(ChannelId id, const QueueOptions& options, Budget& bases);
 
-  // New options for messages pushed from now on; waiting messages stay. The compression does not
-  // change.
+  // New options for messages pushed from now on; those that wait stay, and so does compression.
   void configure(const QueueOptions& options) { options_ = options; }
 
   // Queues the message or drops it, and drops what it displaces. `arrival` rises over all channels.
@@ -134,8 +131,11 @@ class ChannelQueue {
   [[nodiscard]] bool begins_resuming() const {
     return !open_ && !waiting_.empty() && waiting_.front().message.resumes;
   }
-  // Whether such messages wait.
+  // Whether such messages wait; and whether they or one that is partly sent need this subject.
   [[nodiscard]] bool goes_on() const { return replay_.count() > 0; }
+  [[nodiscard]] bool holds(const Subject& subject) const {
+    return goes_on() || (open_ && open_->message.subject == subject);
+  }
   // The next of them is held back: there is nothing to send before then.
   [[nodiscard]] std::optional<TimePoint> rests_until() const { return rests_until_; }
   [[nodiscard]] ChannelId id() const { return id_; }

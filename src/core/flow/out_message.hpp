@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
@@ -22,6 +23,12 @@ struct OutMessage {
   bool tracked = false;        // its arrival is reported to the owner (Outbox::take_delivered)
   bool resumes = false;        // kept until it has arrived, to be sent again on another connection
   std::uint32_t sequence = 0;  // as in MessageFrame; 0: it was never begun
+};
+
+// What may not have arrived when a connection was lost, and the last sequence number there.
+struct UnarrivedMessages {
+  std::deque<OutMessage> messages;
+  std::uint32_t last_sequence = 0;
 };
 
 // What each message counts in addition to its body where depth drops nothing.

@@ -97,9 +97,9 @@ void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint 
   if (is_over()) keep_data_budget(at->second.priority());
 }
 
-bool Outbox::goes_on(ChannelId channel) const {
+bool Outbox::holds(ChannelId channel, OriginId origin) const {
   const auto at = queues_.find(channel);
-  return at != queues_.end() && at->second.goes_on();
+  return at != queues_.end() && at->second.holds(origin);
 }
 
 Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {

@@ -41,15 +41,12 @@ class Outbox {
 
   // An existing channel gets the new options and keeps its queue and counts.
   void add_channel(ChannelId channel, QueueOptions options);
-  // What may not have arrived when a connection was lost, and the last sequence number there.
-  struct Unarrived {
-    std::deque<OutMessage> messages;
-    std::uint32_t last_sequence = 0;
-  };
+  using Unarrived = UnarrivedMessages;
   // The channel, on which nothing was sent yet, continues one of an earlier connection: the
   // messages that were left there come first, and the sequence numbers go on (ChannelQueue::go_on).
   void go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until);
-  [[nodiscard]] bool goes_on(ChannelId channel) const;
+  // Whether the origin may not leave yet: what was left goes on, or a message of it is partly sent.
+  [[nodiscard]] bool holds(ChannelId channel, OriginId origin) const;
   [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
   // Drops what is queued (counted as kWithdrawn), forgets the channel and returns its last counts.
   // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets

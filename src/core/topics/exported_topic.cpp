@@ -93,8 +93,8 @@ bool ExportedTopic::drained() const {
 }
 
 bool ExportedTopic::is_kept(OriginId origin) const {
-  const auto goes_on = [](const auto& entry) { return entry.second.goes_on(); };
-  return backlogs_.hold(origin) || std::any_of(offers_.begin(), offers_.end(), goes_on);
+  const auto holds = [&](const auto& entry) { return entry.second.holds(origin); };
+  return backlogs_.hold(origin) || std::any_of(offers_.begin(), offers_.end(), holds);
 }
 
 std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {

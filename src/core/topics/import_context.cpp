@@ -96,4 +96,9 @@ std::optional<Decision> ImportContext::permission(const Link& link, const TopicK
   return permission(link, *wire_name, key.second, action_type);
 }
 
+bool ImportContext::withholds_events(const Link& link, const std::string& node) const {
+  const Interface what{InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, node};
+  return !policy.decide(Direction::kImport, what, link.identity);
+}
+
 }  // namespace connect_bridge

@@ -20,12 +20,17 @@ struct ImportContext : SideView {
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
   Timers<Mirror*> timers{};
+  // When topics look again whether there are mirrors for origins that they have left out.
+  std::optional<TimePoint> looks_again_at{};
   // The ids in the graph of the mirrors that exist; all zero: not told, or not needed by others.
   std::map<MirrorId, Gid> gids{};
   std::map<MirrorKey, Mirror> mirrors{};
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.
   [[nodiscard]] Mirror* mirror_of(const MirrorKey& key, const Link& link);
+  void look_again(const Now& now) {
+    if (!looks_again_at) looks_again_at = now.steady + std::chrono::seconds(1);
+  }
   // How many samples of this size the mirror may keep of those that it keeps for late subscribers
   // (`depth`).
   [[nodiscard]] std::uint32_t mirror_depth(const Mirror& mirror, std::uint32_t depth,
@@ -51,6 +56,8 @@ struct ImportContext : SideView {
   // The same by its local name.
   [[nodiscard]] std::optional<Decision> permission(const Link& link, const TopicKey& key,
                                                    const std::string& action_type) const;
+  // Whether no rule of ours lets this peer publish the parameter events of this node.
+  [[nodiscard]] bool withholds_events(const Link& link, const std::string& node) const;
 };
 
 }  // namespace connect_bridge

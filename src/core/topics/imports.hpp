@@ -49,7 +49,9 @@ class Imports {
   bool take_claim_change() { return std::exchange(context_.claim_changed, false); }
   void add_mirrored(Claim& claim) const;
 
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return context_.timers.deadline(); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(context_.timers.deadline(), context_.looks_again_at);
+  }
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;
 

@@ -15,7 +15,6 @@ namespace {
 
 // Messages behind one that is with a worker: they are published in one turn of the loop.
 constexpr std::size_t kWaitingMax = 1024;
-constexpr std::uint64_t kLeftOutBytes = 96;  // to remember an origin without a mirror
 
 }  // namespace
 
@@ -54,9 +53,8 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
   if (withholds(origin) || left_out_.contains(origin.origin)) return;
   Mirror* mirror = context_.mirror_of({key_, origin.gid}, link_);
   if (!mirror) {
-    // Without room it is not remembered, and does not count for the channel's limit either.
-    if (link_.memory.room() >= kLeftOutBytes)
-      left_out_.emplace(origin.origin, link_.memory.hold(kLeftOutBytes));
+    left_out_.add(origin, link_.memory);
+    context_.look_again(now);
     context_.outputs.log_once(
         link_.account->told, LogLevel::kWarn,
         "no more mirrors for " + link_.label() +
@@ -72,7 +70,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
-    left_out_.erase(id);
+    left_out_.remove(id);
     deltas_.forget(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
@@ -88,14 +86,8 @@ Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now
   if (origins_.size() + left_out_.size() + static_cast<std::size_t>(fresh) > kChannelOriginsMax)
     return Error{CloseCode::kTooLarge, "more origins on a channel than this side accepts"};
   for (const auto& origin : change.added) add_origin(origin, now);
+  if (!change.removed.empty()) update_demand(now);  // perhaps only that one wanted it
   return Nothing{};
-}
-
-bool OfferedTopic::withholds(const OriginOffer& origin) const {
-  if (!parameter_events_) return false;
-  const Interface what{
-      InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, origin.node};
-  return !context_.policy.decide(Direction::kImport, what, link_.identity);
 }
 
 bool OfferedTopic::recheck(const Now& now) {

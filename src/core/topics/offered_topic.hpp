@@ -13,6 +13,7 @@
 #include "core/link/link.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/import_context.hpp"
+#include "core/topics/left_out_origins.hpp"
 
 namespace connect_bridge {
 
@@ -32,7 +33,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Our rules have changed. False: none allows it any longer.
   [[nodiscard]] bool recheck(const Now& now);
   // Whether this origin of /parameter_events is a node whose parameters no rule opens.
-  [[nodiscard]] bool withholds(const OriginOffer& origin) const;
+  [[nodiscard]] bool withholds(const OriginOffer& origin) const {
+    return parameter_events_ && context_.withholds_events(link_, origin.node);
+  }
   // Creates again the mirrors whose rule now requires another QoS.
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
@@ -66,6 +69,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
 
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] ChannelId number() const { return number_; }
+  [[nodiscard]] const TopicKey& key() const { return key_; }
+  [[nodiscard]] LeftOutOrigins& left_out() { return left_out_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
@@ -107,7 +112,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   std::uint32_t last_sequence_ = 0;      // of the last message that arrived
   bool declined_kept_ = false;           // what the peer had kept is to be discarded
   std::map<OriginId, Mirror*> origins_;  // valid: this is a candidate of each
-  std::map<OriginId, Budget::Hold> left_out_;  // origins for which there was no mirror
+  LeftOutOrigins left_out_;
   std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
   DeltaDecoder deltas_;

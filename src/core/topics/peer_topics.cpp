@@ -56,6 +56,18 @@ void PeerTopics::recheck(const Now& now) {
   }
 }
 
+// A place becomes free when another publisher ends: of this topic, of another one, or of another
+// link of the identity.
+void PeerTopics::try_left_out(const Now& now) {
+  for (auto& [number, topic] : topics_) {
+    const auto has_place = [&, &topic = topic](const OriginOffer& origin) {
+      return topic.withholds(origin) || context_.mirror_of({topic.key(), origin.gid}, link_);
+    };
+    while (const auto origin = topic.left_out().take(has_place)) topic.add_origin(*origin, now);
+    if (topic.left_out().size() > 0) context_.look_again(now);
+  }
+}
+
 void PeerTopics::renew(const Now& now) {
   for (auto& [number, topic] : topics_) topic.renew(now);
 }

@@ -20,6 +20,7 @@ class PeerTopics {
   // Declines what our new rules allow no longer.
   void recheck(const Now& now);
   void renew(const Now& now);
+  void try_left_out(const Now& now);
   void finish(const Now& now);
   void on_link_lost(const Now& now);
 

@@ -285,8 +285,8 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   link_.outbox().go_on(number_, std::move(kept), now, now.steady + link_.resume_for);
 }
 
-bool TopicOffer::goes_on() const {
-  return is_open() && link_.connection && link_.outbox().goes_on(number_);
+bool TopicOffer::holds(OriginId origin) const {
+  return is_open() && link_.connection && link_.outbox().holds(number_, origin);
 }
 
 // ---- samples

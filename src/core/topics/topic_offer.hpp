@@ -60,7 +60,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
   // Sends what was kept and has not arrived.
   void go_on(Outbox::Unarrived kept, const Now& now);
-  [[nodiscard]] bool goes_on() const;
+  // Whether the origin may not leave yet: the peer forgets its base when it does.
+  [[nodiscard]] bool holds(OriginId origin) const;
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 

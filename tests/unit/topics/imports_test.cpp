@@ -194,6 +194,41 @@ TEST(SideImports, MirrorsHaveALimit) {
   EXPECT_NE(s.logged.find("no more mirrors for /peer"), std::string::npos);
 }
 
+// As after a restart: the old publisher is in the graph for some time beside the new one.
+TEST(SideImports, AnOriginWithoutAMirrorGetsOneWhenAnotherHasEnded) {
+  auto options = server();
+  options.topic_mirrors_max = 1;
+  Script s(options);
+  s.graph({topic("/a").sub(1)});
+  s.pass(1000);
+  s.join(1);
+  s.say(1, Offer{{channel(1, "/a", {origin(1, 11), origin(2, 12), origin(3, 13)})}, true});
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\nclaim [11]\n");
+  s.pass(10'000);
+  EXPECT_EQ(s.did(), "");
+  s.say(1, OriginsChanged{{1}, {}, {{3}}});  // nobody waits for this one any more
+  s.say(1, OriginsChanged{{1}, {}, {{1}}});
+  EXPECT_EQ(s.said(1), "demand 1 on\ndemand 1 off\n");
+  s.pass(1000);
+  EXPECT_NE(s.did().find("mirror 3 /a reliable volatile 10\nclaim [12]\n"), std::string::npos);
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  s.message(1, 1, 2, "hello");
+  EXPECT_EQ(s.did(), "publish 3 hello\n");
+}
+
+// Two links of one graph: the second one feeds the mirror of the other origin.
+TEST(SideImports, ADemandEndsWithTheOnlyOriginThatWantedIt) {
+  Imports s({everything()}, {topic("/a").sub(1)});
+  s.join(2);
+  s.offer(2, {channel(1, "/a", {origin(1, 12)})});
+  s.offer(1, {channel(1, "/a", {origin(1, 11), origin(2, 12)})});
+  EXPECT_EQ(s.said(1), "demand 1 on\n");
+  EXPECT_EQ(s.said(2), "demand 1 on\n");
+  s.say(1, OriginsChanged{{1}, {}, {{1}}});
+  EXPECT_EQ(s.said(1), "demand 1 off\n");
+  EXPECT_EQ(s.said(2), "");
+}
+
 TEST(SideImports, ALocalOriginIsNotMirrored) {
   Imports s({everything()}, {topic("/a").pub(11).sub(1)});
   s.said(1);
