@@ -30,6 +30,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void cancel(std::string problem);
   // Cancels; `done` is not called.
   void abandon();
+  // Whether it came so far that there is somebody: TLS or HTTP began.
+  [[nodiscard]] bool answered() const { return stage_ != nullptr; }
 
  private:
   struct Response;

@@ -132,9 +132,11 @@ void Network::State::on_arrival(Listener::Arrival arrival) {
 
 void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
                                 std::shared_ptr<WebSocket> socket, std::string problem) {
+  const auto dial = dials.find(id);
+  const bool answered = dial != dials.end() && dial->second->answered();
   dials.erase(id);
   if (!socket) {
-    events.input(DialFailed{id, std::move(problem)});
+    events.input(DialFailed{id, std::move(problem), answered});
     return;
   }
   ConnectionOpened opened{id, options.url.authority()};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <optional>
 
 #include "core/base/ids.hpp"
@@ -13,13 +14,23 @@ namespace connect_bridge {
 struct DialerOptions {
   Duration retry_min{};
   Duration retry_max{};
-  Duration refused_retry =
-      std::chrono::seconds(5);  // after a refused login: the token may be changed there
+  // After a refused login: the token may be changed there. And after many answers of something that
+  // is no server of ours, each of which costs as many bytes as a login.
+  Duration refused_retry = std::chrono::seconds(5);
+};
+
+enum class DialFailure : std::uint8_t {
+  kGone,      // nobody answered, or a connection was lost
+  kAnswered,  // by a proxy without a server behind it, with a wrong certificate ...
+  kRefused,   // the login, for longer
 };
 
 // At most one dial or connection at a time. Waiting -> (due) -> busy -> (failed, lost) -> waiting.
 class Dialer {
  public:
+  // After so many answers in a row, about 8 s of them, the next dials are rarer.
+  static constexpr int kAnswersSoon = 20;
+
   explicit Dialer(DialerOptions options) : options_(options) {}
 
   // A dial is due: from now on busy.
@@ -28,14 +39,14 @@ class Dialer {
     next_.reset();
     return true;
   }
-  void opened() { failures_ = 0; }
+  void opened() { failures_ = answers_ = 0; }
   // Ends the wait for the next attempt, except after a refused login.
   void hurry(TimePoint now) {
     failures_ = 0;
     if (next_) next_ = std::min(*next_, std::max(now, not_before_));
   }
   // The dial or the connection failed; sets the next attempt.
-  void failed(TimePoint now, bool login_refused, Random& random);
+  void failed(TimePoint now, DialFailure failure, Random& random);
   // The refused credential has been changed: ends the wait.
   void forget_refusal(TimePoint now) {
     not_before_ = {};
@@ -49,6 +60,7 @@ class Dialer {
   std::optional<TimePoint> next_ = TimePoint{};
   TimePoint not_before_{};
   int failures_ = 0;
+  int answers_ = 0;  // in a row
 };
 
 }  // namespace connect_bridge

@@ -75,7 +75,7 @@ void Links::on(DialFailed& input, const Now& now) {
   if (last_failure_ != reason)
     outputs_.log(LogLevel::kWarn, "cannot connect: " + reason + "; trying again");
   last_failure_ = reason;
-  dial_later(false, now);
+  dial_later(input.answered ? DialFailure::kAnswered : DialFailure::kGone, now);
 }
 
 void Links::look_at(Connection& stranger, const Now& now) {
@@ -94,7 +94,7 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
   strangers_.refuse(stranger, why, now, told);
   if (options_.role == Role::kServer) return;
   last_failure_ = why.message;
-  dial_later(false, now);
+  dial_later(DialFailure::kGone, now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {
@@ -243,21 +243,22 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const std::string reason =
       said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;
   const bool client = options_.role == Role::kClient;
-  const bool refused = client && is_lasting(input.code);
+  const auto failure =
+      client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
   const std::string hint = client ? advice(input.code) : "";
   if (strangers_.take(input.connection)) {
     if (!client) return;
     if (last_failure_ != reason)
       outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason + hint);
     last_failure_ = reason;
-    return dial_later(refused, now);
+    return dial_later(failure, now);
   }
   Link* link = link_of(input.connection);
   if (!link) return;
   log(*link, LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint, now);
   audit(outputs_, *link, AuditEvent::kLinkLost, reason);
   last_failure_ = reason;
-  lose(*link, loss_by(input.code, options_.role), now, refused);
+  lose(*link, loss_by(input.code, options_.role), now, failure);
 }
 
 // A server's peers come back by themselves.
@@ -289,7 +290,7 @@ bool Links::end_failed(const Now& now) {
   return any;
 }
 
-void Links::lose(Link& link, Loss loss, const Now& now, bool login_refused) {
+void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   await_return(link, loss, options_.dead_after, now);
   link.connection->close();
   user_.on_link_lost(link, now);
@@ -302,7 +303,7 @@ void Links::lose(Link& link, Loss loss, const Now& now, bool login_refused) {
   if (options_.role == Role::kServer || stopped_) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
   if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
-  dial_later(login_refused, now);
+  dial_later(failure, now);
 }
 
 // Without anything to go on with it need not wait.
@@ -314,9 +315,9 @@ void Links::end(Link& link, const Now& now) {
 
 // ---- time
 
-void Links::dial_later(bool login_refused, const Now& now) {
+void Links::dial_later(DialFailure failure, const Now& now) {
   dialing_ = {};
-  dialer_.failed(now.steady, login_refused, random_);
+  dialer_.failed(now.steady, failure, random_);
 }
 
 void Links::dial_if_due(const Now& now) {

@@ -42,8 +42,7 @@ class Links {
   void on(CredentialChanged& input, const Now& now);
   void renewed(Link& link, bool accepted) { renewal_.on_renewed(link, accepted); }
   void on_time(const Now& now);
-  // Closes the connections that have failed while an input was handled; to be called after each.
-  // Whether there were any.
+  // Closes the connections that an input has made fail; to be called after each. Whether any.
   bool end_failed(const Now& now);
   // Client: dials when it is time to.
   void dial_if_due(const Now& now);
@@ -86,9 +85,9 @@ class Links {
               const std::string& told = {});
   void carry(Link& link, std::unique_ptr<Connection> connection, const Now& now);
   // The connection is gone, or about to be; `loss`: what that means.
-  void lose(Link& link, Loss loss, const Now& now, bool login_refused = false);
+  void lose(Link& link, Loss loss, const Now& now, DialFailure failure = DialFailure::kGone);
   void end(Link& link, const Now& now);  // it is dead
-  void dial_later(bool login_refused, const Now& now);
+  void dial_later(DialFailure failure, const Now& now);
   // A line about a link that came or goes, unless its identity has caused too many.
   void log(const Link& link, LogLevel level, std::string text, const Now& now);
 

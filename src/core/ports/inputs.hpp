@@ -189,6 +189,7 @@ struct ConnectionOpened {
 struct DialFailed {
   ConnectionId connection;
   std::string reason;
+  bool answered = false;  // somebody is there, but not a server that takes us
 };
 // One WebSocket message.
 struct PacketReceived {

@@ -11,12 +11,13 @@ namespace {
 
 using flow_test::now_ms;
 using std::chrono::milliseconds;
+using Failure = DialFailure;
 
 constexpr DialerOptions kOptions{milliseconds(200), milliseconds(500)};
 
 // What a dialer waits after a failure now.
-Duration wait_of(Dialer& dialer, Random& random, bool refused = false) {
-  dialer.failed(now_ms(1000).steady, refused, random);
+Duration wait_of(Dialer& dialer, Random& random, Failure failure = Failure::kGone) {
+  dialer.failed(now_ms(1000).steady, failure, random);
   return *dialer.deadline() - now_ms(1000).steady;
 }
 
@@ -31,7 +32,7 @@ TEST(Dialer, TheNextOneIsDueAtItsTime) {
   Random random(1);
   Dialer dialer(kOptions);
   dialer.take_due(TimePoint{});
-  dialer.failed(now_ms(0).steady, false, random);
+  dialer.failed(now_ms(0).steady, Failure::kGone, random);
   const TimePoint next = dialer.deadline().value();
   EXPECT_FALSE(dialer.take_due(next - Duration(1)));
   EXPECT_TRUE(dialer.take_due(next));
@@ -71,14 +72,30 @@ TEST(Dialer, JitterReachesFromEndToEnd) {
 TEST(Dialer, ARefusedLoginWaitsFiveSeconds) {
   Random random(1);
   Dialer dialer(kOptions);
-  for (int i = 0; i < 10; ++i) EXPECT_EQ(wait_of(dialer, random, true), std::chrono::seconds(5));
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(wait_of(dialer, random, Failure::kRefused), std::chrono::seconds(5));
   EXPECT_LE(wait_of(dialer, random), milliseconds(500));
+}
+
+// A proxy that says 502 for a day costs a TLS handshake each time.
+TEST(Dialer, WhatIsAnsweredByOthersForLongIsDialedEveryFiveSeconds) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < Dialer::kAnswersSoon; ++i)
+    EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500)) << i;
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(wait_of(dialer, random, Failure::kAnswered), std::chrono::seconds(5));
+  dialer.hurry(now_ms(1200).steady);  // another network
+  EXPECT_EQ(dialer.deadline(), now_ms(1200).steady);
+  EXPECT_EQ(wait_of(dialer, random, Failure::kAnswered), std::chrono::seconds(5));
+  EXPECT_LE(wait_of(dialer, random), milliseconds(500));  // it is gone: that costs little
+  EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500));
 }
 
 TEST(Dialer, ALongRetryIsNotShortenedByARefusal) {
   Random random(1);
   Dialer dialer({std::chrono::seconds(20), std::chrono::seconds(60)});
-  EXPECT_GE(wait_of(dialer, random, true), std::chrono::seconds(10));
+  EXPECT_GE(wait_of(dialer, random, Failure::kRefused), std::chrono::seconds(10));
 }
 
 TEST(Dialer, NeverGivesUp) {
@@ -112,7 +129,7 @@ TEST(Dialer, AMinimumBeyondTheMaximumHolds) {
 TEST(Dialer, StopsForGood) {
   Random random(1);
   Dialer dialer(kOptions);
-  dialer.failed(now_ms(0).steady, false, random);
+  dialer.failed(now_ms(0).steady, Failure::kGone, random);
   dialer.stop();
   EXPECT_FALSE(dialer.deadline());
   EXPECT_FALSE(dialer.take_due(now_ms(60'000).steady));

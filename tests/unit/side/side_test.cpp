@@ -70,6 +70,21 @@ TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
   }
 }
 
+// But a proxy that answers in its place is asked more rarely after a while.
+TEST(Side, WhatAnswersInTheServersPlaceIsDialedEveryFiveSecondsAfterAWhile) {
+  Script s(client());
+  s.give(TimePassed{});
+  for (std::uint32_t dial = 1; dial <= 21; ++dial) {
+    EXPECT_NE(s.did().find("dial " + std::to_string(dial) + "\n"), std::string::npos);
+    s.give(DialFailed{{dial}, "HTTP 502 Bad Gateway", true});
+    s.did();  // the log
+    s.pass(dial <= 20 ? 500 : 4999);
+  }
+  EXPECT_EQ(s.did(), "");
+  s.pass(1);
+  EXPECT_EQ(s.did(), "dial 22\n");
+}
+
 TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
   for (const std::uint16_t code : {4003, 4012, 4015, 4016}) {
     Script s(client());
