@@ -154,6 +154,7 @@ Assembly assemble(const Config& config, const std::string& node, const Start& st
   BridgeParts parts;
   parts.config = config;
   parts.side = side_options(config);
+  parts.folder = start.folder;
   parts.side.node = node;
   parts.side.matching = kMatching;
   parts.side.secret_random = &secret_random;

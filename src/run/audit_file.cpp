@@ -40,11 +40,22 @@ std::string AuditFile::open() {
   return {};
 }
 
-std::string AuditFile::write(const std::string& lines) {
+AuditFile::Written AuditFile::write(const std::string& lines) {
   if (file_ >= 0 && !is_current()) close();
-  if (std::string problem = open(); !problem.empty()) return problem;
-  if (bytes_ > 0 && bytes_ + lines.size() > options_.bytes_max)
-    if (std::string problem = rotate(); !problem.empty()) return problem;
+  if (std::string problem = open(); !problem.empty()) return {false, std::move(problem)};
+  std::string not_rotated;
+  if (!has_room(lines, options_.bytes_max)) {
+    not_rotated = rotate();
+    if (std::string problem = open(); !problem.empty()) return {false, std::move(problem)};
+    const std::uint64_t of_all = options_.bytes_max * (options_.files_kept + std::uint64_t{1});
+    if (!has_room(lines, of_all)) return {false, std::move(not_rotated)};
+  }
+  std::string problem = append(lines);
+  const bool whole = problem.empty();
+  return {whole, whole ? std::move(not_rotated) : std::move(problem)};
+}
+
+std::string AuditFile::append(const std::string& lines) {
   std::size_t written = 0;
   while (written < lines.size()) {
     const ssize_t n = ::write(file_, lines.data() + written, lines.size() - written);
@@ -78,7 +89,7 @@ std::string AuditFile::rotate() {
     if (std::rename(from.c_str(), older(n).c_str()) != 0 && errno != ENOENT)
       return cannot("rename", from);
   }
-  return open();
+  return {};
 }
 
 void AuditFile::close() {

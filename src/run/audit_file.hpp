@@ -13,8 +13,9 @@ struct AuditFileOptions {
 };
 
 // Appends lines; when the file is full it becomes the first of the older ones, and the oldest is
-// deleted. Readable for its owner only (mode 0600). A file that was renamed or deleted by others is
-// created again. Blocks as long as the disk does. Not thread-safe.
+// deleted. Where that is not possible, the file grows to the size that all of them may have.
+// Readable for its owner only (mode 0600). A file that was renamed or deleted by others is created
+// again. Blocks as long as the disk does. Not thread-safe.
 class AuditFile {
  public:
   explicit AuditFile(AuditFileOptions options) : options_(std::move(options)) {}
@@ -25,13 +26,19 @@ class AuditFile {
   // Opens it if needed. Returns what is wrong: not a regular file, it belongs to somebody else, the
   // folder does not exist ...; empty: nothing.
   [[nodiscard]] std::string open();
-  // Lines that cannot be written completely are not in the file at all. Returns what is wrong, as
-  // open().
-  [[nodiscard]] std::string write(const std::string& lines);
+  struct Written {
+    bool whole = false;   // otherwise none of the lines is in the file
+    std::string problem;  // as open(); also that older files cannot be made
+  };
+  [[nodiscard]] Written write(const std::string& lines);
 
  private:
   [[nodiscard]] bool is_current() const;
+  [[nodiscard]] bool has_room(const std::string& lines, std::uint64_t bytes_max) const {
+    return bytes_ == 0 || bytes_ + lines.size() <= bytes_max;
+  }
   [[nodiscard]] std::string rotate();
+  [[nodiscard]] std::string append(const std::string& lines);
   void close();
 
   const AuditFileOptions options_;

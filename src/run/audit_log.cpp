@@ -61,21 +61,26 @@ void AuditLog::run() {
       if (text.size() >= kPieceBytes) write(std::exchange(text, {}));
     }
     write(text + book_.take_due(steady_now(), ending));
+    const std::lock_guard lock(mutex_);
+    counts_.lost = book_.lost() + not_kept_;
   }
 }
 
 void AuditLog::write(const std::string& lines) {
-  std::string problem = lines.empty() ? counts_.problem : file_.write(lines);
+  if (lines.empty()) return;
+  const auto [whole, problem] = file_.write(lines);
   const auto count = static_cast<std::uint64_t>(std::count(lines.begin(), lines.end(), '\n'));
   bool changed = false;
   {
     const std::lock_guard lock(mutex_);
-    (problem.empty() ? counts_.lines : not_kept_) += count;
-    counts_.lost = book_.lost() + not_kept_;
+    (whole ? counts_.lines : not_kept_) += count;
     changed = problem != counts_.problem;
     counts_.problem = problem;
   }
-  if (changed) tell_(problem.empty(), problem);
+  if (!changed) return;
+  const char* const what = whole ? "no older files can be made, it grows: "
+                                 : "it cannot be written, its lines are lost: ";
+  tell_(problem.empty(), problem.empty() ? "" : what + problem);
 }
 
 }  // namespace connect_bridge

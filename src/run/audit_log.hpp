@@ -22,10 +22,11 @@ class AuditLog {
   struct Counts {
     std::uint64_t lines = 0;  // written
     std::uint64_t lost = 0;   // for any reason
-    std::string problem;      // why nothing can be written now; empty: no problem
+    std::string problem;      // why nothing, or no older file, can be written; empty: none
   };
 
-  // `tell` is called from the log's thread, when writing begins to fail or works again.
+  // `tell` is called from the log's thread, when writing begins to fail (with what fails, for
+  // people) or works again.
   AuditLog(AuditFileOptions options, std::function<void(bool works, const std::string&)> tell);
   // Writes what waits.
   ~AuditLog();

@@ -41,7 +41,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
             {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),
                [this] { boost::asio::post(io_, [this] { on_wake(); }); }),
-      parameters_(io_, node, std::move(parts_.config),
+      parameters_(io_, node, std::move(parts_.config), std::move(parts_.folder),
                   {[this](const Policy& policy) { loop_.feed(PolicyChanged{policy}); },
                    [this](bool on) { gateway_.set_use_sim_time(on); },
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
@@ -97,8 +97,7 @@ std::string Bridge::open_audit_log() {
   audit_log_.emplace(options, [this](bool works, const std::string& problem) {
     boost::asio::post(io_, [this, works, problem] {
       node_.log(works ? LogLevel::kInfo : LogLevel::kError,
-                works ? "the audit log can be written again"
-                      : "the audit log cannot be written, its lines are lost: " + problem);
+                works ? "the audit log can be written again" : "the audit log: " + problem);
     });
   });
   return {};

@@ -36,6 +36,7 @@ struct BridgeParts {
   std::optional<CredentialFile> credential_file;  // client whose token is in a file
   DialOptions dial;                               // client
   std::optional<Joining> joining;                 // client that pairs
+  std::optional<PairingFolder> folder;            // of a pairing
   ListenOptions listen;                           // server
   SocketOptions sockets;
 };

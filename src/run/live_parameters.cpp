@@ -34,12 +34,14 @@ std::string joined(const List& list) {
 }  // namespace
 
 LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config,
-                               Changes changes)
+                               std::optional<PairingFolder> folder, Changes changes)
     : io_(io),
       node_(node),
       config_(std::move(config)),
       changes_(std::move(changes)),
-      server_(node, server_options()) {
+      server_(node, server_options()),
+      folder_(std::move(folder)) {
+  if (folder_) files_.emplace_back(folder_->parameter_file());
   for (const auto& file : node_.parameter_files()) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
     if (!node_.parameter_overrides().contains(key)) added_.emplace(key, value);
@@ -88,14 +90,22 @@ void LiveParameters::check_files() {
   if (changed) reload();
 }
 
+// Before the pairing has written its file, what it will write counts.
+ParameterMap LiveParameters::read_again(std::string& problem) const {
+  const auto given = node_.read_overrides_again();
+  problem = given.problem;
+  const bool stored = folder_ && folder_->has("params.yaml") && problem.empty();
+  return filled(given.parameters, stored ? folder_->parameters(problem) : added_);
+}
+
 void LiveParameters::reload() {
   if (files_.empty())
     return node_.log(LogLevel::kWarn,
                      "no parameter file was given: there is nothing to read again");
-  auto again = node_.read_overrides_again();
-  if (!again.problem.empty()) return refuse(again.problem);
-  again.parameters = filled(again.parameters, added_);
-  FileChanges found = file_changes(config_, again.parameters);
+  std::string unread;
+  const ParameterMap again = read_again(unread);
+  if (!unread.empty()) return refuse(unread);
+  FileChanges found = file_changes(config_, again);
   if (found.problems.empty()) {
     Surroundings around = surroundings();
     around.readable = {};  // not checked: files of keys that need a restart

@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "core/ports/audit.hpp"
 #include "ros/node/node.hpp"
 #include "ros/parameters/parameter_server.hpp"
+#include "run/pairing_folder.hpp"
 
 namespace connect_bridge {
 
@@ -24,7 +26,9 @@ class LiveParameters {
     std::function<void(AuditEvent event, const std::string& what)> audit;
   };
 
-  LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config, Changes changes);
+  // `folder`: where a pairing keeps parameters that are not given; its file is read again, too.
+  LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config,
+                 std::optional<PairingFolder> folder, Changes changes);
 
   [[nodiscard]] const Config& config() const { return config_; }
   // Reads the parameter files again if one of them has changed and is not being written. Blocks as
@@ -39,14 +43,18 @@ class LiveParameters {
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);
+  // Those of the node's files and arguments, and of the pairing. `problem`: why they cannot be
+  // read.
+  [[nodiscard]] ParameterMap read_again(std::string& problem) const;
 
   boost::asio::io_context& io_;
   ros::Node& node_;
   Config config_;
   const Changes changes_;
   ros::ParameterServer server_;
+  const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
-  ParameterMap added_;  // what the program has added at its start to files and -p
+  ParameterMap added_;  // what the pairing has added at the start to files and -p
 };
 
 }  // namespace connect_bridge

@@ -230,11 +230,16 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   const PairingFolder folder(node);
   std::string problem;
   if (arguments.pairs) {
+    start.folder = folder;
     pair_server(arguments, folder, start);
   } else if (!arguments.invitation.empty()) {
     const Invitation invitation = parse_invitation(arguments.invitation, problem);
-    if (problem.empty()) return join(invitation, folder, start), start;
+    if (problem.empty()) {
+      start.folder = folder;
+      join(invitation, folder, start);
+    }
   } else if (goes_by_pairing(given) && folder.has("params.yaml")) {
+    start.folder = folder;
     start.parameters = filled(given, folder.parameters(problem));
     start.news.push_back(news_of(folder));
   }

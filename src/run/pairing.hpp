@@ -12,6 +12,7 @@
 #include "core/base/parameter.hpp"
 #include "run/arguments.hpp"
 #include "run/invitation.hpp"
+#include "run/pairing_folder.hpp"
 
 namespace connect_bridge {
 
@@ -27,6 +28,8 @@ struct Start {
   std::vector<std::string> problems;
   std::vector<std::string> news;  // for the log
   ParameterMap parameters;
+  // Where further parameters come from, now or after the first login.
+  std::optional<PairingFolder> folder;
   std::optional<PairingOptions> pairing;  // server
   // Server: stores the parameters for the next start, after this one has succeeded; returns what is
   // wrong, or nothing.

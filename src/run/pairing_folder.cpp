@@ -57,7 +57,8 @@ ParameterMap PairingFolder::parameters(std::string& problem) const {
   ros::ParameterFile read = ros::read_parameter_file(parameter_file());
   problem = read.problem;
   ParameterMap parameters;
-  for (auto& section : read.sections) parameters.merge(section.parameters);
+  for (const auto& section : read.sections)
+    for (const auto& [key, value] : section.parameters) parameters.insert_or_assign(key, value);
   return parameters;
 }
 
@@ -67,7 +68,7 @@ std::string PairingFolder::write_parameters(const ParameterMap& parameters) cons
   for (const auto& [key, value] : parameters)
     text += "\n    " + key + ": " +
             std::visit([](const auto& held) { return Json(held).dump(); }, value);
-  return write_atomically(parameter_file(), text);
+  return write_atomically(parameter_file(), text, true);
 }
 
 bool goes_by_pairing(const ParameterMap& given) {

@@ -1,5 +1,7 @@
 #include "run/status_file.hpp"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -7,14 +9,24 @@
 
 namespace connect_bridge {
 
-std::string write_atomically(const std::string& file, const std::string& text) {
+namespace {
+
+// A file system that cannot promise it says EINVAL.
+bool is_kept(std::FILE* file) {
+  return ::fsync(::fileno(file)) == 0 || errno == EINVAL;
+}
+
+}  // namespace
+
+std::string write_atomically(const std::string& file, const std::string& text, bool lasting) {
   const std::string part = file + ".part";
   {
     // Created as a new file ("x"), so that a link that somebody else put there is not followed.
     std::remove(part.c_str());
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(part.c_str(), "wx"),
                                                               &std::fclose);
-    if (!out || std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0)
+    if (!out || std::fprintf(out.get(), "%s\n", text.c_str()) < 0 || std::fflush(out.get()) != 0 ||
+        (lasting && !is_kept(out.get())))
       return "cannot write " + part + ": " + std::strerror(errno);
   }
   if (std::rename(part.c_str(), file.c_str()) != 0)

@@ -7,8 +7,10 @@
 
 namespace connect_bridge {
 
-// Replaces the file in one step; returns what went wrong, or nothing.
-std::string write_atomically(const std::string& file, const std::string& text);
+// Replaces the file in one step; returns what went wrong, or nothing. `lasting`: what was written
+// is on the disk before the file is replaced, so a loss of power leaves the old or the new text.
+std::string write_atomically(const std::string& file, const std::string& text,
+                             bool lasting = false);
 
 class StatusFile {
  public:

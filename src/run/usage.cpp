@@ -107,7 +107,7 @@ void UsageFile::close() {
 }
 
 std::string UsageFile::write() {
-  return write_atomically(file_, usage_.write_text());
+  return write_atomically(file_, usage_.write_text(), true);
 }
 
 }  // namespace connect_bridge

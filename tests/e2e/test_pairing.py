@@ -176,3 +176,24 @@ def test_what_is_wrong_is_said(world):
     )
     server.wait_for("--pair makes the certificate and the login itself")
     assert server.process.wait(5) == 2
+
+
+def test_the_rules_of_a_pairing_change_at_run_time(world):
+    server, line = world.pair("--operate")
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
+    world.crosses("/first")
+    file = world.home("robot") / "connect_bridge" / "connect_server" / "params.yaml"
+    text = file.read_text()
+    rules = re.search(r"rules: .*\n", text).group(0)
+    assert '"operate"' in rules
+    file.write_text(text.replace(rules, 'rules: ["look"]\n'))
+    server.wait_for(r"rules: 1 removed \(operate\)", 10)
+    file.write_text(text)
+    server.wait_for(r"rules: 1 added \(operate\)", 10)
+    client.stop()
+    server.stop()
+    server = world.run("server", "robot")
+    server.wait_for("listening on")
+    file.write_text(text.replace(rules, 'rules: ["look"]\n'))
+    server.wait_for(r"rules: 1 removed \(operate\)", 10)
