@@ -219,8 +219,10 @@ std::string write(const Sheet& sheet) {
   const int file = ::open(sheet.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   if (file < 0) return sheet.path + " cannot be written: " + std::strerror(errno);
   const ssize_t written = ::write(file, sheet.text.data(), sheet.text.size());
+  // On the disk: after a loss of power an empty file would have to be removed by hand.
+  const bool kept = ::fsync(file) == 0 || errno == EINVAL;
   const bool closed = ::close(file) == 0;
-  if (written == static_cast<ssize_t>(sheet.text.size()) && closed) return {};
+  if (written == static_cast<ssize_t>(sheet.text.size()) && kept && closed) return {};
   ::unlink(sheet.path.c_str());
   return sheet.path + " cannot be written: the disk may be full";
 }

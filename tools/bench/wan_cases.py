@@ -316,9 +316,8 @@ def cut(bed, effort):
         entity = (f"name=/wan/cut_{reliable}", f"reliable={reliable}")
         ends = talk, listen = talked(bed, *entity)
         others = urgent, commanded = talked(bed, f"name=/wan/pong_cut_{reliable}")
-        for end in (*ends, *others):
-            end.ready()
-        time.sleep(2)  # discovered by all
+        meet(*ends)
+        meet(*others)
         talk.say(words("talk", {**stream, "seconds": seconds + 6}))
         urgent.say(words("talk", {"size": 12, "hz": 50, "seconds": seconds + 6}))
         time.sleep(1)
@@ -342,6 +341,19 @@ def talked(bed, *entity):
         bed.worker(ROBOT, "wan_bench", "talk", *entity),
         bed.worker(OPERATOR, "wan_bench", "listen", *entity),
     )
+
+
+def meet(talk, listen):
+    """Until what one publishes reaches the other: discovery takes long on a busy machine."""
+    talk.ready()
+    listen.ready()
+    for _ in range(30):
+        talk.ask(words("talk", {"size": 12, "hz": 20, "seconds": 0.05}))
+        time.sleep(0.5)
+        if listen.ask("count")["topics"][0]["count"]:
+            break
+    time.sleep(0.5)
+    listen.ask("count")  # forgets them
 
 
 def fresh(heard, since):

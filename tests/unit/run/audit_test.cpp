@@ -157,7 +157,7 @@ TEST_F(AuditFiles, AreTheirOwnersAlone) {
   std::ofstream(file) << line;
   std::filesystem::permissions(file, std::filesystem::perms::all);
   AuditFile audit({file, 1000, 2});
-  EXPECT_EQ(audit.write(line), "");
+  EXPECT_EQ(audit.write(line).problem, "");
   struct stat found {};
   ASSERT_EQ(::stat(file.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777U, 0600U);
@@ -166,7 +166,7 @@ TEST_F(AuditFiles, AreTheirOwnersAlone) {
 
 TEST_F(AuditFiles, RotateAndAreBounded) {
   AuditFile audit({file, 1000, 2});
-  for (int i = 0; i < 100; ++i) ASSERT_EQ(audit.write(line), "");
+  for (int i = 0; i < 100; ++i) ASSERT_EQ(audit.write(line).problem, "");
   EXPECT_EQ(test::content(file).size(), 1000U);
   EXPECT_EQ(test::content(file + ".1").size(), 1000U);
   EXPECT_EQ(test::content(file + ".2").size(), 1000U);
@@ -175,16 +175,34 @@ TEST_F(AuditFiles, RotateAndAreBounded) {
 
 TEST_F(AuditFiles, WithoutOlderOnesItBeginsAnew) {
   AuditFile audit({file, 1000, 0});
-  for (int i = 0; i < 15; ++i) ASSERT_EQ(audit.write(line), "");
+  for (int i = 0; i < 15; ++i) ASSERT_EQ(audit.write(line).problem, "");
   EXPECT_EQ(test::content(file).size(), 500U);
   EXPECT_FALSE(std::filesystem::exists(file + ".1"));
 }
 
+// As where its folder belongs to somebody else.
+TEST_F(AuditFiles, WithoutOlderOnesTheFileGrowsToTheSizeOfAll) {
+  std::filesystem::create_directories(file + ".1/in_the_way");
+  AuditFile audit({file, 1000, 1});
+  for (int i = 0; i < 20; ++i) {
+    const auto written = audit.write(line);
+    ASSERT_TRUE(written.whole) << i;
+    ASSERT_EQ(written.problem.empty(), i < 10) << i << written.problem;
+  }
+  const auto written = audit.write(line);
+  EXPECT_FALSE(written.whole);
+  EXPECT_THAT(written.problem, HasSubstr("cannot rename " + file));
+  EXPECT_EQ(test::content(file).size(), 2000U);
+  std::filesystem::remove_all(file + ".1");
+  EXPECT_EQ(audit.write(line).problem, "");
+  EXPECT_EQ(test::content(file), line);
+}
+
 TEST_F(AuditFiles, AreMadeAnewWhenOthersTakeThemAway) {
   AuditFile audit({file, 1000, 2});
-  ASSERT_EQ(audit.write(line), "");
+  ASSERT_EQ(audit.write(line).problem, "");
   std::filesystem::rename(file, file + ".3");
-  ASSERT_EQ(audit.write(line), "");
+  ASSERT_EQ(audit.write(line).problem, "");
   EXPECT_EQ(test::content(file), line);
 }
 
