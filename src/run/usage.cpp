@@ -107,7 +107,7 @@ void UsageFile::close() {
 }
 
 std::string UsageFile::write() {
-  return write_atomically(file_, usage_.write_text(), true);
+  return write_atomically(file_, usage_.write_text());
 }
 
 }  // namespace connect_bridge

@@ -16,9 +16,9 @@ namespace connect_bridge {
 class Replay {
  public:
   // From one to the next: what lets all leave soon, between these. A subscriber that keeps ten may
-  // look away for 8 to 50 ms.
+  // look away for 8 to 20 ms.
   static constexpr Duration kApart = std::chrono::microseconds(800);
-  static constexpr Duration kApartMost = std::chrono::milliseconds(5);
+  static constexpr Duration kApartMost = std::chrono::milliseconds(2);
   static constexpr Duration kSoon = std::chrono::milliseconds(500);
   // However many they are, and however fast more join them: after so long none is held back.
   static constexpr Duration kTimeMax = std::chrono::seconds(10);

@@ -198,16 +198,15 @@ TEST(OutboxResume, WhatGoesOnLeavesOneByOneAndHoldsUpNobodyElse) {
   outbox.push(kA, resuming(30), now_ms(0));  // behind the others
   outbox.push(kB, message(22), now_ms(0));
   EXPECT_EQ(drain(outbox), "2#3:22\n");
-  EXPECT_EQ(pauses(outbox, now_ms(0).steady), "5000 5000 5000 ");
+  EXPECT_EQ(pauses(outbox, now_ms(0).steady), "2000 2000 2000 ");
   EXPECT_EQ(outbox.counts(kA).sent, 4U);
-  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(15));  // as ever
-  EXPECT_EQ(drain(outbox, now_ms(15)), "1#5:40\n1#6:40\n1#7:40\n");
+  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(6));  // as ever
+  EXPECT_EQ(drain(outbox, now_ms(6)), "1#5:40\n1#6:40\n1#7:40\n");
 }
 
-// As slowly as half a second allows, but not slower than every 5 ms, nor faster than every 0.8.
+// As slowly as half a second allows, but not slower than every 2 ms, nor faster than every 0.8.
 TEST(OutboxResume, WhatGoesOnLeavesWithinHalfASecond) {
-  for (const auto& [count, apart] : {std::pair{50, std::chrono::microseconds(5000)},
-                                     {200, std::chrono::microseconds(2500)},
+  for (const auto& [count, apart] : {std::pair{200, std::chrono::microseconds(2000)},
                                      {400, std::chrono::microseconds(1250)},
                                      {2000, std::chrono::microseconds(800)}}) {
     auto options = thin();
