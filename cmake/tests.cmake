@@ -36,7 +36,7 @@ if(unit_tests)
   list(APPEND unit_tests "${source_text}")
 endif()
 
-# A path in virtual time: a third of what the core's tests compute.
+# A path in virtual time: without optimization two thirds of what the core's tests compute.
 set_source_files_properties("${tests}/unit/flow/path_bed.cpp" PROPERTIES COMPILE_OPTIONS -O2 SKIP_UNITY_BUILD_INCLUSION ON)
 
 # connect_unit_tests(<program> <layer>...): from the sources in the variable of that name.
