@@ -1,10 +1,11 @@
 """Faults of the core."""
 
 from beside_bridges import BESIDE_BRIDGES
+from changes import CHANGES
 from mutant import Mutant
 from pacing import PACING
 
-CORE = BESIDE_BRIDGES + PACING + [
+CORE = BESIDE_BRIDGES + CHANGES + PACING + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
@@ -83,9 +84,10 @@ CORE = BESIDE_BRIDGES + PACING + [
     Mutant("changed rules do not withdraw",
            "it->second.withdraw_outdated(); offers_.erase(it);", "return;"),
     Mutant("a listener needs no right",
-           "return side_.policy.decide(Direction::kExport, what, link.identity) &&"
-           " link.accepts->takes(what).value_or(listener.permitted);",
-           "return true;", within="FarListeners::permits"),
+           "listener.permitted = link.accepts->takes(what).value_or(before);",
+           "listener.permitted = true;", within="FarListeners::decide"),
+    Mutant("a listener needs none of our rights", "if (!decision) return;",
+           "if (!decision) { listener.permitted = true; return; }", within="FarListeners::decide"),
     Mutant("listeners are told to whoever",
            "known->second = side_.policy.decide(...).has_value();", "known->second = true;",
            within="ToldListeners::permits"),
@@ -277,8 +279,8 @@ CORE = BESIDE_BRIDGES + PACING + [
            "if (!feeds_) context_.claim_changed = true;", ""),
     Mutant("bridges taken for nodes", "if (!bridges.empty())", "if (bridges.empty())"),
     Mutant("unknown origins dropped",
-           "if (parked_.empty()) context_.outputs.push(RefreshGraph{});",
-           "if (parked_.empty()) return context_.outputs.push(RefreshGraph{});"),
+           "if (!parked_.add(std::move(taken), now)) return drop_demanded(...);",
+           "drop_demanded(DropReason::kUnknownOrigin);"),
     Mutant("no second dial", "next_ = now + wait;", "if (failures_ == 1) next_ = now + wait;"),
 #-- -- calls
     Mutant("an action is ready before its feedback flows",

@@ -165,6 +165,7 @@ void Attachment::note_call(AuditEvent event, const std::string& why) const {
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
+  declined_under_ = link_.lists_accepted;
   const auto& [name, type] = service_.key();
   const std::string what = shown(InterfaceKind::kService, name, type);
   if (const auto line = link_.note_decline(counts_.declined, what, decline, now))

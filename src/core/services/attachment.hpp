@@ -48,6 +48,10 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // Both channels end, and all calls.
   void end(const Ending& why, const Now& now);
   [[nodiscard]] bool is_offered() const { return bool(channel_); }
+  // The peer declined it under another list of what it accepts than the present one.
+  [[nodiscard]] bool is_to_be_offered_again() const {
+    return channel_ && declined_under_ && *declined_under_ != link_.lists_accepted;
+  }
   // The server can be called.
   void on_ready(const Now& now);
   // Attached on this connection or the one before: the service needs its client.
@@ -123,6 +127,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   CallId seen_;
   std::map<CallId, ServedCall> calls_;
   ServiceStatus counts_;
+  std::optional<std::uint64_t> declined_under_;  // number of the peer's list at that time
 };
 
 }  // namespace connect_bridge

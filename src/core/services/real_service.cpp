@@ -36,8 +36,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
                         std::none_of(servers_.begin(), servers_.end(), stays);
   // The graph has the servers' ids for some services only, and only while there is a client.
   if (servers.empty() || servers == servers_) return;
-  if (std::exchange(failed_, false))
-    std::erase_if(attachments_, [](const auto& e) { return !e.second.is_offered(); });
+  if (std::exchange(failed_, false)) forget_ended();
   servers_ = std::move(servers);
   if (!replaced) return end_lost(now);
   end(now);
@@ -48,6 +47,14 @@ void RealService::end(const Now& now) {
   serving_.gate.server_gone(client_);
   end_attachments(now);
   release_client();
+}
+
+// The service is offered again to those whose attachment was ended.
+void RealService::forget_ended() {
+  const auto ended = std::erase_if(attachments_, [](const auto& entry) {
+    return !entry.second.is_offered() && entry.second.is_idle();
+  });
+  if (ended > 0) serving_.offers_due = true;
 }
 
 void RealService::end_attachments(const Now& now) {
@@ -90,7 +97,10 @@ std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
 void RealService::recheck(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
-  if (auto decision = permission(link)) return it->second.on_decision(std::move(*decision));
+  if (auto decision = permission(link)) {
+    if (it->second.is_to_be_offered_again()) return on_link_dead(link.id, now);
+    return it->second.on_decision(std::move(*decision));
+  }
   const bool whole =
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
   Ending why{"its action is not whole any longer"};
@@ -175,6 +185,7 @@ void RealService::on(const ServiceReady& ready, const Now& now) {
   ready_ = true;
   type_hash_ = ready.type_hash;
   for (auto& [id, attachment] : attachments_) attachment.on_ready(now);
+  forget_ended();  // of a client that could not be made
 }
 
 void RealService::on(const ServiceClientFailed& failed, const Now& now) {

@@ -74,6 +74,7 @@ class RealService {
 
  private:
   [[nodiscard]] bool lacks_type() const;
+  void forget_ended();
   void end_attachments(const Now& now);
   void end_lost(const Now& now);
   void note_action_use(bool on);

@@ -64,7 +64,8 @@ void Side::settle(const Now& now) {
       recheck(links, now);
     imports_.send_demands();
     hold_actions(now);
-    if (service_exports_.take_offers_due()) send_offers(now);
+    const bool topics_due = exports_.take_offers_due();
+    if (service_exports_.take_offers_due() || topics_due) send_offers(now);
   } while (links_.end_failed(now));
   const bool clock = wants_clock(links_.all(), local_.view, options_, policy_);
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
@@ -272,6 +273,7 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
   if (!first) accepts.domain = link.accepts->told().domain;  // it stays while the connection does
   if (!first && link.accepts->told() == accepts) return Nothing{};  // but for neighbours
   link.accepts.emplace(std::move(accepts), &link.memory);
+  ++link.lists_accepted;
   if (first) claims_topic_.change();  // it names our peers
   if (first && neighbours_.locate(link, links_.all(), local_.claims, now))
     send_accepts(link, now);  // before anything is offered

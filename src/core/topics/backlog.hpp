@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -54,6 +55,7 @@ class Backlog {
  public:
   struct Options {
     Treatment treatment;
+    std::string type_hash;
     RateLimit rate;
     std::uint32_t message_bytes_max = 0;  // largest that the peer accepted
     std::uint32_t last_sequence = 0;      // of the last message that was begun
@@ -79,6 +81,7 @@ class Backlog {
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
   [[nodiscard]] TimePoint ends_at() const { return options_.ends.at(); }
   [[nodiscard]] const Treatment& treatment() const { return options_.treatment; }
+  [[nodiscard]] const std::string& type_hash() const { return options_.type_hash; }
   [[nodiscard]] std::uint32_t last_sequence() const { return options_.last_sequence; }
   [[nodiscard]] std::size_t size() const { return messages_.size(); }
   [[nodiscard]] const DropCounts& dropped() const { return dropped_; }

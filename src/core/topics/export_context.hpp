@@ -28,6 +28,7 @@ struct ExportContext : SideView {
   ExportTimers timers{};
   FarListeners listeners{*this, options};
   SubscribedNames names{};
+  bool offers_due = false;  // what is offered is to be looked at again
 };
 
 }  // namespace connect_bridge

@@ -8,17 +8,9 @@
 namespace connect_bridge {
 namespace {
 
-constexpr Duration kParkMax = std::chrono::seconds(1);
-constexpr std::size_t kParkedSamplesMax = 256;       // per topic
-constexpr std::uint64_t kParkedBytesMax = 64 << 20;  // all topics
-
 // Whether a subscription with this QoS gets all messages, and none that publishers keep.
 bool may_resume(const Qos& qos) {
   return qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile;
-}
-
-bool is_closed(const std::pair<const LinkId, TopicOffer>& offer) {
-  return !offer.second.is_open();
 }
 
 }  // namespace
@@ -29,7 +21,8 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
       origins_(context.timers, this),
       backlogs_(context, *this),
       streams_(context, *this, offers_, subscription_qos_),
-      early_(context, *this, offers_, backlogs_) {
+      early_(context, *this, offers_, backlogs_),
+      parked_(context.parked, context.timers, this) {
   history_.draw_from(context.memory);
 }
 
@@ -37,11 +30,11 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
 
 void ExportedTopic::on_graph(const Now& now) {
   const TopicState* state = context_.graph.find(key_);
-  if (state && !state->type_hash.empty()) type_hash_ = state->type_hash;
   if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
+  if (state && !state->type_hash.empty()) on_type_hash(state->type_hash, now);
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
-    if (std::exchange(failed_, false)) std::erase_if(offers_, is_closed);  // they are made again
+    if (std::exchange(failed_, false)) offer_closed_again();
     for (auto& [link, offer] : offers_) offer.add_origins(told);
     warn_mixed();
     update_subscription(now);
@@ -50,7 +43,22 @@ void ExportedTopic::on_graph(const Now& now) {
   }
   // A peer that listens is offered the topic first: then it is known whose demand to wait for.
   if (told.empty() || parked_.empty() || !context_.listeners.listens(key_)) return unpark(now);
-  parked_until_ = context_.timers.set(now.steady, this);
+  parked_.wait_until(now.steady);
+}
+
+// A publisher with another definition of the type has come while one of before is still known: by a
+// killed process, for example. What was offered was of the type before.
+void ExportedTopic::on_type_hash(const std::string& type_hash, const Now& now) {
+  if (std::exchange(type_hash_, type_hash) == type_hash) return;
+  for (auto it = offers_.begin(); it != offers_.end();) {
+    const TopicOffer& offer = (it++)->second;
+    recheck(offer.link(), now);
+  }
+}
+
+void ExportedTopic::offer_closed_again() {
+  const auto closed = std::erase_if(offers_, [](const auto& o) { return !o.second.is_open(); });
+  if (closed > 0) context_.offers_due = true;
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -127,7 +135,8 @@ void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
 void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDemand& demand,
                               const Now& now) {
   const bool subscribed = bool(subscription_);
-  if (offer.demanded()) failed_ = false;
+  // It is tried again, for all.
+  if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
   if (!backlogs_.go_on(offer, link, demand, now))
     offer.drop(DropReason::kNoDemand, streams_.forget(link).size());
   update_subscription(now);
@@ -135,7 +144,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   if (offer.demanded() && subscribed) send_history(offer, link, now);
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
   for (const auto& sample : early_.answer(link))
-    if (!kept && offer.admit(sample.subject.origin(), sample.raw, now))
+    if (!kept && offer.admit(sample.subject.origin(), sample.raw, TopicOffer::Age::kNew, now))
       send(offer, link, sample, now);
 }
 
@@ -164,7 +173,10 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 // ---- the subscription
 
 Qos ExportedTopic::wanted_qos() const {
-  return qos_for(origins_, offers_, backlogs_.want_volatile(), context_.options);
+  // Whoever listens will demand it: to subscribe in another way then would lose a first message.
+  QosOverride weakest = context_.listeners.rules_of(key_);
+  if (backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
+  return qos_for(origins_, offers_, weakest, context_.options);
 }
 
 std::uint32_t ExportedTopic::history_depth() const {
@@ -206,6 +218,7 @@ void ExportedTopic::update_subscription(const Now& now) {
   take_name();
   subscription_ = context_.outputs.new_subscription();
   subscription_qos_ = qos;
+  subscribed_at_ = now.system;
   subscription_hash_ = type_hash_;
   if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
   context_.by_subscription[subscription_] = this;
@@ -238,7 +251,6 @@ void ExportedTopic::unsubscribe() {
   origins_.forget_samples();
   streams_.clear();
   parked_.clear();
-  parked_until_.cancel();
 }
 
 void ExportedTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
@@ -275,37 +287,20 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
 }
 
-// A sample may come before the graph shows its publisher: the middleware matches endpoints
-// before it reports them. Without an origin it cannot be sent, so it waits while the graph is read
-// again. A sample that then has no real publisher (another bridge's mirror, or one that is gone)
-// must not cross.
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
-  if (parked_.size() >= kParkedSamplesMax || context_.parked.used() >= kParkedBytesMax)
-    return drop_demanded(DropReason::kUnknownOrigin);
-  if (parked_.empty()) context_.outputs.push(RefreshGraph{});
-  auto bytes = context_.parked.hold(taken.payload.size());
-  parked_.push_back({std::move(taken), now.steady + kParkMax, std::move(bytes)});
-  if (parked_.size() == 1) watch_parked();
+  const bool first = parked_.empty();
+  if (!parked_.add(std::move(taken), now)) return drop_demanded(DropReason::kUnknownOrigin);
+  if (first) context_.outputs.push(RefreshGraph{});
 }
 
 void ExportedTopic::unpark(const Now& now) {
-  auto samples = std::exchange(parked_, {});
-  for (auto& sample : samples) {
-    if (Origin* origin = origins_.find(sample.taken.origin, subscription_qos_.durability)) {
-      sample.bytes.release();
-      forward(*origin, std::move(sample.taken), now);
-    } else if (sample.until > now.steady) {
-      parked_.push_back(std::move(sample));
-    } else if (!context_.graph.bridge_publishers().contains(sample.taken.origin)) {
-      drop_demanded(DropReason::kUnknownOrigin);
-    }
-  }
-  watch_parked();
-}
-
-void ExportedTopic::watch_parked() {
-  parked_until_.cancel();
-  if (!parked_.empty()) parked_until_ = context_.timers.set(parked_.front().until, this);
+  parked_.review(
+      now, [&](const Gid& gid) { return origins_.find(gid, subscription_qos_.durability); },
+      [&](Origin& origin, MessageTaken taken) { forward(origin, std::move(taken), now); },
+      [&](const MessageTaken& taken) {
+        if (!context_.graph.bridge_publishers().contains(taken.origin))
+          drop_demanded(DropReason::kUnknownOrigin);
+      });
 }
 
 // Of transient-local publishers the last samples are kept, for links that demand the topic when it
@@ -313,17 +308,22 @@ void ExportedTopic::watch_parked() {
 // what they keep: those samples have crossed and are known by their numbers (by their stamps where
 // the middleware does not count; then a clock that is set back silences them for as long).
 void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) {
+  auto age = TopicOffer::Age::kNew;
   if (origin.qos.durability == Durability::kTransientLocal) origins_.number(taken);
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
+    if (taken.stamp < subscribed_at_ && origin.kept < history_depth()) {
+      ++origin.kept;
+      age = TopicOffer::Age::kKept;
+    }
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   const bool promised = origin.qos.reliability == Reliability::kReliable;
   sample.reliable = promised && may_resume(subscription_qos_);
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
-    if (!offer.admit(origin.id, sample.raw, now)) continue;
+    if (!offer.admit(origin.id, sample.raw, age, now)) continue;
     const Compression how = streams_.way_to(offer, link, sample.raw.size());
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, sample.raw, now);
@@ -354,7 +354,8 @@ void ExportedTopic::send(TopicOffer& offer, LinkId link, const OutSample& sample
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
-    if (offer.admit_old(origin, raw)) send(offer, link, {origin, stamp, number, raw, {}}, now);
+    if (offer.admit(origin, raw, TopicOffer::Age::kKept, now))
+      send(offer, link, {origin, stamp, number, raw, {}}, now);
   }
 }
 

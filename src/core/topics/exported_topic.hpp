@@ -1,7 +1,6 @@
 // One topic of the local graph that may be exported.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include "core/topics/backlogs.hpp"
 #include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
+#include "core/topics/parked_samples.hpp"
 #include "core/topics/topic_offer.hpp"
 #include "core/topics/topic_streams.hpp"
 
@@ -48,7 +48,7 @@ class ExportedTopic {
 
   void on_taken(MessageTaken taken, const Now& now);
   void on_lost(const MessagesLost& lost);
-  // Withdraws the topic until its publishers change, from later links when they demand it.
+  // Withdraws the topic until its publishers change, or a later link demands it.
   void on_subscription_failed(const std::string& code, const std::string& reason);
   void on_time(const Now& now);
 
@@ -64,12 +64,9 @@ class ExportedTopic {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
-  struct Parked {
-    MessageTaken taken;
-    TimePoint until;
-    Budget::Hold bytes;
-  };
-
+  void on_type_hash(const std::string& type_hash, const Now& now);
+  // Links whose offers were withdrawn, as the subscription had failed, get new ones.
+  void offer_closed_again();
   void remove_vanished(const Now& now);
   [[nodiscard]] bool drained() const;
   // Whether samples of the origin (or, since a link has returned, of the topic) wait for that link.
@@ -87,7 +84,6 @@ class ExportedTopic {
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
-  void watch_parked();
   void forward(Origin& origin, MessageTaken taken, const Now& now);
   void send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, LinkId link, const Now& now);
@@ -102,6 +98,7 @@ class ExportedTopic {
   Backlogs backlogs_;
   SubscriptionId subscription_;  // none: not subscribed
   Qos subscription_qos_;
+  Stamp subscribed_at_ = 0;
   std::string subscription_hash_;
   bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
   // A peer may switch its demand on and off at will; this limits how often that creates a reader in
@@ -111,8 +108,7 @@ class ExportedTopic {
   HistoryCache history_;
   TopicStreams streams_;
   EarlySamples early_;
-  std::deque<Parked> parked_;
-  ExportTimers::Timer parked_until_;
+  ParkedSamples parked_;
 };
 
 }  // namespace connect_bridge

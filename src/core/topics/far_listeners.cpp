@@ -42,22 +42,25 @@ void FarListeners::add(const Link& link, const ListenerTold& told, const Now& no
   const bool is_ours =
       side_.graph_options.names.to_wire(local) == told.name && local != kClaimsTopic;
   if (is_ours && !has_action_token(told.name)) listener.topic = TopicKey{local, told.type};
-  listener.permitted = permits(link, listener);
+  decide(link, listener);
   admit({link.id, told.listener}, listener, now);
 }
 
-bool FarListeners::permits(const Link& link, const Listener& listener) const {
-  if (!listener.topic || !link.accepts) return false;
+void FarListeners::decide(const Link& link, Listener& listener) const {
+  const bool before = std::exchange(listener.permitted, false);
+  if (!listener.topic || !link.accepts) return;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
-  return side_.policy.decide(Direction::kExport, what, link.identity) &&
-         link.accepts->takes(what).value_or(listener.permitted);
+  const auto decision = side_.policy.decide(Direction::kExport, what, link.identity);
+  if (!decision) return;
+  listener.permitted = link.accepts->takes(what).value_or(before);
+  listener.rule = decision->treatment.qos;
 }
 
 void FarListeners::recheck(const Link& link, const Now& now) {
   const auto of_link = links_.find(link.id);
   if (of_link == links_.end()) return;
   for (auto& [id, listener] : of_link->second.listeners) {
-    listener.permitted = permits(link, listener);
+    decide(link, listener);
     admit({link.id, id}, listener, now);
   }
 }
@@ -135,6 +138,18 @@ std::string FarListeners::type_hash_of(const TopicKey& topic) const {
   const auto known = topics_.find(topic);
   if (known == topics_.end()) return {};
   return known->second.listeners.begin()->second->told.type_hash;
+}
+
+QosOverride FarListeners::rules_of(const TopicKey& topic) const {
+  QosOverride weakest;
+  const auto known = topics_.find(topic);
+  if (known == topics_.end()) return weakest;
+  for (const auto& [key, listener] : known->second.listeners) {
+    const QosOverride& rule = listener->rule;
+    if (rule.reliability == Reliability::kBestEffort) weakest.reliability = rule.reliability;
+    if (rule.durability == Durability::kVolatile) weakest.durability = rule.durability;
+  }
+  return weakest;
 }
 
 TellOnce& FarListeners::told_of(const TopicKey& topic) const {

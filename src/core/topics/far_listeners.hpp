@@ -42,6 +42,8 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
+  // The weakest of what our rules require for the links that listen: reliability and durability.
+  [[nodiscard]] QosOverride rules_of(const TopicKey& topic) const;
   // Where to note what is logged once about a topic that only listeners have: what their peers make
   // this side say must not keep other lines out.
   [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;
@@ -56,6 +58,7 @@ class FarListeners {
     ListenerTold told;
     std::optional<TopicKey> topic;  // local name; none: not one that the peer can have
     bool permitted = false;
+    QosOverride rule;  // while it is permitted
     bool counts = false;
     bool waits = false;  // it is allowed, and does not count yet
     Budget::Hold held;   // while it counts
@@ -73,7 +76,7 @@ class FarListeners {
   };
 
   void add(const Link& link, const ListenerTold& told, const Now& now);
-  [[nodiscard]] bool permits(const Link& link, const Listener& listener) const;
+  void decide(const Link& link, Listener& listener) const;
   // Counts the listener if it is allowed, now or later.
   void admit(Key key, Listener& listener, const Now& now);
   // Zero: it may be subscribed for now; else when to ask again.

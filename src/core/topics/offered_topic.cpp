@@ -68,6 +68,11 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 }
 
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
+  const auto leaves = [&](const Waiting& waiting) {
+    return std::count(change.removed.begin(), change.removed.end(),
+                      waiting.message.subject.origin()) > 0;
+  };
+  if (std::any_of(waiting_.begin(), waiting_.end(), leaves)) hurry(DropReason::kUnknownOrigin, now);
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
@@ -135,6 +140,7 @@ void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
   if (const std::string line = link_.line_of(why, what); !line.empty())
     context_.outputs.log(LogLevel::kWarn, line);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
+  hurry(DropReason::kWithdrawn, now);  // a publisher that ends right after its last message
   leave_mirrors(now);
   peer_.erase(number_);
 }
@@ -144,24 +150,15 @@ void OfferedTopic::leave_mirrors(const Now& now) {
     context_.remove_candidate(*mirror, link_.id, now);
 }
 
-void OfferedTopic::finish(std::uint64_t& bytes_left, const Now& now) {
-  if (!resume_) return;
+void OfferedTopic::finish(const Now& now) {
+  if (resume_) hurry(DropReason::kLinkLost, now);
+}
+
+void OfferedTopic::hurry(DropReason otherwise, const Now& now) {
   job_.cancel();
-  for (const Waiting& waiting : std::exchange(waiting_, {})) {
-    const InMessage& message = waiting.message;
-    if (message.codec == Codec::kNone) {
-      publish(message, message.body, now);
-      continue;
-    }
-    auto raw = message.raw_bytes <= bytes_left
-                   ? decompress(message.body.view(), message.codec, message.raw_bytes)
-                   : Result<Bytes>(Error{CloseCode::kTooLarge, "no time"});
-    if (!raw) {
-      dropped_.add(DropReason::kLinkLost);
-      continue;
-    }
-    bytes_left -= message.raw_bytes;
-    publish(message, Payload::adopt(std::move(raw).value()), now);
+  for (const auto& [message, bytes] : std::exchange(waiting_, {})) {
+    const auto raw = peer_.decompress_at_once(message, now);
+    raw ? publish(message, *raw, now) : dropped_.add(otherwise);
   }
 }
 

@@ -40,9 +40,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
-  // The connection is about to be lost: what waits for a worker is decompressed and published at
-  // once, within `bytes_left`, which is reduced.
-  void finish(std::uint64_t& bytes_left, const Now& now);
+  // The connection is about to be lost: what waits for a worker and would not come again is
+  // published first.
+  void finish(const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
 
@@ -88,6 +88,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
+  // Publishes at once what waits for a worker, as far as there is time for it; the rest is dropped.
+  void hurry(DropReason otherwise, const Now& now);
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);

@@ -64,7 +64,7 @@ std::vector<OriginId> Origins::remove_vanished(bool drained,
 }
 
 void Origins::forget_samples() {
-  for (auto& [gid, origin] : origins_) origin.last_number = 0;
+  for (auto& [gid, origin] : origins_) origin.last_number = origin.kept = 0;
 }
 
 Origin* Origins::find(const Gid& gid, Durability subscribed) {

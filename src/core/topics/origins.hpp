@@ -20,6 +20,7 @@ struct Origin {
   std::string node;  // empty: not in the graph (yet)
   Qos qos;
   std::uint64_t last_number = 0;  // transient local: of the newest sample that was forwarded
+  std::uint64_t kept = 0;         // samples that it had kept for the subscription and that came
   ExportTimers::Timer vanishes;   // set: its publisher has left the graph
   bool lingering = false;         // it has left, but its samples still wait in a queue
   bool seen = false;              // while a graph is compared

@@ -2,17 +2,11 @@
 
 #include <utility>
 
+#include "core/compress/compress.hpp"
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
-namespace {
-
-// What is decompressed at once when a connection is lost: some ten milliseconds of work.
-constexpr std::uint64_t kFinishedBytesMax = 16 << 20;
-
-}  // namespace
-
 void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const NameMap& names = context_.graph_options.names;
   if (offer.kind != InterfaceKind::kTopic)
@@ -73,8 +67,17 @@ void PeerTopics::renew(const Now& now) {
 }
 
 void PeerTopics::finish(const Now& now) {
-  std::uint64_t bytes_left = kFinishedBytesMax;
-  for (auto& [number, topic] : topics_) topic.finish(bytes_left, now);
+  for (auto& [number, topic] : topics_) topic.finish(now);
+}
+
+std::optional<Payload> PeerTopics::decompress_at_once(const InMessage& message, const Now& now) {
+  if (message.codec == Codec::kNone) return message.body;
+  const auto bytes = static_cast<double>(message.raw_bytes);
+  if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
+  at_once_.take(bytes, now.steady);
+  auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
+  if (!raw) return std::nullopt;
+  return Payload::adopt(std::move(raw).value());
 }
 
 void PeerTopics::on_link_lost(const Now& now) {

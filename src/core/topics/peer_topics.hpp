@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -22,6 +23,9 @@ class PeerTopics {
   void renew(const Now& now);
   void try_left_out(const Now& now);
   void finish(const Now& now);
+  // The sample, decompressed here and not by a worker, as its channel or connection ends. None: so
+  // much was decompressed at once in the last second that everything else would have to wait.
+  [[nodiscard]] std::optional<Payload> decompress_at_once(const InMessage& message, const Now& now);
   void on_link_lost(const Now& now);
 
   // The demand for a topic has changed; send_demands() sends it.
@@ -46,6 +50,8 @@ class PeerTopics {
   Link& link_;
   Budget decoding_{&link_.memory};
   Budget bases_{&link_.memory};
+  static constexpr double kAtOnceMax = 16 << 20;  // bytes; some ten milliseconds of work
+  Throttle at_once_{kAtOnceMax, {}};
   std::vector<ChannelId> wants_;
   std::vector<ChannelId> ends_;
   std::uint16_t demands_ = 0;  // number of the last demand; skips 0 when it wraps

@@ -17,8 +17,8 @@ std::uint32_t depth_for_all(std::uint32_t depth, std::size_t publishers) {
 
 }  // namespace
 
-Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers, bool as_volatile,
-            const TopicOptions& options) {
+Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
+            const QosOverride& weakest, const TopicOptions& options) {
   Qos qos;
   qos.durability = origins.empty() ? Durability::kVolatile : Durability::kTransientLocal;
   std::uint32_t depth = 0;
@@ -36,7 +36,8 @@ Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers, 
     if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
     if (o.depth) depth = std::max(depth, *o.depth);
   }
-  if (as_volatile) qos.durability = Durability::kVolatile;
+  if (weakest.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
+  if (weakest.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;
   if (qos.durability == Durability::kTransientLocal) {
     depth = depth_for_all(std::max(depth, options.latched_depth), origins.size());
   }

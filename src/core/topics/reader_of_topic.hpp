@@ -16,10 +16,10 @@ namespace connect_bridge {
 // subscription matches a publisher only if it requests no more than the publisher offers, so it
 // requests the weakest of what they offer: best effort as soon as one of them is, volatile as soon
 // as one of them is (then the samples the others keep do not come, see warn_mixed()). Rules may
-// request less, never more. The depth is the largest of all. For listeners alone it is the QoS that
-// matches most publishers.
-Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers, bool as_volatile,
-            const TopicOptions& options);
+// request less, never more: those of links that demand the topic, and those in `weakest`. The depth
+// is the largest of all. For listeners alone it is the QoS that matches most publishers.
+Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
+            const QosOverride& weakest, const TopicOptions& options);
 
 // Whether the present subscription is good enough for what is wanted now. Creating it again loses
 // what volatile publishers send until it is matched, so depth alone is not a reason: samples are

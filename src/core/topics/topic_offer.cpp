@@ -1,22 +1,15 @@
 #include "core/topics/topic_offer.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "core/link/link_audit.hpp"
 #include "core/topics/exported_topic.hpp"
 #include "core/topics/parameter_event.hpp"
+#include "core/topics/queue_of_topic.hpp"
+#include "core/topics/reader_of_topic.hpp"
 
 namespace connect_bridge {
-namespace {
-
-bool is_clock(const TopicKey& key) {
-  return key.first == "/clock" && key.second == "rosgraph_msgs/msg/Clock";
-}
-
-}  // namespace
-
 TopicOffer::~TopicOffer() {
   if (number_) link_.close_channel(number_);
 }
@@ -87,7 +80,9 @@ std::set<OriginId> TopicOffer::withheld() const {
 
 bool TopicOffer::is_current() const {
   const auto decision = permission();
-  return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_;
+  const bool declined = declined_under_ && *declined_under_ != link_.lists_accepted;
+  return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_ &&
+         is_hash_of(type_hash_, topic_.type_hash()) && !declined;
 }
 
 std::optional<ChannelOffer> TopicOffer::open() {
@@ -107,7 +102,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
   offer.type = type;
   offer.type_hash = type_hash_ = topic_.type_hash();
-  offer.priority = priority();
+  offer.priority = priority_of(topic_.key(), treatment());
   offer.newest_only = is_clock(topic_.key());
   for (const auto& [gid, origin] : topic_.origins())
     if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
@@ -129,50 +124,11 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
           with_override(origin.qos, treatment().qos)};
 }
 
-Priority TopicOffer::priority() const {
-  return treatment().priority.value_or(default_priority(topic_.key().first, topic_.key().second));
-}
-
-QueueOptions TopicOffer::queue_options() const {
-  QueueOptions queue;
-  queue.priority = priority();
-  queue.may_be_light = !treatment().priority && queue.priority != Priority::kUrgent &&
-                       queue.priority != Priority::kBulk;
-  if (treatment().queue_bytes_max > 0) {
-    queue.queue_bytes_max = treatment().queue_bytes_max;
-  } else {
-    queue.burst_bytes_max = std::numeric_limits<std::uint64_t>::max();
-  }
-  queue.compression = treatment().compression;
-  queue.max_age = treatment().max_age;
-  queue.newest_only = is_clock(topic_.key());
-  queue.lifespan = Duration::zero();
-  std::uint32_t depth = 0;
-  bool keep_all = false;
-  std::uint32_t latched = 0;
-  for (const auto& [gid, origin] : topic_.origins()) {
-    const Qos qos = with_override(origin.qos, treatment().qos);
-    depth = std::max(depth, qos.depth);
-    keep_all = keep_all || qos.history == History::kKeepAll;
-    if (qos.durability == Durability::kTransientLocal) ++latched;
-    queue.lifespan = std::max(queue.lifespan, qos.lifespan);
-  }
-  const std::uint32_t untold = context_.options.default_depth;
-  queue.depth = depth > 0 ? depth : untold;
-  // Several origins share the queue of a transient-local topic, and all that is kept of each must
-  // get through at once when demand begins.
-  if (latched > 0) {
-    constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
-    const auto all = std::min(std::uint64_t{latched} * topic_.history_depth(), kMost);
-    queue.depth = std::max(static_cast<std::uint32_t>(all), untold);
-    queue.queue_bytes_max = std::max(queue.queue_bytes_max, context_.options.history_bytes_max);
-  }
-  if (keep_all) queue.depth = 0;
-  return queue;
-}
-
 void TopicOffer::configure_queue() {
-  if (link_.connection) link_.outbox().add_channel(number_, queue_options());
+  if (link_.connection)
+    link_.outbox().add_channel(
+        number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
+                          context_.options));
 }
 
 // ---- changes
@@ -189,7 +145,8 @@ void TopicOffer::withdraw_outdated() {
   const auto& [name, type] = topic_.key();
   if (!context_.actions.type_of(InterfaceKind::kTopic, name, type))
     return withdraw({"its action is not whole any longer"});
-  if (own_permission()) return withdraw({"rules here, or what the peer accepts, have changed"});
+  if (own_permission())
+    return withdraw({"rules here, its type, or what the peer accepts have changed"});
   withdraw({"no rule allows exporting it any longer", "not_permitted"});
 }
 
@@ -241,6 +198,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
+  declined_under_ = link_.lists_accepted;
   const auto& [name, type] = topic_.key();
   const std::string what = shown(InterfaceKind::kTopic, name, type);
   if (const auto line = link_.note_decline(declined_, what, decline, now))
@@ -261,6 +219,7 @@ bool TopicOffer::may_resume() const {
 Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const {
   Backlog::Options options;
   options.treatment = treatment();
+  options.type_hash = type_hash_;
   options.rate = rate_;
   options.message_bytes_max = link_.peer_message_bytes_max();
   options.last_sequence = last_sequence;
@@ -273,7 +232,8 @@ bool TopicOffer::may_continue(const Backlog& backlog) const {
 }
 
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
-  return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment();
+  return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment() &&
+         is_hash_of(backlog.type_hash(), type_hash_);
 }
 
 void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
@@ -291,7 +251,7 @@ bool TopicOffer::holds(OriginId origin) const {
 
 // ---- samples
 
-bool TopicOffer::admit(OriginId origin, const Payload& sample, const Now& now) {
+bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.size();
   if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
   if (!permits(sample)) {
@@ -307,15 +267,8 @@ bool TopicOffer::admit(OriginId origin, const Payload& sample, const Now& now) {
     drop(DropReason::kTooLarge);
     return false;
   }
-  if (rate_.admit(bytes, now.steady)) return true;
+  if (age == Age::kKept || rate_.admit(bytes, now.steady)) return true;
   drop(DropReason::kRate);
-  return false;
-}
-
-bool TopicOffer::admit_old(OriginId origin, const Payload& sample) {
-  if (withheld_.contains(origin) || !permits(sample)) return false;
-  if (sample.size() <= link_.peer_message_bytes_max()) return true;
-  drop(DropReason::kTooLarge);
   return false;
 }
 

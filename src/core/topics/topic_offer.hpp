@@ -27,7 +27,7 @@ class TopicOffer final : public OutgoingChannel {
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // Whether rules and `accepts` still give the same decision as when it was opened.
+  // Whether rules, `accepts` and the type are those with which it was opened.
   [[nodiscard]] bool is_current() const;
   // The peer's list was not compared with it yet, and our rules allow it.
   [[nodiscard]] bool is_undecided() const { return own_permission() && !is_accepted(); }
@@ -65,10 +65,10 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 
-  // Whether a sample that was just taken goes to this peer; a drop because of a limit is counted.
-  [[nodiscard]] bool admit(OriginId origin, const Payload& sample, const Now& now);
-  // The same for a sample from the history: rate limits do not apply to it.
-  [[nodiscard]] bool admit_old(OriginId origin, const Payload& sample);
+  // Rate limits do not apply to a sample that its publisher had kept for late subscribers.
+  enum class Age : std::uint8_t { kNew, kKept };
+  // Whether a sample goes to this peer; a drop because of a limit is counted.
+  [[nodiscard]] bool admit(OriginId origin, const Payload& sample, Age age, const Now& now);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
@@ -99,9 +99,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool opens(std::string_view node) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
-  [[nodiscard]] Priority priority() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
-  [[nodiscard]] QueueOptions queue_options() const;
   void configure_queue();
 
   const ExportContext& context_;
@@ -118,6 +116,8 @@ class TopicOffer final : public OutgoingChannel {
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue
   std::string declined_;
+  // The list of the peer that was known when it declined: with another one it is offered again.
+  std::optional<std::uint64_t> declined_under_;
 };
 
 }  // namespace connect_bridge

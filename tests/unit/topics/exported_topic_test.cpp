@@ -144,6 +144,47 @@ TEST(ExportedTopic, ALaterLinkGetsTheLastSamples) {
 }
 
 // Of two bridges in one graph the first that listens may give way to the other.
+// To change it at the first demand would lose a first message.
+TEST(ExportedTopic, IsSubscribedForListenersAsTheirRulesRequire) {
+  Rule weak = everything();
+  weak.treatment.qos.reliability = Reliability::kBestEffort;
+  OneLink peer;
+  Exporting s({weak});
+  ListenerTold listener;
+  listener.listener = {1};
+  listener.name = "/a";
+  listener.type = kType;
+  ASSERT_TRUE(s.context.listeners.on_listeners(peer.link, {{listener}, {}}, ms(0)));
+  s.subject.on_listeners(ms(0));
+  EXPECT_EQ(s.did(), "subscribe 1 /a best_effort volatile 100\n");
+  s.see(topic("/a").pub(1));
+  s.offer(peer);
+  s.demand(peer);
+  EXPECT_EQ(s.did(), "");
+}
+
+// What publishers have kept comes together, and would not come again.
+TEST(ExportedTopic, ARateDoesNotHoldUpWhatItsPublishersHaveKept) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  OneLink peer;
+  Exporting s({limited});
+  s.see(topic("/a").pub(1, latched(1)).pub(2, latched(1)).pub(3, latched(1)));
+  s.offer(peer);
+  s.demand(peer, true, 100);
+  const auto take = [&](std::uint8_t publisher, std::int64_t stamp) {
+    s.subject.on_taken(
+        {{}, gid(publisher), flow_test::at_ms(stamp), sample(std::to_string(stamp)), {}}, ms(200));
+  };
+  for (std::uint8_t publisher = 1; publisher <= 3; ++publisher) take(publisher, 90 + publisher);
+  EXPECT_EQ(peer.said(), "1.1 91, 1.2 92, 1.3 93\n");
+  // No more than each of them keeps, whatever their clocks say.
+  take(1, 94);
+  take(1, 95);
+  take(2, 201);
+  EXPECT_EQ(peer.said(), "1.1 94\n");
+}
+
 TEST(ExportedTopic, WhoListensALittleLaterGetsWhatNobodyHasGot) {
   OneLink first(1), second(2), third(3);
   Exporting s;

@@ -5,34 +5,10 @@
 #include <memory>
 
 #include "core/compress/compress.hpp"
-#include "unit/topics/importing.hpp"
+#include "unit/topics/offered_script.hpp"
 
 namespace connect_bridge::topics_test {
 namespace {
-
-struct OfferedScript : Importing {
-  ~OfferedScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
-  IncomingChannel& channel_1() { return *one.link.incoming({1}); }
-  void give(InMessage message, std::int64_t at = 0) {
-    EXPECT_TRUE(channel_1().on_message(std::move(message), ms(at)));
-  }
-  InMessage large(std::uint16_t demand = 0) {
-    InMessage result = message("", demand);
-    const Bytes raw(2000, 0);
-    result.body = Payload::adopt(compress(raw, {Codec::kZstd, 3}).value());
-    result.codec = Codec::kZstd;
-    result.raw_bytes = 2000;
-    return result;
-  }
-  std::uint64_t dropped(DropReason reason) const {
-    LinkStatus status;
-    peer.add_status(status);
-    return status.topics.at(0).dropped.of(reason);
-  }
-
-  OneLink one;
-  PeerTopics peer{context, one.link};
-};
 
 TEST(OfferedTopic, IsDemandedWhileSomebodyListens) {
   OfferedScript s;
@@ -242,20 +218,6 @@ TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
   s.finish(std::nullopt);
   ASSERT_TRUE(s.one.link.connection->failure());
   EXPECT_EQ(s.one.link.connection->failure()->code, CloseCode::kMalformed);
-}
-
-TEST(OfferedTopic, AWithdrawEndsItsJobAndItsPlaceInTheLink) {
-  OfferedScript s;
-  s.listen();
-  s.offer(s.peer, {origin(1, 7)});
-  s.give(s.large());
-  s.did();
-  s.channel_1().on_withdraw({}, ms(0));
-  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
-  EXPECT_EQ(s.peer.decoding().used(), 0U);
-  EXPECT_EQ(s.did(), "cancel 1\n");
-  s.finish(sample("late"));
-  EXPECT_EQ(s.did(), "");
 }
 
 // A rule's limits for a peer's rates apply at the importer, whatever the peer's own rules say.

@@ -80,7 +80,7 @@ TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
 TEST(TopicOffer, TakesNothingWithoutDemand) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
-  EXPECT_FALSE(s.offer.admit({1}, bytes(10), ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(0)));
   s.offer.send({{1}, 0, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
@@ -91,10 +91,10 @@ TEST(TopicOffer, CountsWhatItsRateForbids) {
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand({1}, ms(0));
-  EXPECT_TRUE(s.offer.admit({1}, bytes(10), ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(10), ms(10)));
+  EXPECT_TRUE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(10)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
-  EXPECT_TRUE(s.offer.admit_old({1}, bytes(10)));
+  EXPECT_TRUE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kKept, ms(10)));
 }
 
 TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
@@ -102,9 +102,9 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   s.peer.link.connection->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand({1}, ms(0));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(101), ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(102), ms(0)));
-  EXPECT_FALSE(s.offer.admit_old({1}, bytes(103)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(101), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(102), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit({1}, bytes(103), TopicOffer::Age::kKept, ms(0)));
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 3U);
   s.did();
   EXPECT_EQ(

@@ -1,0 +1,25 @@
+#include "core/topics/parked_samples.hpp"
+
+#include <utility>
+
+namespace connect_bridge {
+
+bool ParkedSamples::add(MessageTaken taken, const Now& now) {
+  if (samples_.size() >= kSamplesMax || all_.used() >= kBytesMax) return false;
+  auto bytes = all_.hold(taken.payload.size());
+  samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
+  if (samples_.size() == 1) watch();
+  return true;
+}
+
+void ParkedSamples::clear() {
+  samples_.clear();
+  until_.cancel();
+}
+
+void ParkedSamples::watch() {
+  until_.cancel();
+  if (!samples_.empty()) until_ = timers_.set(samples_.front().until, topic_);
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,68 @@
+// Samples of an exported topic whose publisher the graph does not show yet.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <utility>
+
+#include "core/base/budget.hpp"
+#include "core/ports/inputs.hpp"
+#include "core/topics/origins.hpp"
+
+namespace connect_bridge {
+
+// A sample may come before the graph shows its publisher: the middleware matches endpoints before
+// it reports them. Without an origin it cannot be sent, so it waits while the graph is read again.
+// A sample that then has no real publisher (another bridge's mirror, or one that is gone) must not
+// cross. Single-threaded.
+class ParkedSamples {
+ public:
+  static constexpr Duration kTime = std::chrono::seconds(1);
+  static constexpr std::size_t kSamplesMax = 256;
+  static constexpr std::uint64_t kBytesMax = 64 << 20;  // of all topics together
+
+  // `all`: what the samples of all topics hold. `topic` is whom the timers are for.
+  ParkedSamples(Budget& all, ExportTimers& timers, ExportedTopic* topic)
+      : all_(all), timers_(timers), topic_(topic) {}
+
+  // False: there is no room for it.
+  [[nodiscard]] bool add(MessageTaken taken, const Now& now);
+  [[nodiscard]] bool empty() const { return samples_.empty(); }
+  // They are looked at then, and not before.
+  void wait_until(TimePoint time) { until_ = timers_.set(time, topic_); }
+  void clear();
+
+  // Gives each sample whose publisher `find(gid)` now knows (not null) to `forward(found, sample)`,
+  // in order; what has waited for kTime goes to `drop(sample)`, the rest stays.
+  template <class Find, class Forward, class Drop>
+  void review(const Now& now, const Find& find, const Forward& forward, const Drop& drop) {
+    for (auto& sample : std::exchange(samples_, {})) {
+      if (auto* found = find(sample.taken.origin)) {
+        sample.bytes.release();
+        forward(*found, std::move(sample.taken));
+      } else if (sample.until > now.steady) {
+        samples_.push_back(std::move(sample));
+      } else {
+        drop(sample.taken);
+      }
+    }
+    watch();
+  }
+
+ private:
+  struct Sample {
+    MessageTaken taken;
+    TimePoint until;
+    Budget::Hold bytes;
+  };
+  void watch();
+
+  Budget& all_;
+  ExportTimers& timers_;
+  ExportedTopic* topic_;
+  std::deque<Sample> samples_;
+  ExportTimers::Timer until_;
+};
+
+}  // namespace connect_bridge

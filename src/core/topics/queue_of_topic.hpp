@@ -1,0 +1,25 @@
+// How an exported topic waits in the queue of a link.
+#pragma once
+
+#include <cstdint>
+
+#include "core/flow/channel_queue.hpp"
+#include "core/policy/treatment.hpp"
+#include "core/topics/options.hpp"
+#include "core/topics/origins.hpp"
+
+namespace connect_bridge {
+
+// The simulated time of the graph: of it only the newest message is worth anything.
+[[nodiscard]] bool is_clock(const TopicKey& key);
+
+// The rule's, else by name and type.
+[[nodiscard]] Priority priority_of(const TopicKey& key, const Treatment& treatment);
+
+// What the rule leaves open follows from the QoS of the publishers. `history_depth`: how many
+// samples of one publisher a late subscriber here would get.
+[[nodiscard]] QueueOptions queue_of(const TopicKey& key, const Origins& origins,
+                                    std::uint64_t history_depth, const Treatment& treatment,
+                                    const TopicOptions& options);
+
+}  // namespace connect_bridge

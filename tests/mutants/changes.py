@@ -1,0 +1,26 @@
+"""Faults in what follows when a topic changes: its publishers, its type, its rules, its network."""
+
+from mutant import Mutant
+
+CHANGES = [
+    Mutant("rules for listeners are seen at their demand",
+           "QosOverride weakest = context_.listeners.rules_of(key_);", "QosOverride weakest;"),
+    Mutant("a rate holds up what publishers have kept",
+           "if (age == Age::kKept || rate_.admit(bytes, now.steady)) return true;",
+           "if (rate_.admit(bytes, now.steady)) return true;"),
+    Mutant("what a worker has goes with its topic", "hurry(DropReason::kWithdrawn, now);", ""),
+    Mutant("what a worker has goes with its origin",
+           "hurry(DropReason::kUnknownOrigin, now);", "{}"),
+    Mutant("a withdraw makes the loop stand",
+           "if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;", ""),
+    Mutant("another definition is not offered", "recheck(offer.link(), now);", "",
+           within="ExportedTopic::on_type_hash"),
+    Mutant("what was declined once is never offered again",
+           "declined_under_ && *declined_under_ != link_.lists_accepted;", "false;",
+           within="TopicOffer::is_current"),
+    Mutant("what failed once stays with those that asked later",
+           "if (closed > 0) context_.offers_due = true;", ""),
+    Mutant("any change of the network needs a sign of life",
+           "if (link.connection && changed.route) link.connection->probe(now);",
+           "if (link.connection) link.connection->probe(now);"),
+]
