@@ -7,6 +7,7 @@
 #include "net/certified.hpp"
 #include "net/dial.hpp"
 #include "net/listener.hpp"
+#include "net/route.hpp"
 #include "net/route_watch.hpp"
 #include "net/site.hpp"
 #include "net/socket.hpp"
@@ -42,6 +43,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
   std::shared_ptr<RouteWatch> routes;  // of who dials
+  asio::ip::address dialled;           // the machine that answered last
+  std::string route;                   // to it; empty: not known
   ClientTls dial_options;              // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   std::uint64_t last_id = 0;
@@ -144,6 +147,8 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   const auto remote = socket->next_layer().socket().remote_endpoint(error);
   // Behind a proxy it is not known where the server is.
   if (!error && !options.proxy) opened.site = site_of(remote.address());
+  dialled = remote.address();
+  route = error ? std::string{} : route_to(dialled);
   add(std::move(opened), std::move(socket), nullptr, nullptr);
 }
 
@@ -158,7 +163,9 @@ void Network::State::watch_routes() {
 void Network::State::on_routes_changed() {
   const auto now_open = connections;  // one that ends takes itself out
   for (const auto& entry : now_open) entry.second->check_address();
-  events.input(NetworkChanged{});
+  // Most changes concern others: containers that come and go, addresses that are renewed.
+  const std::string before = std::exchange(route, route_to(dialled));
+  events.input(NetworkChanged{before.empty() || before != route});
 }
 
 void Network::State::abandon() {

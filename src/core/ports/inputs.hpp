@@ -203,9 +203,11 @@ struct ConnectionClosed {
   std::optional<std::uint16_t> code;
   std::string reason;
 };
-// The machine's addresses or routes have changed: a connection may be dead without notice, a dial
-// may succeed now.
-struct NetworkChanged {};
+// The machine's addresses or routes have changed: a dial may succeed now. If the route to the peer
+// is another one, as far as the machine knows it, the connection may be dead without notice.
+struct NetworkChanged {
+  bool route = true;
+};
 // The answer to Authenticate, for a connection that logs in or renews its login. Without an
 // identity the login is refused; `reason` is for our log only.
 struct Authenticated {

@@ -60,6 +60,23 @@ TEST(Side, AfterAChangeOfTheNetworkItDialsAtOnce) {
   EXPECT_EQ(s.did(), "dial 10\n");
 }
 
+// A container that comes or goes concerns nobody; a slow path would not answer in time.
+TEST(Side, OnlyAfterAChangeOfItsRouteTheServerMustAnswerSoon) {
+  Script s(client());
+  s.give(TimePassed{});
+  s.be_welcomed(1);
+  s.fall_silent(1);
+  s.did();
+  s.give(NetworkChanged{false});
+  s.pass(1500);
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.give(NetworkChanged{true});
+  s.pass(999);
+  EXPECT_EQ(s.did().find("close"), std::string::npos);
+  s.pass(1);
+  EXPECT_NE(s.did().find("close"), std::string::npos);
+}
+
 TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
   Script s(client());
   s.give(TimePassed{});

@@ -1,0 +1,14 @@
+// The route of packets to another machine, as far as this one knows it.
+#pragma once
+
+#include <boost/asio/ip/address.hpp>
+#include <string>
+
+namespace connect_bridge {
+
+// The interface, whether it is up and has a carrier, the gateway and the own address that the
+// kernel's routes give for `to` now (rtnetlink(7), RTM_GETROUTE), as text that is equal if and only
+// if these are. Empty: not known. Does not wait for the network. Any thread.
+[[nodiscard]] std::string route_to(const boost::asio::ip::address& to);
+
+}  // namespace connect_bridge
