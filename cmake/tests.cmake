@@ -6,7 +6,7 @@ set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
 # A test that computes takes so many of ctest's places, one that waits for others takes one: make gives three places
 # to a processor.
 set(slots 3)
-set(CONNECT_SIM_SEEDS 2000 CACHE STRING "Scenarios of the simulator in a test run")
+set(CONNECT_SIM_SEEDS 1000 CACHE STRING "Scenarios of the simulator in a test run")
 
 # connect_quickly_compiled(<program>): for a program that takes far longer to compile than to run;
 # the tested code is optimized nevertheless. Without optimization GCC needs a third less, clang with

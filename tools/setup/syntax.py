@@ -2,13 +2,14 @@
 """Runs a compiler, for its warnings only, on sources that are configured in a build folder but not
 built.
 
-Usage: syntax.py <build folder> [<source folder>...]
+Usage: syntax.py [--part N/M] <build folder> [<source folder>...]
 
 So that compiler sees every file of the project, in a sixth of the time. The files of the source
 folders are checked one by one: what is compiled together does not show that each file includes
-what it needs.
+what it needs. With --part only every M-th of these, from the N-th (0 to M-1).
 """
 
+import argparse
 import concurrent.futures
 import json
 import os
@@ -17,8 +18,14 @@ import re
 import subprocess
 import sys
 
-build = pathlib.Path(sys.argv[1])
-alone = [f"{pathlib.Path(folder).resolve()}/" for folder in sys.argv[2:]]
+parser = argparse.ArgumentParser()
+parser.add_argument("--part", default="0/1")
+parser.add_argument("build", type=pathlib.Path)
+parser.add_argument("folders", nargs="*", type=pathlib.Path)
+options = parser.parse_args()
+build = options.build
+alone = [f"{folder.resolve()}/" for folder in options.folders]
+part, parts = map(int, options.part.split("/"))
 
 
 def sources_of(entry):
@@ -38,17 +45,16 @@ def is_built(entry):
 
 def checks():
     """The commands, each with its folder. A file of two targets is checked as both compile it."""
-    found = {}
+    found, one_by_one = {}, {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         sources = sources_of(entry)
         built = is_built(entry)
         if sources != [entry["file"]] and all(s.startswith(tuple(alone)) for s in sources):
-            files = sources
-        else:
-            files = [] if built else [entry["file"]]
-        for file in files:
-            found[entry["command"].replace(entry["file"], file)] = entry["directory"]
-    return list(found.items())
+            for file in sources:
+                one_by_one[entry["command"].replace(entry["file"], file)] = entry["directory"]
+        elif not built:
+            found[entry["command"]] = entry["directory"]
+    return list(found.items()) + list(one_by_one.items())[part::parts]
 
 
 def check(command, folder):
