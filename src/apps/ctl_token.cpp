@@ -1,7 +1,9 @@
 #include "apps/ctl_token.hpp"
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
@@ -67,5 +69,7 @@ int make_token(const TokenRequest& request) {
                  request.file.c_str(), request.identity.c_str());
   }
   std::printf("%s\n", token.c_str());
-  return 0;
+  if (std::fflush(stdout) == 0) return 0;
+  return refuse("the token could not be written (" + std::string(std::strerror(errno)) +
+                "): remove its entry, and make another one");
 }

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <string_view>
 
 #include "auth/token_table.hpp"
@@ -66,7 +68,11 @@ bool write_all(int out, std::string_view text) {
 
 }  // namespace
 
-std::string write_secret_file(const std::string& file, const std::string& text) {
+std::string write_secret_file(const std::string& named, const std::string& text) {
+  // What a link names is replaced, not the link: it may lead to where files outlast an update.
+  const std::unique_ptr<char, decltype(&std::free)> target(::realpath(named.c_str(), nullptr),
+                                                           &std::free);
+  const std::string file = target ? target.get() : named;
   struct stat status {};
   const bool replaces = ::stat(file.c_str(), &status) == 0;
   const mode_t mode = replaces ? status.st_mode & 0777 : 0600;

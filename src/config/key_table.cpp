@@ -190,7 +190,8 @@ void add_operation(Rows& rows) {
        .syntax = check_not_empty,
        .help = "File in which this side keeps its status as JSON, once a second: links, "
                "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
-               "drops by reason."},
+               "drops by reason; when that was (time), and whether it still runs (running). All "
+               "else waits while it is written: take a folder in memory, as /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,
@@ -266,9 +267,9 @@ void add_times(Rows& rows) {
       [](Config& c) { return &c.limits.dial_timeout; });
   add({.key = "login_timeout",
        .range = NumberRange{1, 60},
-       .used_by = UsedBy::kServer,
        .unit = "s",
-       .help = "Time that a connection has to log in."},
+       .help = "Server: time that a connection has to log in. Client: how long it waits for the "
+               "answer to its login: no less than its server's."},
       [](Config& c) { return &c.limits.login_timeout; });
 }
 

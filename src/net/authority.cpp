@@ -141,7 +141,7 @@ bool is_host(const std::string& text) {
   if (!no_address) return true;
   const auto allowed = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-           c == '.';
+           c == '.' || c == '_';  // no rule of DNS (RFC 952), but names of machines have it
   };
   return !text.empty() && text.size() <= kHostMax && text.front() != '.' && text.front() != '-' &&
          std::all_of(text.begin(), text.end(), allowed);

@@ -1,6 +1,6 @@
 #include "net/look_up.hpp"
 
-#include <atomic>
+#include <algorithm>
 #include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/post.hpp>
 #include <mutex>
@@ -9,41 +9,94 @@
 #include <utility>
 
 namespace connect_bridge {
-namespace {
 
-std::atomic<int> under_way{0};
-
-}  // namespace
-
-struct LookUp::Shared {
+struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
   using Work = asio::executor_work_guard<asio::io_context::executor_type>;
 
   Shared(asio::io_context& context, Resolve blocking) : io(context), resolve(std::move(blocking)) {}
 
+  // What was found, or why not. False: nobody waits for it.
+  bool tell(const ErrorCode& error, Endpoints found);
+
   asio::io_context& io;
   const Resolve resolve;
+  std::string host;
+  std::uint16_t port = 0;
   std::mutex mutex;
   std::optional<Work> work;  // none: nobody waits for it, and the io_context may be gone
   Done done;                 // only in the thread of the io_context
 };
 
-namespace {
-
-// What the thread found, or why there is no thread.
-template <class Shared>
-void tell(const std::shared_ptr<Shared>& shared, const ErrorCode& error, LookUp::Endpoints found) {
-  const std::lock_guard lock(shared->mutex);
-  if (!shared->work) return;
-  asio::post(shared->work->get_executor(), [shared, error, found = std::move(found)] {
+bool LookUp::Shared::tell(const ErrorCode& error, Endpoints found) {
+  const std::lock_guard lock(mutex);
+  if (!work) return false;
+  asio::post(work->get_executor(), [self = shared_from_this(), error, found = std::move(found)] {
     {
-      const std::lock_guard again(shared->mutex);
-      shared->work.reset();
+      const std::lock_guard again(self->mutex);
+      self->work.reset();
     }
-    if (const auto done = std::exchange(shared->done, nullptr)) done(error, found);
+    if (const auto tell_it = std::exchange(self->done, nullptr)) tell_it(error, found);
   });
+  return true;
 }
 
-}  // namespace
+// All look-ups of the process. Any thread.
+class LookUp::All {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // Never destroyed: threads may outlive main().
+  static All& instance() {
+    static All& all = *new All;
+    return all;
+  }
+
+  // What came late for the same name; else counts one more look-up, if there may be one.
+  enum class Begin : std::uint8_t { kLate, kNow, kTooMany };
+  Begin begin(const std::shared_ptr<Shared>& one, Endpoints& late) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(late_, [](const Late& l) { return Clock::now() - l.at > kLate; });
+    const auto same = [&](const Late& l) { return l.host == one->host && l.port == one->port; };
+    if (const auto found = std::find_if(late_.begin(), late_.end(), same); found != late_.end()) {
+      late = std::move(found->found);
+      late_.erase(found);
+      return Begin::kLate;
+    }
+    if (under_way_ >= kUnderWayMax) return Begin::kTooMany;
+    ++under_way_;
+    waiting_.push_back(one);
+    return Begin::kNow;
+  }
+
+  void end(const std::shared_ptr<Shared>& one, const ErrorCode& error, const Endpoints& found) {
+    const std::lock_guard lock(mutex_);
+    --under_way_;
+    bool told = one->tell(error, found);
+    std::erase_if(waiting_, [&](const auto& other) {
+      const auto waits = other.lock();
+      return !waits || waits == one;
+    });
+    if (error) return;
+    for (const auto& other : waiting_) {
+      const auto waits = other.lock();
+      if (waits && waits->host == one->host && waits->port == one->port)
+        told = waits->tell(error, found) || told;
+    }
+    if (!told) late_.push_back({one->host, one->port, found, Clock::now()});
+  }
+
+ private:
+  struct Late {
+    std::string host;
+    std::uint16_t port;
+    Endpoints found;
+    Clock::time_point at;
+  };
+  std::mutex mutex_;  // before that of a look-up
+  int under_way_ = 0;
+  std::vector<std::weak_ptr<Shared>> waiting_;
+  std::vector<Late> late_;  // no more than end in kLate
+};
 
 LookUp::Endpoints LookUp::resolve(const std::string& host, std::uint16_t port, ErrorCode& error) {
   asio::io_context own;
@@ -57,22 +110,24 @@ LookUp::LookUp(asio::io_context& io, Resolve resolve)
     : shared_(std::make_shared<Shared>(io, std::move(resolve))) {}
 
 void LookUp::start(const std::string& host, std::uint16_t port, Done done) {
+  shared_->host = host;
+  shared_->port = port;
   shared_->work.emplace(asio::make_work_guard(shared_->io));
   shared_->done = std::move(done);
-  if (++under_way > kUnderWayMax) {
-    --under_way;
-    return tell(shared_, asio::error::host_not_found_try_again, {});
+  Endpoints late;
+  switch (All::instance().begin(shared_, late)) {
+    case All::Begin::kLate: shared_->tell({}, std::move(late)); return;
+    case All::Begin::kTooMany: shared_->tell(asio::error::host_not_found_try_again, {}); return;
+    case All::Begin::kNow: break;
   }
   try {
-    std::thread([shared = shared_, host, port] {
+    std::thread([shared = shared_] {
       ErrorCode error;
-      auto found = shared->resolve(host, port, error);
-      --under_way;
-      tell(shared, error, std::move(found));
+      const auto found = shared->resolve(shared->host, shared->port, error);
+      All::instance().end(shared, error, found);
     }).detach();
   } catch (const std::system_error&) {
-    --under_way;
-    tell(shared_, asio::error::no_memory, {});
+    All::instance().end(shared_, asio::error::no_memory, {});
   }
 }
 

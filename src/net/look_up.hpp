@@ -3,6 +3,7 @@
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -16,7 +17,9 @@ namespace connect_bridge {
 // The system's resolver blocks, half a minute where no name server answers, and nothing can
 // interrupt it. So each look-up has a thread of its own, which may outlive this object and the
 // io_context: neither the end of the program nor the next look-up, perhaps on another network,
-// waits for it. Thread: that of the io_context, where it is also destroyed before that ends.
+// waits for it. But what it finds after all is for whoever looks up the same then, or soon after:
+// where the first of two name servers is dead, every answer takes longer than a dial may. Thread:
+// that of the io_context, where it is also destroyed before that ends.
 class LookUp {
  public:
   using Endpoints = std::vector<asio::ip::tcp::endpoint>;
@@ -29,6 +32,8 @@ class LookUp {
   static Endpoints resolve(const std::string& host, std::uint16_t port, ErrorCode& error);
   // So many may be under way in the process. A further one fails at once: try_again.
   static constexpr int kUnderWayMax = 8;
+  // How long what nobody waited for any more is for the next one.
+  static constexpr std::chrono::seconds kLate{30};
 
   explicit LookUp(asio::io_context& io, Resolve resolve = &LookUp::resolve);
   ~LookUp() { stop(); }
@@ -42,6 +47,7 @@ class LookUp {
 
  private:
   struct Shared;
+  class All;
   const std::shared_ptr<Shared> shared_;
 };
 

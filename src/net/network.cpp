@@ -164,7 +164,8 @@ void Network::State::on_routes_changed() {
   const auto now_open = connections;  // one that ends takes itself out
   for (const auto& entry : now_open) entry.second->check_address();
   // Most changes concern others: containers that come and go, addresses that are renewed.
-  const std::string before = std::exchange(route, route_to(dialled));
+  const bool known = !dialled.is_unspecified();
+  const std::string before = std::exchange(route, known ? route_to(dialled) : std::string{});
   events.input(NetworkChanged{before.empty() || before != route});
 }
 

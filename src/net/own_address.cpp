@@ -11,15 +11,17 @@
 namespace connect_bridge {
 namespace {
 
-// From TEST-NET-1 (RFC 5737): connect() on UDP only looks up the route and sends nothing.
+// For documentation (RFC 5737, RFC 3849): connect() on UDP only looks up the route and sends
+// nothing.
 constexpr char kFarAway[] = "192.0.2.1";
+constexpr char kFarAwayIpv6[] = "2001:db8::1";
 constexpr std::uint16_t kAnyPort = 9;
 
-std::string address_of_default_route() {
+std::string address_of_route_to(const char* far_away) {
   asio::io_context io;
   asio::ip::udp::socket socket(io);
   ErrorCode error;
-  socket.connect({asio::ip::make_address(kFarAway), kAnyPort}, error);
+  socket.connect({asio::ip::make_address(far_away), kAnyPort}, error);
   const auto local = error ? asio::ip::udp::endpoint{} : socket.local_endpoint(error);
   return error || local.address().is_unspecified() ? "" : local.address().to_string();
 }
@@ -40,8 +42,9 @@ std::string address_of_first_interface() {
 }  // namespace
 
 std::string own_address() {
-  std::string address = address_of_default_route();
+  std::string address = address_of_route_to(kFarAway);
   if (address.empty()) address = address_of_first_interface();
+  if (address.empty()) address = address_of_route_to(kFarAwayIpv6);
   return address.empty() ? "127.0.0.1" : address;
 }
 

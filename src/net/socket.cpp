@@ -266,7 +266,7 @@ void Socket::fail(const ErrorCode& error) {
 
 void Socket::end(std::optional<std::uint16_t> code, std::string reason, bool orderly) {
   if (state_ == State::kEnding) return;
-  traffic_ = traffic();
+  static_cast<void>(traffic());
   state_ = State::kEnding;
   set_deadline();
   const auto self = shared_from_this();
@@ -298,7 +298,7 @@ void Socket::on_deadline() {
 }
 
 void Socket::cut_off() {
-  traffic_ = traffic();
+  static_cast<void>(traffic());
   socket_->next_layer().abort();
 }
 
@@ -354,11 +354,10 @@ Certified Socket::certified() const {
 }
 
 Traffic Socket::traffic() {
-  if (state_ == State::kEnding) return traffic_;
-  const Traffic now = traffic_of(socket_->next_layer().socket().native_handle());
-  // For an aborted socket the kernel has no counts any more.
-  if (now.sent >= traffic_.sent && now.received >= traffic_.received) traffic_ = now;
-  return traffic_;
+  if (state_ != State::kEnding)
+    if (const auto now = traffic_counts_of(socket_->next_layer().socket().native_handle()))
+      traffic_.count(*now);
+  return traffic_.total();
 }
 
 SocketFacts Socket::facts() const {

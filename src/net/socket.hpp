@@ -118,7 +118,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   std::optional<Packet> packet_;    // being written
   std::vector<boost::asio::const_buffer> pieces_;
   Bytes flat_;
-  Traffic traffic_;
+  TrafficMeter traffic_;
   CongestionChoice congestion_choice_;
   RepairWatch repair_watch_;
 

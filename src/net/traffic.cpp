@@ -10,9 +10,9 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::uint64_t kTcpHeader = 32;  // with time stamps
-constexpr std::uint64_t kIpv4Header = 20;
-constexpr std::uint64_t kIpv6Header = 40;
+constexpr std::uint32_t kTcpHeader = 32;  // with time stamps
+constexpr std::uint32_t kIpv4Header = 20;
+constexpr std::uint32_t kIpv6Header = 40;
 
 // IPv4 may come over a socket of IPv6.
 bool is_ipv6(int socket) {
@@ -33,13 +33,25 @@ std::optional<tcp_info> info_of(int socket, std::size_t end) {
 
 }  // namespace
 
-Traffic traffic_of(int socket) {
+std::optional<TrafficCounts> traffic_counts_of(int socket) {
   const auto info =
       info_of(socket, offsetof(tcp_info, tcpi_bytes_sent) + sizeof(tcp_info::tcpi_bytes_sent));
-  if (!info) return {};
-  const std::uint64_t header = kTcpHeader + (is_ipv6(socket) ? kIpv6Header : kIpv4Header);
-  return {info->tcpi_bytes_sent + header * info->tcpi_segs_out,
-          info->tcpi_bytes_received + header * info->tcpi_segs_in};
+  if (!info) return std::nullopt;
+  return TrafficCounts{info->tcpi_bytes_sent, info->tcpi_bytes_received, info->tcpi_segs_out,
+                       info->tcpi_segs_in,
+                       kTcpHeader + (is_ipv6(socket) ? kIpv6Header : kIpv4Header)};
+}
+
+void TrafficMeter::count(const TrafficCounts& now) {
+  if (now.sent_bytes < last_.sent_bytes || now.received_bytes < last_.received_bytes) return;
+  if (now.sent_segments == 0 && now.received_segments == 0) return;
+  const auto headers = [&](std::uint32_t segments, std::uint32_t before) {
+    return std::uint64_t{now.header_bytes} * (segments - before);  // modulo 2^32
+  };
+  total_ += {now.sent_bytes - last_.sent_bytes + headers(now.sent_segments, last_.sent_segments),
+             now.received_bytes - last_.received_bytes +
+                 headers(now.received_segments, last_.received_segments)};
+  last_ = now;
 }
 
 TcpLosses tcp_losses_of(int socket) {

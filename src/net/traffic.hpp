@@ -20,9 +20,30 @@ struct Traffic {
   }
 };
 
-// Traffic of a TCP socket since it was opened, as the kernel counts it (Linux 4.19); zeros: not
-// known. IP and TCP headers are assumed to have their usual size: 52 bytes, with IPv6 72.
-[[nodiscard]] Traffic traffic_of(int socket);
+// What the kernel has counted of a TCP socket since that was opened.
+struct TrafficCounts {
+  std::uint64_t sent_bytes = 0;
+  std::uint64_t received_bytes = 0;
+  std::uint32_t sent_segments = 0;  // modulo 2^32: reached within a month
+  std::uint32_t received_segments = 0;
+  std::uint32_t header_bytes = 0;  // of IP and TCP, as they usually are: 52, with IPv6 72
+};
+
+// Nullopt: not known (before Linux 4.19).
+[[nodiscard]] std::optional<TrafficCounts> traffic_counts_of(int socket);
+
+// The traffic of one connection, from counts that are taken often enough.
+class TrafficMeter {
+ public:
+  // What was counted since the connection was opened. Of an aborted socket the kernel has no counts
+  // any more: these change nothing.
+  void count(const TrafficCounts& now);
+  [[nodiscard]] const Traffic& total() const { return total_; }
+
+ private:
+  Traffic total_;
+  TrafficCounts last_;
+};
 
 // All since the connection was opened.
 struct TcpCounts {

@@ -27,6 +27,7 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
 
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {
   shared_.ready.collect();
+  services_.watch_servers();
   auto& reports = shared_.reports;
   for (std::size_t n = reports.size(); n > 0; --n) {
     Input input = std::move(reports.front());
@@ -45,7 +46,9 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     sink(std::move(*input));
   }
   const bool ending = shared_.ended.free_some();
-  return ending || !shared_.ready.idle() || !reports.empty();
+  const bool more = ending || !shared_.ready.idle() || !reports.empty();
+  if (more) shared_.ready.wake();  // with what comes meanwhile one wake, not two
+  return more;
 }
 
 void Gateway::add_lacks(GraphChanged& graph) {

@@ -42,6 +42,10 @@ SocketOptions socket_options(const Config& config) {
   sockets.receive_packets_per_second = static_cast<double>(config.socket.packets_per_second);
   sockets.receive_bytes_per_second = static_cast<double>(config.socket.bytes_per_second);
   sockets.congestion_control = config.socket.congestion_control;
+  // What the kernel gives up must not end a connection before `dead_after` does.
+  const auto dead_after =
+      std::chrono::duration_cast<std::chrono::milliseconds>(config.limits.dead_after);
+  sockets.user_timeout = std::max(sockets.user_timeout, dead_after + std::chrono::seconds(5));
   return sockets;
 }
 

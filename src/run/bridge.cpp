@@ -9,6 +9,7 @@
 
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
+#include "run/audit_json.hpp"
 #include "run/status_json.hpp"
 
 namespace connect_bridge {
@@ -131,6 +132,7 @@ void Bridge::run() {
   loop_.feed(TimePassed{});
   io_.run();
   usage_file_.close();
+  write_status(0, false);
 }
 
 void Bridge::carry_out(Action&& action) {
@@ -199,8 +201,7 @@ void Bridge::send() {
 
 void Bridge::on_wake() {
   if (stop_.has_begun()) return;
-  const bool more = loop_.step([this](const auto& handle) { return gateway_.drain(handle); });
-  if (more) boost::asio::post(io_, [this] { on_wake(); });
+  loop_.step([this](const auto& handle) { return gateway_.drain(handle); });
 }
 
 void Bridge::every_second(double lag_ms) {
@@ -220,14 +221,21 @@ void Bridge::every_second(double lag_ms) {
   const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
   if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);
   parameters_.check_files();
+  write_status(lag_ms, true);
+}
+
+void Bridge::write_status(double lag_ms, bool running) {
   const Config& config = parameters_.config();
   if (config.status_file.empty()) return;
   RunStatus run;
+  run.time = rfc3339(std::chrono::system_clock::now());
+  run.running = running;
   run.node = node_.full_name();
   run.role = config.role;
   run.loop_lag_ms = lag_ms;
-  run.ros = counters;
+  run.ros = gateway_.counters();
   run.network = network_.counts();
+  const std::string day = today();
   run.today = usage_file_.usage().of_day(day);
   run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
   if (audit_log_) run.audit = audit_log_->counts();

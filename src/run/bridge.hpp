@@ -67,6 +67,7 @@ class Bridge {
   void send();
   void on_wake();
   void every_second(double lag_ms);
+  void write_status(double lag_ms, bool running);
   void stop();
 
   boost::asio::io_context io_{1};

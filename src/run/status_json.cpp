@@ -105,6 +105,8 @@ OrderedJson to_value(const LinkStatus& link) {
 
 std::string to_json(const Status& status, const RunStatus& run) {
   OrderedJson json = {
+      {"time", run.time},
+      {"running", run.running},
       {"node", run.node},
       {"role", run.role == Role::kServer ? "server" : "client"},
       {"loop_lag_ms", run.loop_lag_ms},

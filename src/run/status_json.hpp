@@ -14,6 +14,8 @@ namespace connect_bridge {
 
 // What the run layer adds to the core's status.
 struct RunStatus {
+  std::string time;     // when it was so (RFC 3339)
+  bool running = true;  // false: it has ended
   std::string node;
   Role role = Role::kServer;
   double loop_lag_ms = 0;  // longest delay of the loop in the last second

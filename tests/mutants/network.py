@@ -16,8 +16,8 @@ NETWORK = [
     Mutant("strangers of an address without a limit", "make_room(address, share);", "(void)share;",
            within="take_pending"),
     Mutant("a closed connection leaves its place too early",
-           "traffic_ = traffic(); state_ = State::kEnding; set_deadline();",
-           "traffic_ = traffic(); state_ = State::kEnding; set_deadline();"
+           "static_cast<void>(traffic()); state_ = State::kEnding; set_deadline();",
+           "static_cast<void>(traffic()); state_ = State::kEnding; set_deadline();"
            " setup_.connection_slot.reset();"),
     Mutant("a handshake has no time limit",
            "if (!done_) return; set_deadline(options_->timeout);", "if (!done_) return;"),

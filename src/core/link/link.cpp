@@ -132,6 +132,7 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
+  list_passed_over = list_passed_over || new_accepts_;
   new_accepts_ = std::move(accepted);
   accepts_at_ = accepts_due(now);
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};

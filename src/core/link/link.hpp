@@ -61,7 +61,8 @@ class Link final : public ConnectionUser {
   Pace renewals{16, std::chrono::seconds(1)};
   std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
   std::optional<PeerAccepts> accepts;   // what the peer would import; known after its first message
-  std::uint64_t lists_accepted = 0;     // how many such lists have come, on all connections
+  std::uint64_t lists_accepted = 0;     // how many such lists were looked at
+  bool list_passed_over = false;        // one has come and was replaced before it was looked at
   bool offers_complete = false;         // our first round of offers has been sent
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};

@@ -263,9 +263,9 @@ void Links::on(ConnectionClosed& input, const Now& now) {
 
 // A server's peers come back by themselves.
 void Links::on(NetworkChanged& changed, const Now& now) {
-  if (options_.role != Role::kClient || stopped_) return;
+  if (options_.role != Role::kClient || stopped_ || !changed.route) return;
   for (auto& [id, link] : links_)
-    if (link.connection && changed.route) link.connection->probe(now);
+    if (link.connection) link.connection->probe(now);
   dialer_.hurry(now.steady);
   dial_if_due(now);
 }

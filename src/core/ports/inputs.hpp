@@ -203,8 +203,8 @@ struct ConnectionClosed {
   std::optional<std::uint16_t> code;
   std::string reason;
 };
-// The machine's addresses or routes have changed: a dial may succeed now. If the route to the peer
-// is another one, as far as the machine knows it, the connection may be dead without notice.
+// The machine's addresses or routes have changed. `route`: also that to the server, as far as that
+// is known: a connection may be dead without notice, a dial may succeed now.
 struct NetworkChanged {
   bool route = true;
 };

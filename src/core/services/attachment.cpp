@@ -93,6 +93,7 @@ void Attachment::on_link_lost() {
   not_back_.cancel();
   considered_ = attached_ = false;
   channel_ = requests_ = {};
+  declined_under_.reset();
 }
 
 void Attachment::end(const Ending& why, const Now& now) {
@@ -177,6 +178,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
   link_.expect(attach.requests, this);
+  declined_under_.reset();
   not_back_.cancel();
   requests_ = attach.requests;
   held_ = true;

@@ -13,6 +13,7 @@
 #include "core/link/link.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"
+#include "core/services/calls.hpp"
 #include "core/services/made_call.hpp"
 #include "core/services/mirroring.hpp"
 
@@ -44,7 +45,10 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   // A rule allows it. The caller has checked that it is not offered already.
   void on_offer(const ChannelOffer& offer, Decision decision);
   // The rules have changed, and still allow it.
-  void on_decision(Decision decision) { decision_ = std::move(decision); }
+  void on_decision(Decision decision) {
+    decision_ = std::move(decision);
+    if (requests_) link_.outbox().add_channel(requests_, queue_of_calls(decision_));
+  }
   // The connection is gone: calls wait for the link's return.
   void on_link_lost();
   // For the audit log: the channel is about to end.

@@ -82,7 +82,7 @@ bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   if (!opened && offer.is_undecided()) return false;
   backlog->second.end(DropReason::kWithdrawn);
   // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
-  backlog->second.end_at(context_.timers.set(TimePoint::min(), &topic_));
+  backlog->second.end_at(context_.timers.set(TimePoint{}, &topic_));
   return false;
 }
 

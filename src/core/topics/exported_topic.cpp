@@ -31,7 +31,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
 void ExportedTopic::on_graph(const Now& now) {
   const TopicState* state = context_.graph.find(key_);
   if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
-  if (state && !state->type_hash.empty()) on_type_hash(state->type_hash, now);
+  if (state) on_type_hash(*state, now);
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
     if (std::exchange(failed_, false)) offer_closed_again();
@@ -47,9 +47,11 @@ void ExportedTopic::on_graph(const Now& now) {
 }
 
 // A publisher with another definition of the type has come while one of before is still known: by a
-// killed process, for example. What was offered was of the type before.
-void ExportedTopic::on_type_hash(const std::string& type_hash, const Now& now) {
-  if (std::exchange(type_hash_, type_hash) == type_hash) return;
+// killed process, for example. What was offered was of the type before. Without a publisher it is
+// that of a subscriber.
+void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
+  if (state.type_hash.empty() || (state.publishers.empty() && !type_hash_.empty())) return;
+  if (std::exchange(type_hash_, state.type_hash) == state.type_hash) return;
   for (auto it = offers_.begin(); it != offers_.end();) {
     const TopicOffer& offer = (it++)->second;
     recheck(offer.link(), now);
@@ -57,8 +59,11 @@ void ExportedTopic::on_type_hash(const std::string& type_hash, const Now& now) {
 }
 
 void ExportedTopic::offer_closed_again() {
-  const auto closed = std::erase_if(offers_, [](const auto& o) { return !o.second.is_open(); });
-  if (closed > 0) context_.offers_due = true;
+  const auto closed = std::erase_if(offers_, [&](const auto& offer) {
+    if (!offer.second.is_open()) early_.forget(offer.first);
+    return !offer.second.is_open();
+  });
+  context_.offers_due = context_.offers_due || closed > 0;
 }
 
 void ExportedTopic::remove_vanished(const Now& now) {
@@ -313,10 +318,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   if (subscription_qos_.durability == Durability::kTransientLocal) {
     if (!Origins::is_new(origin, taken)) return drop_demanded(DropReason::kDuplicate);
     history_.add({origin.id, taken.stamp, taken.number, taken.payload});
-    if (taken.stamp < subscribed_at_ && origin.kept < history_depth()) {
-      ++origin.kept;
+    if (Origins::was_kept(origin, taken.stamp < subscribed_at_, history_depth()))
       age = TopicOffer::Age::kKept;
-    }
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   const bool promised = origin.qos.reliability == Reliability::kReliable;

@@ -64,7 +64,7 @@ class ExportedTopic {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
-  void on_type_hash(const std::string& type_hash, const Now& now);
+  void on_type_hash(const TopicState& state, const Now& now);
   // Links whose offers were withdrawn, as the subscription had failed, get new ones.
   void offer_closed_again();
   void remove_vanished(const Now& now);

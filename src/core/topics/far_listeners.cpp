@@ -60,7 +60,9 @@ void FarListeners::recheck(const Link& link, const Now& now) {
   const auto of_link = links_.find(link.id);
   if (of_link == links_.end()) return;
   for (auto& [id, listener] : of_link->second.listeners) {
+    const QosOverride before = listener.rule;
     decide(link, listener);
+    if (listener.counts && !(listener.rule == before)) changed_.insert(*listener.topic);
     admit({link.id, id}, listener, now);
   }
 }

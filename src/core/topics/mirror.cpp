@@ -27,14 +27,14 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   Link& link = offered.link();
   Candidate* own = find_candidate(candidates_, link.id);
   if (!own) {
-    candidates_.push_back({&link, &offered});
+    candidates_.push_back({&link, &offered, false, origin.qos});
     link.mirrors.add(key_.first);
     // A client that was restarted while its old connection seems alive: nothing comes on that.
     if (is_successor(link, *candidates_.front().link))
       std::swap(candidates_.front(), candidates_.back());
     charge();
   } else if (!own->offered) {
-    *own = {&link, &offered};
+    *own = {&link, &offered, false, origin.qos};
   } else {
     return false;
   }
@@ -54,14 +54,14 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
 bool Mirror::follow_feeder() {
   if (!feeder()) return false;
   action_type_ = feeder()->action_type();
-  const Treatment& treatment = feeder()->treatment();
-  const Qos qos = mirror_qos(origin_.qos, treatment.qos, context_.options);
+  origin_.qos = candidates_.front().qos;
+  const Qos qos = mirror_qos(origin_.qos, feeder()->treatment().qos, context_.options);
   const bool same_type = is_of_its_type(*feeder());
   if (qos == qos_ && same_type) return false;
   destroy();
   failed_ = failed_ && same_type;
   type_hash_ = feeder()->type_hash();
-  any_definition_ = treatment.allow_type_mismatch;
+  any_definition_ = feeder()->treatment().allow_type_mismatch;
   qos_ = qos;
   return true;
 }
@@ -224,7 +224,7 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   failed_ = true;
   vanish(false);
   const bool of_type = failed.code == "type_mismatch";
-  for (auto& [link, offered, declined] : candidates_) {
+  for (auto& [link, offered, declined, qos] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
     declined = declined || of_type;
     offered->update_demand(now);

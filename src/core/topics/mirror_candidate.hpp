@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/base/qos.hpp"
 #include "core/link/link.hpp"
 
 namespace connect_bridge {
@@ -13,6 +14,7 @@ struct MirrorCandidate {
   Link* link = nullptr;
   OfferedTopic* offered = nullptr;  // null: it is lost, or has not offered it again
   bool declined = false;            // its type, and the peer has not withdrawn it yet
+  Qos qos{};                        // of the origin, as this link offers it
 
   [[nodiscard]] bool is_usable() const { return offered && !declined; }
 };

@@ -68,11 +68,7 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 }
 
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
-  const auto leaves = [&](const Waiting& waiting) {
-    return std::count(change.removed.begin(), change.removed.end(),
-                      waiting.message.subject.origin()) > 0;
-  };
-  if (std::any_of(waiting_.begin(), waiting_.end(), leaves)) hurry(DropReason::kUnknownOrigin, now);
+  hurry(DropReason::kUnknownOrigin, now, &change.removed);
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
@@ -154,12 +150,21 @@ void OfferedTopic::finish(const Now& now) {
   if (resume_) hurry(DropReason::kLinkLost, now);
 }
 
-void OfferedTopic::hurry(DropReason otherwise, const Now& now) {
-  job_.cancel();
-  for (const auto& [message, bytes] : std::exchange(waiting_, {})) {
-    const auto raw = peer_.decompress_at_once(message, now);
-    raw ? publish(message, *raw, now) : dropped_.add(otherwise);
+void OfferedTopic::hurry(DropReason otherwise, const Now& now, const std::vector<OriginId>* of) {
+  const auto concerned = [&](const Waiting& waiting) {
+    return !of || std::count(of->begin(), of->end(), waiting.message.subject.origin()) > 0;
+  };
+  const bool first = !waiting_.empty() && concerned(waiting_.front());
+  if (first) job_.cancel();
+  for (auto& waiting : std::exchange(waiting_, {})) {
+    if (!concerned(waiting)) {
+      waiting_.push_back(std::move(waiting));
+      continue;
+    }
+    const auto raw = peer_.decompress_at_once(waiting.message, now);
+    raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
+  if (first) advance(now);
 }
 
 void OfferedTopic::lose(const Now& now) {
@@ -183,8 +188,7 @@ void OfferedTopic::update_demand(const Now& now) {
   const bool on = std::any_of(origins_.begin(), origins_.end(), [&](const auto& origin) {
     return origin.second->wants(*this, listened, now);
   });
-  if (on == demanded_) return;
-  demanded_ = on;
+  if (std::exchange(demanded_, on) == on) return;
   peer_.change_demand(*this, on);
 }
 

@@ -40,8 +40,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void renew(const Now& now);
   // Sends `decline`: the topic is not imported any longer.
   void decline(const Now& now);
-  // The connection is about to be lost: what waits for a worker and would not come again is
-  // published first.
+  // The connection is about to be lost: publishes what waits for a worker and will not come again.
   void finish(const Now& now);
   // The connection is lost: mirrors wait for the link's return.
   void lose(const Now& now);
@@ -88,8 +87,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
-  // Publishes at once what waits for a worker, as far as there is time for it; the rest is dropped.
-  void hurry(DropReason otherwise, const Now& now);
+  // Publishes at once what waits for a worker (of these origins; null: all), as far as there is
+  // time for it; the rest is dropped. Others' messages stay in their order.
+  void hurry(DropReason otherwise, const Now& now, const std::vector<OriginId>* of = nullptr);
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);

@@ -92,6 +92,13 @@ void Origins::number(MessageTaken& taken) const {
   }
 }
 
+// The first one of a publisher that comes later counts as kept, too: it may be the only one.
+bool Origins::was_kept(Origin& origin, bool older, std::uint64_t depth) {
+  if (origin.kept >= depth || (!older && origin.kept > 0)) return false;
+  ++origin.kept;
+  return true;
+}
+
 bool Origins::is_new(Origin& origin, const MessageTaken& taken) {
   if (taken.number == 0) return true;
   if (taken.number <= origin.last_number) return false;

@@ -67,6 +67,7 @@ void PeerTopics::renew(const Now& now) {
 }
 
 void PeerTopics::finish(const Now& now) {
+  at_once_ = Throttle(kAtOnceMax, {});  // whatever was withdrawn just before
   for (auto& [number, topic] : topics_) topic.finish(now);
 }
 

@@ -80,7 +80,7 @@ std::set<OriginId> TopicOffer::withheld() const {
 
 bool TopicOffer::is_current() const {
   const auto decision = permission();
-  const bool declined = declined_under_ && *declined_under_ != link_.lists_accepted;
+  const bool declined = !demanded() && declined_under_ && *declined_under_ != link_.lists_accepted;
   return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_ &&
          is_hash_of(type_hash_, topic_.type_hash()) && !declined;
 }
@@ -188,6 +188,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;
   resume_ = demand.resume && may_resume();
+  if (demanded()) declined_under_.reset();
   note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   if (!demanded()) link_.outbox().clear_channel(number_);
   // Origins of the offer may be gone by now; the numbers rise all the same.

@@ -65,7 +65,8 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] static OutMessage message_of(const OutSample& sample, Codec codec,
                                              const Payload& body);
 
-  // Rate limits do not apply to a sample that its publisher had kept for late subscribers.
+  // Rate limits do not apply to a sample that its publisher had kept for late subscribers, nor to
+  // the first of one that keeps its samples: it may be all that this will ever publish.
   enum class Age : std::uint8_t { kNew, kKept };
   // Whether a sample goes to this peer; a drop because of a limit is counted.
   [[nodiscard]] bool admit(OriginId origin, const Payload& sample, Age age, const Now& now);

@@ -65,7 +65,11 @@ GraphWatcher::~GraphWatcher() {
 }
 
 void GraphWatcher::refresh() {
-  refresh_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    refresh_ = true;
+  }
+  poked_.notify_all();
   ignore_error(rcl_trigger_guard_condition(&poke_));
 }
 
@@ -113,7 +117,7 @@ void GraphWatcher::run() {
       const Duration took = Clock::now() - begin;
       reading_ns_ = took.count();
       ++readings_;
-      pause(std::max(pause_, took * 10));
+      pause(std::max(pause_, took * 10), std::max(pause_, took * 3));
     }
     {
       const std::lock_guard lock(mutex_);
@@ -151,7 +155,7 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
                      ignore_error(rcl_wait_set_add_guard_condition(&wait_set_, changes, &place)) &&
                      ignore_error(rcl_wait_set_add_guard_condition(&wait_set_, &poke_, nullptr));
   if (!ready) {
-    pause(std::chrono::seconds(1));
+    pause(std::chrono::seconds(1), std::chrono::seconds(1));
     return true;
   }
   const Duration left = std::max(Duration{0}, Duration{deadline - Clock::now()});
@@ -160,18 +164,21 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
   if (result == RCL_RET_TIMEOUT) return !ignore_error(result) && wants_reading();
   if (!ignore_error(result)) {
     // The context was shut down, or the middleware failed: do not spin.
-    pause(std::chrono::milliseconds(200));
+    pause(std::chrono::milliseconds(200), std::chrono::milliseconds(200));
     return false;
   }
   return wait_set_.guard_conditions[place] != nullptr || wants_reading();
 }
 
-void GraphWatcher::pause(Duration duration) {
+void GraphWatcher::pause(Duration duration, Duration if_asked) {
   const auto end = Clock::now() + duration;
-  while (Clock::now() < end) {
-    const auto until = std::min(end, next_look());
+  const auto end_if_asked = Clock::now() + std::min(duration, if_asked);
+  while (Clock::now() < (refresh_ ? end_if_asked : end)) {
+    const auto until = std::min(refresh_ ? end_if_asked : end, next_look());
     std::unique_lock lock(mutex_);
-    poked_.wait_until(lock, until, [&] { return stop_ || look_at_ < until; });
+    poked_.wait_until(lock, until, [&] {
+      return stop_ || look_at_ < until || (refresh_ && end_if_asked < until);
+    });
     if (stop_) return;
   }
 }

@@ -25,7 +25,8 @@ namespace connect_bridge::ros {
 class GraphWatcher final : public Entity {
  public:
   // Two readings are at least `pause` apart, and at least ten times the duration of a reading, so
-  // that a large graph that keeps changing uses at most a tenth of a core. `look` is called on the
+  // that a large graph that keeps changing uses at most a tenth of a core (three times if a reading
+  // is asked for). `look` is called on the
   // loop's thread as soon as something has changed, before it is read, or when look_again()
   // requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
@@ -55,7 +56,8 @@ class GraphWatcher final : public Entity {
   // Waits for a change, a refresh, the stop, a look or the deadline; true if there is something to
   // read.
   bool wait(Clock::time_point deadline);
-  void pause(Duration duration);
+  // `if_asked`: when a reading is asked for, as a sample of an unknown publisher waits for it.
+  void pause(Duration duration, Duration if_asked);
   // Marks the look that is due; returns when the next one will be.
   Clock::time_point next_look();
   void read();

@@ -12,7 +12,7 @@ OwnService::OwnService(ReadyList& ready, Node& node, const rosidl_service_type_s
   require_ok(rcl_service_init(&service_, node.handle(), type, name.c_str(), &options),
              "cannot serve " + name);
   const rcl_ret_t result =
-      rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_message, slot());
+      rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) {
     const auto text = error_text("cannot serve " + name, result);
     ignore_error(rcl_service_fini(&service_, node.handle()));

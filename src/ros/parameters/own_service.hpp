@@ -51,8 +51,9 @@ class TypedService final : public OwnService {
     const std::unique_ptr<typename Type::Response, decltype(Type::destroy_response)> response(
         Type::create_response(), Type::destroy_response);
     rmw_service_info_t info{};
+    const bool more = expects_more();  // one that cannot be read looks like none
     if (!request || !response || !take(request.get(), info)) {
-      done(kReadyMessage);
+      if (!more) done(kReadyMessage);
       return std::nullopt;
     }
     if (handler_(*request, *response)) answer(info, response.get());

@@ -70,6 +70,22 @@ Gid caller_of(const rmw_request_id_t& request) {
   return gid;
 }
 
+namespace {
+
+// Adds the endpoints of a topic of the middleware. False: they are not known.
+template <class Query>
+bool add_ids(const rcl_node_t* node, const std::string& topic, Query query,
+             std::unordered_set<Gid>& ids) {
+  auto allocator = rcl_get_default_allocator();
+  auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
+  if (query(node, &allocator, topic.c_str(), true, &array) != RCL_RET_OK) return false;
+  for (std::size_t i = 0; i < array.size; ++i)
+    ids.insert(distro::gid_of(array.info_array[i].endpoint_gid));
+  return rcl_topic_endpoint_info_array_fini(&array, &allocator) == RCL_RET_OK;
+}
+
+}  // namespace
+
 std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
                                                         const std::string& service) {
   const Middleware& of = middleware();
@@ -78,18 +94,14 @@ std::optional<std::unordered_set<Gid>> callers_in_graph(const rcl_node_t* node,
     if (distro::count_clients(node, service.c_str(), 0) == std::optional<std::size_t>{0})
       callers.emplace();
   } else {
+    callers.emplace();
+    // A caller behind a micro-ROS agent is told by its writer.
     const bool reads = of.caller_told == Middleware::CallerTold::kReader;
-    const std::string topic = reads ? "rr" + service + "Reply" : "rq" + service + "Request";
-    const auto query =
-        reads ? rcl_get_subscriptions_info_by_topic : rcl_get_publishers_info_by_topic;
-    auto allocator = rcl_get_default_allocator();
-    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-    if (query(node, &allocator, topic.c_str(), true, &array) == RCL_RET_OK) {
-      callers.emplace();
-      for (std::size_t i = 0; i < array.size; ++i)
-        callers->insert(distro::gid_of(array.info_array[i].endpoint_gid));
-      if (rcl_topic_endpoint_info_array_fini(&array, &allocator) != RCL_RET_OK) callers.reset();
-    }
+    const bool known =
+        (!reads ||
+         add_ids(node, "rr" + service + "Reply", rcl_get_subscriptions_info_by_topic, *callers)) &&
+        add_ids(node, "rq" + service + "Request", rcl_get_publishers_info_by_topic, *callers);
+    if (!known) callers.reset();
   }
   if (!callers) rcl_reset_error();
   return callers;

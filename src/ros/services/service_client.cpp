@@ -73,7 +73,8 @@ std::optional<Input> ServiceClient::step(Batch& batch) {
   const rcl_ret_t result = rcl_take_response_with_info(&client_, &info, form.message());
   if (result != RCL_RET_OK) {
     // The middleware also takes the answers to other clients, and then reports the same as if there
-    // were none.
+    // were none; but they are in the message.
+    form.reset();
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_CLIENT_TAKE_FAILED) {
       shared_.refuse_call(error_text("cannot take an answer of " + create_.service, result));

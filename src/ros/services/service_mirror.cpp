@@ -58,6 +58,7 @@ std::optional<Input> ServiceMirror::step(Batch& batch) {
   if (result != RCL_RET_OK) {
     // A sample that is not a request (its writer is gone, or it has another type) looks the same as
     // an empty queue, so more may follow it.
+    form.reset();
     if (!more) done(kReadyMessage);
     if (result != RCL_RET_SERVICE_TAKE_FAILED) {
       shared_.refuse_call(error_text("cannot take a request of " + create_.service, result));

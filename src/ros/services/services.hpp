@@ -21,6 +21,8 @@ class Services {
 
   void create_client(const CreateServiceClient& action);
   void destroy_client(ServiceClientId id);
+  // Tells the graph whose servers are to be known. To be called when the loop wakes.
+  void watch_servers();
   // The graph has changed, or the time given to Shared::look_again has passed: reports which
   // clients have a server, and which callers have left.
   void look_at_graph(bool changed);
@@ -31,12 +33,13 @@ class Services {
   Entities<ServiceClient> clients;  // created and destroyed by the functions above
 
  private:
-  void watch_servers();
-  void look_for_servers();
+  void look_for_servers(bool changed);
   void look_for_callers(bool changed);
 
   Shared& shared_;
   GraphWatcher& graph_;
+  ServerSight::Time all_due_{};  // when those that have their server may be looked at again
+  bool unwatched_ = false;       // clients came or went since watch_servers()
   ServerSight::Time changed_{};  // the graph, or our clients
 };
 

@@ -19,14 +19,15 @@ TEST(StatusJson, WithoutLinks) {
   status.shared_bytes = 8;
   status.shared_bytes_max = 9;
   status.last_failure = "refused";
-  RunStatus run{"/connect", Role::kClient, 1.5};
+  RunStatus run{"2026-01-31T12:00:00Z", true, "/connect", Role::kClient, 1.5};
   run.ros.taken = 2;
   run.ros.published = 3;
   run.ros.types_not_installed = 4;
   run.today = {5, 6};
   run.this_month = {7, 8};
   const auto json = Json::parse(to_json(status, run));
-  EXPECT_EQ(json, Json::parse(R"({"node": "/connect", "role": "client", "loop_lag_ms": 1.5,
+  EXPECT_EQ(json, Json::parse(R"({"time": "2026-01-31T12:00:00Z", "running": true,
+    "node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
      "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
      "extra_frames": 0,
@@ -38,7 +39,7 @@ TEST(StatusJson, WithoutLinks) {
 TEST(StatusJson, WhoCameToAServer) {
   Status status;
   status.strangers = {1, 2, 3, 4, 5, 11, 12, 13};
-  RunStatus run{"/connect", Role::kClient};
+  RunStatus run{"", true, "/connect", Role::kClient};
   EXPECT_FALSE(Json::parse(to_json(status, run)).contains("strangers"));
   run.role = Role::kServer;
   run.network = {{6, 7, 8, 9, 10}};

@@ -245,31 +245,6 @@ TEST(ServiceExports, AServiceThatCannotBeCalledIsTriedAgainForALinkThatComesLate
   EXPECT_EQ(s.said(1), "");
 }
 
-TEST(ServiceExports, AServiceThatCanBeCalledAfterAllIsOfferedToAllAgain) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s", {1})});
-  s.join(1);
-  s.say(1, Attach{{1}, {1}});
-  s.give(ServiceClientFailed{{1}, "type_unknown", "no such type"});
-  s.said(1);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
-  s.give(ServiceReady{{2}, true, {}});
-  EXPECT_EQ(s.said(1), "offer 2/s[]\n");
-}
-
-// The peer's rules were changed and changed back before its first list was compared.
-TEST(ServiceExports, WhatWasDeclinedUnderAnotherListIsOfferedAgain) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s", {1})});
-  s.join(1);
-  s.say(1, Accepts{});
-  s.say(1, Decline{{1}, "not_permitted", ""});
-  s.say(1, Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  s.pass(1000);
-  EXPECT_EQ(s.said(1), "withdraw 1\noffer 2/s[]\n");
-}
-
 // A server that is killed and started again is in the graph twice, until the first is forgotten:
 // the calls at the second live on, those that only the first could have taken end.
 TEST(ServiceExports, AServerInThePlaceOfAKilledOneKeepsItsCalls) {

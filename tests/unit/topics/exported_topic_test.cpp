@@ -178,6 +178,9 @@ TEST(ExportedTopic, ARateDoesNotHoldUpWhatItsPublishersHaveKept) {
   };
   for (std::uint8_t publisher = 1; publisher <= 3; ++publisher) take(publisher, 90 + publisher);
   EXPECT_EQ(peer.said(), "1.1 91, 1.2 92, 1.3 93\n");
+  s.see(topic("/a").pub(1, latched(1)).pub(2, latched(1)).pub(3, latched(1)).pub(4, latched(1)));
+  take(4, 210);  // it may be all that this one publishes
+  EXPECT_EQ(peer.said(), "origins 1 +[4] -[]\n1.4 210\n");
   // No more than each of them keeps, whatever their clocks say.
   take(1, 94);
   take(1, 95);

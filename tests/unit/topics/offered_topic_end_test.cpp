@@ -38,6 +38,21 @@ TEST(OfferedTopic, WhatAWorkerHasIsPublishedBeforeItsOriginLeaves) {
   EXPECT_EQ(s.did(), "cancel 1\npublish 1 " + map + "\n");
 }
 
+TEST(OfferedTopic, WhatAWorkerHasOfOthersStaysWithIt) {
+  OfferedScript s;
+  s.listen();
+  s.offer(s.peer, {origin(1, 7), origin(2, 8)});
+  s.give(s.large());
+  InMessage other = s.message("other");
+  other.subject = Subject(OriginId{2});
+  s.give(std::move(other));
+  s.did();
+  EXPECT_TRUE(s.channel_1().on_origins({{1}, {}, {{2}}}, ms(0)));
+  EXPECT_EQ(s.did(), "publish 2 other\n");
+  s.finish(sample("large"));
+  EXPECT_EQ(s.did(), "publish 1 large\n");
+}
+
 // The loop does not stand still for a peer that offers and withdraws.
 TEST(OfferedTopic, OnlySoMuchIsPublishedBeforeAWithdraw) {
   OfferedScript s;
