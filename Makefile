@@ -91,7 +91,7 @@ around_asan = rm -rf "$(reports)"; mkdir "$(reports)"; passed=true; \
   $(call ctest,$(BUILD)-asan,$(1)) || passed=false; \
   tools/setup/asan_reports.sh "$(reports)" || passed=false; $$passed
 
-asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers; PART=n: a tenth of what clang only looks at
+asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the address and undefined sanitizers; PART=n: only a tenth of the sources one by one
 	@$(in_env) TARGETS="$(or $(TARGETS),core_tests unit_tests sim server client)" $(asan_compile) -DCONNECT_SIM_SEEDS=$(SEEDS)
 	@tools/setup/syntax.py $(if $(PART),--part $$(($(PART) % 10))/10) "$(BUILD)-asan" src
 	@$(in_env) $(call ctest,$(BUILD)-asan,-L 'unit|sim' -j $(places))

@@ -66,13 +66,17 @@ bool write_all(int out, std::string_view text) {
   return true;
 }
 
+// What a link names is replaced, not the link: it may lead to where files outlast an update.
+std::string target_of(const std::string& file) {
+  const std::unique_ptr<char, decltype(&std::free)> target(::realpath(file.c_str(), nullptr),
+                                                           &std::free);
+  return target ? target.get() : file;
+}
+
 }  // namespace
 
 std::string write_secret_file(const std::string& named, const std::string& text) {
-  // What a link names is replaced, not the link: it may lead to where files outlast an update.
-  const std::unique_ptr<char, decltype(&std::free)> target(::realpath(named.c_str(), nullptr),
-                                                           &std::free);
-  const std::string file = target ? target.get() : named;
+  const std::string file = target_of(named);
   struct stat status {};
   const bool replaces = ::stat(file.c_str(), &status) == 0;
   const mode_t mode = replaces ? status.st_mode & 0777 : 0600;
@@ -115,7 +119,8 @@ std::string token_entries_problem(const std::string& text, const std::string& na
   return joined;
 }
 
-std::string append_token_entry(const std::string& file, const TokenEntry& entry) {
+std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
+  const std::string file = target_of(named);
   const Folder folder(file);
   folder.lock();
   std::string text, problem;

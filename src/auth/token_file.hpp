@@ -23,9 +23,9 @@ struct TokenEntry {
 // message.
 [[nodiscard]] std::string token_entries_problem(const std::string& text, const std::string& name);
 
-// Replaces the file by a new one with the same permissions, so that nobody ever reads a
-// half-written file; a missing file is created for its owner alone. Returns what is wrong, empty if
-// nothing.
+// Replaces the file (if it is a link, that to which it leads) by a new one with the same
+// permissions, so that nobody ever reads a half-written file; a missing file is created for its
+// owner alone. Returns what is wrong, empty if nothing.
 [[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
 
 // Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns

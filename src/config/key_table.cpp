@@ -188,10 +188,12 @@ void add_operation(Rows& rows) {
   const auto add = row_adder(rows, "Operation");
   add({.key = "status_file",
        .syntax = check_not_empty,
-       .help = "File in which this side keeps its status as JSON, once a second: links, "
-               "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
-               "drops by reason; when that was (time), and whether it still runs (running). All "
-               "else waits while it is written: take a folder in memory, as /run."},
+       .help =
+           "File in which this side keeps its status as JSON, once a second: links, "
+           "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
+           "drops by reason; when that was (time), and after an orderly end that it does not run "
+           "any more (running). All else waits while it is written: take a folder in memory, "
+           "as /run/connect_bridge of the unit below."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,

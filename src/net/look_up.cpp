@@ -15,7 +15,7 @@ struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
 
   Shared(asio::io_context& context, Resolve blocking) : io(context), resolve(std::move(blocking)) {}
 
-  // What was found, or why not. False: nobody waits for it.
+  // What was found, or why not. False: nobody has waited for it.
   bool tell(const ErrorCode& error, Endpoints found);
 
   asio::io_context& io;
@@ -23,13 +23,15 @@ struct LookUp::Shared : std::enable_shared_from_this<LookUp::Shared> {
   std::string host;
   std::uint16_t port = 0;
   std::mutex mutex;
+  bool told = false;
   std::optional<Work> work;  // none: nobody waits for it, and the io_context may be gone
   Done done;                 // only in the thread of the io_context
 };
 
 bool LookUp::Shared::tell(const ErrorCode& error, Endpoints found) {
   const std::lock_guard lock(mutex);
-  if (!work) return false;
+  if (!work) return told;
+  told = true;
   asio::post(work->get_executor(), [self = shared_from_this(), error, found = std::move(found)] {
     {
       const std::lock_guard again(self->mutex);
@@ -59,7 +61,7 @@ class LookUp::All {
     const auto same = [&](const Late& l) { return l.host == one->host && l.port == one->port; };
     if (const auto found = std::find_if(late_.begin(), late_.end(), same); found != late_.end()) {
       late = std::move(found->found);
-      late_.erase(found);
+      std::erase_if(late_, same);
       return Begin::kLate;
     }
     if (under_way_ >= kUnderWayMax) return Begin::kTooMany;

@@ -27,9 +27,9 @@ struct GatewayOptions {
   Duration graph_pause = std::chrono::milliseconds(20);  // at least between two readings
 };
 
-// Thread: all calls from the loop's thread. Use: when `wake` was called, drain(); as long as it
-// returns true, drain() again after the sockets had their turn. Destroy it before the Node; no
-// input and no wake comes after that.
+// Thread: all calls from the loop's thread. Use: when `wake` was called, drain() once, after the
+// sockets had their turn; it wakes again while more is ready. Destroy it before the Node; no input
+// and no wake comes after that.
 class Gateway {
  public:
   // `wake` is called from any thread, at most once until the next drain(); it must be cheap and

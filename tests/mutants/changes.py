@@ -4,13 +4,13 @@ from mutant import Mutant
 
 CHANGES = [
     Mutant("rules for listeners are seen at their demand",
-           "QosOverride weakest = context_.listeners.rules_of(key_);", "QosOverride weakest;"),
+           "QosOverride weakest = early_.rules_of_awaited();", "QosOverride weakest;"),
     Mutant("a rate holds up what publishers have kept",
            "if (age == Age::kKept || rate_.admit(bytes, now.steady)) return true;",
            "if (rate_.admit(bytes, now.steady)) return true;"),
     Mutant("what a worker has goes with its topic", "hurry(DropReason::kWithdrawn, now);", ""),
     Mutant("what a worker has goes with its origin",
-           "hurry(DropReason::kUnknownOrigin, now, &change.removed);", ""),
+           "hurry(DropReason::kUnknownOrigin, now, id);", ""),
     Mutant("a withdraw makes the loop stand",
            "if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;", ""),
     Mutant("another definition is not offered", "recheck(offer.link(), now);", "",

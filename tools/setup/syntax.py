@@ -26,6 +26,8 @@ options = parser.parse_args()
 build = options.build
 alone = [f"{folder.resolve()}/" for folder in options.folders]
 part, parts = map(int, options.part.split("/"))
+if not 0 <= part < parts:
+    parser.error("--part: N is from 0 to M-1")
 
 
 def sources_of(entry):

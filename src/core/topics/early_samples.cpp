@@ -23,6 +23,14 @@ bool EarlySamples::is_awaited(const TopicOffer& offer, LinkId link) const {
          !backlogs_.contains(link) && context_.listeners.listens(topic_.key(), link);
 }
 
+QosOverride EarlySamples::rules_of_awaited() const {
+  return context_.listeners.rules_of(topic_.key(), [this](LinkId link) {
+    const auto offer = offers_.find(link);
+    return offer == offers_.end() ||
+           (is_awaited(offer->second, link) && !offer->second.is_declined());
+  });
+}
+
 void EarlySamples::add(const OutSample& sample, const Now& now) {
   for (auto& [link, offer] : offers_)
     if (is_awaited(offer, link) && !waiting_.contains(link)) join(offer, link, now);

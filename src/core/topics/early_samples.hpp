@@ -31,6 +31,9 @@ class EarlySamples {
   std::deque<OutSample> answer(LinkId link);
   // Drops what has waited too long.
   void on_time(const Now& now);
+  // The weakest of what our rules require for the links that listen and may demand the topic still,
+  // or that it is not offered to yet. One that declines it, or whose time is over, does not count.
+  [[nodiscard]] QosOverride rules_of_awaited() const;
   // The link's offer has ended, or is made again.
   void forget(LinkId link);
   void clear();

@@ -46,9 +46,9 @@ void ExportedTopic::on_graph(const Now& now) {
   parked_.wait_until(now.steady);
 }
 
-// A publisher with another definition of the type has come while one of before is still known: by a
-// killed process, for example. What was offered was of the type before. Without a publisher it is
-// that of a subscriber.
+// Publishers have another definition of the type than those before, of which some may be known
+// still: of a killed process. Which one the graph tells is up to the middleware. Without a
+// publisher it is that of a subscriber.
 void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
   if (state.type_hash.empty() || (state.publishers.empty() && !type_hash_.empty())) return;
   if (std::exchange(type_hash_, state.type_hash) == state.type_hash) return;
@@ -179,7 +179,7 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 
 Qos ExportedTopic::wanted_qos() const {
   // Whoever listens will demand it: to subscribe in another way then would lose a first message.
-  QosOverride weakest = context_.listeners.rules_of(key_);
+  QosOverride weakest = early_.rules_of_awaited();
   if (backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
 }

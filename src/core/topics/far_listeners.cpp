@@ -142,11 +142,13 @@ std::string FarListeners::type_hash_of(const TopicKey& topic) const {
   return known->second.listeners.begin()->second->told.type_hash;
 }
 
-QosOverride FarListeners::rules_of(const TopicKey& topic) const {
+QosOverride FarListeners::rules_of(const TopicKey& topic,
+                                   const std::function<bool(LinkId)>& count) const {
   QosOverride weakest;
   const auto known = topics_.find(topic);
   if (known == topics_.end()) return weakest;
   for (const auto& [key, listener] : known->second.listeners) {
+    if (!count(key.first)) continue;
     const QosOverride& rule = listener->rule;
     if (rule.reliability == Reliability::kBestEffort) weakest.reliability = rule.reliability;
     if (rule.durability == Durability::kVolatile) weakest.durability = rule.durability;

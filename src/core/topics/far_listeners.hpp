@@ -1,6 +1,7 @@
 // The listeners at the other side of the links.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,8 +43,10 @@ class FarListeners {
   std::set<TopicKey> take_changes() { return std::exchange(changed_, {}); }
   [[nodiscard]] bool listens(const TopicKey& topic) const { return topics_.contains(topic); }
   [[nodiscard]] bool listens(const TopicKey& topic, LinkId link) const;
-  // The weakest of what our rules require for the links that listen: reliability and durability.
-  [[nodiscard]] QosOverride rules_of(const TopicKey& topic) const;
+  // The weakest of what our rules require for those links that listen and `count`: reliability and
+  // durability.
+  [[nodiscard]] QosOverride rules_of(const TopicKey& topic,
+                                     const std::function<bool(LinkId)>& count) const;
   // Where to note what is logged once about a topic that only listeners have: what their peers make
   // this side say must not keep other lines out.
   [[nodiscard]] TellOnce& told_of(const TopicKey& topic) const;

@@ -68,16 +68,14 @@ void OfferedTopic::add_origin(const OriginOffer& origin, const Now& now) {
 }
 
 Result<Nothing> OfferedTopic::on_origins(const OriginsChanged& change, const Now& now) {
-  hurry(DropReason::kUnknownOrigin, now, &change.removed);
   // First, so that a peer can replace all of a channel's publishers in one message.
   for (const OriginId id : change.removed) {
     left_out_.remove(id);
     deltas_.forget(id);
     const auto origin = origins_.find(id);
     if (origin == origins_.end()) continue;
-    Mirror& mirror = *origin->second;
-    origins_.erase(origin);
-    context_.remove_candidate(mirror, link_.id, now);
+    hurry(DropReason::kUnknownOrigin, now, id);
+    context_.remove_candidate(*origins_.extract(origin).mapped(), link_.id, now);
     if (!link_.note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "origins come and go too often"};
   }
@@ -150,11 +148,12 @@ void OfferedTopic::finish(const Now& now) {
   if (resume_) hurry(DropReason::kLinkLost, now);
 }
 
-void OfferedTopic::hurry(DropReason otherwise, const Now& now, const std::vector<OriginId>* of) {
+void OfferedTopic::hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of) {
   const auto concerned = [&](const Waiting& waiting) {
-    return !of || std::count(of->begin(), of->end(), waiting.message.subject.origin()) > 0;
+    return !of || *of == waiting.message.subject.origin();
   };
-  const bool first = !waiting_.empty() && concerned(waiting_.front());
+  if (std::none_of(waiting_.begin(), waiting_.end(), concerned)) return;
+  const bool first = concerned(waiting_.front());
   if (first) job_.cancel();
   for (auto& waiting : std::exchange(waiting_, {})) {
     if (!concerned(waiting)) {

@@ -87,9 +87,9 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<bool> resolve(InMessage& message, const Now& now);
   void make_room(const InMessage& message);
   void start_job();
-  // Publishes at once what waits for a worker (of these origins; null: all), as far as there is
-  // time for it; the rest is dropped. Others' messages stay in their order.
-  void hurry(DropReason otherwise, const Now& now, const std::vector<OriginId>* of = nullptr);
+  // Publishes at once what waits for a worker (of this origin; none: all), as far as there is time
+  // for it; the rest is dropped. Others' messages stay in their order.
+  void hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of = {});
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
   void publish(const InMessage& message, const Payload& raw, const Now& now);

@@ -73,6 +73,7 @@ class TopicOffer final : public OutgoingChannel {
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
+  [[nodiscard]] bool is_declined() const { return declined_under_.has_value(); }
   [[nodiscard]] bool is_open() const { return bool(number_); }
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }

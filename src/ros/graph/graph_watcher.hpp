@@ -25,10 +25,9 @@ namespace connect_bridge::ros {
 class GraphWatcher final : public Entity {
  public:
   // Two readings are at least `pause` apart, and at least ten times the duration of a reading, so
-  // that a large graph that keeps changing uses at most a tenth of a core (three times if a reading
-  // is asked for). `look` is called on the
-  // loop's thread as soon as something has changed, before it is read, or when look_again()
-  // requested it.
+  // that a large graph that keeps changing uses at most a tenth of a core; three times if a reading
+  // is asked for. `look` is called on the loop's thread as soon as something has changed, before it
+  // is read, or when look_again() requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
                std::function<void(bool changed)> look);
   ~GraphWatcher() override;

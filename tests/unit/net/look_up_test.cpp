@@ -33,6 +33,11 @@ class SlowServer {
   const std::shared_future<void> answered_ = answer_.get_future().share();
 };
 
+LookUp::Endpoints fails(const std::string&, std::uint16_t, ErrorCode& error) {
+  error = asio::error::host_not_found;
+  return {};
+}
+
 struct Answer {
   ErrorCode error;
   LookUp::Endpoints found;
@@ -78,7 +83,7 @@ TEST(LookUpTest, NobodyWaitsForOneThatHangs) {
     SlowServer others;
     others.answer();
     LookUp next(loop.io, others.resolver());
-    next.start("robot-2", 443, into(second));
+    next.start("robot-2-next", 443, into(second));
     loop.until([&] { return second.has_value(); });
     EXPECT_FALSE(first);
   }
@@ -116,23 +121,37 @@ TEST(LookUpTest, WhatComesWhileTheNextOneWaitsIsForThat) {
 
 TEST(LookUpTest, WhatComesBetweenTwoIsForTheSecond) {
   Loop loop;
-  SlowServer names, dead;
+  SlowServer names;
   std::optional<Answer> first, second;
   LookUp one(loop.io, names.resolver());
   one.start("robot5", 443, into(first));
   one.stop();
   names.answer();
-  // The thread may need a moment.
-  const auto is_told = [&] {
+  loop.run_for(50ms);  // its thread may need a moment, or more: then once more
+  const auto is_found = [&] {
+    LookUp two(loop.io, fails);
     second.reset();
-    LookUp two(loop.io, dead.resolver());
     two.start("robot5", 443, into(second));
-    loop.run_for(5ms);
-    return second && !second->error;
+    return loop.until([&] { return second.has_value(); }) && !second->error;
   };
-  ASSERT_TRUE(loop.until(is_told));
+  ASSERT_TRUE(loop.until(is_found));
   EXPECT_EQ(second->found, LookUp::Endpoints{kRobot});
-  dead.answer();
+  EXPECT_FALSE(is_found());  // only for one
+}
+
+TEST(LookUpTest, OneThatFailsDoesNotEndAnother) {
+  Loop loop;
+  SlowServer names;
+  std::optional<Answer> first, second;
+  LookUp one(loop.io, fails), two(loop.io, names.resolver());
+  two.start("robot6", 443, into(second));
+  one.start("robot6", 443, into(first));
+  loop.until([&] { return first.has_value(); });
+  loop.run_for(20ms);
+  EXPECT_FALSE(second);
+  names.answer();
+  loop.until([&] { return second.has_value(); });
+  EXPECT_EQ(second->found, LookUp::Endpoints{kRobot});
 }
 
 TEST(LookUpTest, ManyThatHangAreNotFollowedByMore) {
