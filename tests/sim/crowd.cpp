@@ -214,13 +214,8 @@ void Crowd::calm() {
   calm_ = true;
 }
 
-// Long enough for the message to be through before the next. The paths are fast now, but a sender
-// may still know them as they were: it looks for more rate only while it has something to send.
 Duration Crowd::pause_after(int writer) {
-  std::uint64_t slowest = 500'000;  // bytes per second
-  for (const PairPlan& pair : scenario_.pairs)
-    slowest = std::min(slowest, pair.path.bytes_per_second);
-  return rng_.between(15ms, 25ms) + Duration(1s) * plan_of(writer).bytes_max / slowest;
+  return rng_.between(15ms, 25ms) + scenario_.time_to_send(plan_of(writer).bytes_max);
 }
 
 Duration Crowd::publish_round() {

@@ -241,6 +241,12 @@ Scenario make_scenario(std::uint64_t seed) {
   return scenario;
 }
 
+Duration Scenario::time_to_send(std::uint64_t bytes) const {
+  std::uint64_t slowest = 500'000;  // bytes per second
+  for (const PairPlan& pair : pairs) slowest = std::min(slowest, pair.path.bytes_per_second);
+  return Duration(1s) * bytes / slowest;
+}
+
 std::string Scenario::text() const {
   static constexpr const char* kNames[kShapes] = {"pair",        "star",      "shared star",
                                                   "two bridges", "one graph", "hostile"};

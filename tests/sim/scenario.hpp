@@ -76,6 +76,10 @@ struct Scenario {
   Ending ending = Ending::kStop;
 
   [[nodiscard]] std::string text() const;
+  // Long enough for the bytes to be through before what comes next. When all is quiet the paths are
+  // fast, but a sender may still know them as they were: it looks for more rate only while it has
+  // something to send.
+  [[nodiscard]] Duration time_to_send(std::uint64_t bytes) const;
 };
 
 Scenario make_scenario(std::uint64_t seed);

@@ -199,13 +199,16 @@ void ServiceCrowd::calm() {
 }
 
 Duration ServiceCrowd::call_round() {
-  Duration at{};
+  Duration at{}, longest{};
   for (const int caller : callers_) {
     if (!services_.is_ready(caller)) continue;
     schedule_.after(at, [this, caller] { call(caller); });
-    at += rng_.between(1ms, 10ms) + 1us * plan_of_caller(caller).bytes_max;
+    const Duration one_way =
+        scenario_.time_to_send(static_cast<std::uint64_t>(plan_of_caller(caller).bytes_max));
+    at += rng_.between(1ms, 10ms) + one_way;
+    longest = std::max(longest, one_way);
   }
-  return at;
+  return at + longest;  // the answer of the last one
 }
 
 void ServiceCrowd::shuffle() {
