@@ -56,7 +56,10 @@ CredentialFile::CredentialFile(CredentialOptions options)
 
 std::optional<Credential> CredentialFile::changed() {
   if (!watch_.settled_change()) return std::nullopt;
-  return client_credential(options_);
+  Credential credential = client_credential(options_);
+  if (!credential.problems.empty() && !watch_.failed(credential.problems.front()))
+    return std::nullopt;
+  return credential;
 }
 
 }  // namespace connect_bridge

@@ -31,4 +31,16 @@ bool FileWatch::settled_change() {
   return true;
 }
 
+void FileWatch::read_now() {
+  known_ = look();
+  changing_.reset();
+}
+
+bool FileWatch::failed(const std::string& why) {
+  std::pair failure{std::exchange(known_, {}), why};
+  if (failure == failure_) return false;
+  failure_ = std::move(failure);
+  return true;
+}
+
 }  // namespace connect_bridge

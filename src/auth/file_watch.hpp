@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace connect_bridge {
 
@@ -18,6 +19,11 @@ class FileWatch {
   // Whether the file has changed, appeared or disappeared, and has not changed again since the last
   // call, so that its writer is done. True once for each change.
   [[nodiscard]] bool settled_change();
+  // The caller reads the file now, whatever settled_change() has said.
+  void read_now();
+  // The file could not be used, which may pass (too many open files): settled_change() reports it
+  // again, if there is one. Whether `why` is news for the file as it is.
+  [[nodiscard]] bool failed(const std::string& why);
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
@@ -28,6 +34,7 @@ class FileWatch {
   std::string file_;
   Stamps known_;
   std::optional<Stamps> changing_;
+  std::pair<Stamps, std::string> failure_;  // the last one, and of which file
 };
 
 }  // namespace connect_bridge

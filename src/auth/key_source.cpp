@@ -34,10 +34,12 @@ std::string KeyFile::name() const {
 
 std::optional<std::vector<JwtKey>> KeyFile::changed(std::vector<std::string>& problems) {
   if (!std::exchange(first_, false) && !watch_.settled_change()) return std::nullopt;
-  const std::size_t before = problems.size();
-  auto keys = read_key_file(watch_.file(), problems);
-  if (problems.size() != before) return std::nullopt;
-  return keys;
+  std::vector<std::string> found;
+  auto keys = read_key_file(watch_.file(), found);
+  if (found.empty()) return keys;
+  if (watch_.failed(found.front()))
+    problems.insert(problems.end(), found.begin(), found.end());
+  return std::nullopt;
 }
 
 KeyAddress::KeyAddress(HttpAddress address, HttpFetch fetch, std::chrono::milliseconds period_min)

@@ -40,13 +40,16 @@ TokenTable::Found TokenLogin::find(const Digest& token, Stamp now) const {
 }
 
 Refreshed TokenLogin::refresh(Stamp now) {
-  return file_ && file_->settled_change() ? read_again(now) : Refreshed{};
+  if (!file_ || !file_->settled_change()) return {};
+  Refreshed refreshed = read_again(now);
+  if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) return {};
+  return refreshed;
 }
 
 Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
-  file_.emplace(std::string{file_->file()});  // what is read now does not count as a change later
+  file_->read_now();
   TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.news);
   if (!refreshed.problems.empty()) return refreshed;
   refreshed.changes = table_.changes_to(next);

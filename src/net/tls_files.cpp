@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstdlib>
+#include <utility>
 
 namespace connect_bridge {
 namespace {
@@ -66,10 +67,12 @@ std::optional<TlsFiles::News> TlsFiles::check() {
   Stamp now = stamp();
   const bool still = now == found_;
   found_ = std::move(now);
-  if (!still || found_ == read_) return std::nullopt;
+  const bool again = found_ == read_;
+  if (!still || (again && problem_.empty())) return std::nullopt;
   read_ = found_;
   std::string problem;
   TlsContext made = make_(problem);
+  if (problem == std::exchange(problem_, problem) && again) return std::nullopt;
   if (!made)
     return News{false, "TLS: files have changed but cannot be used, the former ones stay in use: " +
                            problem};

@@ -34,7 +34,7 @@ class TlsFiles {
 
   // Looks at the files, which costs a system call for each; call it once a second. What has changed
   // is read at the second look that finds it so: certificate and key are written one after the
-  // other.
+  // other. What cannot be used is told once and tried at each look: the reason may pass.
   std::optional<News> check();
 
  private:
@@ -49,6 +49,7 @@ class TlsFiles {
   TlsContext context_;
   Stamp read_;   // of the files that were tried last
   Stamp found_;  // of the last check
+  std::string problem_;  // why what has changed cannot be used; empty: it is used
 };
 
 }  // namespace connect_bridge

@@ -87,7 +87,7 @@ void LiveParameters::refuse(const std::string& why) {
 void LiveParameters::check_files() {
   bool changed = false;
   for (auto& file : files_) changed = file.settled_change() || changed;
-  if (changed) reload();
+  if (changed) reload(true);
 }
 
 // Before the pairing has written its file, what it will write counts.
@@ -98,13 +98,17 @@ ParameterMap LiveParameters::read_again(std::string& problem) const {
   return filled(given.parameters, stored ? folder_->parameters(problem) : added_);
 }
 
-void LiveParameters::reload() {
+void LiveParameters::reload(bool changed) {
   if (files_.empty())
     return node_.log(LogLevel::kWarn,
                      "no parameter file was given: there is nothing to read again");
   std::string unread;
   const ParameterMap again = read_again(unread);
-  if (!unread.empty()) return refuse(unread);
+  if (!unread.empty()) {
+    bool news = !changed;
+    for (auto& file : files_) news = file.failed(unread) || news;
+    return news ? refuse(unread) : void();
+  }
   FileChanges found = file_changes(config_, again);
   if (found.problems.empty()) {
     Surroundings around = surroundings();

@@ -36,10 +36,12 @@ class LiveParameters {
   void check_files();
   // Reads them in any case. Rules change as a whole or not at all; the log says which rules
   // changed, what is wrong, and what else has changed and needs a restart.
-  void reload();
+  void reload() { reload(false); }
 
  private:
   [[nodiscard]] ros::ParameterServerOptions server_options();
+  // `changed`: only because the files have changed. What is wrong is told once then.
+  void reload(bool changed);
   ros::SetResult set(const std::vector<Parameter>& parameters);
   void answer();
   void refuse(const std::string& why);

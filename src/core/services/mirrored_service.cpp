@@ -40,8 +40,13 @@ bool MirroredService::update(const Now& now) {
     destroy_mirror();
     return false;
   }
-  choose_feeder();
-  take_over();
+  if (const LinkId goals = link_of_goals()) {
+    follow(goals);
+  } else {
+    choose_feeder();
+    take_over();
+  }
+  if (!feeding()) return true;
   Feed& feed = *feeding();
   if (!may_exist(feed)) {
     close();
@@ -89,6 +94,30 @@ void MirroredService::choose_feeder() {
   } else if (!feed) {
     feeder_ = feeds_.begin()->first;
   }
+}
+
+LinkId MirroredService::link_of_goals() const {
+  if (action_.empty() || !goals_of_.empty()) return {};
+  const std::string goals = name_of_part(action_, ActionPart::kSendGoal);
+  LinkId link;
+  for (auto it = mirroring_.services.lower_bound({goals, ""});
+       it != mirroring_.services.end() && it->first.first == goals; ++it) {
+    const MirroredService& service = *it->second;
+    const auto feed = service.feeds_.find(service.feeder_);
+    if (feed == service.feeds_.end() || feed->second.is_unfit()) continue;
+    if (!link || service.mirror_) link = service.feeder_;
+  }
+  return link;
+}
+
+bool MirroredService::take_goals_move() {
+  return !goals_of_.empty() && std::exchange(told_feeder_, feeder_) != feeder_;
+}
+
+void MirroredService::follow(LinkId link) {
+  if (feeder_ == link) return;
+  close();
+  feeder_ = feeds_.contains(link) ? link : LinkId{};
 }
 
 // A client that was restarted while its old connection seems alive: nobody answers on that.

@@ -22,6 +22,9 @@ namespace connect_bridge {
 // which conflicting claims can arrive and the local graph is discovered. It stays while its link is
 // lost and not yet dead, so that callers do not notice a short loss.
 //
+// The services of one action are fed by the link that its goals go to, or not at all: where several
+// robots offer an action of one name, a cancel that goes to another robot stops nothing.
+//
 // Owned by the table of mirrored services.
 class MirroredService {
  public:
@@ -62,14 +65,22 @@ class MirroredService {
   [[nodiscard]] bool gives_results() const { return gives_results_; }
   // The action (local name) whose goals arrive here; empty if this is not such a service.
   [[nodiscard]] const std::string& goals_of() const { return goals_of_; }
+  // Whether the link that goals go to is another one than at the last call; false for any other
+  // service.
+  [[nodiscard]] bool take_goals_move();
 
   void add_status(const Link& link, LinkStatus& status) const;
 
  private:
   [[nodiscard]] Feed* feeding();
   [[nodiscard]] std::optional<Decision> permission(const Feed& feed) const;
+  // The link that the goals of its action go to; none: it is not such a service, or no link has
+  // them.
+  [[nodiscard]] LinkId link_of_goals() const;
   void choose_feeder();
   void take_over();
+  // Nothing but this link feeds it.
+  void follow(LinkId link);
   [[nodiscard]] bool may_exist(const Feed& feed);
   // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
   [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
@@ -94,6 +105,7 @@ class MirroredService {
   std::string goals_of_;
   std::map<LinkId, Feed> feeds_;
   LinkId feeder_;  // the link that is attached
+  LinkId told_feeder_;
   ServiceMirrorId mirror_;
   std::string type_hash_;        // of the mirror
   bool any_definition_ = false;  // the rules allowed that when it was made

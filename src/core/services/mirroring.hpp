@@ -46,7 +46,10 @@ struct Mirroring : SideView {
 
   ~Mirroring();
   // Updates the service (MirroredService::update); one that nobody offers any longer is destroyed.
+  // With the link that an action's goals go to, its other services change.
   void update(MirroredService& service, const Now& now);
+  // Updates the services of an action (local name).
+  void update_action(const std::string& action, const Now& now);
   void update_all(const Now& now);
   // Updates those whose mirror is due.
   void update_due(const Now& now);

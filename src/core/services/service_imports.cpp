@@ -61,15 +61,7 @@ void ServiceImports::on_claims(const Now& now) {
 }
 
 void ServiceImports::on_action_topics(const std::set<std::string>& actions, const Now& now) {
-  for (const std::string& action : actions) {
-    for (const ActionPart part : kActionParts) {
-      if (kind_of(part) != InterfaceKind::kService) continue;
-      const std::string name = name_of_part(action, part);
-      auto it = mirroring_.services.lower_bound({name, ""});
-      while (it != mirroring_.services.end() && it->first.first == name)
-        mirroring_.update(*(it++)->second, now);
-    }
-  }
+  for (const std::string& action : actions) mirroring_.update_action(action, now);
 }
 
 void ServiceImports::on_policy(const Now& now) {

@@ -11,6 +11,7 @@
 #include "auth/credential.hpp"
 #include "auth/secret.hpp"
 #include "core/base/hex.hpp"
+#include "unit/no_descriptors.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -99,6 +100,23 @@ Refreshed looks(Authenticator& method) {
   EXPECT_THAT(first.changes, IsEmpty());
   EXPECT_THAT(first.problems, IsEmpty());
   return method.refresh(kEarly);
+}
+
+// A token that was withdrawn must not stay valid until the file changes once more.
+TEST(Authenticator, AFileThatCannotBeReadForAWhileIsReadAfterwards) {
+  AuthOptions options;
+  options.token_file = write_file("passing.yaml", token_entry("anna"));
+  const AuthSetup setup = make_authenticator(options, kEarly);
+  Authenticator& method = *setup.authenticator;
+  write_file("passing.yaml", "another-token-0123456789");
+  {
+    const test::NoDescriptors none;
+    EXPECT_THAT(looks(method).problems, ElementsAre(HasSubstr("Too many open files")));
+    EXPECT_THAT(looks(method).problems, IsEmpty());  // said once
+    EXPECT_TRUE(check(method, kToken, "1.1.1.1:1").identity.has_value());
+  }
+  EXPECT_EQ(looks(method).changes.size(), 1U);
+  EXPECT_FALSE(check(method, kToken, "1.1.1.1:1").identity.has_value());
 }
 
 TEST(Authenticator, FollowsItsFileWholeOrNotAtAll) {

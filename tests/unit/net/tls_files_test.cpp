@@ -8,6 +8,7 @@
 #include "net/tls_files.hpp"
 #include "unit/net/certificates.hpp"
 #include "unit/net/raw_tls.hpp"
+#include "unit/no_descriptors.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge::test {
@@ -127,6 +128,20 @@ TEST_F(TlsFilesTest, WrongFilesChangeNothingAndAreToldOnce) {
   EXPECT_EQ(pair.server.logs.size(), 3U);
   copy(second.certificate, files.certificate);
   copy(second.key, files.key);
+  look();
+  EXPECT_THAT(shown(), HasSubstr("second"));
+}
+
+TEST_F(TlsFilesTest, FilesThatCannotBeReadForAWhileAreReadAfterwards) {
+  copy(second.certificate, files.certificate);
+  copy(second.key, files.key);
+  {
+    const NoDescriptors none;
+    look();
+    look();
+  }
+  EXPECT_THAT(shown(), HasSubstr("first"));
+  EXPECT_THAT(pair.server.logs, ElementsAre(HasSubstr("Too many open files")));
   look();
   EXPECT_THAT(shown(), HasSubstr("second"));
 }
