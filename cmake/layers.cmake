@@ -55,7 +55,7 @@ connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Thread
 
 if(CONNECT_ROS)
   include(ros)
-  connect_layer(ros connect_core connect_ros_packages Threads::Threads ${CMAKE_DL_LIBS})
+  connect_layer(ros connect_core connect_ros_packages Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
   connect_available(below connect_ros connect_net connect_auth connect_config connect_core)
   connect_layer(run ${below} connect_boost Threads::Threads)
   connect_available(below connect_run ${below})

@@ -11,6 +11,7 @@
 #include "config/document.hpp"
 #include "run/check.hpp"
 #include "run/exit_codes.hpp"
+#include "version.hpp"
 
 namespace {
 
@@ -47,8 +48,16 @@ CLI::App* add_token(CLI::App& app, TokenRequest& request) {
       ->excludes(expires);
   token->add_option("--comment", request.comment, "For people");
   token->add_option("--file", request.file,
-                    "The server's token file, which gets the entry; a running server reads it");
+                    "The server's token file, which gets the entry; a running server reads it "
+                    "within two seconds");
   return token;
+}
+
+// CLI11 says only that a subcommand is required, whatever stands in its place.
+std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
+  const auto unknown = app.remaining();
+  if (unknown.empty() || !app.get_subcommands().empty()) return wrong.what();
+  return "\"" + unknown.front() + "\" is unknown: a subcommand is required";
 }
 
 }  // namespace
@@ -56,8 +65,10 @@ CLI::App* add_token(CLI::App& app, TokenRequest& request) {
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
+  app.set_version_flag("--version", std::string("connect_bridge ") + connect_bridge::kVersion,
+                       "Print the version");
   app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
-    return wrong.what() + std::string("\n\n") + failed->help();
+    return complaint_of(*failed, wrong) + "\n\n" + failed->help();
   });
 
   std::string file, role;

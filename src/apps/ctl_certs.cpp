@@ -58,6 +58,10 @@ int run_certs(const CertificateOrder& order) {
   for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
   if (!made.pin.empty()) std::printf("The pin of the server's key: %s\n", made.pin.c_str());
   print_lines(order);
+  std::printf(
+      "Keep %s/ca.key elsewhere, not on the robot: who has it can make servers and clients that "
+      "are trusted. It is needed here to sign others.\n",
+      order.folder.c_str());
   return 0;
 }
 

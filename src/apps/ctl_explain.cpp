@@ -9,7 +9,10 @@ CLI::App* add_explain_command(CLI::App& app, ExplainRequest& request) {
   explain->add_option("--role", request.role, "For a node with a name of its own: server or client")
       ->check(CLI::IsMember({"server", "client"}));
   explain->add_option("--identity", request.identity, "As whom the peer logs in");
-  explain->add_option("--group", request.groups, "A group of the peer; several times");
+  explain->add_option(
+      "--group", request.groups,
+      "A group of the peer; several times. Without it: the groups of --identity in the file that "
+      "auth.token_file names");
   auto* names = explain->add_option_group("name", "What is asked for, by its name on the wire");
   names->add_option("--topic", request.topic, "A topic");
   names->add_option("--service", request.service, "A service");

@@ -24,9 +24,11 @@ FileWatch::Stamps FileWatch::look() const {
 
 bool FileWatch::settled_change() {
   const Stamps seen = look();
-  const auto before = std::exchange(changing_, seen == known_ ? std::nullopt : std::optional{seen});
+  const bool is_new = seen != known_ || (unusable_ && seen != Stamps{});
+  const auto before = std::exchange(changing_, is_new ? std::optional{seen} : std::nullopt);
   if (!before || before != changing_) return false;
   known_ = seen;
+  unusable_ = false;
   changing_.reset();
   return true;
 }
@@ -37,7 +39,8 @@ void FileWatch::read_now() {
 }
 
 bool FileWatch::failed(const std::string& why) {
-  std::pair failure{std::exchange(known_, {}), why};
+  unusable_ = true;
+  std::pair failure{known_, why};
   if (failure == failure_) return false;
   failure_ = std::move(failure);
   return true;

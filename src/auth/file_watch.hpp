@@ -34,6 +34,7 @@ class FileWatch {
   std::string file_;
   Stamps known_;
   std::optional<Stamps> changing_;
+  bool unusable_ = false;
   std::pair<Stamps, std::string> failure_;  // the last one, and of which file
 };
 

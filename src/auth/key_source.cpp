@@ -37,8 +37,7 @@ std::optional<std::vector<JwtKey>> KeyFile::changed(std::vector<std::string>& pr
   std::vector<std::string> found;
   auto keys = read_key_file(watch_.file(), found);
   if (found.empty()) return keys;
-  if (watch_.failed(found.front()))
-    problems.insert(problems.end(), found.begin(), found.end());
+  if (watch_.failed(found.front())) problems.insert(problems.end(), found.begin(), found.end());
   return std::nullopt;
 }
 

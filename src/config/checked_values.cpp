@@ -74,8 +74,11 @@ bool wrong_texts(const std::string& key, const KeySpec& spec, const ParameterVal
 Problem unknown_key(const std::string& key, const ParameterValue& value, Role role) {
   const std::string nearest = nearest_key(key, role);
   std::string expected = "a known parameter";
-  if (!nearest.empty()) {
-    expected += fmt::format("; did you mean {}?", nearest);
+  if (const KeySpec* spec = nearest.empty() ? nullptr : find_key(nearest)) {
+    const char* const owner = role == Role::kServer ? "client" : "server";
+    expected += fmt::format(
+        "; did you mean {}?{}", nearest,
+        is_used_by(*spec, role) ? "" : fmt::format(" That is a parameter of the {}", owner));
   } else {
     expected += "; docs/config.md lists them";
   }

@@ -64,8 +64,8 @@ constexpr char kServerHelp[] =
 
 The server of ROS2 Connect: joins this ROS 2 graph with the graphs of the clients that dial it, over
 one WebSocket each. Rules say what may cross; without rules nothing does.
-With --pair it makes itself a certificate and a login and prints the line with which a client is
-started on another machine, once; HOST is what clients dial. Later both start without arguments.
+With --pair it makes itself a certificate and a login and prints an invitation, with which a client
+is started on another machine, once; HOST is what clients dial. Later both start without arguments.
 A paired client may receive all topics, with --operate it may also publish and call everything.
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
@@ -85,7 +85,8 @@ constexpr char kClientHelp[] =
 
 The client of ROS2 Connect: dials a server over one WebSocket and joins this ROS 2 graph with that
 of the server, as far as the rules of both sides allow. It dials again whenever the link is lost.
-The line that 'server --pair' prints tells it all that it needs; later it starts without arguments.
+The invitation that 'server --pair' prints, in quotation marks, contains all that it needs; later it
+starts without arguments.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}
@@ -98,6 +99,7 @@ A file that takes and gives all that the server's rules allow:
 constexpr char kMoreHelp[] = R"(
 `ctl check FILE` says in words what a parameter file means, `ctl config-doc` prints all parameters.
 Other ROS arguments work as in every node: -r __node:=NAME, -r __ns:=/NAMESPACE, --log-level LEVEL.
+--version prints the version.
 Manual: docs/config.md, docs/security.md and README.md of the project.
 )";
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/key_search.hpp"
+#include "config/rule_reader.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -287,10 +288,15 @@ class Explainer {
   void tell_peer() {
     const bool out = direction_ == Direction::kExport;
     const Key other = key_of(question_.what, out ? Direction::kImport : Direction::kExport);
-    const bool peer_is_client = config_.role == Role::kServer;
-    const bool by_default = peer_is_client && (out || question_.what == OpenedBy::kTopics);
-    line(fmt::format("the peer's rules must have it in {}{}", other.text,
-                     by_default ? "; those of a client without rules do" : ""));
+    std::string by_default;
+    if (config_.role == Role::kServer) {
+      const Direction theirs = out ? Direction::kImport : Direction::kExport;
+      const bool has =
+          Policy({default_rule()}).decide(theirs, example_.what(), Identity{}).has_value();
+      by_default =
+          has ? "; those of a client without rules do" : "; those of a client without rules do not";
+    }
+    line(fmt::format("the peer's rules must have it in {}{}", other.text, by_default));
   }
 
   const std::vector<Rule>& rules_;

@@ -88,13 +88,17 @@ std::string nearest_key(std::string_view key, Role role) {
   }
   std::string best;
   std::size_t best_distance = std::max<std::size_t>(2, asked.size() / 4) + 1;
-  for (const std::string& candidate : candidates(role, rule_of(asked))) {
-    // A part of a key ("listen", "port") means the first key that contains it.
-    const bool part = candidate.starts_with(asked + ".") || candidate.ends_with("." + asked);
-    const std::size_t found = std::min(edit_distance(asked, candidate), part ? 1 : best_distance);
-    if (found < best_distance) {
-      best_distance = found;
-      best = candidate;
+  const Role other = role == Role::kServer ? Role::kClient : Role::kServer;
+  // Those of the other role come second, so that they win only if they are nearer.
+  for (const Role of : {role, other}) {
+    for (const std::string& candidate : candidates(of, rule_of(asked))) {
+      // A part of a key ("listen", "port") means the first key that contains it.
+      const bool part = candidate.starts_with(asked + ".") || candidate.ends_with("." + asked);
+      const std::size_t found = std::min(edit_distance(asked, candidate), part ? 1 : best_distance);
+      if (found < best_distance) {
+        best_distance = found;
+        best = candidate;
+      }
     }
   }
   return best;

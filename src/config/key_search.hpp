@@ -23,7 +23,8 @@ namespace connect_bridge {
 // "rule.drive.priority" -> "drive"; empty for other keys.
 [[nodiscard]] std::string_view rule_of(std::string_view key);
 
-// The known key that is most similar to this one, or empty. A rule's name is kept.
+// The known key that is most similar to this one, or empty. A rule's name is kept. It may be one of
+// the other role: a misspelt `url` is why a client's file is taken for a server's.
 [[nodiscard]] std::string nearest_key(std::string_view key, Role role);
 
 // Number of characters to insert, delete or replace (Levenshtein).

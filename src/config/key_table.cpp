@@ -191,9 +191,11 @@ void add_operation(Rows& rows) {
        .help =
            "File in which this side keeps its status as JSON, once a second: links, "
            "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
-           "drops by reason; when that was (time), and after an orderly end that it does not run "
+           "drops by reason; its version and since when it runs (version, started), until when its "
+           "certificate is valid (certificate_valid_until), per link for how long it is open "
+           "(open_seconds); when that was (time), and after an orderly end that it does not run "
            "any more (running). All else waits while it is written: take a folder in memory, "
-           "as /run/connect_bridge of the unit below."},
+           "below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,

@@ -38,7 +38,7 @@ void add_link_limits(Rows& rows) {
   add({.key = "latched_depth",
        .range = NumberRange{1, 100000},
        .unit = "messages",
-       .help = "The same for transient-local topics."},
+       .help = "The same for transient-local topics (see \"Latched topics\")."},
       [](Config& c) { return &c.limits.latched_depth; });
 }
 

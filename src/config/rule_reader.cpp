@@ -19,24 +19,6 @@ bool matches(const std::vector<Pattern>& patterns, std::string_view name) {
                      [&](const Pattern& pattern) { return pattern.matches(name); });
 }
 
-// For a client without rules. Everything that the server allows exists here. The server may receive
-// the topics of this side that its rules import. It may never call services here: a client does not
-// trust a server that far.
-Rule default_rule() {
-  Rule rule;
-  rule.name = "default";
-  rule.export_topics = syntax::parse_patterns({"/**"});
-  rule.import_topics = syntax::parse_patterns({"/**"});
-  rule.import_services = syntax::parse_patterns({"/**"});
-  rule.import_actions = syntax::parse_patterns({"/**"});
-  rule.import_parameters = syntax::parse_patterns({"/**"});
-  // Every node publishes it; merged with the local one, the sender of a message could not be
-  // identified.
-  rule.deny = syntax::parse_patterns({"/rosout"});
-  rule.treatment.compression.automatic = true;  // as every rule has it
-  return rule;
-}
-
 // With `clock: publish` the core makes /clock from the link's clock offset. The peer's own /clock
 // in addition would be a second, late time; and the /clock that we publish must not be exported
 // back.
@@ -110,6 +92,21 @@ void check_listed(const CheckedValues& values, const std::vector<std::string>& n
 }
 
 }  // namespace
+
+Rule default_rule() {
+  Rule rule;
+  rule.name = "default";
+  rule.export_topics = syntax::parse_patterns({"/**"});
+  rule.import_topics = syntax::parse_patterns({"/**"});
+  rule.import_services = syntax::parse_patterns({"/**"});
+  rule.import_actions = syntax::parse_patterns({"/**"});
+  rule.import_parameters = syntax::parse_patterns({"/**"});
+  // Every node publishes it; merged with the local one, the sender of a message could not be
+  // identified.
+  rule.deny = syntax::parse_patterns({"/rosout"});
+  rule.treatment.compression.automatic = true;  // as every rule has it
+  return rule;
+}
 
 RuleSet read_rules(const CheckedValues& values, Role role, Moment moment,
                    std::vector<Problem>& problems, std::vector<std::string>& warnings) {

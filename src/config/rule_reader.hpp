@@ -24,4 +24,9 @@ struct RuleSet {
                                  std::vector<Problem>& problems,
                                  std::vector<std::string>& warnings);
 
+// That of a client without rules. Everything that the server allows exists there. The server may
+// receive the topics of the client's side that its rules import. It may never call services there:
+// a client does not trust a server that far.
+[[nodiscard]] Rule default_rule();
+
 }  // namespace connect_bridge

@@ -92,7 +92,8 @@ void add_rule_treatment(Rows& rows) {
   add({.key = "max_age",
        .range = NumberRange{0.001, 86400},
        .unit = "s",
-       .help = "Older messages are dropped rather than delivered late; unset: never."},
+       .help = "Older messages are dropped rather than delivered late, also those of "
+               "transient-local topics; unset: never."},
       [](Rule& r) { return &r.treatment.max_age; });
   add({.key = "queue_bytes_max",
        .range = NumberRange{1024, kGiB},

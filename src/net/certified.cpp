@@ -70,17 +70,26 @@ Certified certified_by(SSL* tls) {
   return {Identity{*name, *groups, certified_until(tls)}, {}};
 }
 
+std::string name_in(X509* certificate) {
+  const auto names = entries(X509_get_subject_name(certificate), NID_commonName);
+  const bool named = names && !names->empty();
+  return (named ? names->front() : alternative_name(certificate)).value_or("");
+}
+
+Stamp end_of(const X509* certificate) {
+  std::tm time{};
+  ASN1_TIME_to_tm(X509_get0_notAfter(certificate), &time);
+  const std::time_t seconds = ::timegm(&time);
+  // The year 9999 means "never" (RFC 5280 section 4.1.2.5), and is beyond what a stamp can say.
+  return seconds > kEndMax ? 0 : static_cast<Stamp>(seconds) * kStampSecond;
+}
+
 Stamp certified_until(const SSL* tls) {
   const STACK_OF(X509)* const chain = tls == nullptr ? nullptr : SSL_get0_verified_chain(tls);
   Stamp first = 0;
   for (int i = 0; i < sk_X509_num(chain); ++i) {  // -1 without a chain
-    std::tm time{};
-    ASN1_TIME_to_tm(X509_get0_notAfter(sk_X509_value(chain, i)), &time);
-    const std::time_t seconds = ::timegm(&time);
-    // The year 9999 means "never" (RFC 5280 section 4.1.2.5), and is beyond what a stamp can say.
-    if (seconds > kEndMax) continue;
-    const Stamp end = static_cast<Stamp>(seconds) * kStampSecond;
-    first = first == 0 ? end : std::min(first, end);
+    const Stamp end = end_of(sk_X509_value(chain, i));
+    if (end != 0) first = first == 0 ? end : std::min(first, end);
   }
   return first;
 }

@@ -25,6 +25,12 @@ struct Certified {
 // null.
 [[nodiscard]] Certified certified_by(SSL* tls);
 
+// The subject's common name, without one the first of the alternative names; empty: neither.
+[[nodiscard]] std::string name_in(X509* certificate);
+
+// When it ends; 0: never.
+[[nodiscard]] Stamp end_of(const X509* certificate);
+
 // When the first of the certificates ends by which the peer was verified; 0: never, or it has shown
 // none. `tls` may be null.
 [[nodiscard]] Stamp certified_until(const SSL* tls);

@@ -139,7 +139,7 @@ void Dialing::fail(const std::string& problem) {
   if (!done_) return;
   if (socket_) socket_->next_layer().abort();
   const std::string by = options_.proxy ? " by the proxy " + proxy_text(*options_.proxy) : "";
-  finish(nullptr, "cannot connect to " + options_.url.text() + by + ": " + problem);
+  finish(nullptr, options_.url.text() + by + ": " + problem);
 }
 
 void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {

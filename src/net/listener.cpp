@@ -4,6 +4,8 @@
 
 #include <boost/asio/ip/v6_only.hpp>
 
+#include "core/wire/control.hpp"
+#include "core/wire/text.hpp"
 #include "net/endpoint_text.hpp"
 #include "net/site.hpp"
 #include "net/socket_tuning.hpp"
@@ -241,12 +243,19 @@ void Listener::begin_handshakes() {
   });
 }
 
-void Listener::drop(TcpSocket& socket, const std::string& why) {
-  ++counts_.refused;
+void Listener::drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why) {
   ErrorCode ignored;
   socket.set_option(TcpSocket::linger(true, 0), ignored);
   socket.close(ignored);
-  log(LogLevel::kDebug, why);
+  note_refused(from, why);
+}
+
+// What the stranger has sent may be a part of it, and be any bytes. Further lines are for itself.
+void Listener::note_refused(const ConnectionOpened& from, const std::string& why) {
+  ++counts_.refused;
+  const std::string text = to_text(why.substr(0, why.find('\n')), kReasonBytesMax);
+  log(LogLevel::kDebug, from.peer + ": " + text);
+  refusals_.add(from.peer, text);
 }
 
 void Listener::admit(TcpSocket socket) {
@@ -258,12 +267,12 @@ void Listener::admit(TcpSocket socket) {
   ConnectionOpened& from = visitor->from;
   from.peer = endpoint_text(address, remote.port());
   const bool proxy = contain(options_->proxies, address);
-  if (proxies_only_ && !proxy) return drop(socket, from.peer + ": dropped, it is no trusted proxy");
+  if (proxies_only_ && !proxy) return drop(socket, from, "dropped, it is no trusted proxy");
   set_address(from, address);
   if (proxy) from.share = kProxyShare;
   // Whom a proxy brings is limited when that is known, if it is before TLS.
   if (options_->tls && !proxy && !take_handshake(from))
-    return drop(socket, from.peer + ": dropped, too many handshakes");
+    return drop(socket, from, "dropped, too many handshakes");
   visitor->slot =
       proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);
   tune_socket(socket.native_handle(), sockets_);
@@ -323,10 +332,7 @@ void Listener::on_done(const std::shared_ptr<Acceptance>& acceptance, Visitor& v
   leave_line(acceptance);
   const auto slot = std::move(visitor.slot);
   if (!accepted.notice.empty()) log_notice(visitor, accepted.notice);
-  if (!accepted.socket) {
-    ++counts_.refused;
-    return log(LogLevel::kDebug, visitor.from.peer + ": " + accepted.problem);
-  }
+  if (!accepted.socket) return note_refused(visitor.from, accepted.problem);
   if (!events_.arrived) return;
   events_.arrived(
       {std::move(accepted.socket), std::move(visitor.from), slot, std::move(accepted.slot)});

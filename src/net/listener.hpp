@@ -18,6 +18,7 @@
 #include "net/admission.hpp"
 #include "net/door_counts.hpp"
 #include "net/options.hpp"
+#include "net/refusals.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {
@@ -44,6 +45,11 @@ class Listener : public std::enable_shared_from_this<Listener> {
 
   // Reads certificates that have changed: for handshakes that begin from now on. Once a second.
   void check_files();
+  [[nodiscard]] TlsFiles* tls_files() { return tls_ ? &*tls_ : nullptr; }  // null: no TLS
+  // Once a second.
+  void tell_refusals(TimePoint now) {
+    if (const auto line = refusals_.take_line(now)) log(LogLevel::kInfo, *line);
+  }
 
   // Of the first address.
   [[nodiscard]] std::uint16_t port() const;
@@ -84,7 +90,8 @@ class Listener : public std::enable_shared_from_this<Listener> {
   // Those whose turn it is begin.
   void begin_handshakes();
   void start(TcpSocket socket, std::shared_ptr<Visitor> visitor, bool from_proxy);
-  void drop(TcpSocket& socket, const std::string& why);
+  void drop(TcpSocket& socket, const ConnectionOpened& from, const std::string& why);
+  void note_refused(const ConnectionOpened& from, const std::string& why);
   void leave_line(const std::shared_ptr<Acceptance>& acceptance) {
     line_.erase_if([&](const auto& waiting) { return waiting == acceptance; });
   }
@@ -118,6 +125,7 @@ class Listener : public std::enable_shared_from_this<Listener> {
   LogLimit dropped_, waited_, gave_way_, gave_way_of_address_;
   Pace notices_{1, std::chrono::minutes{10}};
   LogLimit no_room_;  // of accepts that failed
+  Refusals refusals_;
 };
 
 }  // namespace connect_bridge

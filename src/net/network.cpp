@@ -35,6 +35,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   ConnectionId free_id();
   TlsContext client_tls(const DialOptions& options, std::string& problem);
   std::shared_ptr<Socket> find(ConnectionId id) const;
+  // Of a listener, of a dialer, or none.
+  std::vector<TlsFiles*> tls_files();
 
   asio::io_context& io;
   NetworkEvents events;
@@ -58,6 +60,13 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
 std::shared_ptr<Socket> Network::State::find(ConnectionId id) const {
   const auto found = connections.find(id);
   return found == connections.end() ? nullptr : found->second;
+}
+
+std::vector<TlsFiles*> Network::State::tls_files() {
+  std::vector<TlsFiles*> all;
+  if (listener && listener->tls_files()) all.push_back(listener->tls_files());
+  if (dial_tls) all.push_back(&*dial_tls);
+  return all;
 }
 
 ConnectionId Network::State::free_id() {
@@ -233,6 +242,21 @@ void Network::check_files() {
     state_->events.log(Log{news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text});
 }
 
+// Whoever has set the clock may have brought the end nearer, so it is compared each time.
+void Network::every_second(const Now& now) {
+  for (TlsFiles* const files : state_->tls_files()) {
+    const auto line = files->certificate().take_line(now);
+    if (line && state_->events.log) state_->events.log(Log{LogLevel::kWarn, *line});
+  }
+  if (state_->listener) state_->listener->tell_refusals(now.steady);
+}
+
+Stamp Network::certificate_end() const {
+  for (TlsFiles* const files : state_->tls_files())
+    if (const Stamp end = files->certificate().end(); end != 0) return end;
+  return 0;
+}
+
 void Network::ready() {
   for (const auto& entry : state_->connections) entry.second->ready();
 }
@@ -255,7 +279,7 @@ void Network::stop() {
   if (state_->listener) state_->listener->close();
   for (const auto& entry : state_->dials) entry.second->cancel("this side stops");
   for (const auto& entry : state_->connections) {
-    entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "this side stops");
+    entry.second->close(static_cast<std::uint16_t>(CloseCode::kGoingAway), "the peer is stopping");
   }
 }
 

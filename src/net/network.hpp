@@ -80,6 +80,12 @@ class Network {
   // all together or not at all, for connections that begin from now on.
   void check_files();
 
+  // Call once a second: the log hears now and then of strangers that were refused, and of a
+  // certificate of ours that has ended or soon will.
+  void every_second(const Now& now);
+  // When the certificate ends that this side shows; 0: never, or it shows none.
+  [[nodiscard]] Stamp certificate_end() const;
+
   // There may be something to send, and what was received has been handled. Call it after each
   // input; it is cheap when there is nothing to do.
   void ready();

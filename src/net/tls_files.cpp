@@ -54,7 +54,13 @@ TlsFiles::Stamp TlsFiles::stamp() const {
 TlsContext TlsFiles::get(std::string& problem) {
   if (context_) return context_;
   read_ = found_ = stamp();  // before reading: a change meanwhile is noticed later
-  return context_ = make_(problem);
+  use(make_(problem));
+  return context_;
+}
+
+void TlsFiles::use(TlsContext context) {
+  context_ = std::move(context);
+  certificate_ = context_ ? end_of_certificate(*context_) : CertificateEnd{};
 }
 
 TlsContext TlsFiles::get_fresh(std::string& problem) {
@@ -76,7 +82,7 @@ std::optional<TlsFiles::News> TlsFiles::check() {
   if (!made)
     return News{false, "TLS: files have changed but cannot be used, the former ones stay in use: " +
                            problem};
-  context_ = std::move(made);
+  use(std::move(made));
   const std::string own = certificate_text(*context_);
   return News{true,
               "TLS: files have changed and were read again" + (own.empty() ? "" : "; " + own)};

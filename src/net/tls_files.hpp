@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "net/certificate_end.hpp"
 #include "net/tls.hpp"
 
 namespace connect_bridge {
@@ -37,18 +38,23 @@ class TlsFiles {
   // other. What cannot be used is told once and tried at each look: the reason may pass.
   std::optional<News> check();
 
+  // The end of our own certificate, as it is in use.
+  [[nodiscard]] CertificateEnd& certificate() { return certificate_; }
+
  private:
   using Make = std::function<TlsContext(std::string& problem)>;
   // The metadata of the files: it changes when one is written or replaced.
   using Stamp = std::vector<std::int64_t>;
 
   [[nodiscard]] Stamp stamp() const;
+  void use(TlsContext context);
 
   std::vector<std::string> files_;
   Make make_;
   TlsContext context_;
-  Stamp read_;   // of the files that were tried last
-  Stamp found_;  // of the last check
+  CertificateEnd certificate_;
+  Stamp read_;           // of the files that were tried last
+  Stamp found_;          // of the last check
   std::string problem_;  // why what has changed cannot be used; empty: it is used
 };
 

@@ -4,13 +4,16 @@
 #include <boost/asio/post.hpp>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <random>
 #include <utility>
 
 #include "core/base/overloaded.hpp"
 #include "net/certified.hpp"
 #include "run/audit_json.hpp"
+#include "run/exit_codes.hpp"
 #include "run/status_json.hpp"
+#include "version.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -169,9 +172,22 @@ void Bridge::open_gate(const OpenGate& gate) {
 
 // A login whose connection is gone takes no other's time.
 void Bridge::on_network(Input&& input) {
-  if (const auto* const closed = std::get_if<ConnectionClosed>(&input))
+  if (const auto* const closed = std::get_if<ConnectionClosed>(&input)) {
     login_desk_.cancel(closed->connection);
+    if (ends_by(*closed)) return;
+  }
   loop_.feed(std::move(input));
+}
+
+// The core would show the same code again, and each time costs a try that the server counts.
+// SIGTERM is the way in which everything ends.
+bool Bridge::ends_by(const ConnectionClosed& closed) {
+  const std::string problem = parts_.joining ? refused_invitation(closed.code) : "";
+  if (problem.empty()) return false;
+  node_.log(LogLevel::kError, problem);
+  exit_code_ = kExitConfiguration;
+  std::raise(SIGTERM);
+  return true;
 }
 
 // The network tells of the end only after a peer that may take its time.
@@ -216,6 +232,7 @@ void Bridge::every_second(double lag_ms) {
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
+  network_.every_second(loop_.now());
   network_.choose_congestion_control();
   const std::string day = today();
   const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
@@ -230,6 +247,11 @@ void Bridge::write_status(double lag_ms, bool running) {
   RunStatus run;
   run.time = rfc3339(std::chrono::system_clock::now());
   run.running = running;
+  run.started = rfc3339(started_);
+  run.version = kVersion;
+  if (const Stamp end = network_.certificate_end(); end != 0)
+    run.certificate_valid_until = rfc3339(std::chrono::system_clock::time_point(
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(end))));
   run.node = node_.full_name();
   run.role = config.role;
   run.loop_lag_ms = lag_ms;

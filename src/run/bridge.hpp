@@ -2,6 +2,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,10 +50,14 @@ class Bridge {
 
   // Opens the listener. Returns what is wrong (the port is in use, ...), empty if nothing.
   [[nodiscard]] std::string open();
-  // Until SIGINT or SIGTERM; returns after an orderly end, at most a second later.
+  // Until SIGINT or SIGTERM, or until the server refuses the invitation that this client was
+  // started with; returns after an orderly end, at most a second later.
   void run();
   // Server: where it listens, once it is open.
   [[nodiscard]] std::uint16_t port() const { return network_.listen_port(); }
+  // After run(): that of the program, kExitConfiguration where the server has refused the
+  // invitation.
+  [[nodiscard]] int exit_code() const { return exit_code_; }
 
  private:
   [[nodiscard]] std::string open_audit_log();
@@ -61,6 +66,8 @@ class Bridge {
   void carry_out(Action&& action);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);
+  // Whether this client ends because of that.
+  [[nodiscard]] bool ends_by(const ConnectionClosed& closed);
   void close_connection(const CloseConnection& end);
   void authenticate(Authenticate&& request);
   void judge_certificate(const Authenticate& request);
@@ -73,6 +80,8 @@ class Bridge {
   boost::asio::io_context io_{1};
   ros::Node& node_;
   BridgeParts parts_;
+  const std::chrono::system_clock::time_point started_ = std::chrono::system_clock::now();
+  int exit_code_ = 0;
   Side side_;
   Loop loop_;
   ros::Gateway gateway_;

@@ -12,6 +12,8 @@
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 #include "run/exit_codes.hpp"
+#include "run/host_check.hpp"
+#include "run/known_groups.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -35,15 +37,33 @@ Given parameters_for(const ros::ParameterFile& file, const std::string& node) {
   return given;
 }
 
-// A file for any node ("/**") is a client's if it has a url.
-std::optional<Role> role_of(const ros::ParameterFile& file, const std::string& asked) {
-  if (asked == "server") return Role::kServer;
-  if (asked == "client") return Role::kClient;
+// The part of a file for one of our nodes.
+struct OfNode {
+  Role role = Role::kServer;
+  std::string node;
+  std::string taken_as;  // a line for people: the role, and why this one
+  ParameterMap parameters;
+  std::vector<std::string> problems;  // empty: the rest is valid
+};
+
+// A file for any node ("/**") is a client's if it has a url. Returns false if nothing shows the
+// role.
+bool find_role(const ros::ParameterFile& file, const std::string& asked, OfNode& of_node) {
   const Given server = parameters_for(file, kServerNode);
   const Given client = parameters_for(file, kClientNode);
-  if (client.found && (!server.found || client.parameters.contains("url"))) return Role::kClient;
-  if (server.found) return Role::kServer;
-  return std::nullopt;
+  const bool has_url = client.parameters.contains("url");
+  if (asked.empty() && !server.found && !client.found) return false;
+  const bool is_client =
+      asked.empty() ? client.found && (!server.found || has_url) : asked == "client";
+  std::string why = has_url ? "it has a `url`" : "it has no `url`";
+  if (!server.found || !client.found)
+    why = is_client ? "it is for connect_client" : "it is for connect_server";
+  of_node.role = is_client ? Role::kClient : Role::kServer;
+  of_node.taken_as = is_client ? "checked as a client's file (" : "checked as a server's file (";
+  of_node.taken_as += !asked.empty() ? "--role " + asked + ")"
+                      : is_client    ? why + "); --role server for a server's"
+                                     : why + "); --role client for a client's";
+  return true;
 }
 
 // Lines. What somebody else's file contains must be no command to the terminal.
@@ -62,30 +82,22 @@ int report(const std::string& file, const std::vector<std::string>& problems) {
   return kExitConfiguration;
 }
 
-// The part of a file for one of our nodes.
-struct OfNode {
-  Role role = Role::kServer;
-  std::string node;
-  ParameterMap parameters;
-  std::vector<std::string> problems;  // empty: the rest is valid
-};
-
 OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   OfNode result;
+  result.problems = ros::problems_of_parameter_file(file);
+  if (!result.problems.empty()) return result;
   const ros::ParameterFile read = ros::read_parameter_file(file);
-  if (!read.problem.empty()) {
+  if (!read.problem.empty()) {  // it has changed in between
     result.problems = {read.problem};
     return result;
   }
-  const auto role = role_of(read, asked_role);
-  if (!role) {
+  if (!find_role(read, asked_role, result)) {
     result.problems = {
         "no parameters for connect_server or connect_client; for a node with another name give "
         "--role server or --role client"};
     return result;
   }
-  result.role = *role;
-  result.node = *role == Role::kServer ? kServerNode : kClientNode;
+  result.node = result.role == Role::kServer ? kServerNode : kClientNode;
   Given given = parameters_for(read, result.node);
   if (!given.found && read.sections.size() == 1) given.parameters = read.sections[0].parameters;
   result.parameters = std::move(given.parameters);
@@ -107,17 +119,19 @@ int check_file(const std::string& file, const std::string& asked_role) {
   const Parsed parsed = parse_config(of_node.parameters, of_node.role, surroundings());
   std::vector<std::string> problems;
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
+  const HostFindings host = check_host(of_node.parameters);
+  problems.insert(problems.end(), host.problems.begin(), host.problems.end());
   Assembly assembly;
-  if (parsed.config) {
-    assembly = assemble(*parsed.config, of_node.node);
-    problems = assembly.problems;
-  }
+  if (parsed.config) assembly = assemble(*parsed.config, of_node.node);
+  problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
+  print(problems.empty() ? stdout : stderr, of_node.taken_as);
   const int code = problems.empty() ? 0 : report(file, problems);
   const Parsed rest = parsed.config ? parsed : parse_as_elsewhere(of_node);
   if (!rest.config) return code;
   if (code != 0) std::puts("The rest of the file means:");
   print(stdout, explain(*rest.config));
-  for (const auto& warning : assembly.warnings) print(stdout, "warning: " + warning);
+  for (const auto& warnings : {assembly.warnings, host.warnings})
+    for (const auto& warning : warnings) print(stdout, "warning: " + warning);
   return code;
 }
 
@@ -136,7 +150,13 @@ int explain_file(const std::string& file, const std::string& asked_role,
     for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
     return report(file, problems);
   }
-  print(stdout, explain_right(*parsed.config, question));
+  RightQuestion asked = question;
+  if (!asked.who.name.empty() && asked.who.groups.empty()) {
+    KnownGroups known = known_groups(*parsed.config, asked.who.name);
+    asked.who.groups = std::move(known.groups);
+    print(stdout, known.text);
+  }
+  print(stdout, explain_right(*parsed.config, asked));
   return 0;
 }
 

@@ -7,11 +7,13 @@
 
 namespace connect_bridge {
 
-// Prints all problems and, if possible, what each rule allows to whom. `role`: "server",
-// "client", or empty: found from the file. Exit code: 0 in order, 2 not.
+// Prints as what it was checked, all problems, also those that only this machine shows, and, if
+// possible, what each rule allows to whom. `role`: "server", "client", or empty: found from the
+// file. Exit code: 0 in order, 2 not.
 int check_file(const std::string& file, const std::string& role);
 
-// `ctl explain`: prints why the file's rules allow an interface or not. Exit code 2: the question
+// `ctl explain`: prints why the file's rules allow an interface or not. An identity without groups
+// gets those that the file's auth.token_file gives it. Exit code 2: the question
 // or the file is wrong, which is printed to standard error.
 int explain_file(const std::string& file, const std::string& asked_role,
                  const RightQuestion& question);

@@ -4,7 +4,7 @@
 namespace connect_bridge {
 
 inline constexpr int kExitRos = 1;            // ROS does not start
-inline constexpr int kExitConfiguration = 2;  // the configuration is wrong
+inline constexpr int kExitConfiguration = 2;  // the configuration, or the invitation, is wrong
 inline constexpr int kExitFailed = 3;         // an error ended what had started
 
 }  // namespace connect_bridge

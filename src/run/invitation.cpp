@@ -59,7 +59,7 @@ Invitation parse_invitation(const std::string& text, std::string& problem) {
       secret.size() != kCodeSize + 1 + kPinSize || !all(secret.substr(0, dot), is_hex) ||
       !all(secret.substr(dot + 1), is_url_safe)) {
     problem =
-        "the invitation is not complete: expected the line that 'server --pair' prints, between "
+        "the invitation is not complete: expected what 'server --pair' prints, between "
         "quotation marks, wss+pair://HOST:PORT/#CODE.PIN";
     return parsed;
   }

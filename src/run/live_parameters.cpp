@@ -115,7 +115,7 @@ void LiveParameters::reload(bool changed) {
     around.readable = {};  // not checked: files of keys that need a restart
     found.problems = apply_change(config_, found.changes, around).problems;
   }
-  if (!found.problems.empty()) return refuse("in the parameter file " + joined(found.problems));
+  if (!found.problems.empty()) return refuse("in the parameter file: " + joined(found.problems));
   if (!found.fixed.empty())
     node_.log(LogLevel::kWarn,
               joined(found.fixed) + ": changed in the parameter file; this needs a restart");

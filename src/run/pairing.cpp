@@ -9,6 +9,7 @@
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
 #include "config/syntax.hpp"
+#include "core/base/close_code.hpp"
 #include "core/base/hex.hpp"
 #include "net/authority.hpp"
 #include "net/own_address.hpp"
@@ -38,7 +39,7 @@ std::string text_of(const ParameterMap& parameters, const char* key) {
 }
 
 std::string news_of(const PairingFolder& folder) {
-  return "going by the pairing in " + folder.parameter_file();
+  return "using the pairing in " + folder.parameter_file();
 }
 
 // ---- server
@@ -220,9 +221,7 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
       pairing_credential(invitation.code, sha256(bytes_of(token)), pairing_name(host_name())),
       {token.begin(), token.end()},
       [folder, paired] { return keep(folder, paired); }};
-  start.news.push_back("pairing with " + invitation.url +
-                       "; if it refuses the login, the code is used up or too old: start the "
-                       "server with --pair again");
+  start.news.push_back("pairing with " + invitation.url);
   if (!former.empty()) start.news.emplace_back("this replaces the former pairing");
 }
 
@@ -251,6 +250,12 @@ Start start_with(const ParameterMap& given, const Arguments& arguments, const st
   }
   if (!problem.empty()) start.problems.push_back(problem);
   return start;
+}
+
+std::string refused_invitation(std::optional<std::uint16_t> close_code) {
+  if (close_code != static_cast<std::uint16_t>(CloseCode::kLoginRefused)) return {};
+  return "the server refused the invitation: its code is wrong, was used already or is too old. "
+         "Start the server with --pair again for another one";
 }
 
 std::string invitation_text(Invitation invitation, std::uint16_t port) {

@@ -2,6 +2,7 @@
 // (docs/security.md, "Pairing").
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -42,6 +43,10 @@ struct Start {
 // have neither address nor login. `node`: full name.
 [[nodiscard]] Start start_with(const ParameterMap& given, const Arguments& arguments,
                                const std::string& node);
+
+// What a client tells that has shown an invitation, and whose connection the server has ended with
+// this code; empty: its login was not refused, it goes on trying.
+[[nodiscard]] std::string refused_invitation(std::optional<std::uint16_t> close_code);
 
 // What the server prints for the person who is to start the client. `port`: where it listens.
 [[nodiscard]] std::string invitation_text(Invitation invitation, std::uint16_t port);

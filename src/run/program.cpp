@@ -3,18 +3,23 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <initializer_list>
 #include <optional>
 #include <string_view>
 
 #include "config/document.hpp"
 #include "config/key_search.hpp"
+#include "ros/node/remaps.hpp"
+#include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "run/assembly.hpp"
 #include "run/exit_codes.hpp"
 #include "run/heap.hpp"
+#include "run/host_check.hpp"
 #include "run/pairing.hpp"
 #include "run/signals.hpp"
 #include "run/slow_start.hpp"
+#include "version.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -56,13 +61,13 @@ std::optional<Config> read_config(const ros::Node& node, Role role, const Parame
 }
 
 // Looks only at arguments that are not for ROS.
-bool asks_for_help(int argc, char** argv) {
+bool has_argument(int argc, char** argv, std::initializer_list<std::string_view> words) {
   bool for_ros = false;
   for (int i = 1; i < argc; ++i) {
     const std::string_view argument(argv[i]);
     if (argument == "--ros-args" || argument == "--") {
       for_ros = argument == "--ros-args";
-    } else if (!for_ros && (argument == "--help" || argument == "-h")) {
+    } else if (!for_ros && std::find(words.begin(), words.end(), argument) != words.end()) {
       return true;
     }
   }
@@ -75,14 +80,17 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!start.problems.empty()) return refuse(start.problems);
   std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
+  const HostFindings host = check_host(start.parameters);
+  problems.insert(problems.end(), host.problems.begin(), host.problems.end());
   if (!config && says_nothing(start.parameters) && node.others_with_parameters().empty())
     return refuse(problems,
                   role == Role::kServer
                       ? "To start without parameters: server --pair"
-                      : "To start without parameters: the line that 'server --pair' prints");
+                      : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
   Assembly assembly = assemble(*config, node.full_name(), start);
-  if (!assembly.parts) return refuse(assembly.problems);
+  problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
+  if (!problems.empty()) return refuse(problems);
   const std::string no_sockets = take_sockets(*assembly.parts);
   if (!no_sockets.empty()) return refuse({no_sockets});
   assembly.parts->side.domain = node.domain();
@@ -106,16 +114,24 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
     return kExitFailed;
   }
   last_steps.begin();
-  return 0;
+  return bridge.exit_code();
 }
 
 }  // namespace
 
 int run_program(Role role, int argc, char** argv) {
-  if (asks_for_help(argc, argv)) {
+  if (has_argument(argc, argv, {"--help", "-h"})) {
     std::fputs(help_text(role).c_str(), stdout);
     return 0;
   }
+  if (has_argument(argc, argv, {"--version"})) {
+    std::printf("connect_bridge %s\n", kVersion);
+    return 0;
+  }
+  auto wrong = ros::problems_of_parameter_files(argc, argv);
+  const auto remaps = ros::problems_of_remaps(argc, argv);
+  wrong.insert(wrong.end(), remaps.begin(), remaps.end());
+  if (!wrong.empty()) return refuse(wrong);
   std::signal(SIGPIPE, SIG_IGN);
   tune_heap();
   LastSteps last_steps;

@@ -5,8 +5,8 @@
 
 namespace connect_bridge {
 
-// Exit codes: 0 orderly end or --help, 1 ROS does not start, 2 wrong configuration or the port
-// cannot be opened.
+// Exit codes: 0 orderly end, --help or --version, 1 ROS does not start, 2 wrong configuration (also
+// a parameter file that cannot be read) or the port cannot be opened.
 int run_program(Role role, int argc, char** argv);
 
 }  // namespace connect_bridge

@@ -76,19 +76,21 @@ OrderedJson to_value(const LackStatus& lack) {
 }
 
 OrderedJson to_value(const LinkStatus& link) {
-  OrderedJson json = {{"peer", link.peer},
-                      {"node", link.node},
-                      {"identity", link.identity},
-                      {"open", link.open},
-                      {"connects", link.connects},
-                      {"mirrors_waited", link.mirrors_waited},
-                      {"sent_bytes", link.sent_bytes},
-                      {"received_bytes", link.received_bytes},
-                      {"queued_bytes", link.queued_bytes},
-                      {"unacknowledged_bytes", link.unacknowledged_bytes},
-                      {"memory_bytes", link.memory_bytes},
-                      {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
-                      {"path_queue_ms", milliseconds(link.path_queue)}};
+  OrderedJson json = {
+      {"peer", link.peer},
+      {"node", link.node},
+      {"identity", link.identity},
+      {"open", link.open},
+      {"open_seconds", std::chrono::floor<std::chrono::seconds>(link.open_for).count()},
+      {"connects", link.connects},
+      {"mirrors_waited", link.mirrors_waited},
+      {"sent_bytes", link.sent_bytes},
+      {"received_bytes", link.received_bytes},
+      {"queued_bytes", link.queued_bytes},
+      {"unacknowledged_bytes", link.unacknowledged_bytes},
+      {"memory_bytes", link.memory_bytes},
+      {"rate_bytes_per_second", static_cast<std::uint64_t>(link.rate)},
+      {"path_queue_ms", milliseconds(link.path_queue)}};
   if (link.clock.known)
     json["clock"] = {{"offset_ms", milliseconds(link.clock.offset)},
                      {"round_trip_ms", milliseconds(link.clock.round_trip)},
@@ -107,6 +109,8 @@ std::string to_json(const Status& status, const RunStatus& run) {
   OrderedJson json = {
       {"time", run.time},
       {"running", run.running},
+      {"started", run.started},
+      {"version", run.version},
       {"node", run.node},
       {"role", run.role == Role::kServer ? "server" : "client"},
       {"loop_lag_ms", run.loop_lag_ms},
@@ -121,6 +125,8 @@ std::string to_json(const Status& status, const RunStatus& run) {
       {"reading_held", run.network.held},
       {"extra_frames", run.network.extra_frames},
       {"last_failure", status.last_failure}};
+  if (!run.certificate_valid_until.empty())
+    json["certificate_valid_until"] = run.certificate_valid_until;
   if (run.audit) {
     json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;

@@ -23,6 +23,9 @@ struct RunStatus {
   NetworkCounts network = {};
   Traffic today = {}, this_month = {};
   std::optional<AuditLog::Counts> audit = {};  // none: there is no audit log
+  std::string version = {};
+  std::string started = {};                  // RFC 3339
+  std::string certificate_valid_until = {};  // RFC 3339; empty: this side shows none that ends
 };
 
 std::string to_json(const Status& status, const RunStatus& run);

@@ -20,6 +20,7 @@ def folder(tmp_path):
     made = certs(tmp_path / "certs", "--host", "localhost", "--client", "alice", "--group", "ops")
     assert made.returncode == 0, made.stderr
     assert "tls: {certificate:" in made.stdout and "tls: {ca:" in made.stdout
+    assert f"Keep {tmp_path / 'certs'}/ca.key elsewhere, not on the robot" in made.stdout
     return tmp_path / "certs"
 
 

@@ -33,7 +33,10 @@ def test_it_says_which_rule_decides(file):
     made = ctl(file, "--identity", "ops", "--topic", "/cmd_vel")
     assert made.returncode == 0, made.stderr
     exported, imported = made.stdout.split("import (")
-    assert exported.startswith("export (the topic here, for the peer), /cmd_vel: not allowed\n")
+    assert exported.startswith(
+        "groups of ops: none given (--group)\n"
+        "export (the topic here, for the peer), /cmd_vel: not allowed\n"
+    )
     assert imported.startswith("the topic of the peer, here), /cmd_vel: allowed\n")
     assert 'allowed by rule "drive" (rule.drive.import_topics: "/cmd_vel")' in imported
     assert "export_topics" in imported  # what the peer needs
@@ -55,6 +58,7 @@ def test_it_says_what_denies_and_what_is_near(file):
     ["words", "said"],
     [
         ([], "A subcommand is required"),
+        (["bogus"], '"bogus" is unknown: a subcommand is required'),
         (["check"], "file is required"),
         (["check", "--bogus", "x"], "The following argument was not expected: --bogus"),
     ],

@@ -134,8 +134,9 @@ def test_the_code_works_once_and_is_nowhere_to_be_read(world):
     with open(f"/proc/{client.pid}/cmdline", "rb") as words:
         assert code.encode() not in words.read()
     second = world.run("client", "stranger", line)
-    second.wait_for("login refused")
-    assert "paired" not in second.text().split("login refused")[1]
+    second.wait_for("the server refused the invitation")
+    assert second.process.wait(10) == 2
+    assert "paired: from now on" not in second.text()
     server.wait_for("the code of the pairing is used up")
     for file in world.folder.rglob("*"):
         if not file.is_file() or file.name == "robot.log":  # what it prints for its user
@@ -144,6 +145,19 @@ def test_the_code_works_once_and_is_nowhere_to_be_read(world):
     assert server.text().count(code) == 1
     for secret in [*world.home("operator").rglob("token-*"), *world.home("robot").rglob("*.key")]:
         assert stat.S_IMODE(secret.stat().st_mode) == 0o600, secret
+
+
+def test_a_mistyped_code_costs_one_try(world):
+    server, line = world.pair()
+    code = line.split("#")[1].split(".")[0]
+    wrong = line.replace(code, code[:-1] + ("0" if code[-1] != "0" else "1"))
+    mistyped = world.run("client", "hasty operator", wrong)
+    mistyped.wait_for("the server refused the invitation: its code is wrong")
+    assert mistyped.process.wait(10) == 2
+    assert server.wait_for("wrong code of a pairing")
+    assert server.text().count("wrong code of a pairing") == 1
+    client = world.run("client", "operator", line)
+    client.wait_for("paired: from now on")
 
 
 def test_another_key_at_the_address_is_refused(world):

@@ -73,7 +73,7 @@ def test_a_wrong_file_changes_nothing(world):
     world.server.wait_for(r"the rules stay as they were: .*params\.yaml", 10)
     wrong = {"rules": ["see"], "rule": {"see": {"export_topic": ["/t/c"], "max_rate": -1.0}}}
     world.server.set_parameters(with_rules(world, wrong))
-    world.server.wait_for(r"the rules stay as they were: in the parameter file .*export_topic", 10)
+    world.server.wait_for(r"the rules stay as they were: in the parameter file: .*export_topic", 10)
     world.server.wait_for(r"rule\.see\.max_rate: -1")
     world.server.parameters_file.unlink()
     time.sleep(3)

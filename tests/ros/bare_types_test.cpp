@@ -155,7 +155,22 @@ TEST_F(BareTypesTest, AreOfOneNameAndGoWithTheirLastUser) {
   EXPECT_EQ(0u, types.made());
 }
 
-TEST_F(BareTypesTest, OnlyHashesOfRosAndNotTooMany) {
+// A peer may name a type that an installed package does not have.
+TEST_F(BareTypesTest, ATypeThatDoesNotExistChangesNothingForTheOthersOfItsPackage) {
+  TypeSupports types(true);
+  const auto made_up = types.message("std_msgs/msg/Nope", kHash);
+  if (!std::holds_alternative<Refusal>(made_up)) {
+    EXPECT_EQ(1u, types.made());
+  }
+  EXPECT_NE(nullptr, std::get<MessageType>(types.message("std_msgs/msg/Int8", "")).introspection);
+  EXPECT_EQ(std::nullopt, types.lack_of("std_msgs/msg/Int16", "", false));
+  types.message("std_srvs/srv/Nope_Request", kHash);
+  const auto kept = types.message("std_srvs/msg/Nope", kHash);
+  EXPECT_EQ(std::nullopt, types.lack_of("std_srvs/srv/SetBool", "", true));
+  EXPECT_TRUE(std::get<0>(types.service("std_srvs/srv/SetBool", ""))->is_installed);
+}
+
+TEST_F(BareTypesTest, OnlyHashesOfRos) {
   TypeSupports types(true);
   const auto code = [&](const std::string& hash) {
     const auto made = types.message(kMadeUp, hash);
@@ -167,11 +182,28 @@ TEST_F(BareTypesTest, OnlyHashesOfRosAndNotTooMany) {
   for (const char* bad : {"x", "RIHS01_", "RIHS01_00", "RIHS99"})
     EXPECT_EQ("type_mismatch", code(bad)) << bad;
 #endif
-  for (std::size_t i = 1; i <= BareMessageType::kHashesMax; ++i) {
+}
+
+// Any number of them, one after the other or at once, takes no more memory than those in use, and
+// keeps nobody from a type.
+TEST_F(BareTypesTest, HashesThatNobodyUsesLeaveTheirPlaceToOthers) {
+  TypeSupports types(true);
+  const auto made = [&](std::size_t i) {
     const std::string digits = std::to_string(1000 + i);
-    const bool fits = i < BareMessageType::kHashesMax;
-    EXPECT_EQ(fits ? "" : "type_mismatch", code("RIHS01_" + std::string(60, '0') + digits)) << i;
+    return std::get<MessageType>(types.message(kMadeUp, "RIHS01_" + std::string(60, '0') + digits));
+  };
+  const MessageType keep = made(0);
+  const auto* place = made(1).handle.get();
+  std::vector<MessageType> used;
+  for (std::size_t i = 2; i < 200; ++i) {
+    used.push_back(made(i));
+    EXPECT_NE(keep.handle.get(), used.back().handle.get());
+#if CONNECT_TYPE_HASHES
+    const auto* hash = used.back().handle->get_type_hash_func(used.back().handle.get());
+    EXPECT_EQ(i % 10, hash->value[31] % 16);
+#endif
   }
+  EXPECT_EQ(place, used.front().handle.get());
 }
 
 TEST_F(BareTypesTest, NamesThatAreNoneAreRefused) {

@@ -214,20 +214,20 @@ void Crowd::calm() {
   calm_ = true;
 }
 
-Duration Crowd::pause_after(int writer) {
-  return rng_.between(15ms, 25ms) + scenario_.time_to_send(plan_of(writer).bytes_max);
+Duration Crowd::pause_after(int writer, std::uint64_t known) {
+  return rng_.between(15ms, 25ms) + scenario_.time_to_send(plan_of(writer).bytes_max, known);
 }
 
-Duration Crowd::publish_round() {
+Duration Crowd::publish_round(std::uint64_t known) {
   Duration at{};
   for (const int writer : writers_) {
     schedule_.after(at, [this, writer] { publish(writer); });
-    at += pause_after(writer);
+    at += pause_after(writer, known);
   }
   return at;
 }
 
-Duration Crowd::last_words() {
+Duration Crowd::last_words(std::uint64_t known) {
   Duration at{};
   for (const int writer : writers_) {
     schedule_.after(at, [this, writer] { publish(writer); });
@@ -235,7 +235,7 @@ Duration Crowd::last_words() {
       if (verbose_) tell("publisher " + std::to_string(writer) + " ends", writer, true);
       middleware_.destroy_writer(writer);
     });
-    at += pause_after(writer);
+    at += pause_after(writer, known);
   }
   writers_.clear();
   return at;

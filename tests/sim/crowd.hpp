@@ -22,8 +22,9 @@ class Crowd {
   // No node comes, goes or publishes any more, except by the functions below.
   void calm();
 
-  // Every publisher publishes one message, one after the other. Returns how long that takes.
-  Duration publish_round();
+  // Every publisher publishes one message, one after the other. Returns how long that takes;
+  // `known`: as for Scenario::time_to_send().
+  Duration publish_round(std::uint64_t known);
   // New reliable publishers, one of each volatile topic, publish one message each after they had
   // time to find their subscribers.
   void add_speakers();
@@ -31,7 +32,7 @@ class Crowd {
   int add_reader(int graph, const std::string& topic, const TopicPlan& plan, const Qos& qos);
   void remove_readers();
   // Every publisher publishes once more and ends soon after. Returns how long that takes.
-  Duration last_words();
+  Duration last_words(std::uint64_t known);
 
   [[nodiscard]] const std::vector<int>& speakers() const { return speakers_; }
   // Publishers and subscribers that exist now.
@@ -47,7 +48,7 @@ class Crowd {
   void remove_writer(std::size_t at);
   void add_random_reader();
   void churn();
-  Duration pause_after(int writer);
+  Duration pause_after(int writer, std::uint64_t known);
   void tick(int writer);
   void publish(int writer);
   void tell(const std::string& what, int id, bool writer) const;

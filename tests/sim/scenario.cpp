@@ -241,8 +241,8 @@ Scenario make_scenario(std::uint64_t seed) {
   return scenario;
 }
 
-Duration Scenario::time_to_send(std::uint64_t bytes) const {
-  std::uint64_t slowest = 500'000;  // bytes per second
+Duration Scenario::time_to_send(std::uint64_t bytes, std::uint64_t known) const {
+  std::uint64_t slowest = std::min<std::uint64_t>(500'000, known);  // bytes per second
   for (const PairPlan& pair : pairs) slowest = std::min(slowest, pair.path.bytes_per_second);
   return Duration(1s) * bytes / slowest;
 }

@@ -77,9 +77,9 @@ struct Scenario {
 
   [[nodiscard]] std::string text() const;
   // Long enough for the bytes to be through before what comes next. When all is quiet the paths are
-  // fast, but a sender may still know them as they were: it looks for more rate only while it has
-  // something to send.
-  [[nodiscard]] Duration time_to_send(std::uint64_t bytes) const;
+  // fast, but a sender may still know them as they were (`known`, bytes per second): it looks for
+  // more rate only while it has something to send.
+  [[nodiscard]] Duration time_to_send(std::uint64_t bytes, std::uint64_t known) const;
 };
 
 Scenario make_scenario(std::uint64_t seed);

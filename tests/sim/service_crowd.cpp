@@ -198,13 +198,13 @@ void ServiceCrowd::calm() {
   work_.calm();
 }
 
-Duration ServiceCrowd::call_round() {
+Duration ServiceCrowd::call_round(std::uint64_t known) {
   Duration at{}, longest{};
   for (const int caller : callers_) {
     if (!services_.is_ready(caller)) continue;
     schedule_.after(at, [this, caller] { call(caller); });
-    const Duration one_way =
-        scenario_.time_to_send(static_cast<std::uint64_t>(plan_of_caller(caller).bytes_max));
+    const auto bytes = static_cast<std::uint64_t>(plan_of_caller(caller).bytes_max);
+    const Duration one_way = scenario_.time_to_send(bytes, known);
     at += rng_.between(1ms, 10ms) + one_way;
     longest = std::max(longest, one_way);
   }

@@ -34,7 +34,7 @@ class ServiceCrowd {
   void calm();
 
   // Every caller that finds its service calls once. Returns how long that takes.
-  Duration call_round();
+  Duration call_round(std::uint64_t known);
   // Some servers end, some begin.
   void shuffle();
   // From now on the callers are those that ask for goals' results, one in every graph, and servers

@@ -192,13 +192,21 @@ void World::renew_late_logins() {
   }
 }
 
+std::uint64_t World::known_rate() const {
+  double slowest = 1e9;
+  for (const auto& host : hosts_)
+    for (const auto& link : host->running() ? host->status().links : std::vector<LinkStatus>{})
+      if (link.rate > 0) slowest = std::min(slowest, link.rate);
+  return static_cast<std::uint64_t>(std::max(slowest, 1000.0));
+}
+
 void World::check_services() {
   if (scenario_.services.empty()) return;
   service_expectation_->check_mirrors();
   service_expectation_->check_action_topics();
   service_expectation_->check_nothing_pending();
   service_expectation_->begin_calls();
-  run_for(service_crowd_.call_round());
+  run_for(service_crowd_.call_round(known_rate()));
   run_for(1s);
   service_expectation_->check_calls();
   // The mirrors are correct soon after their servers come and go.
@@ -206,7 +214,7 @@ void World::check_services() {
   run_for(kTruth);
   service_expectation_->check_mirrors();
   service_expectation_->begin_calls();
-  run_for(service_crowd_.call_round());
+  run_for(service_crowd_.call_round(known_rate()));
   run_for(1s);
   service_expectation_->check_calls();
   service_expectation_->check_nothing_pending();
@@ -217,7 +225,7 @@ void World::check_long_goals() {
   service_crowd_.ask_for_results(1h);
   run_for(kTruth);
   service_expectation_->begin_calls();
-  run_for(service_crowd_.call_round());
+  run_for(service_crowd_.call_round(known_rate()));
   run_for(1h + 1s);
   service_expectation_->check_calls();
   service_expectation_->check_nothing_pending();
@@ -225,7 +233,7 @@ void World::check_long_goals() {
 
 void World::check_delivery() {
   expectation_->begin_rounds();
-  for (int i = 0; i < kRounds; ++i) run_for(crowd_.publish_round());
+  for (int i = 0; i < kRounds; ++i) run_for(crowd_.publish_round(known_rate()));
   run_for(2s);
   expectation_->check_rounds();
   expectation_->check_qos();
@@ -256,14 +264,14 @@ void World::check_no_demand() {
   crowd_.remove_readers();
   run_for(1500ms);
   expectation_->begin_silence();
-  run_for(crowd_.publish_round());
+  run_for(crowd_.publish_round(known_rate()));
   run_for(500ms);
   expectation_->check_silence();
 }
 
 void World::check_last_words() {
   expectation_->begin_last_words();
-  run_for(crowd_.last_words());
+  run_for(crowd_.last_words(known_rate()));
   run_for(2s);
   expectation_->check_last_words();
   run_for(2s);  // mirrors stay for the last samples of their origins, but not for long

@@ -65,6 +65,8 @@ class World : public Middleware::Listener, public Services::Listener {
   void check_late_subscribers();
   void check_no_demand();
   void check_last_words();
+  // What the sender that knows its path as the slowest takes it for, in bytes per second.
+  [[nodiscard]] std::uint64_t known_rate() const;
   void end();
 
   Scenario scenario_;

@@ -21,6 +21,7 @@ constexpr Duration kNear = 2ms;      // round trip
 constexpr double kNearFirstBytes = 512 << 10;
 constexpr std::uint32_t kNearPartBytes = 130000;  // with headers two writes of 64 KiB
 constexpr Duration kCredit = 1ms;                 // what may be caught up after a late wake-up
+constexpr Duration kLateMax = 300ms;              // of acknowledgements, on their way
 constexpr Duration kDebtMax = 100ms;              // by urgent data, which is never held back
 constexpr double kMoreArrives = 1.25;             // clearly more
 constexpr double kTrimMin = -0.15;
@@ -60,8 +61,10 @@ std::uint64_t Pacer::window() const {
   const bool near = path_.round_trip() < kNear;
   if (rate_ == 0) return static_cast<std::uint64_t>(near ? kNearFirstBytes : Path::kFirstBytes);
   const Duration round = path_.round_trip();
-  // Not more than a round trip: what waits in a queue of our own makes acknowledgements late, too.
-  const Duration late = std::min(3 * path_.lateness() / 4, round);
+  // What waits in a queue of our own makes acknowledgements late, too: more than a round trip
+  // counts only as far as they have waited themselves.
+  const Duration back = std::min(path_.lateness_back(), kLateMax);
+  const Duration late = std::min(3 * path_.lateness() / 4, std::max(round, back));
   const Duration slack = starting_ ? round : 2 * target_ + late;
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
   const double time = seconds(round + slack + ask_period());
@@ -114,9 +117,10 @@ void Pacer::sent(const SentPacket& packet) {
   if (path_.idle()) {
     full_ = {packet.at, Duration::zero()};
     empty_at_ = packet.at;
+    share_.pause(packet.at);
   }
   path_.sent(packet);
-  if (rate_ == 0) return;
+  if (rate_ == 0 || path_.delivery() >= kFastRate) return;
   const auto cost = from_seconds(packet.bytes / rate_);
   free_at_ = std::min(std::max(free_at_, packet.at - kCredit) + cost, packet.at + kDebtMax);
 }
@@ -137,7 +141,7 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   if (covered->end >= round_end_) {
     end_round(round_limited_);
     if (round_limited_) {
-      share_.path_is_not_seen(now);
+      share_.pause(now);
     } else {
       share_.end_round(share_round(tcp_limits), now);
     }
@@ -147,7 +151,8 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   const double before = rate_;
   rate_ = std::clamp(std::max(gain() * carries(), share_.rate()), least_rate(), kRateMax);
   // The debt is in bytes, so its duration changes with the rate.
-  if (free_at_ > now) free_at_ = now + from_seconds(seconds(free_at_ - now) * before / rate_);
+  const Duration owed = from_seconds(seconds(free_at_ - now) * before / rate_);
+  if (free_at_ > now) free_at_ = now + std::min(owed, kDebtMax);
 }
 
 // Our own queue disappears soon after we send less. A delay that stays is the path itself, which

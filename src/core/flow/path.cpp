@@ -57,7 +57,7 @@ void Path::forget_base() {
   waited_most_.clear();
   queue_ = {};
   long_since_.reset();
-  lateness_ = {};
+  lateness_ = lateness_back_ = {};
 }
 
 std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint now) {
@@ -117,7 +117,10 @@ void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint n
   if (!last.asks) return;  // the peer acknowledges the others later, at a time of its own
   const Duration took = now - last.at;
   round_trip_.add(static_cast<double>(took.count()), now, kBaseWindow);
-  lateness_ += (took - nanoseconds(round_trip_.get()) - lateness_) / 16;
+  const Duration late = took - nanoseconds(round_trip_.get());
+  lateness_ += (late - lateness_) / 16;
+  const Duration back = late - nanoseconds(std::clamp(waited, 0.0, kQueueMax));
+  lateness_back_ += (back - lateness_back_) / 16;
 }
 
 // Nothing arrived for more than a round trip although data had been sent: TCP has repaired a loss,

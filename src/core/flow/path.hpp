@@ -69,6 +69,8 @@ class Path {
   [[nodiscard]] bool knows_round_trip() const { return !round_trip_.empty(); }
   // By how much acknowledgements come later than that, on average.
   [[nodiscard]] Duration lateness() const { return lateness_; }
+  // The part of it that is the acknowledgements' own: without what their packets have waited.
+  [[nodiscard]] Duration lateness_back() const { return lateness_back_; }
   // How long packets wait in queues on the way to the peer: the least of three quarters of a round
   // trip.
   [[nodiscard]] Duration queue() const { return queue_; }
@@ -119,7 +121,7 @@ class Path {
   WindowExtreme<double> waited_most_{+1};
   WindowExtreme<double> delivery_{+1};
   double latest_delivery_ = 0;
-  Duration lateness_{};
+  Duration lateness_{}, lateness_back_{};
   Duration queue_{};
   std::optional<TimePoint> long_since_;  // since when the queue is long
   Duration jitter_{};

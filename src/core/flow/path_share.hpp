@@ -41,6 +41,11 @@ class PathShare {
   void queue_is(Duration queue);
   // Now the queue is long, or the traffic does not show what the path carries.
   void path_is_not_seen(TimePoint now) { seen_since_ = now; }
+  // There was nothing more to send for a while: what arrives over a pause is no rate.
+  void pause(TimePoint now) {
+    path_is_not_seen(now);
+    trial_ = {now, {}, 0, false};
+  }
 
  private:
   void grow(const Round& round, TimePoint now);

@@ -108,6 +108,7 @@ struct Account {
   Budget memory;          // what its links hold
   Budget places;          // its publishers here
   Budget service_places;  // its services here
+  Budget early;           // samples for its peers that wait for the answer to an offer
   Pace mirrors;
   Pace listeners;  // of its peers that are subscribed for, and shown, here
   Pace offences;   // for which its links were ended; while not free it may not log in

@@ -28,6 +28,7 @@ Links::Links(const LinkOptions& options, Token128 side, Random& random, Outputs&
       accounts_(options.account),
       strangers_(options, outputs),
       dialer_({options.retry_min, options.retry_max}),
+      last_failure_(outputs),
       renewal_(options.login_method, options.credential, outputs) {}
 
 ConnectionOptions Links::connection_options() const {
@@ -72,9 +73,7 @@ void Links::on(ConnectionOpened& input, const Now& now) {
 void Links::on(DialFailed& input, const Now& now) {
   if (input.connection != dialing_) return;
   const std::string reason = to_text(input.reason, kReasonBytesMax);
-  if (last_failure_ != reason)
-    outputs_.log(LogLevel::kWarn, "cannot connect: " + reason + "; trying again");
-  last_failure_ = reason;
+  last_failure_.tell({LogLevel::kWarn, "cannot connect: ", reason, "; trying again"}, now);
   dial_later(input.answered ? DialFailure::kAnswered : DialFailure::kGone, now);
 }
 
@@ -93,7 +92,7 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
                    const std::string& told) {
   strangers_.refuse(stranger, why, now, told);
   if (options_.role == Role::kServer) return;
-  last_failure_ = why.message;
+  last_failure_.set(why.message, now);
   dial_later(DialFailure::kGone, now);
 }
 
@@ -238,26 +237,25 @@ void Links::on(PacketReceived& input, const Now& now) {
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
-  // The reason in the peer's close frame may be any bytes.
-  const std::string said = to_text(input.reason, kReasonBytesMax);
-  const std::string reason =
-      said.empty() ? "the connection was closed" : (input.code ? "it says: " : "") + said;
+  const std::string reason = reason_of(input);
   const bool client = options_.role == Role::kClient;
   const auto failure =
       client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
   const std::string hint = client ? advice(input.code) : "";
+  const bool orderly = is_orderly(input.code);
+  const LogLevel level = orderly ? LogLevel::kInfo : LogLevel::kWarn;
   if (strangers_.take(input.connection)) {
     if (!client) return;
-    if (last_failure_ != reason)
-      outputs_.log(LogLevel::kWarn, "the server closed the connection: " + reason + hint);
-    last_failure_ = reason;
+    last_failure_.tell({level, "the server closed the connection: ", reason, hint}, now);
     return dial_later(failure, now);
   }
   Link* link = link_of(input.connection);
   if (!link) return;
-  log(*link, LogLevel::kWarn, "lost the link with " + link->label() + ": " + reason + hint, now);
+  const std::string end = orderly ? "the link with " + link->label() + " was closed: "
+                                  : "lost the link with " + link->label() + ": ";
+  log(*link, level, end + reason + hint, now);
   audit(outputs_, *link, AuditEvent::kLinkLost, reason);
-  last_failure_ = reason;
+  last_failure_.set(reason, now);
   lose(*link, loss_by(input.code, options_.role), now, failure);
 }
 
@@ -281,7 +279,7 @@ bool Links::end_failed(const Now& now) {
             std::string(name_of(error.code)) + ")",
         now);
     audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
-    last_failure_ = error.message;
+    last_failure_.set(error.message, now);
     close(link.connection->id(), error.code, error.message);
     note_offence(link, error.code, now);
     lose(link, loss_by(error, link, now), now);
@@ -359,11 +357,11 @@ void Links::on_time(const Now& now) {
 void Links::stop(const Now& now) {
   stopped_ = true;
   dialer_.stop();
-  strangers_.close_all(CloseCode::kGoingAway, "this side stops");
+  strangers_.close_all(CloseCode::kGoingAway, kPeerStops);
   for (auto& [id, link] : links_) {
     if (!link.connection) continue;
     audit(outputs_, link, AuditEvent::kLinkLost, "this side stops");
-    close(link.connection->id(), CloseCode::kGoingAway, "this side stops");
+    close(link.connection->id(), CloseCode::kGoingAway, kPeerStops);
     lose(link, Loss::kEnd, now);
   }
 }

@@ -12,6 +12,7 @@
 #include "core/base/random_token.hpp"
 #include "core/base/timers.hpp"
 #include "core/link/dialer.hpp"
+#include "core/link/last_failure.hpp"
 #include "core/link/link.hpp"
 #include "core/link/links_user.hpp"
 #include "core/link/loss.hpp"
@@ -59,7 +60,7 @@ class Links {
   [[nodiscard]] Budget& memory() { return accounts_.memory(); }
   [[nodiscard]] const Budget& memory() const { return accounts_.memory(); }
   void add_status(Status& status) const {
-    status.last_failure = last_failure_;
+    status.last_failure = last_failure_.reason();
     status.strangers = strangers_.status();
   }
 
@@ -104,7 +105,7 @@ class Links {
   std::uint64_t last_link_ = 0;
   std::uint64_t last_connection_ = 0;  // client
   bool stopped_ = false;
-  std::string last_failure_;  // why the last connection (at a server: link) ended, or never began
+  LastFailure last_failure_;  // of a connection, at a server: of a link
   Renewal renewal_;
 };
 

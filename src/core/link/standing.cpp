@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/link/link_audit.hpp"
+#include "core/wire/text.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -134,6 +135,19 @@ void check_expiry(Link& link, const Now& now) {
   link.expires_at = now.steady + Duration(expires - now.system);
 }
 
+bool is_orderly(std::optional<std::uint16_t> close_code) {
+  return is(close_code, CloseCode::kNormal) || is(close_code, CloseCode::kGoingAway);
+}
+
+// The reason in the peer's close frame may be any bytes.
+std::string reason_of(const ConnectionClosed& closed) {
+  const std::string said = to_text(closed.reason, kReasonBytesMax);
+  if (is(closed.code, CloseCode::kGoingAway) && (said.empty() || said == kPeerStops))
+    return kPeerStops;
+  if (said.empty()) return "the connection was closed";
+  return (closed.code ? "it says: " : "") + said;
+}
+
 bool wants_other_credential(std::optional<std::uint16_t> close_code) {
   return is(close_code, CloseCode::kLoginRefused) || is(close_code, CloseCode::kRevoked);
 }
@@ -144,8 +158,12 @@ bool is_lasting(std::optional<std::uint16_t> close_code) {
 }
 
 std::string advice(std::optional<std::uint16_t> close_code) {
-  if (!is(close_code, CloseCode::kExpired) && !wants_other_credential(close_code)) return {};
-  return "; another credential is needed, trying again with what is configured";
+  if (wants_other_credential(close_code))
+    return "; the server's log says why. Dialing again at most every 5 s; a new credential in its "
+           "file is used as soon as it is there";
+  if (is(close_code, CloseCode::kExpired))
+    return "; another credential is needed: a new one in its file is used as soon as it is there";
+  return {};
 }
 
 bool is_successor(const Link& newer, const Link& older) {

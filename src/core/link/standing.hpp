@@ -42,6 +42,14 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
 // Ends what has expired, and notes when to look again.
 void check_expiry(Link& link, const Now& now);
 
+// ---- a connection has ended
+// What this side gives as reason when it stops: the peer reads it.
+inline constexpr char kPeerStops[] = "the peer is stopping";
+// The peer has ended it as it should: it stops, or needs it no longer.
+[[nodiscard]] bool is_orderly(std::optional<std::uint16_t> close_code);
+// Why, as text for the log. What the peer says is told as its own words.
+[[nodiscard]] std::string reason_of(const ConnectionClosed& closed);
+
 // ---- a client's
 // The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);

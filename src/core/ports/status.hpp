@@ -78,6 +78,7 @@ struct LinkStatus {
   std::string node;      // the peer's node name
   std::string identity;  // who it logged in as (server)
   bool open = false;
+  Duration open_for{};  // while it is open
   std::uint64_t sent_bytes = 0;
   std::uint64_t received_bytes = 0;
   std::uint64_t queued_bytes = 0;

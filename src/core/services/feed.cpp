@@ -14,7 +14,6 @@ namespace {
 
 // Bytes of compressed answers that may wait for the worker; answers beyond that are decompressed at
 // once.
-constexpr std::uint64_t kDecodingBytesMax = 64 << 20;
 constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
 
 }  // namespace
@@ -226,19 +225,19 @@ Result<Nothing> Feed::on_message(InMessage message, const Now& now) {
     return Nothing{};
   }
   MadeCall& call = at->second;
-  if (!message.kept) {
-    note_refusal(kNoMemoryOf + link_.label(), now);
+  // Large ones are nothing for the loop.
+  const bool large = message.codec != Codec::kNone && mirroring_.jobs.is_large(message.raw_bytes);
+  std::string why = message.kept ? "" : kNoMemoryOf + link_.label();
+  if (why.empty() && !link_.may_inflate(message, now))
+    why = "answers decompress to much more than their size";
+  if (why.empty() && large && !call.decode(message)) why = kNoMemoryOf + link_.label();
+  if (!why.empty()) {
+    note_refusal(why, now);
     give_up(call);
-    return Nothing{};
   }
+  if (!why.empty() || large) return Nothing{};
   if (message.codec == Codec::kNone) {
     respond(call, message.body);
-    return Nothing{};
-  }
-  if (mirroring_.jobs.is_large(message.raw_bytes) &&
-      load_.decoding_bytes.used() + message.body.size() <= kDecodingBytesMax &&
-      message.body.size() <= link_.memory.room()) {
-    call.decode(message.codec, message.raw_bytes, message.body);
     return Nothing{};
   }
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);

@@ -8,6 +8,7 @@ namespace {
 
 // The exporter gives a call up first, so that its refusal says why.
 constexpr Duration kTimeoutMargin = std::chrono::seconds(1);
+constexpr std::uint64_t kDecodingBytesMax = 64 << 20;  // of answers of one peer
 
 }  // namespace
 
@@ -39,10 +40,14 @@ void MadeCall::on_delivered() {
   request_bytes_.release();
 }
 
-void MadeCall::decode(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
-  decoding_bytes_ = feed_.load().decoding_bytes.hold(body.size());
-  job_ = feed_.mirroring().jobs.decompress(*this, codec, raw_bytes, out_of_packet(body),
-                                           feed_.link().id);
+bool MadeCall::decode(const InMessage& answer) {
+  const std::uint64_t bytes = answer.body.size();
+  Budget& all = feed_.load().decoding_bytes;
+  if (all.used() + bytes > kDecodingBytesMax || bytes > feed_.link().memory.room()) return false;
+  decoding_bytes_ = all.hold(bytes);
+  job_ = feed_.mirroring().jobs.decompress(*this, answer.codec, answer.raw_bytes,
+                                           out_of_packet(answer.body), feed_.link().id);
+  return true;
 }
 
 void MadeCall::on_job(std::optional<Payload> result, const Now&) {

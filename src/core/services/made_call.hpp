@@ -45,8 +45,9 @@ class MadeCall final : public JobOwner {
   void keep(Codec codec, std::uint32_t raw_bytes, const Payload& body);
   void on_delivered();
   void forget_caller() { request_ = {}; }
-  // The result goes to Feed::on_decoded().
-  void decode(Codec codec, std::uint32_t raw_bytes, const Payload& body);
+  // A worker decompresses its answer; the result goes to Feed::on_decoded(). False: there is no
+  // room for the bytes.
+  [[nodiscard]] bool decode(const InMessage& answer);
   void on_job(std::optional<Payload> result, const Now& now) override;
 
  private:

@@ -67,7 +67,7 @@ void Side::settle(const Now& now) {
     const bool topics_due = exports_.take_offers_due();
     if (service_exports_.take_offers_due() || topics_due) send_offers(now);
   } while (links_.end_failed(now));
-  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_);
+  const bool clock = wants_clock(links_.all(), local_.view, options_, policy_, follows_clock_);
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
   if (imports_.take_claim_change()) claims_topic_.change();
   if (service_imports_.take_claim_change()) claims_topic_.change();
@@ -321,7 +321,7 @@ LinkStatus Side::status_of(const Link& link) const {
   return shown;
 }
 
-Status Side::status(const Now&) const {
+Status Side::status(const Now& now) const {
   Status status;
   links_.add_status(status);
   status.memory_bytes = exports_.memory_bytes() + imports_.memory_bytes() +
@@ -330,6 +330,7 @@ Status Side::status(const Now&) const {
   status.shared_bytes_max = options_.account.memory_bytes_max;
   for (const auto& [id, link] : links_.all()) {
     status.links.push_back(status_of(link));
+    if (link.open()) status.links.back().open_for = now.steady - link.opened_at;
     status.memory_bytes += link.memory_bytes();
   }
   return status;

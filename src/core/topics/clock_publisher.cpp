@@ -79,10 +79,11 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
 }
 
 bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOptions& options,
-                 const Policy& policy) {
+                 const Policy& policy, bool follows) {
   const TopicState* clock = graph.find({"/clock", kClockType});
   const auto wire_name = options.names.to_wire("/clock");
-  if (!clock || clock->publishers.empty() || !wire_name) return false;
+  const bool exists = clock && !clock->publishers.empty();
+  if ((!exists && !follows) || !wire_name) return false;
   return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
     const Link& link = entry.second;
     return link.open() && link.accepts && link.accepts->told().ros_time &&

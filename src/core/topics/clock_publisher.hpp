@@ -49,7 +49,9 @@ class ClockPublisher {
 
 // A peer that publishes our ROS time needs the time of our graph, that is, of its /clock if there
 // is one that the rules let it have. Nothing else uses it, so /clock is followed only then.
+// `follows`: it is followed already. When its publisher ends, time stands still, as for every node
+// there: a simulator that is restarted must not make the peer's time jump to that of the system.
 [[nodiscard]] bool wants_clock(const LinkTable& links, const GraphView& graph,
-                               const GraphOptions& options, const Policy& policy);
+                               const GraphOptions& options, const Policy& policy, bool follows);
 
 }  // namespace connect_bridge

@@ -13,6 +13,7 @@ constexpr Duration kAnswerMax = std::chrono::seconds(2);
 constexpr Duration kJoinMax = std::chrono::seconds(1);  // since the first sample
 constexpr std::size_t kSamplesMax = 100;                // of a topic, for one link
 constexpr std::uint64_t kBytesMax = 1 << 20;            // the same
+constexpr std::uint64_t kAccountBytesMax = 4 << 20;     // of all topics, for one identity
 constexpr std::uint64_t kAllBytesMax = 16 << 20;        // of all topics
 
 }  // namespace
@@ -52,7 +53,9 @@ void EarlySamples::join(TopicOffer& offer, LinkId link, const Now& now) {
 
 void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
   const std::size_t bytes = sample.raw.size();
-  if (bytes > kBytesMax || context_.early.used() + bytes > kAllBytesMax)
+  Budget& of_account = offer.link().account->early;
+  if (bytes > kBytesMax || of_account.used() + bytes > kAccountBytesMax ||
+      context_.early.used() + bytes > kAllBytesMax)
     return offer.drop(DropReason::kQueueBytes);
   if (bytes > context_.early.room()) return offer.drop(DropReason::kMemory);
   const auto [it, is_new] = waiting_.try_emplace(link);
@@ -61,6 +64,8 @@ void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample,
     waiting.first = now.steady;
     waiting.until = context_.timers.set(now.steady + kAnswerMax, &topic_);
     waiting.bytes = context_.early.hold(0);
+    waiting.account = offer.link().account;
+    waiting.of_account = of_account.hold(0);
   }
   waiting.samples.push_back(sample);
   std::uint64_t held = waiting.bytes.amount() + bytes;
@@ -71,6 +76,7 @@ void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample,
     ++dropped;
   }
   waiting.bytes.resize(held);
+  waiting.of_account.resize(held);
   if (dropped > 0) offer.drop(DropReason::kQueueDepth, dropped);
 }
 

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <map>
+#include <memory>
 #include <set>
 
 #include "core/jobs/encoder.hpp"
@@ -45,6 +46,8 @@ class EarlySamples {
     std::deque<OutSample> samples;
     TimePoint first{};  // when the oldest was taken, for whatever link
     Budget::Hold bytes;
+    std::shared_ptr<Account> account;
+    Budget::Hold of_account;
     ExportTimers::Timer until;
   };
   // Whether the peer listens and may not yet have had time to demand what it was offered.

@@ -75,6 +75,14 @@ void ImportContext::tell_used(const Mirror& mirror, const std::string& hash_here
       now);
 }
 
+// The status of an action is stale for nobody, as its goals have ids, and its services follow it.
+void ImportContext::forget_kept(Mirror& mirror, const OfferedTopic& feeder, const Now& now) {
+  const bool fed = mirror.candidates().front().offered == &feeder;
+  if (!fed || mirror.kept_bytes() == 0 || !mirror.action_type().empty()) return;
+  mirror.destroy();
+  mirror.update(now);
+}
+
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {
   mirror.remove_candidate(link, now);
   if (mirror.is_over()) mirrors.erase(MirrorKey(mirror.key()));

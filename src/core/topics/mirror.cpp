@@ -15,6 +15,9 @@ constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
 // A graph knows an endpoint before the name of its node, if that ever has one.
 constexpr Duration kNaming = std::chrono::seconds(2);
+// What could not be made, for another reason than its definition, is tried again: its name may have
+// had another type here.
+constexpr Duration kRetry = std::chrono::seconds(30);
 // By then subscribers have found a publisher that was made again: what was kept for them must not
 // come before. Five processes on a busy machine took 1 ms mostly, and 105 ms at the most.
 constexpr Duration kMatching = std::chrono::milliseconds(200);
@@ -157,6 +160,8 @@ bool Mirror::has_waited_for_name(const Now& now) {
 bool Mirror::may_be_made(const Now& now) {
   if (paced_ && paced_.at() > now.steady) return false;
   Link& link = *candidates_.front().link;
+  // While changed rules are applied, one link's topic may be over and the next one's not yet.
+  if (!context_.permission(link, key_.first, action_type_)) return false;
   const Duration wait = link.account->wait_to_appear(link.account->mirrors, now.steady);
   if (wait == Account::kPacing && !waits_) ++link.mirrors_waited;
   paced_.cancel();
@@ -210,7 +215,7 @@ void Mirror::vanish(bool exists) {
   id_ = {};
   settling_.end();
   kept_.release();
-  unnamed_.cancel();
+  warning_.end();
   context_.claim_changed = true;
 }
 
@@ -223,12 +228,14 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   context_.tell_failed(*this, failed, now);
   failed_ = true;
   vanish(false);
+  const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
+  if (passes) paced_ = context_.timers.set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
   for (auto& [link, offered, declined, qos] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
-    declined = declined || of_type;
+    const bool said = std::exchange(declined, declined || of_type);
     offered->update_demand(now);
-    link->send(Decline{offered->number(), failed.code, failed.reason});
+    if (!said) link->send(Decline{offered->number(), failed.code, failed.reason});
   }
   update(now);  // one with another definition may feed it
 }
@@ -236,15 +243,14 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
 void Mirror::on_time(const Now& now) {
   if (ends_ && ends_.at() <= now.steady) return destroy();
   first_.publish_due(context_.outputs, id_, feeder(), now);
-  if (unnamed_ && unnamed_.at() <= now.steady) warn_incompatible(now);
+  if (warning_.is_due(now)) warn_incompatible(now);
+  failed_ = failed_ && !(paced_ && paced_.at() <= now.steady);
   if (paced_ && paced_.at() <= now.steady && !id_) update(now);
   if (naming_ && naming_.at() <= now.steady && !id_) update(now);
-  bool changed = settling_.on_time(now);
-  if (expected_ && expected_.at() <= now.steady) {
-    expected_.cancel();
-    changed = true;
-  }
-  if (changed) update(now);
+  const bool changed = settling_.on_time(now);
+  const bool lapsed = expected_ && expected_.at() <= now.steady;
+  if (lapsed) expected_.cancel();
+  if (changed || lapsed) update(now);
 }
 
 bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
@@ -254,16 +260,6 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
   const bool changed = feeder() == &offered && follow_feeder();
   if (changed || failed_) update(now);
   return changed && existed;
-}
-
-void Mirror::warn_incompatible(const Now& now) {
-  const TopicState* topic = id_ ? context_.graph.find(key_.first) : nullptr;
-  if (!topic || !context_.graph_options.qos_must_fit) return;
-  const bool patient = !unnamed_ || unnamed_.at() > now.steady;
-  const auto found = incompatible_subscribers(*topic, qos_, origin_.node, patient);
-  for (const auto& line : found.lines) context_.tell_once(*this, LogLevel::kWarn, line);
-  if (found.unnamed && !unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, this);
-  if (!patient) unnamed_.cancel();
 }
 
 // ---- demand

@@ -15,6 +15,7 @@
 #include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
 #include "core/topics/mirror_settling.hpp"
+#include "core/topics/subscriber_warning.hpp"
 #include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
@@ -33,7 +34,8 @@ class Mirror {
   Mirror(ImportContext& context, MirrorKey key)
       : context_(context),
         key_(std::move(key)),
-        settling_(context_, *this, key_.first, key_.second) {}
+        settling_(context_, *this, key_.first, key_.second),
+        warning_(context_, *this) {}
   Mirror(const Mirror&) = delete;
   Mirror& operator=(const Mirror&) = delete;
 
@@ -72,7 +74,9 @@ class Mirror {
   void on_failed(const MirrorFailed& failed, const Now& now);
   void on_time(const Now& now);
   // Logs once each subscriber here that cannot receive from it because of its QoS.
-  void warn_incompatible(const Now& now);
+  void warn_incompatible(const Now& now) {
+    if (id_) warning_.look(qos_, now);
+  }
 
   // ---- demand
   // Whether it wants the data of this topic. `listened`: the topic has a subscriber here.
@@ -141,12 +145,12 @@ class Mirror {
   bool any_definition_ = false;        // whether the rules allow that
   std::vector<Candidate> candidates_;  // the feeding one first
   MirrorSettling settling_;            // no demand before it has settled
+  SubscriberWarning warning_;
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples
   Timer expected_;  // until then demanded without a subscriber
   Timer naming_;    // until then it is not made before its origin's node has a name
-  Timer paced_;     // until then it is not made: too many are made
-  Timer unnamed_;   // what a warning would name has no name yet; then it is told without
+  Timer paced_;     // until then it is not made: too many are made, or it could not be
   std::uint64_t last_number_ = 0;   // of what was published, or waits to be
   std::uint64_t before_first_ = 0;  // the same before the first one that waits
   std::uint64_t sample_bytes_ = 0;  // of the largest that was published
@@ -155,7 +159,7 @@ class Mirror {
   std::uint32_t depth_max_ = std::numeric_limits<std::uint32_t>::max();
   bool waits_ = false;     // for its identity's pace: counted once
   bool is_local_ = false;  // the origin lives, or lived, in the local graph: a loop
-  bool failed_ = false;    // until it is offered again
+  bool failed_ = false;    // until it is offered again, or another attempt is due
 };
 
 }  // namespace connect_bridge

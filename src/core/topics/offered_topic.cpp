@@ -187,8 +187,9 @@ void OfferedTopic::update_demand(const Now& now) {
   const bool on = std::any_of(origins_.begin(), origins_.end(), [&](const auto& origin) {
     return origin.second->wants(*this, listened, now);
   });
-  if (std::exchange(demanded_, on) == on) return;
-  peer_.change_demand(*this, on);
+  if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
+  if (on || listened) return;
+  for (const auto& [id, mirror] : origins_) context_.forget_kept(*mirror, *this, now);
 }
 
 // Messages of /parameter_events are permitted one by one, by rules that may have changed when the

@@ -160,6 +160,7 @@ void Node::State::read_arguments(const NodeOptions& options) {
 
 void Node::State::open(const NodeOptions& options) {
   const bool is_loaded = rmw_get_implementation_identifier() != nullptr;  // else rcl says why
+  ask_for_whole_graph(is_loaded);
   const FastDdsProfile profile(is_loaded,
                                options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
   open_context(options);
@@ -276,9 +277,14 @@ const std::vector<std::string>& Node::parameter_files() const {
 Node::Overrides Node::read_overrides_again() const {
   std::vector<const char*> words;
   for (const auto& word : state_->all_arguments) words.push_back(word.c_str());
+  const int count = static_cast<int>(words.size());
+  std::string wrong;
+  for (const auto& problem : problems_of_parameter_files(count, words.data()))
+    wrong += (wrong.empty() ? "" : "; ") + problem;
+  if (!wrong.empty()) return {{}, wrong};
   rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
-  const rcl_ret_t result = rcl_parse_arguments(static_cast<int>(words.size()), words.data(),
-                                               rcl_get_default_allocator(), &arguments);
+  const rcl_ret_t result =
+      rcl_parse_arguments(count, words.data(), rcl_get_default_allocator(), &arguments);
   if (result != RCL_RET_OK) return {{}, error_text("cannot read the parameters", result)};
   Overrides again;
   std::vector<std::string> others;

@@ -33,7 +33,7 @@ class RosError : public std::runtime_error {
 
 struct NodeOptions {
   std::string name;  // "connect_server", unless the arguments say otherwise
-  // The arguments of main(): --ros-args with remaps, __node, __ns, --log-level, --params-file, -p.
+  // The arguments of main(): --ros-args with __node, __ns, --log-level, --params-file, -p.
   int argc = 0;
   const char* const* argv = nullptr;
   bool publishes_images = false;  // or other messages of megabytes: see FastDdsProfile

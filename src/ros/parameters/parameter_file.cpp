@@ -2,11 +2,18 @@
 
 #include <rcl/allocator.h>
 #include <rcl_yaml_param_parser/parser.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <map>
+#include <string_view>
+#include <system_error>
 
+#include "core/wire/text.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -33,6 +40,123 @@ ParameterValue value_of(const rcl_variant_t& value) {
   return strings;
 }
 
+constexpr std::size_t kKeyShown = 100;  // bytes
+
+// Follows the events of a parser and reports keys that are given twice. Keys are compared by their
+// whole names, as rcl joins them: `rule.drive: {...}` and `rule: {drive: {...}}` are the same.
+class TwiceGiven : public YAML::EventHandler {
+ public:
+  TwiceGiven(std::string file, std::vector<std::string>& problems)
+      : file_(std::move(file)), problems_(problems) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { scalar(mark, "~"); }
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override { end_node(); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string& value) override {
+    scalar(mark, value);
+  }
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    enter(false);
+  }
+  void OnSequenceEnd() override { leave(); }
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    enter(true);
+  }
+  void OnMapEnd() override { leave(); }
+
+ private:
+  struct Level {
+    bool is_map = false;
+    bool at_key = false;  // in a map: the next node is a key
+    std::string name;     // of the map itself
+    std::string key;      // in a map: the whole name of its present key
+  };
+
+  void scalar(const YAML::Mark& mark, const std::string& text) {
+    if (!levels_.empty() && levels_.back().at_key) note_key(levels_.back(), mark, text);
+    end_node();
+  }
+
+  void note_key(Level& level, const YAML::Mark& mark, const std::string& text) {
+    level.key = level.name.empty() ? text : level.name + "." + text;
+    const auto [first, is_new] = lines_.try_emplace(level.key, mark.line + 1);
+    if (is_new) return;
+    problems_.push_back(file_ + ":" + std::to_string(mark.line + 1) + ": \"" +
+                        to_text(text, kKeyShown) + "\" is given twice, first in line " +
+                        std::to_string(first->second));
+    level.key = unnamed();  // its own keys were told with it
+  }
+
+  // What has no key of its own, an entry of a list, gets a name that no other has.
+  void enter(bool is_map) {
+    const bool has_key = !levels_.empty() && levels_.back().is_map && !levels_.back().at_key;
+    std::string name = has_key ? levels_.back().key : "";
+    if (!has_key && !levels_.empty()) name = unnamed();
+    levels_.push_back({is_map, is_map, std::move(name), {}});
+  }
+
+  std::string unnamed() { return "#" + std::to_string(++unnamed_); }
+
+  void leave() {
+    levels_.pop_back();
+    end_node();
+  }
+
+  // In a map keys and values take turns.
+  void end_node() {
+    if (!levels_.empty() && levels_.back().is_map) levels_.back().at_key = !levels_.back().at_key;
+  }
+
+  const std::string file_;
+  std::vector<std::string>& problems_;
+  std::vector<Level> levels_;
+  std::map<std::string, int> lines_;  // of each key, by its whole name: where it was first given
+  int unnamed_ = 0;
+};
+
+std::vector<std::string> yaml_problems(std::istream& text, const std::string& file) {
+  std::vector<std::string> problems;
+  TwiceGiven twice_given(file, problems);
+  try {
+    YAML::Parser parser(text);
+    while (parser.HandleNextDocument(twice_given)) {
+    }
+  } catch (const YAML::Exception& error) {
+    problems.push_back(file + ":" + std::to_string(error.mark.line + 1) + ":" +
+                       std::to_string(error.mark.column + 1) + ": " + error.msg);
+  }
+  return problems;
+}
+
+// A pipe can be read once only, and rcl has to.
+bool can_be_read_twice(const std::string& file) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(file, failed);
+}
+
+ParameterFile read_file(const std::string& file, std::vector<std::string>& problems) {
+  ParameterFile result;
+  std::ifstream text(file);
+  if (!text) {
+    problems.push_back(file + ": cannot be opened: " + std::strerror(errno));
+    return result;
+  }
+  if (can_be_read_twice(file)) problems = yaml_problems(text, file);
+  if (!problems.empty()) return result;
+  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
+  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
+    result.sections = take_sections(params);
+    return result;
+  }
+  problems.push_back(file + ": " + words_of_rcl());
+  if (params != nullptr) rcl_yaml_node_struct_fini(params);
+  return result;
+}
+
 }  // namespace
 
 std::vector<ParameterSection> take_sections(rcl_params_s* params) {
@@ -53,19 +177,35 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
 }
 
 ParameterFile read_parameter_file(const std::string& file) {
-  ParameterFile result;
-  if (!std::ifstream(file)) {
-    result.problem = file + ": cannot be opened: " + std::strerror(errno);
-    return result;
-  }
-  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
-  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
-    result.sections = take_sections(params);
-    return result;
-  }
-  result.problem = file + ": " + words_of_rcl();
-  if (params != nullptr) rcl_yaml_node_struct_fini(params);
+  std::vector<std::string> problems;
+  ParameterFile result = read_file(file, problems);
+  for (const auto& problem : problems)
+    result.problem += (result.problem.empty() ? "" : "; ") + problem;
   return result;
+}
+
+std::vector<std::string> problems_of_parameter_file(const std::string& file) {
+  std::vector<std::string> problems;
+  static_cast<void>(read_file(file, problems));
+  return problems;
+}
+
+std::vector<std::string> problems_of_parameter_files(int argc, const char* const* argv) {
+  std::vector<std::string> problems;
+  bool for_ros = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument(argv[i]);
+    if (argument == "--ros-args" || argument == "--") {
+      for_ros = argument == "--ros-args";
+    } else if (for_ros && argument == "--params-file" && i + 1 < argc) {
+      const std::string file(argv[++i]);
+      std::error_code failed;
+      if (!std::filesystem::exists(file, failed) || can_be_read_twice(file))
+        for (auto& problem : problems_of_parameter_file(file))
+          problems.push_back(std::move(problem));
+    }
+  }
+  return problems;
 }
 
 }  // namespace connect_bridge::ros

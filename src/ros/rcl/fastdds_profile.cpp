@@ -106,6 +106,11 @@ FastDdsProfile::FastDdsProfile(bool is_loaded, std::size_t segment_bytes) {
   setenv(variable_, path_.c_str(), 1);
 }
 
+void ask_for_whole_graph(bool is_loaded) {
+  if (!is_loaded || !loaded_version() || getenv("ROS_DISCOVERY_SERVER") == nullptr) return;
+  setenv("ROS_SUPER_CLIENT", "TRUE", 0);
+}
+
 FastDdsProfile::~FastDdsProfile() {
   if (path_.empty()) return;
   unsetenv(variable_);

@@ -39,4 +39,10 @@ class FastDdsProfile {
   std::string path_;  // empty: none
 };
 
+// With a discovery server (ROS_DISCOVERY_SERVER) a process is told of those endpoints alone that
+// match its own: a bridge, which has none yet, would find nothing to bridge. So it asks to be told
+// of all, as a "super client", unless the user has chosen (ROS_SUPER_CLIENT). For Fast DDS; before
+// the process makes its first node. Thread: not beside others that read or change the environment.
+void ask_for_whole_graph(bool is_loaded);
+
 }  // namespace connect_bridge::ros

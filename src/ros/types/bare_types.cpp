@@ -22,10 +22,6 @@ Refusal no_hash(const TypeName& name, const std::string& hash) {
   return {"type_mismatch", "\"" + hash + "\" is not a hash of the type " + name.full()};
 }
 
-Refusal too_many_hashes(const TypeName& name) {
-  return {"type_mismatch", "the type " + name.full() + " has too many different definitions"};
-}
-
 // A service type, and all that its handle points to.
 struct BareService : ServiceType {
   BareService(const TypeName& of, const TypeHash& the_hash)
@@ -46,7 +42,7 @@ struct BareService : ServiceType {
   const std::string name_space, service_name;
   service_type_support_callbacks_t callbacks{};
   Hashed<rosidl_service_type_support_t> support;
-  std::shared_ptr<BareMessageType> request_type, response_type;  // live as long as this
+  std::shared_ptr<BareMessageType::Use> request_use, response_use;
 };
 
 }  // namespace
@@ -84,30 +80,38 @@ void BareMessageType::connect(Handle& handle) const {
   };
 }
 
-const rosidl_message_type_support_t* BareMessageType::with_hash(const std::string& text,
-                                                                const TypeHash& hash) {
-  auto found = handles_.find(text);
-  if (found == handles_.end()) {
-    if (handles_.size() >= kHashesMax) return nullptr;
-    found = handles_.try_emplace(text, hash).first;
-    connect(found->second);
+// Peers may name any number of hashes, one after the other, and a middleware may point to a handle
+// for longer than it is used: handles stay, and those that nobody uses get another hash.
+BareMessageType::Handle& BareMessageType::handle_of(const std::string& text, const TypeHash& hash) {
+  const auto known = handles_.find(text);
+  if (known != handles_.end()) return known->second;
+  const auto idle = std::find_if(handles_.begin(), handles_.end(),
+                                 [](const auto& entry) { return entry.second.use.expired(); });
+  if (idle == handles_.end()) {
+    Handle& made = handles_.try_emplace(text, hash).first->second;
+    connect(made);
+    return made;
   }
-  return &found->second;
+  auto node = handles_.extract(idle);
+  node.key() = text;
+  node.mapped().hash = node.mapped().introspection.hash = hash;
+  return handles_.insert(std::move(node)).position->second;
+}
+
+BareMessageType::Used BareMessageType::with_hash(const std::string& text, const TypeHash& hash,
+                                                 std::shared_ptr<BareMessageType> self) {
+  Handle& handle = handle_of(text, hash);
+  auto use = handle.use.lock();
+  if (!use) {
+    use = std::make_shared<Use>(std::move(self));
+    handle.use = use;
+  }
+  return {&handle, std::move(use)};
 }
 
 std::shared_ptr<BareMessageType::Use> BareMessageType::in_use(const std::string& hash) const {
   const auto found = handles_.find(hash);
   return found == handles_.end() ? nullptr : found->second.use.lock();
-}
-
-std::shared_ptr<BareMessageType::Use> BareMessageType::use(const std::string& hash,
-                                                           std::shared_ptr<BareMessageType> self) {
-  auto used = in_use(hash);
-  if (!used) {
-    used = std::make_shared<Use>(std::move(self));
-    handles_.at(hash).use = used;
-  }
-  return used;
 }
 
 bool BareMessageType::is_described() const {
@@ -147,11 +151,9 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
   const auto parsed = parse_type_hash(hash);
   if (!parsed) return no_hash(name, hash);
   auto found = type(name);
-  const auto* handle = found->with_hash(hash, *parsed);
-  if (handle == nullptr) return too_many_hashes(name);
   BareMessageType& made = *found;
-  return std::shared_ptr<const rosidl_message_type_support_t>(made.use(hash, std::move(found)),
-                                                              handle);
+  auto used = made.with_hash(hash, *parsed, std::move(found));
+  return std::shared_ptr<const rosidl_message_type_support_t>(std::move(used.use), used.handle);
 }
 
 void BareTypes::describe(const TypeName& name, const std::string& hash,
@@ -184,13 +186,15 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   // without them rmw_fastrtps_cpp writes an error to the terminal.
   const std::string nobodys = "RIHS01_" + std::string(64, '0');
   const TypeHash of_part = parse_type_hash(nobodys).value();
-  const auto part = [&](const char* end, std::shared_ptr<BareMessageType>& keep) {
-    keep = type({name.package, name.kind, name.name + end});
-    return keep->with_hash(nobodys, of_part);
+  const auto part = [&](const char* end, std::shared_ptr<BareMessageType::Use>& keep) {
+    auto of = type({name.package, name.kind, name.name + end});
+    BareMessageType& part_type = *of;
+    auto used = part_type.with_hash(nobodys, of_part, std::move(of));
+    keep = std::move(used.use);
+    return used.handle;
   };
-  const auto* requests = part("_Request", made->request_type);
-  const auto* responses = part("_Response", made->response_type);
-  if (requests == nullptr || responses == nullptr) return too_many_hashes(name);
+  const auto* requests = part("_Request", made->request_use);
+  const auto* responses = part("_Response", made->response_use);
   made->connect(requests, responses);
   const auto use = service_use(made->name, hash);
   made->request = bare_form(made->name + "_Request", use);
@@ -198,12 +202,9 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   return Service{std::move(made)};
 }
 
-bool BareTypes::uses(std::string_view package) const {
-  const std::string first = std::string{package} + "/";
-  for (auto at = types_.lower_bound(first); at != types_.end() && at->first.starts_with(first);
-       ++at)
-    if (!at->second.expired()) return true;
-  return false;
+bool BareTypes::uses(std::string_view type) const {
+  const auto found = types_.find(type);
+  return found != types_.end() && !found->second.expired();
 }
 
 std::size_t BareTypes::described() const {

@@ -24,8 +24,6 @@ namespace connect_bridge::ros {
 // has that type, so there is one of these per name, and it lives as long as any user of it.
 class BareMessageType {
  public:
-  static constexpr std::size_t kHashesMax = 64;
-
   explicit BareMessageType(TypeName name);
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
@@ -37,10 +35,14 @@ class BareMessageType {
     std::shared_ptr<BareMessageType> type;
   };
 
-  // For rcl; lives as long as this. nullptr: there are kHashesMax other hashes.
-  const rosidl_message_type_support_t* with_hash(const std::string& text, const TypeHash& hash);
-  // The use of a hash that with_hash() knows, made with `self` if there is none now.
-  std::shared_ptr<Use> use(const std::string& hash, std::shared_ptr<BareMessageType> self);
+  // `handle` is for rcl. It lives as long as this, and has this hash as long as `use`, which is
+  // made with `self` if there is none now.
+  struct Used {
+    const rosidl_message_type_support_t* handle;
+    std::shared_ptr<Use> use;
+  };
+  Used with_hash(const std::string& text, const TypeHash& hash,
+                 std::shared_ptr<BareMessageType> self);
   // nullptr: nobody uses it now.
   [[nodiscard]] std::shared_ptr<Use> in_use(const std::string& hash) const;
   [[nodiscard]] bool is_described() const;
@@ -57,6 +59,7 @@ class BareMessageType {
     std::weak_ptr<Use> use;
   };
 
+  Handle& handle_of(const std::string& text, const TypeHash& hash);
   void connect(Handle& handle) const;
   static const rosidl_message_type_support_t* find(const rosidl_message_type_support_t* handle,
                                                    const char* identifier);
@@ -76,16 +79,16 @@ class BareTypes {
   using Service = std::variant<std::shared_ptr<ServiceType>, Refusal>;
 
   // Type support for endpoints that carry bytes. `hash` is "RIHS01_..." or empty. A Refusal has the
-  // code "type_mismatch": the hash is not valid, or there are too many for this name.
+  // code "type_mismatch": the hash is not valid.
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
   // To those who use the type of this name and hash now, of messages or of services.
   void describe(const TypeName& name, const std::string& hash, const std::string& text) const;
 
-  // Whether a type of this package is in use. If so, the package's other types must be made at run
-  // time too: installed types and these must not be mixed in a service.
-  [[nodiscard]] bool uses(std::string_view package) const;
+  // Whether the type of this full name is in use. While it is, the middleware keeps what was made
+  // here, also if its package is installed meanwhile.
+  [[nodiscard]] bool uses(std::string_view type) const;
   // How many types of messages are in use, those of requests and responses among them.
   [[nodiscard]] std::size_t size() const;
   // Of how many of them the fields are known.

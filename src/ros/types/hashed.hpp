@@ -57,7 +57,7 @@ struct Hashed : Support {
       return &NoDescription::instance().sources;
     };
   }
-  const TypeHash hash;
+  TypeHash hash;
 };
 
 #else
@@ -71,6 +71,7 @@ inline std::optional<TypeHash> parse_type_hash(const std::string&) {
 template <class Support>
 struct Hashed : Support {
   explicit Hashed(const TypeHash&) : Support{} {}
+  TypeHash hash;
 };
 
 #endif

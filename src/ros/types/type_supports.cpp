@@ -201,7 +201,7 @@ std::variant<const void*, Refusal> TypeSupports::load(const std::string& type,
   if (!name) {
     return Refusal{"type_unknown", "\"" + type + "\" is not a name of a " + kind + " type"};
   }
-  void* library = bare_.uses(name->package) ? nullptr : library_of(name->package);
+  void* library = bare_.uses(type) ? nullptr : library_of(name->package);
   if (library == nullptr) {
     std::string ros_package = name->package;
     std::replace(ros_package.begin(), ros_package.end(), '_', '-');

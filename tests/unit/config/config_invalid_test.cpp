@@ -27,6 +27,10 @@ const Case kCases[] = {
      "listen.prot: 1 is wrong, expected a known "
      "parameter; did you mean listen.port?"},
     {"unknown_part", kServer, "port: 1", "did you mean listen.port?"},
+    {"unknown_of_the_other_role", kServer, "ulr: ws://localhost",
+     "did you mean url? That is a parameter of the client"},
+    {"unknown_part_of_the_other_role", kClient, "listen: {prot: 1}",
+     "did you mean listen.port? That is a parameter of the server"},
     {"unknown_far", kServer, "wombat_colour: red", "docs/config.md lists them"},
     {"unknown_secret", kServer, "auth: {tokn: hush}",
      "auth.tokn: (hidden) is wrong, expected a known parameter; did you mean auth.token?"},

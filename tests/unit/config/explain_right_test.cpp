@@ -49,7 +49,7 @@ TEST(ExplainRight, TheRuleThatDecides) {
   EXPECT_THAT(text,
               HasSubstr("allowed by rule \"drive\" (rule.drive.import_topics: \"/cmd_vel\")"));
   EXPECT_THAT(text, HasSubstr("the peer's rules must have it in export_topics; those of a client "
-                              "without rules do"));
+                              "without rules do\n"));
   question.type = "p/msg/Other";
   EXPECT_THAT(said(question), HasSubstr("/cmd_vel: not allowed\n"));
   EXPECT_THAT(said(question), HasSubstr("matches, but is only for the types"));
@@ -136,6 +136,27 @@ TEST(ExplainRight, AClientWithoutRules) {
   const auto text = explain_right(config, topic("/scan", Direction::kImport));
   EXPECT_THAT(text, HasSubstr("allowed by the default rules of a client"));
   EXPECT_THAT(text, Not(HasSubstr("rule.default")));
+}
+
+// They deny /rosout, and let a server call nothing.
+TEST(ExplainRight, WhatTheDefaultRulesOfTheClientHave) {
+  const auto said_of = [](const char* rule, OpenedBy what, const char* name, Direction direction) {
+    RightQuestion question = topic(name, direction);
+    question.what = what;
+    const std::string rules = std::string("rules: [a]\nrule: {a: {") + rule + ": [\"/**\"]}}";
+    return explain_right(config_of(yaml(rules), Role::kServer), question);
+  };
+  const std::string not_so = "; those of a client without rules do not\n";
+  EXPECT_THAT(said_of("export_topics", OpenedBy::kTopics, "/rosout", Direction::kExport),
+              HasSubstr("have it in import_topics" + not_so));
+  EXPECT_THAT(said_of("export_topics", OpenedBy::kTopics, "/scan", Direction::kExport),
+              HasSubstr("; those of a client without rules do\n"));
+  EXPECT_THAT(said_of("import_topics", OpenedBy::kTopics, "/rosout", Direction::kImport),
+              HasSubstr(not_so));
+  EXPECT_THAT(said_of("import_services", OpenedBy::kServices, "/s", Direction::kImport),
+              HasSubstr(not_so));
+  EXPECT_THAT(said_of("export_actions", OpenedBy::kActions, "/go", Direction::kExport),
+              HasSubstr("; those of a client without rules do\n"));
 }
 
 // The text agrees with the policy for every question.

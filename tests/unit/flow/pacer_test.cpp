@@ -44,6 +44,22 @@ TEST(Pacer, BothDirectionsMayBeFull) {
   }
 }
 
+// Somebody at this end loads something: acknowledgements come 200 ms late, and say nothing about
+// the way there.
+TEST(Pacer, AQueueOnTheWayBackDoesNotHoldUpBulk) {
+  for (const double back : {4, 18, 58}) {
+    auto options = thin_link();
+    options.back.rate = megabits(back);
+    options.back.foreign_from = 3s;
+    options.back.foreign_to = options.lasts = 20s;
+    options.warm_up = 5s;
+    const auto there = run_bed(options).there;
+    EXPECT_GT(there.bulk_share, 0.8) << back;
+    EXPECT_LT(there.percentile_ms(0.5), 3) << back;
+    EXPECT_LT(there.percentile_ms(0.99), 20) << back;
+  }
+}
+
 TEST(Pacer, WhatFitsIsNotSlowedDown) {
   auto options = thin_link();
   options.there.bulk_per_second = 3;
@@ -175,6 +191,18 @@ TEST(Pacer, BesideSomebodyElseBulkHasAShare) {
 TEST(Pacer, ANewConnectionBesideSomebodyElseHasAShare) {
   for (const double rate : {4, 18, 58}) {
     EXPECT_GT(run_bed(beside_somebody_else(rate, 1ms, 2s)).there.bulk_share, 0.25) << rate;
+  }
+}
+
+// Images with pauses between them that are less than its share.
+TEST(Pacer, BesideSomebodyElseWhatFitsIsNotSlowedDown) {
+  for (const double rate : {18, 58}) {
+    auto options = beside_somebody_else(rate, 4s, 0s);
+    options.there.bulk_per_second = 5;
+    options.there.bulk_bytes = rate > 20 ? 240'000 : 80'000;
+    options.there.foreign_to = options.lasts = 30s;
+    const double offered = 5.0 * options.there.bulk_bytes * 8 / (rate * 1e6);
+    EXPECT_GT(run_bed(options).there.bulk_share, 0.97 * offered) << rate;
   }
 }
 

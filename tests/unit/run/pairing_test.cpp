@@ -77,6 +77,14 @@ TEST(Invitation, SaysWhenAnotherPortIsDialed) {
     EXPECT_THAT(text(same), testing::Not(HasSubstr("It dials"))) << same;
 }
 
+// Each further try costs the server one of ten.
+TEST(Invitation, ARefusedOneIsNotShownAgain) {
+  EXPECT_THAT(refused_invitation(4003), HasSubstr("the server refused the invitation"));
+  for (const std::uint16_t code : {1001, 4004, 4012, 4013, 4015, 4016})
+    EXPECT_EQ(refused_invitation(code), "") << code;
+  EXPECT_EQ(refused_invitation(std::nullopt), "");
+}
+
 TEST(Arguments, OthersAreRefusedWithoutTheirValue) {
   const Arguments read = read_arguments({"--pair", "--x", "auth.token:=secret"}, Role::kServer);
   EXPECT_TRUE(read.pairs);

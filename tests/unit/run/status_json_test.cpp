@@ -25,8 +25,11 @@ TEST(StatusJson, WithoutLinks) {
   run.ros.types_not_installed = 4;
   run.today = {5, 6};
   run.this_month = {7, 8};
+  run.version = "1.2.3";
+  run.started = "2026-01-30T12:00:00Z";
   const auto json = Json::parse(to_json(status, run));
   EXPECT_EQ(json, Json::parse(R"({"time": "2026-01-31T12:00:00Z", "running": true,
+    "started": "2026-01-30T12:00:00Z", "version": "1.2.3",
     "node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
      "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
@@ -34,6 +37,13 @@ TEST(StatusJson, WithoutLinks) {
     "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
               "month": {"sent_bytes": 7, "received_bytes": 8}},
     "last_failure": "refused", "links": []})"));
+}
+
+TEST(StatusJson, TheEndOfItsCertificate) {
+  RunStatus run;
+  EXPECT_FALSE(Json::parse(to_json({}, run)).contains("certificate_valid_until"));
+  run.certificate_valid_until = "2026-12-08T00:00:00Z";
+  EXPECT_EQ(Json::parse(to_json({}, run)).at("certificate_valid_until"), "2026-12-08T00:00:00Z");
 }
 
 TEST(StatusJson, WhoCameToAServer) {
@@ -70,6 +80,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   link.node = "/peer";
   link.identity = "anna";
   link.open = true;
+  link.open_for = std::chrono::milliseconds(61'900);
   link.sent_bytes = 1;
   link.received_bytes = 2;
   link.queued_bytes = 3;
@@ -102,8 +113,8 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
   Status status;
   status.links = {link};
   EXPECT_EQ(Json::parse(to_json(status, {})).at("links"), Json::parse(R"([{
-    "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "connects": 5,
-    "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
+    "peer": "10.0.0.2:4", "node": "/peer", "identity": "anna", "open": true, "open_seconds": 61,
+    "connects": 5, "mirrors_waited": 7, "sent_bytes": 1, "received_bytes": 2, "queued_bytes": 3,
     "unacknowledged_bytes": 4, "memory_bytes": 6, "rate_bytes_per_second": 2250000,
     "path_queue_ms": 1.5,
     "clock": {"offset_ms": -1500.0, "round_trip_ms": 2.5, "error_bound_ms": 1.25}, "topics": [
@@ -111,8 +122,7 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "messages": 3, "bytes": 30, "wire_bytes": 20, "queued": 1, "dropped": {"rate": 4},
        "declined": "no such type"},
       {"topic": "/b", "type": "p/msg/T", "direction": "import", "demanded": false, "origins": 0,
-       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {},
-       "latency_ms": 2.5}],
+       "messages": 0, "bytes": 0, "wire_bytes": 0, "queued": 0, "dropped": {}, "latency_ms": 2.5}],
     "services": [
       {"service": "/s", "type": "p/srv/S", "direction": "export", "attached": true, "pending": 1,
        "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,

@@ -41,8 +41,7 @@ const std::string kAll = "attach 1 1\nattach 2 2\nattach 3 3\n";
 TEST_F(ActionServices, ACancelGoesWhereTheGoalsGo) {
   s_.say(1, Offer{{part(1, "cancel_goal")}, true});
   EXPECT_EQ(s_.said(1), "attach 1 1\n");
-  s_.say(2,
-         Offer{{part(1, "cancel_goal"), part(2, "get_result"), part(3, "send_goal")}, true});
+  s_.say(2, Offer{{part(1, "cancel_goal"), part(2, "get_result"), part(3, "send_goal")}, true});
   EXPECT_EQ(s_.said(1), "withdraw 1\n");
   EXPECT_EQ(s_.said(2), "attach 2 1\nattach 3 2\nattach 1 3\n");
   s_.say(1, Offer{{part(2, "get_result"), part(3, "send_goal")}, false});

@@ -189,6 +189,21 @@ TEST(ServiceImports, CompressedAnswersReachTheirCallers) {
   EXPECT_EQ(s.did(), "drop_request 1.3\nclose 1 4002\n");
 }
 
+// Small answers of a hostile peer must not become gigabytes here, in the loop or in workers.
+TEST(ServiceImports, FewBytesOfAnswersDoNotBecomeGigabytes) {
+  Script s(server({callable()}));
+  mirrored(s);
+  constexpr std::uint32_t kCalls = 40;
+  for (std::uint32_t i = 1; i <= kCalls; ++i) request(s, i, "q");
+  s.did();
+  for (std::uint32_t i = 1; i <= kCalls; ++i)
+    s.message(1, 1, i, Payload::adopt(Bytes(2000, 0)), Codec::kZstd, 64 << 20);
+  const std::string did = s.did();
+  EXPECT_EQ(did.substr(0, 13), "decompress 1\n");
+  EXPECT_EQ(did.find("decompress", 1), std::string::npos);
+  EXPECT_EQ(first(s).refused, kCalls - 1);
+}
+
 TEST(ServiceImports, AnAnswerThatDoesNotDecompressIsNotAskedForAgain) {
   Script s(server({callable()}));
   mirrored(s);

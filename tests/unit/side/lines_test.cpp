@@ -1,6 +1,10 @@
 // What an operator reads when a type is missing: one line for each cause, on both sides.
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <variant>
+#include <vector>
+
 #include "unit/side/action.hpp"
 #include "unit/side/script.hpp"
 
@@ -58,6 +62,64 @@ TEST(Lines, APeersWordsAreToldAsItsOwn) {
             "/peer at 10.0.0.1 does not import /a, and says: the type p/msg/T is not known here "
             "(type_unknown)\n"
             "lost the link with /peer at 10.0.0.1: it says: lost\n");
+}
+
+// What the log has now, with its level.
+std::vector<std::pair<LogLevel, std::string>> lines_of(Script& s) {
+  std::vector<std::pair<LogLevel, std::string>> lines;
+  while (const auto action = s.side.next_action())
+    if (const auto* log = std::get_if<Log>(&*action)) lines.emplace_back(log->level, log->text);
+  return lines;
+}
+
+TEST(Lines, APeerThatStopsIsNoTrouble) {
+  for (const char* said : {"the peer is stopping", ""}) {
+    Script s(server());
+    s.join(1);
+    s.did();
+    s.give(ConnectionClosed{{1}, 1001, said});
+    const auto lines = lines_of(s);
+    ASSERT_EQ(lines.size(), 1U);
+    EXPECT_EQ(lines[0].first, LogLevel::kInfo);
+    EXPECT_EQ(lines[0].second, "the link with /peer at 10.0.0.1 was closed: the peer is stopping");
+  }
+}
+
+TEST(Lines, WhatAPeerSaysWhenItStopsIsToldAsItsOwn) {
+  Script s(server());
+  s.join(1);
+  s.did();
+  s.give(ConnectionClosed{{1}, 1000, "the peer is stopping"});
+  const auto lines = lines_of(s);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].first, LogLevel::kInfo);
+  EXPECT_EQ(lines[0].second,
+            "the link with /peer at 10.0.0.1 was closed: it says: the peer is stopping");
+}
+
+TEST(Lines, ALinkThatIsLostIsTrouble) {
+  Script s(server());
+  s.join(1);
+  s.did();
+  s.lose(1);
+  const auto lines = lines_of(s);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].first, LogLevel::kWarn);
+  EXPECT_EQ(lines[0].second, "lost the link with /peer at 10.0.0.1: lost");
+}
+
+TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {
+  Script s(client());
+  s.give(TimePassed{});
+  std::uint32_t dial = 0;
+  while (s.at < 21 * 60'000) {
+    if (s.did().find("dial ") != std::string::npos) s.give(DialFailed{{++dial}, "refused"});
+    s.pass(1000);
+  }
+  EXPECT_EQ(s.logged,
+            "cannot connect: refused; trying again\n"
+            "still cannot connect, for 10 min: refused; trying again\n"
+            "still cannot connect, for 20 min: refused; trying again\n");
 }
 
 }  // namespace

@@ -235,14 +235,17 @@ TEST(SideLogin, ACredentialThatChangesWhileAClientLogsInIsRenewedThen) {
   EXPECT_THAT(s.said(1), HasSubstr("renew token new\n"));
 }
 
-TEST(SideLogin, AClientSaysThatItNeedsAnotherCredential) {
-  for (const std::uint16_t code : {4003, 4013, 4015}) {
+TEST(SideLogin, AClientSaysWhatItNeeds) {
+  for (const auto& [code, words] : {std::pair{4003, "lost; the server's log says why. Dialing"},
+                                    std::pair{4013, "lost; another credential is needed"},
+                                    std::pair{4015, "lost; the server's log says why. Dialing"}}) {
     Script s(with_token());
     s.give(TimePassed{});
     s.be_welcomed(1);
-    s.lose(1, code);
+    s.lose(1, static_cast<std::uint16_t>(code));
     s.did();
-    EXPECT_THAT(s.logged, HasSubstr("another credential is needed"));
+    EXPECT_THAT(s.logged, HasSubstr(words));
+    EXPECT_THAT(s.logged, HasSubstr("in its file is used as soon as it is there"));
   }
 }
 

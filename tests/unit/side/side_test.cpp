@@ -20,6 +20,20 @@ TEST(Side, BeginsWithItsClaimAndAClientDials) {
   EXPECT_EQ(s.side.next_deadline(), TimePoint{} + std::chrono::seconds(3));  // a sign of life
 }
 
+TEST(Side, ALinkTellsForHowLongItIsOpen) {
+  Script s(server());
+  s.pass(1000);
+  const Token128 session = s.join(1);
+  s.pass(2500);
+  EXPECT_EQ(s.status().links.at(0).open_for, std::chrono::milliseconds(2500));
+  s.lose(1);
+  s.pass(100);
+  EXPECT_EQ(s.status().links.at(0).open_for, Duration::zero());
+  s.join(2, session);
+  s.pass(700);
+  EXPECT_EQ(s.status().links.at(0).open_for, std::chrono::milliseconds(700));
+}
+
 TEST(Side, AServerDoesNotDial) {
   Script s(server());
   s.give(TimePassed{});

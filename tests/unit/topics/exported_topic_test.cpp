@@ -37,6 +37,21 @@ TEST(ExportedTopic, AsksForTheWeakestOfWhatItsPublishersOffer) {
   EXPECT_NE(s.logged.find("subscribed as volatile"), std::string::npos);
 }
 
+// A robot that starts, or comes back, must not drive by what its operator sent some time ago.
+TEST(ExportedTopic, AsksForNothingThatThePublisherOfACommandKeeps) {
+  OneLink peer;
+  Exporting s;
+  const TopicKey key{"/cmd_vel", "geometry_msgs/msg/Twist"};
+  ExportedTopic command{s.context, key};
+  Topic state = topic("/cmd_vel").pub(1, latched(1));
+  state.type = key.second;
+  s.graph = picture({state});
+  command.on_graph(ms(0));
+  EXPECT_TRUE(command.offer_to(peer.link));
+  s.demand(peer);
+  EXPECT_EQ(s.did(), "subscribe 1 /cmd_vel reliable volatile 100\n");
+}
+
 TEST(ExportedTopic, IsSubscribedNotTooOften) {
   OneLink peer;
   Exporting s;

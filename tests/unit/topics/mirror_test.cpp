@@ -130,6 +130,63 @@ TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
     EXPECT_EQ(period, std::chrono::milliseconds(1));
 }
 
+// Whoever listens next gets what is true then: the exporter sends the last samples.
+TEST(Mirror, WhatItKeepsDoesNotGrowStaleWhileNobodyListens) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7, latched(1)), origin(2, 8)});
+  s.demanded();
+  s.did();
+  static_cast<void>(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(0)));
+  static_cast<void>(s.mirror(8).publish(1, sample("odom"), TimePoint::max(), ms(0)));
+  s.mirror(7).update(ms(0));
+  EXPECT_EQ(s.did(), "publish 1 map\npublish 2 odom\n");
+  s.graph = picture({topic("/a")});
+  s.mirror(7).update(ms(1));
+  s.mirror(8).update(ms(1));
+  EXPECT_EQ(s.did(), "unmirror 1\nmirror 3 /a reliable latched 1\n");
+  EXPECT_EQ(s.demanded(), "1: demand 1 off\n2: ");
+  s.mirror(7).update(ms(2));
+  EXPECT_EQ(s.did(), "");
+  s.listen();
+  s.mirror(7).update(ms(3));
+  EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
+  EXPECT_EQ(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(4)), std::nullopt);
+}
+
+// Another link may have offered the name with another type, and ended.
+TEST(Mirror, WhatCouldNotBeMadeIsTriedAgain) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7)});
+  s.did();
+  s.mirror(7).on_failed({{1}, "type_mismatch", "the topic /a has another type here"}, ms(0));
+  EXPECT_EQ(s.demanded(), "1: decline 1 type_mismatch\n2: ");
+  s.pass_to(29'999);
+  EXPECT_EQ(s.did(), "");
+  s.pass_to(30'000);
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
+  s.mirror(7).on_failed({{2}, "type_mismatch", "the topic /a has another type here"}, ms(30'000));
+  EXPECT_EQ(s.demanded(), "1: 2: ");  // it is declined already
+  s.pass_to(60'000);
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\n");
+  EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
+  s.mirror(7).on_failed({{3}, "type_unknown", "not installed"}, ms(60'000));
+  s.pass_to(200'000);
+  EXPECT_EQ(s.did(), "");
+}
+
+// Not even in between: of two links that offer it the rules allow neither any longer.
+TEST(Mirror, IsNotMadeForALinkThatTheRulesDoNotAllow) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7)});
+  s.offer(s.two, {origin(1, 7, latched(1))});
+  s.did();
+  s.policy = Policy{std::vector<Rule>{}};
+  s.one.recheck(ms(0));
+  EXPECT_EQ(s.did(), "unmirror 1\n");
+  s.two.recheck(ms(0));
+  EXPECT_EQ(s.did(), "");
+}
+
 // What the middleware keeps for late subscribers is bounded in bytes: by the depth, which follows
 // the largest sample, of all mirrors that a link feeds.
 TEST(Mirror, KeepsNoMoreBytesThanItsPeerMay) {

@@ -1,0 +1,36 @@
+#include "core/link/last_failure.hpp"
+
+namespace connect_bridge {
+namespace {
+
+// "20 min", "3 h", "4 days"
+std::string long_time(Duration time) {
+  constexpr int kHour = 60;
+  constexpr int kDay = 24 * kHour;
+  const auto minutes = std::chrono::duration_cast<std::chrono::minutes>(time).count();
+  if (minutes < 2 * kHour) return std::to_string(minutes) + " min";
+  if (minutes < 2 * kDay) return std::to_string(minutes / kHour) + " h";
+  return std::to_string(minutes / kDay) + " days";
+}
+
+}  // namespace
+
+void LastFailure::set(std::string reason, const Now& now) {
+  if (!since_) since_ = now.steady;
+  reason_ = std::move(reason);
+  next_ = now.steady + kPeriod;
+}
+
+void LastFailure::tell(Line line, const Now& now) {
+  const bool same = line.reason == reason_;
+  if (same && now.steady < next_) return;
+  set(line.reason, now);
+  if (same) {
+    outputs_.log(LogLevel::kWarn, "still cannot connect, for " + long_time(now.steady - *since_) +
+                                      ": " + line.reason + line.hint);
+  } else {
+    outputs_.log(line.level, line.what + line.reason + line.hint);
+  }
+}
+
+}  // namespace connect_bridge

@@ -1,0 +1,50 @@
+// Why the last connection ended, or never began: for the status and the log.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/base/time.hpp"
+#include "core/ports/outputs.hpp"
+
+namespace connect_bridge {
+
+// A client dials again and again, for as long as it takes. The log has a line about it when the
+// reason is another one, and every ten minutes while it stays the same. Single-threaded; owned by
+// Links.
+class LastFailure {
+ public:
+  static constexpr Duration kPeriod = std::chrono::minutes(10);
+
+  // A line of the log is `what`, the reason and `hint`.
+  struct Line {
+    LogLevel level = LogLevel::kWarn;
+    std::string what;
+    std::string reason;
+    std::string hint;
+  };
+
+  explicit LastFailure(Outputs& outputs) : outputs_(outputs) {}
+
+  // Empty: a link is open.
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+  // A link was lost or refused here; the log has been told of that.
+  void set(std::string reason, const Now& now);
+  // A client's: a dial failed, or the server did not welcome it.
+  void tell(Line line, const Now& now);
+  // A link is open.
+  void clear() {
+    reason_.clear();
+    since_.reset();
+  }
+
+ private:
+  Outputs& outputs_;
+  std::string reason_;
+  std::optional<TimePoint> since_;  // since then no link is open
+  TimePoint next_{};                // until then the same reason is not told again
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,82 @@
+#include "run/host_check.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "net/tls.hpp"
+
+namespace connect_bridge {
+namespace {
+
+std::string file_at(const ParameterMap& given, const char* key) {
+  const auto found = given.find(key);
+  const auto* file = found == given.end() ? nullptr : std::get_if<std::string>(&found->second);
+  return file ? *file : std::string{};
+}
+
+bool is_readable(const std::string& file) {
+  return !file.empty() && ::access(file.c_str(), R_OK) == 0;
+}
+
+// The certificate and the authorities one after the other, so that both are told.
+void check_tls(const ParameterMap& given, std::vector<std::string>& problems) {
+  const std::string certificate = file_at(given, "tls.certificate");
+  const std::string key = file_at(given, "tls.private_key");
+  const std::string authorities = file_at(given, "tls.ca");
+  std::string problem;
+  if (is_readable(certificate) && is_readable(key) &&
+      !make_server_tls({certificate, key, {}}, problem))
+    problems.push_back("tls: " + problem);
+  ClientTls trusting;
+  trusting.ca_file = authorities;
+  if (is_readable(authorities) && !make_client_tls(trusting, problem))
+    problems.push_back("tls: " + problem);
+}
+
+// Why no file can be made in the folder of this one; empty: one can.
+std::string folder_problem(const std::string& file) {
+  const auto slash = file.rfind('/');
+  std::string folder = slash == std::string::npos ? "." : file.substr(0, slash);
+  if (folder.empty()) folder = "/";
+  struct stat found {};
+  if (::stat(folder.c_str(), &found) != 0)
+    return "the folder " + folder + ": " + std::strerror(errno);
+  if (!S_ISDIR(found.st_mode)) return folder + " is not a folder";
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return "the folder " + folder + ": " + std::strerror(errno);
+  return {};
+}
+
+// As AuditFile::open() has it, without making the file.
+std::string audit_problem(const std::string& file) {
+  struct stat found {};
+  if (::lstat(file.c_str(), &found) != 0) return folder_problem(file);
+  if (!S_ISREG(found.st_mode)) return "it is not a regular file";
+  if (::access(file.c_str(), W_OK) != 0) return std::strerror(errno);
+  const uid_t user = ::geteuid();
+  return user != 0 && user != found.st_uid ? "it belongs to another user" : "";
+}
+
+void note(std::vector<std::string>& list, const char* key, const std::string& file,
+          const std::string& why) {
+  if (!why.empty()) list.push_back(std::string(key) + ": cannot write " + file + ": " + why);
+}
+
+}  // namespace
+
+HostFindings check_host(const ParameterMap& given) {
+  HostFindings findings;
+  check_tls(given, findings.problems);
+  if (const std::string file = file_at(given, "audit.file"); !file.empty())
+    note(findings.problems, "audit.file", file, audit_problem(file));
+  // Each is replaced by a new file, so that its folder decides. Without it the bridge runs on.
+  for (const char* key : {"status_file", "usage_file"})
+    if (const std::string file = file_at(given, key); !file.empty())
+      note(findings.warnings, key, file, folder_problem(file));
+  return findings;
+}
+
+}  // namespace connect_bridge

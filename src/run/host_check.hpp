@@ -1,0 +1,22 @@
+// What only a look at this machine shows of a configuration: TLS files that do not fit together,
+// and files that cannot be written. For `ctl check`, and for the start, which then tells everything
+// at once.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/parameter.hpp"
+
+namespace connect_bridge {
+
+struct HostFindings {
+  std::vector<std::string> problems;  // a program does not start with these
+  std::vector<std::string> warnings;  // it starts, and lacks something
+};
+
+// By the parameters as they were given, so that it finds the same when others of them are wrong.
+// Files that cannot be read are left to parse_config(). Nothing is written or created.
+[[nodiscard]] HostFindings check_host(const ParameterMap& given);
+
+}  // namespace connect_bridge

@@ -1,0 +1,20 @@
+// The groups that a server's own file gives an identity, for `ctl explain`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "config/config.hpp"
+
+namespace connect_bridge {
+
+struct KnownGroups {
+  std::vector<std::string> groups;
+  std::string text;  // a line for people: where they come from, or that none are known
+};
+
+// Those of all tokens of the identity in auth.token_file together. Other login methods tell groups
+// only at a login.
+[[nodiscard]] KnownGroups known_groups(const Config& config, const std::string& identity);
+
+}  // namespace connect_bridge

@@ -1,0 +1,42 @@
+"""What the programs say without a ROS graph: their version, and what is wrong with a file."""
+
+import re
+import subprocess
+
+import pytest
+
+from harness.programs import build_dir
+
+
+def run(name, *words):
+    command = [build_dir() / name, *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=20)
+
+
+@pytest.mark.parametrize("name", ["server", "client", "ctl"])
+def test_version(name):
+    told = run(name, "--version")
+    assert told.returncode == 0 and told.stdout.startswith("connect_bridge 0."), told.stderr
+    assert len(told.stdout.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ["text", "said"],
+    [
+        ("/**: {ros__parameters: [\n", r"robot\.yaml:\d+:\d+: "),
+        (None, r"robot\.yaml: cannot be opened: No such file or directory"),
+        (
+            "/**:\n  ros__parameters:\n    dead_after: 3.0\n    dead_after: 4.0\n",
+            r'robot\.yaml:4: "dead_after" is given twice, first in line 3',
+        ),
+    ],
+)
+def test_a_file_that_cannot_be_used_is_told(tmp_path, text, said):
+    file = tmp_path / "robot.yaml"
+    if text is not None:
+        file.write_text(text, encoding="ascii")
+    for name in ("server", "client"):
+        refused = run(name, "--ros-args", "--params-file", file)
+        assert refused.returncode == 2, refused.stderr
+        assert refused.stderr.startswith("Not started: 1 problem")
+        assert re.search(said, refused.stderr), refused.stderr

@@ -1,0 +1,69 @@
+#include "core/link/last_failure.hpp"
+
+#include <gtest/gtest.h>
+
+#include <variant>
+
+#include "unit/flow/script.hpp"
+
+namespace connect_bridge {
+namespace {
+
+struct ToldFailures {
+  Outputs outputs;
+  LastFailure failure{outputs};
+
+  // What is logged when a dial fails so at this minute.
+  std::string fail(std::int64_t minute, const std::string& reason) {
+    failure.tell({LogLevel::kWarn, "cannot connect: ", reason, "; trying again"}, at(minute));
+    return logged();
+  }
+  std::string logged() {
+    std::string lines;
+    while (const auto action = outputs.next()) lines += std::get<Log>(*action).text;
+    return lines;
+  }
+  static Now at(std::int64_t minute) { return flow_test::now_ms(minute * 60'000); }
+};
+
+TEST(LastFailure, IsToldAgainEveryTenMinutes) {
+  ToldFailures t;
+  EXPECT_EQ(t.fail(0, "refused"), "cannot connect: refused; trying again");
+  EXPECT_EQ(t.fail(0, "refused"), "");
+  EXPECT_EQ(t.fail(9, "refused"), "");
+  EXPECT_EQ(t.fail(10, "refused"), "still cannot connect, for 10 min: refused; trying again");
+  EXPECT_EQ(t.fail(19, "refused"), "");
+  EXPECT_EQ(t.fail(20, "refused"), "still cannot connect, for 20 min: refused; trying again");
+  EXPECT_EQ(t.fail(200, "refused"), "still cannot connect, for 3 h: refused; trying again");
+  EXPECT_EQ(t.fail(5 * 24 * 60, "refused"),
+            "still cannot connect, for 5 days: refused; trying again");
+}
+
+TEST(LastFailure, AnotherReasonIsToldAtOnce) {
+  ToldFailures t;
+  t.fail(0, "refused");
+  EXPECT_EQ(t.fail(1, "no route"), "cannot connect: no route; trying again");
+  EXPECT_EQ(t.fail(2, "no route"), "");
+  EXPECT_EQ(t.fail(11, "no route"), "still cannot connect, for 11 min: no route; trying again");
+  EXPECT_EQ(t.failure.reason(), "no route");
+}
+
+TEST(LastFailure, WhatWasToldElsewhereIsNotToldAgainSoon) {
+  ToldFailures t;
+  t.failure.set("it is silent", ToldFailures::at(0));
+  EXPECT_EQ(t.fail(1, "it is silent"), "");
+  EXPECT_EQ(t.fail(10, "it is silent"),
+            "still cannot connect, for 10 min: it is silent; trying again");
+}
+
+TEST(LastFailure, ALinkThatOpensBeginsAnew) {
+  ToldFailures t;
+  t.fail(0, "refused");
+  t.failure.clear();
+  EXPECT_EQ(t.failure.reason(), "");
+  EXPECT_EQ(t.fail(30, "refused"), "cannot connect: refused; trying again");
+  EXPECT_EQ(t.fail(40, "refused"), "still cannot connect, for 10 min: refused; trying again");
+}
+
+}  // namespace
+}  // namespace connect_bridge

@@ -1,0 +1,133 @@
+// What `ctl check` and `ctl explain` print.
+#include "run/check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "unit/scratch.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+struct Printed {
+  int code = 0;
+  std::string out, error;
+};
+
+template <class Run>
+Printed printed(Run run) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Printed printed;
+  printed.code = run();
+  printed.out = testing::internal::GetCapturedStdout();
+  printed.error = testing::internal::GetCapturedStderr();
+  return printed;
+}
+
+std::string file_of(const std::string& parameters, const std::string& node = "/**") {
+  const std::string file = test::scratch_folder() + "checked.yaml";
+  std::ofstream(file) << node << ":\n  ros__parameters:\n" << parameters;
+  return file;
+}
+
+Printed check(const std::string& parameters, const std::string& role = "",
+              const std::string& node = "/**") {
+  const std::string file = file_of(parameters, node);
+  return printed([&] { return check_file(file, role); });
+}
+
+constexpr char kToken[] = "    auth: {token: 0123456789abcdef}\n";
+
+TEST(Check, SaysAsWhatItWasChecked) {
+  const std::string client = std::string(kToken) + "    url: ws://localhost:9090/\n";
+  EXPECT_THAT(check(kToken).out, StartsWith("checked as a server's file (it has no `url`); "
+                                            "--role client for a client's\n"));
+  EXPECT_THAT(check(client).out, StartsWith("checked as a client's file (it has a `url`); "
+                                            "--role server for a server's\n"));
+  EXPECT_THAT(check(client, "client").out,
+              StartsWith("checked as a client's file (--role client)\n"));
+  EXPECT_THAT(check(kToken, "", "connect_server").out,
+              StartsWith("checked as a server's file (it is for connect_server)"));
+}
+
+TEST(Check, AMisspeltUrlIsFound) {
+  const Printed wrong = check(std::string(kToken) + "    ulr: ws://localhost:9090/\n");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.error, StartsWith("checked as a server's file (it has no `url`)"));
+  EXPECT_THAT(wrong.error, HasSubstr("did you mean url? That is a parameter of the client"));
+}
+
+TEST(Check, TellsMistakesOfEveryKindAtOnce) {
+  const std::string bad = test::scratch_folder() + "bad.pem";
+  std::ofstream(bad) << "garbage\n";
+  const Printed wrong =
+      check(std::string(kToken) + "    listen: {port: 70000}\n" + "    tls: {certificate: " + bad +
+            ", private_key: " + bad + "}\n" + "    audit: {file: /nowhere/audit.jsonl}\n");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.error, HasSubstr("3 problems"));
+  EXPECT_THAT(wrong.error, HasSubstr("listen.port: 70000 is wrong"));
+  EXPECT_THAT(wrong.error, HasSubstr("is not a PEM certificate"));
+  EXPECT_THAT(wrong.error, HasSubstr("audit.file: cannot write /nowhere/audit.jsonl"));
+}
+
+TEST(Check, AKeyThatIsGivenTwiceIsRefused) {
+  const Printed wrong = check(std::string(kToken) + "    rules: [a]\n    rules: []\n");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.error, HasSubstr("checked.yaml:5: \"rules\" is given twice, first in line 4"));
+}
+
+// ---- explain
+
+constexpr char kRules[] =
+    "    rules: [drive]\n    rule: {drive: {import_topics: [/cmd_vel], groups: [ops]}}\n";
+
+std::string entry(const std::string& name, const std::string& rest, char digit) {
+  return "- {identity: " + name + ", token_sha256: " + std::string(64, digit) + rest + "}\n";
+}
+
+Printed explained(const std::string& parameters, const std::string& identity,
+                  const std::vector<std::string>& groups = {}) {
+  RightQuestion question;
+  question.name = "/cmd_vel";
+  question.direction = Direction::kImport;
+  question.who.name = identity;
+  question.who.groups = groups;
+  const std::string file = file_of(parameters + kRules);
+  return printed([&] { return explain_file(file, "", question); });
+}
+
+TEST(Explain, AnIdentityHasTheGroupsOfTheTokenFile) {
+  const std::string tokens = test::scratch_folder() + "tokens.yaml";
+  std::ofstream(tokens) << entry("anna", ", groups: [ops, crew]", '1')
+                        << entry("anna", ", groups: night, expires: 2020-01-31", '2')
+                        << entry("bert", "", '3');
+  const std::string file = "    auth: {token_file: " + tokens + "}\n";
+  const Printed anna = explained(file, "anna");
+  EXPECT_THAT(anna.out, StartsWith("groups of anna: [\"ops\", \"crew\", \"night\"], as " + tokens +
+                                   " has it (of all 2 tokens together)\nimport ("));
+  EXPECT_THAT(anna.out, HasSubstr("/cmd_vel: allowed"));
+  const Printed bert = explained(file, "bert");
+  EXPECT_THAT(bert.out, StartsWith("groups of bert: none, as " + tokens + " has it\nimport ("));
+  EXPECT_THAT(bert.out, HasSubstr("/cmd_vel: not allowed"));
+  EXPECT_THAT(explained(file, "carl").out, StartsWith("groups of carl: none given (--group); " +
+                                                      tokens + " has no such identity\n"));
+  EXPECT_THAT(explained(file, "bert", {"ops"}).out, StartsWith("import ("));
+}
+
+TEST(Explain, WithoutSuchAFileItSaysThatNoGroupsWereGiven) {
+  EXPECT_THAT(explained(kToken, "anna").out,
+              StartsWith("groups of anna: none given (--group)\nimport ("));
+  EXPECT_THAT(explained(kToken, "").out, Not(HasSubstr("groups of")));
+  EXPECT_THAT(explained("    auth: {token_file: /nowhere}\n", "anna").out,
+              StartsWith("groups of anna: none given (--group); "));
+}
+
+}  // namespace
+}  // namespace connect_bridge
