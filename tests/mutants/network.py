@@ -68,6 +68,7 @@ NETWORK = [
     Mutant("another key than the pin's", "if (!problem.empty()) return fail(\"TLS: \" + problem);",
            ""),
     Mutant("a certificate has any number of groups", "|| groups->size() > kGroupsMax", ""),
-    Mutant("half of new files is taken", "if (!still || (again && problem_.empty())) return std::nullopt;",
+    Mutant("half of new files is taken",
+           "if (!still || (again && problem_.empty())) return std::nullopt;",
            "if (again && problem_.empty()) return std::nullopt; (void)still;"),
 ]

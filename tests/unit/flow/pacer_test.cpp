@@ -11,15 +11,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Robot to operator at 18 Mbit/s, back at 58; twice of what fits goes there.
-BedOptions thin_link() {
-  BedOptions options;
-  options.there.rate = megabits(18);
-  options.back.rate = megabits(58);
-  options.there.bulk_per_second = 10;
-  return options;
-}
-
 TEST(Pacer, UrgentMessagesHardlyWaitBesideAnOverload) {
   const auto there = run_bed(thin_link()).there;
   EXPECT_LT(there.percentile_ms(0.5), 2.5);
@@ -41,22 +32,6 @@ TEST(Pacer, BothDirectionsMayBeFull) {
     EXPECT_LT(one.percentile_ms(0.5), 3);
     EXPECT_LT(one.percentile_ms(0.99), 7);
     EXPECT_GT(one.bulk_share, 0.92);
-  }
-}
-
-// Somebody at this end loads something: acknowledgements come 200 ms late, and say nothing about
-// the way there.
-TEST(Pacer, AQueueOnTheWayBackDoesNotHoldUpBulk) {
-  for (const double back : {4, 18, 58}) {
-    auto options = thin_link();
-    options.back.rate = megabits(back);
-    options.back.foreign_from = 3s;
-    options.back.foreign_to = options.lasts = 20s;
-    options.warm_up = 5s;
-    const auto there = run_bed(options).there;
-    EXPECT_GT(there.bulk_share, 0.8) << back;
-    EXPECT_LT(there.percentile_ms(0.5), 3) << back;
-    EXPECT_LT(there.percentile_ms(0.99), 20) << back;
   }
 }
 
@@ -165,54 +140,6 @@ TEST(Pacer, APathThatBecomesLongerAndSlowerStaysWithoutAQueue) {
     EXPECT_LT(there.worst_ms(5s, 20s), 80) << rate;
     EXPECT_GT(there.bulk_share, 0.8) << rate;
   }
-}
-
-// Bulk that is more than the path carries, beside a connection of somebody else.
-BedOptions beside_somebody_else(double rate, Duration foreign_from, Duration bulk_from) {
-  auto options = thin_link();
-  options.there.rate = megabits(rate);
-  options.there.bulk_per_second = rate;
-  options.there.bulk_from = bulk_from;
-  options.there.foreign_from = foreign_from;
-  options.there.foreign_to = options.lasts = 20s;
-  options.warm_up = 8s;
-  return options;
-}
-
-// It fills the queue whatever we do: holding back for ever would leave it all.
-TEST(Pacer, BesideSomebodyElseBulkHasAShare) {
-  for (const double rate : {4, 18, 58}) {
-    const auto there = run_bed(beside_somebody_else(rate, 4s, 0s)).there;
-    EXPECT_GT(there.bulk_share, 0.3) << rate;
-    EXPECT_LT(there.bulk_share, 0.6) << rate;
-  }
-}
-
-TEST(Pacer, ANewConnectionBesideSomebodyElseHasAShare) {
-  for (const double rate : {4, 18, 58}) {
-    EXPECT_GT(run_bed(beside_somebody_else(rate, 1ms, 2s)).there.bulk_share, 0.25) << rate;
-  }
-}
-
-// Images with pauses between them that are less than its share.
-TEST(Pacer, BesideSomebodyElseWhatFitsIsNotSlowedDown) {
-  for (const double rate : {18, 58}) {
-    auto options = beside_somebody_else(rate, 4s, 0s);
-    options.there.bulk_per_second = 5;
-    options.there.bulk_bytes = rate > 20 ? 240'000 : 80'000;
-    options.there.foreign_to = options.lasts = 30s;
-    const double offered = 5.0 * options.there.bulk_bytes * 8 / (rate * 1e6);
-    EXPECT_GT(run_bed(options).there.bulk_share, 0.97 * offered) << rate;
-  }
-}
-
-TEST(Pacer, WhenSomebodyElseHasLeftThePathHasNoQueueOfOurs) {
-  auto options = thin_link();
-  options.there.foreign_from = 4s;
-  options.there.foreign_to = 12s;
-  options.lasts = 30s;
-  const auto there = run_bed(options).there;
-  EXPECT_LT(there.worst_ms(20s, 30s), 10);
 }
 
 // What is on its way then takes 2.2 s, whatever the sender does.

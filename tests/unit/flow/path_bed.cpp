@@ -267,6 +267,14 @@ std::function<double(Duration)> megabits(double rate) {
   return [rate](Duration) { return rate * 1e6 / 8; };
 }
 
+BedOptions thin_link() {
+  BedOptions options;
+  options.there.rate = megabits(18);
+  options.back.rate = megabits(58);
+  options.there.bulk_per_second = 10;
+  return options;
+}
+
 BedResults run_bed(const BedOptions& options) {
   std::array<End, 2> ends{End(options.there, options.target), End(options.back, options.target)};
   std::array<Wire, 2> wires{Wire(options.there, options.back.delay),

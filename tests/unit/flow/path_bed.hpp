@@ -53,6 +53,8 @@ struct BedResults {
 };
 
 std::function<double(Duration)> megabits(double rate);
+// Robot to operator at 18 Mbit/s, back at 58; twice of what fits goes there.
+BedOptions thin_link();
 
 BedResults run_bed(const BedOptions& options);
 
