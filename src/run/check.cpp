@@ -84,13 +84,9 @@ int report(const std::string& file, const std::vector<std::string>& problems) {
 
 OfNode read_for_node(const std::string& file, const std::string& asked_role) {
   OfNode result;
-  result.problems = ros::problems_of_parameter_file(file);
-  if (!result.problems.empty()) return result;
   const ros::ParameterFile read = ros::read_parameter_file(file);
-  if (!read.problem.empty()) {  // it has changed in between
-    result.problems = {read.problem};
-    return result;
-  }
+  result.problems = read.problems;
+  if (!result.problems.empty()) return result;
   if (!find_role(read, asked_role, result)) {
     result.problems = {
         "no parameters for connect_server or connect_client; for a node with another name give "

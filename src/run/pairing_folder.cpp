@@ -55,7 +55,7 @@ std::string PairingFolder::make() const {
 ParameterMap PairingFolder::parameters(std::string& problem) const {
   if (!has("params.yaml")) return {};
   ros::ParameterFile read = ros::read_parameter_file(parameter_file());
-  problem = read.problem;
+  problem = read.problem();
   ParameterMap parameters;
   for (const auto& section : read.sections)
     for (const auto& [key, value] : section.parameters) parameters.insert_or_assign(key, value);

@@ -156,5 +156,5 @@ def test_a_file_that_cannot_be_written_is_refused_at_the_start(tmp_path, domains
         },
     )
     side.start()
-    side.wait_for("audit.file: cannot open .*nowhere/audit.jsonl: No such file")
+    side.wait_for("audit.file: cannot write .*nowhere/audit.jsonl: .*: No such file")
     assert side.process.wait(20) == 2

@@ -242,7 +242,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   const auto failure =
       client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
   const std::string hint = client ? advice(input.code) : "";
-  const bool orderly = is_orderly(input.code);
+  const bool orderly = is_orderly(input);
   const LogLevel level = orderly ? LogLevel::kInfo : LogLevel::kWarn;
   if (strangers_.take(input.connection)) {
     if (!client) return;

@@ -135,15 +135,14 @@ void check_expiry(Link& link, const Now& now) {
   link.expires_at = now.steady + Duration(expires - now.system);
 }
 
-bool is_orderly(std::optional<std::uint16_t> close_code) {
-  return is(close_code, CloseCode::kNormal) || is(close_code, CloseCode::kGoingAway);
+bool is_orderly(const ConnectionClosed& closed) {
+  return is(closed.code, CloseCode::kGoingAway) && closed.reason == kPeerStops;
 }
 
 // The reason in the peer's close frame may be any bytes.
 std::string reason_of(const ConnectionClosed& closed) {
+  if (is_orderly(closed)) return kPeerStops;
   const std::string said = to_text(closed.reason, kReasonBytesMax);
-  if (is(closed.code, CloseCode::kGoingAway) && (said.empty() || said == kPeerStops))
-    return kPeerStops;
   if (said.empty()) return "the connection was closed";
   return (closed.code ? "it says: " : "") + said;
 }
@@ -159,10 +158,10 @@ bool is_lasting(std::optional<std::uint16_t> close_code) {
 
 std::string advice(std::optional<std::uint16_t> close_code) {
   if (wants_other_credential(close_code))
-    return "; the server's log says why. Dialing again at most every 5 s; a new credential in its "
-           "file is used as soon as it is there";
+    return "; the server's log says why. Dialing again at most every 5 s; where the "
+           "credential is in a file, a new one there is used at once";
   if (is(close_code, CloseCode::kExpired))
-    return "; another credential is needed: a new one in its file is used as soon as it is there";
+    return "; another credential is needed: where it is in a file, a new one there is used at once";
   return {};
 }
 

@@ -45,8 +45,8 @@ void check_expiry(Link& link, const Now& now);
 // ---- a connection has ended
 // What this side gives as reason when it stops: the peer reads it.
 inline constexpr char kPeerStops[] = "the peer is stopping";
-// The peer has ended it as it should: it stops, or needs it no longer.
-[[nodiscard]] bool is_orderly(std::optional<std::uint16_t> close_code);
+// The peer has ended it as it should. A proxy that stops has the same code, and other words.
+[[nodiscard]] bool is_orderly(const ConnectionClosed& closed);
 // Why, as text for the log. What the peer says is told as its own words.
 [[nodiscard]] std::string reason_of(const ConnectionClosed& closed);
 

@@ -12,8 +12,6 @@
 namespace connect_bridge {
 namespace {
 
-// Bytes of compressed answers that may wait for the worker; answers beyond that are decompressed at
-// once.
 constexpr char kNoMemoryOf[] = "no memory is left in the share of ";
 
 }  // namespace

@@ -76,9 +76,12 @@ void ImportContext::tell_used(const Mirror& mirror, const std::string& hash_here
 }
 
 // The status of an action is stale for nobody, as its goals have ids, and its services follow it.
-void ImportContext::forget_kept(Mirror& mirror, const OfferedTopic& feeder, const Now& now) {
+// Another bridge would take what is made again for what may be taken over.
+void ImportContext::forget_kept(Mirror& mirror, const OfferedTopic& feeder, const Now& now) const {
   const bool fed = mirror.candidates().front().offered == &feeder;
-  if (!fed || mirror.kept_bytes() == 0 || !mirror.action_type().empty()) return;
+  const bool comes_again =
+      come_again(mirror.origin().qos, mirror.key().first) && mirror.action_type().empty();
+  if (!fed || !comes_again || mirror.kept_bytes() == 0 || !graph.bridges().empty()) return;
   mirror.destroy();
   mirror.update(now);
 }

@@ -50,7 +50,7 @@ void Imports::on_claims(const Now& now) {
 
 bool Imports::is_permitted_as_before(const Mirror& mirror) const {
   if (mirror.candidates().empty()) return false;
-  const auto& [link, feeder, declined, qos] = mirror.candidates().front();
+  const auto& [link, feeder, declined, qos, told] = mirror.candidates().front();
   const auto decision = context_.permission(*link, mirror.key().first, mirror.action_type());
   // Of a lost link the treatment is looked at when it offers the topic again.
   return decision && (!feeder || (decision->treatment == feeder->treatment() &&
@@ -70,7 +70,7 @@ void Imports::on_policy(const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     Mirror& mirror = (it++)->second;
     const auto candidates = mirror.candidates();  // the last one may take the mirror with it
-    for (const auto& [link, offered, declined, qos] : candidates)
+    for (const auto& [link, offered, declined, qos, told] : candidates)
       if (!offered && !context_.permission(*link, mirror.key().first, mirror.action_type()))
         context_.remove_candidate(mirror, link->id, now);
   }

@@ -1,7 +1,5 @@
 #include "core/topics/mirror.hpp"
 
-#include <algorithm>
-
 #include "core/link/standing.hpp"
 #include "core/topics/import_context.hpp"
 #include "core/topics/offered_topic.hpp"
@@ -28,7 +26,7 @@ constexpr Duration kMatching = std::chrono::milliseconds(200);
 
 bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
   Link& link = offered.link();
-  Candidate* own = find_candidate(candidates_, link.id);
+  MirrorCandidate* own = find_candidate(candidates_, link.id);
   if (!own) {
     candidates_.push_back({&link, &offered, false, origin.qos});
     link.mirrors.add(key_.first);
@@ -42,7 +40,7 @@ bool Mirror::add_candidate(OfferedTopic& offered, const OriginOffer& origin) {
     return false;
   }
   ends_.cancel();
-  failed_ = false;
+  if (std::exchange(failed_, false)) paced_.cancel();
   // Another link may have sent the node's name already.
   const std::string node = origin.node.empty() ? origin_.node : origin.node;
   const bool moved = context_.graph_options.proxy_nodes && origin_.node != node;
@@ -62,7 +60,7 @@ bool Mirror::follow_feeder() {
   const bool same_type = is_of_its_type(*feeder());
   if (qos == qos_ && same_type) return false;
   destroy();
-  failed_ = failed_ && same_type;
+  if (!same_type && std::exchange(failed_, false)) paced_.cancel();
   type_hash_ = feeder()->type_hash();
   any_definition_ = feeder()->treatment().allow_type_mismatch;
   qos_ = qos;
@@ -84,14 +82,14 @@ void Mirror::name_node(const std::string& node, const Now& now) {
 }
 
 void Mirror::lose_topic(LinkId link, const Now& now) {
-  if (Candidate* lost = find_candidate(candidates_, link)) lost->offered = nullptr;
+  if (MirrorCandidate* lost = find_candidate(candidates_, link)) lost->offered = nullptr;
   update(now);
 }
 
 void Mirror::remove_candidate(LinkId link, const Now& now) {
   const bool fed = candidates_.front().link->id == link;
   candidate(link)->link->mirrors.remove(key_.first);
-  std::erase_if(candidates_, [&](const Candidate& c) { return c.link->id == link; });
+  std::erase_if(candidates_, [&](const MirrorCandidate& c) { return c.link->id == link; });
   charge();
   if (candidates_.empty()) {
     ends_ = context_.timers.set(now.steady + kMirrorLinger, this);
@@ -117,7 +115,7 @@ bool Mirror::refresh(const Now& now) {
   if (candidates_.empty()) return false;  // it lingers
   bool taken_over = false;
   const auto present = std::find_if(candidates_.begin(), candidates_.end(),
-                                    [](const Candidate& c) { return c.is_usable(); });
+                                    [](const MirrorCandidate& c) { return c.is_usable(); });
   if (!candidates_.front().is_usable() && present != candidates_.end()) {
     std::iter_swap(present, candidates_.begin());
     present->link->arrived.erase(key_.first);  // what it has kept, the other one brings
@@ -181,6 +179,7 @@ bool Mirror::may_exist() const {
 
 void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
+  candidates_.front().declined = false;
   last_number_ = sample_bytes_ = 0;
   context_.gids.try_emplace(id_);
   const bool resumes = candidates_.front().link->arrived.contains(key_.first);
@@ -201,7 +200,7 @@ void Mirror::create(const Now& now) {
 // this one.
 void Mirror::destroy() {
   if (id_ && may_resume(origin_.qos, qos_))
-    for (const Candidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
+    for (const MirrorCandidate& candidate : candidates_) candidate.link->arrived.erase(key_.first);
   vanish();
 }
 
@@ -231,24 +230,25 @@ void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
   const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();
   if (passes) paced_ = context_.timers.set(now.steady + kRetry, this);
   const bool of_type = failed.code == "type_mismatch";
-  for (auto& [link, offered, declined, qos] : candidates_) {
+  for (auto& [link, offered, declined, qos, told] : candidates_) {
     if (!offered || (of_type && !is_of_its_type(*offered))) continue;
-    const bool said = std::exchange(declined, declined || of_type);
+    declined = declined || of_type;
     offered->update_demand(now);
-    if (!said) link->send(Decline{offered->number(), failed.code, failed.reason});
+    if (!std::exchange(told, true))
+      link->send(Decline{offered->number(), failed.code, failed.reason});
   }
   update(now);  // one with another definition may feed it
 }
 
 void Mirror::on_time(const Now& now) {
-  if (ends_ && ends_.at() <= now.steady) return destroy();
+  const auto is_due = [&](const Timer& timer) { return timer && timer.at() <= now.steady; };
+  if (is_due(ends_)) return destroy();
   first_.publish_due(context_.outputs, id_, feeder(), now);
   if (warning_.is_due(now)) warn_incompatible(now);
-  failed_ = failed_ && !(paced_ && paced_.at() <= now.steady);
-  if (paced_ && paced_.at() <= now.steady && !id_) update(now);
-  if (naming_ && naming_.at() <= now.steady && !id_) update(now);
+  if (is_due(paced_)) failed_ = false;
+  if (!id_ && (is_due(paced_) || is_due(naming_))) update(now);
   const bool changed = settling_.on_time(now);
-  const bool lapsed = expected_ && expected_.at() <= now.steady;
+  const bool lapsed = is_due(expected_);
   if (lapsed) expected_.cancel();
   if (changed || lapsed) update(now);
 }
@@ -265,7 +265,7 @@ bool Mirror::adopt(const OfferedTopic& offered, const Now& now) {
 // ---- demand
 
 void Mirror::update_demands(const Now& now) const {
-  for (const Candidate& c : candidates_)
+  for (const MirrorCandidate& c : candidates_)
     if (c.offered) c.offered->update_demand(now);
 }
 

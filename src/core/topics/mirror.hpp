@@ -11,6 +11,7 @@
 #include "core/base/timers.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/policy/treatment.hpp"
+#include "core/topics/command.hpp"
 #include "core/topics/first_messages.hpp"
 #include "core/topics/mirror_candidate.hpp"
 #include "core/topics/mirror_qos.hpp"
@@ -29,8 +30,6 @@ using MirrorKey = std::pair<TopicKey, Gid>;  // local name and type, origin
 // origin is in the graph itself, or another bridge mirrors it. Single-threaded.
 class Mirror {
  public:
-  using Candidate = MirrorCandidate;
-
   Mirror(ImportContext& context, MirrorKey key)
       : context_(context),
         key_(std::move(key)),
@@ -52,10 +51,10 @@ class Mirror {
   // After this the mirror may be over (ImportContext::remove_candidate checks).
   void remove_candidate(LinkId link, const Now& now);
   // Null: the link does not offer the origin.
-  [[nodiscard]] const Candidate* candidate(LinkId link) const {
+  [[nodiscard]] const MirrorCandidate* candidate(LinkId link) const {
     return find_candidate(candidates_, link);
   }
-  [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
+  [[nodiscard]] const std::vector<MirrorCandidate>& candidates() const { return candidates_; }
   [[nodiscard]] bool is_over() const { return candidates_.empty() && !id_; }
 
   // ---- what follows from what is known
@@ -133,7 +132,7 @@ class Mirror {
   [[nodiscard]] bool is_of_its_type(const OfferedTopic& offered) const;
   [[nodiscard]] std::uint32_t depth() const { return std::min(qos_.depth, depth_max_); }
   [[nodiscard]] bool keeps_samples() const { return is_transient_local(qos_); }
-  [[nodiscard]] bool is_latched() const { return is_transient_local(origin_.qos); }
+  [[nodiscard]] bool is_latched() const { return come_again(origin_.qos, key_.first); }
 
   ImportContext& context_;
   MirrorKey key_;
@@ -142,9 +141,9 @@ class Mirror {
   Qos qos_;
   std::string type_hash_;
   std::string action_type_;
-  bool any_definition_ = false;        // whether the rules allow that
-  std::vector<Candidate> candidates_;  // the feeding one first
-  MirrorSettling settling_;            // no demand before it has settled
+  bool any_definition_ = false;              // whether the rules allow that
+  std::vector<MirrorCandidate> candidates_;  // the feeding one first
+  MirrorSettling settling_;                  // no demand before it has settled
   SubscriberWarning warning_;
   FirstMessages first_;
   Timer ends_;      // no candidate is left: time for the middleware to deliver the last samples

@@ -15,6 +15,7 @@ struct MirrorCandidate {
   OfferedTopic* offered = nullptr;  // null: it is lost, or has not offered it again
   bool declined = false;            // its type, and the peer has not withdrawn it yet
   Qos qos{};                        // of the origin, as this link offers it
+  bool told = false;                // that no publisher could be made, whatever the reason
 
   [[nodiscard]] bool is_usable() const { return offered && !declined; }
 };

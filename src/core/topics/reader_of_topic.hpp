@@ -6,7 +6,7 @@
 
 #include "core/base/qos.hpp"
 #include "core/graph/graph_view.hpp"
-#include "core/policy/interface.hpp"
+#include "core/topics/command.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 #include "core/topics/topic_offer.hpp"
@@ -21,12 +21,6 @@ namespace connect_bridge {
 // is the largest of all. For listeners alone it is the QoS that matches most publishers.
 Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
             const QosOverride& weakest, const TopicOptions& options);
-
-// Steered with. Of such a topic nothing is asked for that a publisher keeps: it would reach, late
-// and as if it were new, a robot that starts or returns.
-inline bool is_command(const TopicKey& topic) {
-  return default_priority(topic.first, topic.second) == Priority::kUrgent;
-}
 
 // Whether the present subscription is good enough for what is wanted now. Creating it again loses
 // what volatile publishers send until it is matched, so depth alone is not a reason: samples are

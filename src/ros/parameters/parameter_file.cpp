@@ -118,7 +118,9 @@ class TwiceGiven : public YAML::EventHandler {
   int unnamed_ = 0;
 };
 
-std::vector<std::string> yaml_problems(std::istream& text, const std::string& file) {
+std::vector<std::string> yaml_problems(const std::string& file) {
+  std::ifstream text(file);
+  if (!text) return {file + ": cannot be opened: " + std::strerror(errno)};
   std::vector<std::string> problems;
   TwiceGiven twice_given(file, problems);
   try {
@@ -132,29 +134,10 @@ std::vector<std::string> yaml_problems(std::istream& text, const std::string& fi
   return problems;
 }
 
-// A pipe can be read once only, and rcl has to.
+// A pipe can be read once only, and rcl has to. A file that is missing is one that can be told.
 bool can_be_read_twice(const std::string& file) {
   std::error_code failed;
-  return std::filesystem::is_regular_file(file, failed);
-}
-
-ParameterFile read_file(const std::string& file, std::vector<std::string>& problems) {
-  ParameterFile result;
-  std::ifstream text(file);
-  if (!text) {
-    problems.push_back(file + ": cannot be opened: " + std::strerror(errno));
-    return result;
-  }
-  if (can_be_read_twice(file)) problems = yaml_problems(text, file);
-  if (!problems.empty()) return result;
-  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
-  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
-    result.sections = take_sections(params);
-    return result;
-  }
-  problems.push_back(file + ": " + words_of_rcl());
-  if (params != nullptr) rcl_yaml_node_struct_fini(params);
-  return result;
+  return std::filesystem::is_regular_file(file, failed) || !std::filesystem::exists(file, failed);
 }
 
 }  // namespace
@@ -176,18 +159,24 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
   return sections;
 }
 
-ParameterFile read_parameter_file(const std::string& file) {
-  std::vector<std::string> problems;
-  ParameterFile result = read_file(file, problems);
-  for (const auto& problem : problems)
-    result.problem += (result.problem.empty() ? "" : "; ") + problem;
-  return result;
+std::string ParameterFile::problem() const {
+  std::string all;
+  for (const auto& problem : problems) all += (all.empty() ? "" : "; ") + problem;
+  return all;
 }
 
-std::vector<std::string> problems_of_parameter_file(const std::string& file) {
-  std::vector<std::string> problems;
-  static_cast<void>(read_file(file, problems));
-  return problems;
+ParameterFile read_parameter_file(const std::string& file) {
+  ParameterFile result;
+  if (can_be_read_twice(file)) result.problems = yaml_problems(file);
+  if (!result.problems.empty()) return result;
+  rcl_params_t* params = rcl_yaml_node_struct_init(rcl_get_default_allocator());
+  if (params != nullptr && rcl_parse_yaml_file(file.c_str(), params)) {
+    result.sections = take_sections(params);
+    return result;
+  }
+  result.problems.push_back(file + ": " + words_of_rcl());
+  if (params != nullptr) rcl_yaml_node_struct_fini(params);
+  return result;
 }
 
 std::vector<std::string> problems_of_parameter_files(int argc, const char* const* argv) {
@@ -199,9 +188,8 @@ std::vector<std::string> problems_of_parameter_files(int argc, const char* const
       for_ros = argument == "--ros-args";
     } else if (for_ros && argument == "--params-file" && i + 1 < argc) {
       const std::string file(argv[++i]);
-      std::error_code failed;
-      if (!std::filesystem::exists(file, failed) || can_be_read_twice(file))
-        for (auto& problem : problems_of_parameter_file(file))
+      if (can_be_read_twice(file))
+        for (auto& problem : read_parameter_file(file).problems)
           problems.push_back(std::move(problem));
     }
   }

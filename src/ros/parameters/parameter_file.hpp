@@ -18,17 +18,19 @@ struct ParameterSection {
 
 struct ParameterFile {
   std::vector<ParameterSection> sections;
-  std::string problem;  // all of them in one line; empty: the file was read
+  // All that is wrong with the file, each with its name and, where known, the line: it cannot be
+  // opened, is not YAML, gives a key twice, or holds what rcl does not take. rcl itself uses the
+  // last of two equal keys and says nothing, so that a rule could lose its `groups` unseen.
+  std::vector<std::string> problems;
+
+  // All of them in one line; empty: the file was read.
+  [[nodiscard]] std::string problem() const;
 };
 
+// Of a pipe, which can be read once only, equal keys are not found.
 [[nodiscard]] ParameterFile read_parameter_file(const std::string& file);
 
-// All that is wrong with a file, each with its name and, where known, the line: it cannot be
-// opened, is not YAML, gives a key twice, or holds what rcl does not take. rcl itself uses the last
-// of two equal keys and says nothing, so that a rule could lose its `groups` unseen.
-[[nodiscard]] std::vector<std::string> problems_of_parameter_file(const std::string& file);
-
-// The same of all files of --params-file among the arguments of main(), before rcl reads them:
+// The problems of all files of --params-file among the arguments of main(), before rcl reads them:
 // rcl's own message names neither the file nor the reason.
 [[nodiscard]] std::vector<std::string> problems_of_parameter_files(int argc,
                                                                    const char* const* argv);

@@ -26,7 +26,7 @@ std::string file_with(const std::string& text) {
 
 TEST(ParameterFile, ThatIsNotThereIsToldSo) {
   const std::string file = test::scratch_folder() + "nowhere.yaml";
-  EXPECT_EQ(read_parameter_file(file).problem,
+  EXPECT_EQ(read_parameter_file(file).problem(),
             file + ": cannot be opened: No such file or directory");
 }
 
@@ -34,7 +34,7 @@ TEST(ParameterFile, ThatIsNotThereIsToldSo) {
 TEST(ParameterFile, ThatIsWrongIsToldInOneLine) {
   // Of this file rcl's own parser is the first to complain: it is YAML.
   const std::string problem =
-      read_parameter_file(file_with("/**: {ros__parameters: {a: [1, b]}}\n")).problem;
+      read_parameter_file(file_with("/**: {ros__parameters: {a: [1, b]}}\n")).problem();
   EXPECT_THAT(problem, HasSubstr("params.yaml: "));
   EXPECT_THAT(problem, Not(HasSubstr("\n")));
   EXPECT_THAT(problem, Not(HasSubstr(".c:")));
@@ -42,7 +42,7 @@ TEST(ParameterFile, ThatIsWrongIsToldInOneLine) {
 
 TEST(ParameterFile, ThatIsNoYamlIsToldWithLineAndColumn) {
   const std::string file = file_with("/**:\n  ros__parameters: {a: 1\n");
-  EXPECT_THAT(problems_of_parameter_file(file),
+  EXPECT_THAT(read_parameter_file(file).problems,
               ElementsAre(ContainsRegex("params.yaml:[0-9]+:[0-9]+: .")));
 }
 
@@ -59,10 +59,10 @@ TEST(ParameterFile, ThatGivesAKeyTwiceIsRefused) {
       "      drive: {import_topics: [/cmd_vel]}\n"
       "    dead_after: 4.0\n");
   // That `import_topics` is there again goes without saying.
-  EXPECT_THAT(problems_of_parameter_file(file),
+  EXPECT_THAT(read_parameter_file(file).problems,
               ElementsAre(file + ":8: \"drive\" is given twice, first in line 6",
                           file + ":9: \"dead_after\" is given twice, first in line 3"));
-  EXPECT_THAT(read_parameter_file(file).problem, HasSubstr("\"drive\" is given twice"));
+  EXPECT_THAT(read_parameter_file(file).problem(), HasSubstr("\"drive\" is given twice"));
   EXPECT_THAT(read_parameter_file(file).sections, IsEmpty());
 }
 
@@ -72,7 +72,7 @@ TEST(ParameterFile, TheWholeNameOfAKeyCounts) {
       "  ros__parameters:\n"
       "    listen.port: 1\n"
       "    listen: {port: 2}\n");
-  EXPECT_THAT(problems_of_parameter_file(file),
+  EXPECT_THAT(read_parameter_file(file).problems,
               ElementsAre(file + ":4: \"port\" is given twice, first in line 3"));
 }
 
@@ -85,7 +85,7 @@ TEST(ParameterFile, TheSameKeyInOtherPlacesIsNotTwice) {
       "    rule.c.priority: high\n"
       "    rule.c.export_topics: [/a, /b]\n"
       "connect_server: {ros__parameters: {rules: [a]}}\n");
-  EXPECT_THAT(problems_of_parameter_file(file), IsEmpty());
+  EXPECT_THAT(read_parameter_file(file).problems, IsEmpty());
 }
 
 TEST(ParameterFile, ThoseOfTheArgumentsAreReadBeforeRclDoes) {

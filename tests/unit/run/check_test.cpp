@@ -3,8 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
+#include <thread>
 
 #include "unit/scratch.hpp"
 
@@ -55,6 +57,18 @@ TEST(Check, SaysAsWhatItWasChecked) {
               StartsWith("checked as a client's file (--role client)\n"));
   EXPECT_THAT(check(kToken, "", "connect_server").out,
               StartsWith("checked as a server's file (it is for connect_server)"));
+}
+
+// As from `ctl check <(...)`.
+TEST(Check, APipeIsReadOnce) {
+  const std::string pipe = test::scratch_folder() + "pipe.yaml";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&] {
+    std::ofstream(pipe) << "/**:\n  ros__parameters:\n" << kToken << std::flush;
+  });
+  const Printed read = printed([&] { return check_file(pipe, ""); });
+  writer.join();
+  EXPECT_EQ(read.code, 0) << read.error;
 }
 
 TEST(Check, AMisspeltUrlIsFound) {

@@ -73,28 +73,26 @@ std::vector<std::pair<LogLevel, std::string>> lines_of(Script& s) {
 }
 
 TEST(Lines, APeerThatStopsIsNoTrouble) {
-  for (const char* said : {"the peer is stopping", ""}) {
-    Script s(server());
-    s.join(1);
-    s.did();
-    s.give(ConnectionClosed{{1}, 1001, said});
-    const auto lines = lines_of(s);
-    ASSERT_EQ(lines.size(), 1U);
-    EXPECT_EQ(lines[0].first, LogLevel::kInfo);
-    EXPECT_EQ(lines[0].second, "the link with /peer at 10.0.0.1 was closed: the peer is stopping");
-  }
-}
-
-TEST(Lines, WhatAPeerSaysWhenItStopsIsToldAsItsOwn) {
   Script s(server());
   s.join(1);
   s.did();
-  s.give(ConnectionClosed{{1}, 1000, "the peer is stopping"});
+  s.give(ConnectionClosed{{1}, 1001, "the peer is stopping"});
   const auto lines = lines_of(s);
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_EQ(lines[0].first, LogLevel::kInfo);
+  EXPECT_EQ(lines[0].second, "the link with /peer at 10.0.0.1 was closed: the peer is stopping");
+}
+
+TEST(Lines, AProxyThatStopsIsTrouble) {
+  Script s(server());
+  s.join(1);
+  s.did();
+  s.give(ConnectionClosed{{1}, 1001, "closed by the other end"});
+  const auto lines = lines_of(s);
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].first, LogLevel::kWarn);
   EXPECT_EQ(lines[0].second,
-            "the link with /peer at 10.0.0.1 was closed: it says: the peer is stopping");
+            "lost the link with /peer at 10.0.0.1: it says: closed by the other end");
 }
 
 TEST(Lines, ALinkThatIsLostIsTrouble) {

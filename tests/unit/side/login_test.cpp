@@ -245,7 +245,7 @@ TEST(SideLogin, AClientSaysWhatItNeeds) {
     s.lose(1, static_cast<std::uint16_t>(code));
     s.did();
     EXPECT_THAT(s.logged, HasSubstr(words));
-    EXPECT_THAT(s.logged, HasSubstr("in its file is used as soon as it is there"));
+    EXPECT_THAT(s.logged, HasSubstr("in a file, a new one there is used at once"));
   }
 }
 

@@ -203,35 +203,6 @@ TEST(ExportedTopic, ARateDoesNotHoldUpWhatItsPublishersHaveKept) {
   EXPECT_EQ(peer.said(), "1.1 94\n");
 }
 
-TEST(ExportedTopic, WhoListensALittleLaterGetsWhatNobodyHasGot) {
-  OneLink first(1), second(2), third(3);
-  Exporting s;
-  const auto listen = [&](OneLink& peer) {
-    ListenerTold told;
-    told.listener = {1};
-    told.name = "/a";
-    told.type = kType;
-    told.node = "/rviz";
-    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
-  };
-  s.see(topic("/a").pub(1));
-  listen(first);
-  s.see(topic("/a").pub(1));
-  s.offer(first);
-  s.take(1, "early");
-  listen(second);
-  s.offer(second);
-  s.take(1, "later");
-  s.demand(second);
-  EXPECT_EQ(second.said(), "1.1 early, 1.1 later\n");
-  EXPECT_EQ(first.said(), "");
-  listen(third);
-  s.offer(third);
-  s.take(1, "much later", 1000);
-  s.demand(third);
-  EXPECT_EQ(third.said(), "1.1 much later\n");
-}
-
 TEST(ExportedTopic, IsCompressedOnceForAllLinks) {
   Rule rule = everything();
   rule.treatment.compression = {Codec::kZstd, 3};

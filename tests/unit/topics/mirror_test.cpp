@@ -174,6 +174,34 @@ TEST(Mirror, WhatCouldNotBeMadeIsTriedAgain) {
   EXPECT_EQ(s.did(), "");
 }
 
+// Who offers it again finds it tried at once, and is told if that is in vain.
+TEST(Mirror, WhatIsOfferedAgainDoesNotWaitForItsNextAttempt) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7)});
+  s.did();
+  s.mirror(7).on_failed({{1}, "failed", "no memory"}, ms(0));
+  EXPECT_EQ(s.demanded(), "1: decline 1 failed\n2: ");
+  s.pass_to(30'000);
+  s.mirror(7).on_failed({{2}, "failed", "no memory"}, ms(30'000));
+  EXPECT_EQ(s.demanded(), "1: 2: ");
+  EXPECT_EQ(s.did(), "mirror 2 /a reliable volatile 10\n");
+  s.offer(s.two, {origin(1, 7)}, 31'000);
+  EXPECT_EQ(s.did(), "mirror 3 /a reliable volatile 10\n");
+}
+
+// The link that feeds it again is as good as any other.
+TEST(Mirror, WhatCouldBeMadeAfterAllStaysWithItsLink) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7)});
+  s.did();
+  s.mirror(7).on_failed({{1}, "type_mismatch", "the topic /a has another type here"}, ms(0));
+  s.demanded();
+  s.pass_to(30'000);
+  EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
+  s.offer(s.two, {origin(1, 7)}, 31'000);
+  EXPECT_EQ(s.demanded(), "1: 2: ");
+}
+
 // Not even in between: of two links that offer it the rules allow neither any longer.
 TEST(Mirror, IsNotMadeForALinkThatTheRulesDoNotAllow) {
   MirrorScript s;

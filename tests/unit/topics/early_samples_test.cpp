@@ -1,0 +1,76 @@
+#include "core/topics/early_samples.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "unit/topics/exporting.hpp"
+
+namespace connect_bridge::topics_test {
+namespace {
+
+TEST(EarlySamples, WhoListensALittleLaterGetsWhatNobodyHasGot) {
+  OneLink first(1), second(2), third(3);
+  Exporting s;
+  const auto listen = [&](OneLink& peer) {
+    ListenerTold told;
+    told.listener = {1};
+    told.name = "/a";
+    told.type = kType;
+    told.node = "/rviz";
+    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
+  };
+  s.see(topic("/a").pub(1));
+  listen(first);
+  s.see(topic("/a").pub(1));
+  s.offer(first);
+  s.take(1, "early");
+  listen(second);
+  s.offer(second);
+  s.take(1, "later");
+  s.demand(second);
+  EXPECT_EQ(second.said(), "1.1 early, 1.1 later\n");
+  EXPECT_EQ(first.said(), "");
+  listen(third);
+  s.offer(third);
+  s.take(1, "much later", 1000);
+  s.demand(third);
+  EXPECT_EQ(third.said(), "1.1 much later\n");
+}
+
+// One that listens to much and answers nothing leaves room to the others.
+TEST(EarlySamples, OfOneIdentityLeaveRoomToOthers) {
+  OneLink greedy(1), other(2);
+  Exporting s;
+  std::vector<std::unique_ptr<ExportedTopic>> topics;
+  std::vector<Topic> states;
+  const auto listen = [&](OneLink& peer, std::uint32_t n) {
+    ListenerTold told;
+    told.listener = {n};
+    told.name = "/t" + std::to_string(n);
+    told.type = kType;
+    told.node = "/rviz";
+    EXPECT_TRUE(s.context.listeners.on_listeners(peer.link, {{told}, {}}, ms(0)).ok());
+  };
+  for (std::uint32_t n = 1; n <= 6; ++n) {
+    states.push_back(topic("/t" + std::to_string(n)).pub(static_cast<std::uint8_t>(n)));
+    listen(greedy, n);
+  }
+  listen(other, 6);
+  s.graph = picture(states);
+  const std::string text((1 << 20) - 100, 'x');
+  for (std::uint32_t n = 1; n <= 6; ++n) {
+    const TopicKey key{"/t" + std::to_string(n), kType};
+    topics.push_back(std::make_unique<ExportedTopic>(s.context, key));
+    topics.back()->on_graph(ms(0));
+    EXPECT_TRUE(topics.back()->offer_to(greedy.link).has_value());
+    if (n == 6) EXPECT_TRUE(topics.back()->offer_to(other.link).has_value());
+    topics.back()->on_taken(
+        {{}, gid(static_cast<std::uint8_t>(n)), flow_test::at_ms(1), sample(text), {}}, ms(0));
+  }
+  EXPECT_EQ(greedy.link.account->early.used() >> 20, 3U);  // of 4 MiB
+  EXPECT_GT(other.link.account->early.used(), 1'000'000U);
+}
+
+}  // namespace
+}  // namespace connect_bridge::topics_test
