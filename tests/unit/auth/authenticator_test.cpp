@@ -104,6 +104,7 @@ Refreshed looks(Authenticator& method) {
 
 // A token that was withdrawn must not stay valid until the file changes once more.
 TEST(Authenticator, AFileThatCannotBeReadForAWhileIsReadAfterwards) {
+  if (!test::NoDescriptors::kPossible) GTEST_SKIP() << "the sanitizer needs descriptors";
   AuthOptions options;
   options.token_file = write_file("passing.yaml", token_entry("anna"));
   const AuthSetup setup = make_authenticator(options, kEarly);
