@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "ros/node/ros_arguments.hpp"
+
 namespace connect_bridge::ros {
 namespace {
 
@@ -19,19 +21,10 @@ bool names_the_node(std::string_view remap) {
 
 std::vector<std::string> problems_of_remaps(int argc, const char* const* argv) {
   std::vector<std::string> problems;
-  bool for_ros = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument(argv[i]);
-    if (argument == "--ros-args" || argument == "--") {
-      for_ros = argument == "--ros-args";
-    } else if (for_ros && (argument == "-r" || argument == "--remap") && i + 1 < argc) {
-      const std::string_view remap(argv[++i]);
-      if (!names_the_node(remap))
-        problems.push_back("the remap " + std::string{remap} +
-                           ": what crosses is renamed by the parameters remap and prefix, not by " +
-                           std::string{argument});
-    }
-  }
+  for (const auto& remap : values_behind({"-r", "--remap"}, argc, argv))
+    if (!names_the_node(remap))
+      problems.push_back("the remap " + remap +
+                         ": what crosses is renamed by the parameters remap and prefix, not by -r");
   return problems;
 }
 

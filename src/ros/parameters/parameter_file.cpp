@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "core/wire/text.hpp"
+#include "ros/node/ros_arguments.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -181,17 +182,9 @@ ParameterFile read_parameter_file(const std::string& file) {
 
 std::vector<std::string> problems_of_parameter_files(int argc, const char* const* argv) {
   std::vector<std::string> problems;
-  bool for_ros = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view argument(argv[i]);
-    if (argument == "--ros-args" || argument == "--") {
-      for_ros = argument == "--ros-args";
-    } else if (for_ros && argument == "--params-file" && i + 1 < argc) {
-      const std::string file(argv[++i]);
-      if (can_be_read_twice(file))
-        for (auto& problem : read_parameter_file(file).problems)
-          problems.push_back(std::move(problem));
-    }
+  for (const auto& file : values_behind({"--params-file"}, argc, argv)) {
+    if (!can_be_read_twice(file)) continue;
+    for (auto& problem : read_parameter_file(file).problems) problems.push_back(std::move(problem));
   }
   return problems;
 }

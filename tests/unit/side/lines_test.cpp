@@ -64,46 +64,35 @@ TEST(Lines, APeersWordsAreToldAsItsOwn) {
             "lost the link with /peer at 10.0.0.1: it says: lost\n");
 }
 
-// What the log has now, with its level.
-std::vector<std::pair<LogLevel, std::string>> lines_of(Script& s) {
+// What the log says, and at which level, when the link of an open peer ends in this way.
+std::pair<LogLevel, std::string> line_of(const ConnectionClosed& closed) {
+  Script s(server());
+  s.join(1);
+  s.did();
+  s.give(closed);
   std::vector<std::pair<LogLevel, std::string>> lines;
   while (const auto action = s.side.next_action())
     if (const auto* log = std::get_if<Log>(&*action)) lines.emplace_back(log->level, log->text);
-  return lines;
+  EXPECT_EQ(lines.size(), 1U);
+  return lines.at(0);
 }
 
 TEST(Lines, APeerThatStopsIsNoTrouble) {
-  Script s(server());
-  s.join(1);
-  s.did();
-  s.give(ConnectionClosed{{1}, 1001, "the peer is stopping"});
-  const auto lines = lines_of(s);
-  ASSERT_EQ(lines.size(), 1U);
-  EXPECT_EQ(lines[0].first, LogLevel::kInfo);
-  EXPECT_EQ(lines[0].second, "the link with /peer at 10.0.0.1 was closed: the peer is stopping");
+  const auto [level, text] = line_of({{1}, 1001, "the peer is stopping"});
+  EXPECT_EQ(level, LogLevel::kInfo);
+  EXPECT_EQ(text, "the link with /peer at 10.0.0.1 was closed: the peer is stopping");
 }
 
 TEST(Lines, AProxyThatStopsIsTrouble) {
-  Script s(server());
-  s.join(1);
-  s.did();
-  s.give(ConnectionClosed{{1}, 1001, "closed by the other end"});
-  const auto lines = lines_of(s);
-  ASSERT_EQ(lines.size(), 1U);
-  EXPECT_EQ(lines[0].first, LogLevel::kWarn);
-  EXPECT_EQ(lines[0].second,
-            "lost the link with /peer at 10.0.0.1: it says: closed by the other end");
+  const auto [level, text] = line_of({{1}, 1001, "closed by the other end"});
+  EXPECT_EQ(level, LogLevel::kWarn);
+  EXPECT_EQ(text, "lost the link with /peer at 10.0.0.1: it says: closed by the other end");
 }
 
 TEST(Lines, ALinkThatIsLostIsTrouble) {
-  Script s(server());
-  s.join(1);
-  s.did();
-  s.lose(1);
-  const auto lines = lines_of(s);
-  ASSERT_EQ(lines.size(), 1U);
-  EXPECT_EQ(lines[0].first, LogLevel::kWarn);
-  EXPECT_EQ(lines[0].second, "lost the link with /peer at 10.0.0.1: lost");
+  const auto [level, text] = line_of({{1}, std::nullopt, "lost"});
+  EXPECT_EQ(level, LogLevel::kWarn);
+  EXPECT_EQ(text, "lost the link with /peer at 10.0.0.1: lost");
 }
 
 TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {
