@@ -71,7 +71,7 @@ else
     "$CONNECT_BRIDGE_OWN_PREFIX"/lib/python3.*/site-packages/ros_*.libs)
   if [ "$RMW_IMPLEMENTATION" != rmw_fastrtps_cpp ]; then
     _connect_rmw=${CONNECT_BRIDGE_RMW_PREFIX:-$_connect_root/.ros2/rmw-$ROS_DISTRO}
-    [ -f "$_connect_rmw/lib/lib$RMW_IMPLEMENTATION.so" ] && [ -d "$_connect_rmw/lib/chooser" ] || echo "env.sh: there is no $RMW_IMPLEMENTATION in $_connect_rmw (CONNECT_BRIDGE_RMW_PREFIX names another folder); 'make rmw-cyclonedds' makes rmw_cyclonedds_cpp" >&2
+    [ -f "$_connect_rmw/lib/lib$RMW_IMPLEMENTATION.so" ] && [ -d "$_connect_rmw/lib/chooser" ] || echo "env.sh: there is no $RMW_IMPLEMENTATION in $_connect_rmw (CONNECT_BRIDGE_RMW_PREFIX names another folder); 'make rmw-cyclonedds SOURCES=dir' makes rmw_cyclonedds_cpp from checkouts of cyclonedds, rmw_cyclonedds and rmw_implementation in dir" >&2
     LD_LIBRARY_PATH=$_connect_rmw/lib/chooser:$_connect_rmw/lib:$LD_LIBRARY_PATH
     AMENT_PREFIX_PATH=$_connect_rmw:$AMENT_PREFIX_PATH
   fi

@@ -70,9 +70,10 @@ A paired client may receive all topics, with --operate it may also publish and c
 
 All settings are parameters of the ROS node, named connect_server. The most important ones:
 {}
-A file that lets everybody who has the token see all topics:
+A file that lets everybody on this machine who has the token see all topics:
   connect_server:
     ros__parameters:
+      auth: {{token_file: robot.token}}
       rules: [see]
       rule:
         see: {{export_topics: ["/**"]}}
@@ -90,10 +91,11 @@ starts without arguments.
 
 All settings are parameters of the ROS node, named connect_client. The most important ones:
 {}
-A file that takes and gives all that the server's rules allow:
+A file that takes all that the server's rules allow, but /rosout, and gives topics only:
   connect_client:
     ros__parameters:
-      url: wss://robot.example:9090/connect
+      url: wss://robot.example:9090/
+      auth: {{token_file: robot.token}}
 )";
 
 constexpr char kMoreHelp[] = R"(

@@ -36,8 +36,10 @@ void add_listen(Rows& rows) {
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
        .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
-       .help = "How they give it: by X-Forwarded-For, by Forwarded (RFC 7239), or by the PROXY "
-               "protocol (1 or 2), with which each of their connections must then begin."},
+       .help = "How these proxies tell the client's address. `x_forwarded_for`: in the header "
+               "X-Forwarded-For. `forwarded`: in the header Forwarded (RFC 7239). "
+               "`proxy_protocol`: by the PROXY protocol (1 or 2); each of their connections must "
+               "then begin with it."},
       [](Config& c) { return &c.listen.proxy_header; });
 }
 
@@ -189,13 +191,11 @@ void add_operation(Rows& rows) {
   add({.key = "status_file",
        .syntax = check_not_empty,
        .help =
-           "File in which this side keeps its status as JSON, once a second: links, "
-           "clock, types that the exporter lacks, and per topic messages, bytes, latency and "
-           "drops by reason; its version and since when it runs (version, started), until when its "
-           "certificate is valid (certificate_valid_until), per link for how long it is open "
-           "(open_seconds); when that was (time), and after an orderly end that it does not run "
-           "any more (running). All else waits while it is written: take a folder in memory, "
-           "below /run."},
+           "File in which this side keeps its status as JSON, once a second. Of the program: "
+           "version, started, certificate_valid_until; time: when it was written; running: false "
+           "after an orderly end. Of each link: open_seconds (for how long it is open), the clock, "
+           "types that the exporter lacks, and per topic messages, bytes, latency and drops by "
+           "reason. The bridge waits while it writes: use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,
@@ -222,7 +222,8 @@ void add_audit(std::vector<KeySpec>& rows) {
   add({.key = "audit.file_bytes_max",
        .range = NumberRange{65536, kGiB},
        .unit = "bytes",
-       .help = "Then it is renamed, with .1 at its end, and a new one begins."},
+       .help = "Largest size of this file. When it is full, it is renamed, with .1 at its end, "
+               "and a new one begins."},
       [](Config& c) { return &c.audit.file_bytes_max; });
   add({.key = "audit.files_kept",
        .range = NumberRange{0, 1000},

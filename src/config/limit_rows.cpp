@@ -33,7 +33,8 @@ void add_link_limits(Rows& rows) {
   add({.key = "default_depth",
        .range = NumberRange{1, 100000},
        .unit = "messages",
-       .help = "Queue depth where the graph does not show one."},
+       .help = "Queue depth of a topic whose publishers show none in the graph; with most "
+               "middlewares none does."},
       [](Config& c) { return &c.limits.default_depth; });
   add({.key = "latched_depth",
        .range = NumberRange{1, 100000},
@@ -105,9 +106,9 @@ void add_share(Rows& rows) {
        .range = NumberRange{1 << 20, 1024 * kGiB},
        .unit = "bytes",
        .help = "Memory that all peers together may use at this side: unfinished messages, "
-               "queues, calls, bases, histories. No identity may use more than it leaves to "
-               "the others, and no link of an identity more than it leaves to its other "
-               "links: a single link may use a third. What does not fit is dropped "
+               "queues, calls, bases, histories. An identity that is alone can use half; with n "
+               "greedy identities each gets 1/(n+1). The links of an identity share its part in "
+               "the same way: a single link can use a third. What does not fit is dropped "
                "(`memory` in the status) or refused."},
       [](Config& c) { return &c.limits.account.memory_bytes_max; });
   add({.key = "mirrors_per_second",
@@ -175,8 +176,8 @@ void add_strangers(Rows& rows) {
   const auto add = row_adder(rows, "Limits before login", UsedBy::kServer);
   add({.key = "limits.strangers_max",
        .range = NumberRange{8, 1000},
-       .help = "Connections without a login. The oldest gives way to one more. When half of them "
-               "are there a login must be shown within a second."},
+       .help = "Connections without a login. When there are so many, a new one ends the oldest. "
+               "From half of them on a new one must show its login within a second."},
       [](Config& c) { return &c.limits.strangers_max; });
   add({.key = "limits.address_strangers_max",
        .range = NumberRange{1, 10'000},
@@ -206,11 +207,11 @@ void add_strangers(Rows& rows) {
        .fallback = Duration(std::chrono::minutes(1)) / account.offence_period,
        .range = NumberRange{1, 1'000'000},
        .help =
-           "Links of one identity that are ended for what no peer may do (4002, 4006, 4009, "
-           "4010). " +
+           "How many links of one identity may be ended in a minute for what no peer may do (4002, "
+           "4006, 4009, 4010); " +
            std::to_string(account.offences_at_once) +
-           " at once; then its next login waits, or is refused, for a minute at the most. A link "
-           "that has not offended goes on after a break all the same."});
+           " of them at once. After more, its next login waits, or is refused, for at most a "
+           "minute. Its links that have not offended go on after a break all the same."});
 }
 
 }  // namespace

@@ -84,7 +84,9 @@ std::string Bridge::open() {
   const std::string unread = usage_file_.open(parameters_.config().usage_file);
   if (!unread.empty()) node_.log(LogLevel::kWarn, unread);
   if (const std::string refused = network_.refused_options(); !refused.empty())
-    node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused);
+    node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused +
+                                   "; the bridge runs, but urgent messages may be slower "
+                                   "(not_sent_bytes, congestion_control)");
   std::string problem = open_audit_log();
   const bool server = parts_.side.role == Role::kServer;
   if (problem.empty()) problem = server ? listen() : network_.dial_problem(parts_.dial);
@@ -227,8 +229,10 @@ void Bridge::every_second(double lag_ms) {
                          ? std::nullopt
                          : lags_.count(loop_.now());
   if (times)
-    node_.log(LogLevel::kWarn, "the loop was held up for " + std::to_string(std::lround(lag_ms)) +
-                                   " ms; all links waited");
+    node_.log(LogLevel::kWarn,
+              "this process was held up for " + std::to_string(std::lround(lag_ms)) +
+                  " ms and all links waited (busy machine, very large message, slow disk under "
+                  "status_file)");
   const auto counters = gateway_.counters();
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();

@@ -157,7 +157,7 @@ def test_a_server_that_stood_still_misses_nobody(tmp_path):
         sender.join()
         time.sleep(1)
         assert mine.closed is None
-        until(lambda: "the loop was held up for" in own.server.text(), "its line")
+        until(lambda: "this process was held up for" in own.server.text(), "its line")
         mine.close()
     finally:
         own.close()
