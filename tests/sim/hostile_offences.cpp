@@ -110,6 +110,14 @@ HostileServices::Offence HostileServices::attach_wrongly(std::uint64_t which) {
   return {"offers a number of its requests", always};
 }
 
+// Numbers of calls begin again with each epoch.
+Label HostileServices::label_of(std::uint32_t channel, std::uint32_t call) const {
+  const auto requests = requests_.find(channel);
+  const std::uint64_t epoch =
+      requests == requests_.end() ? 0 : theirs_.at(requests->second.service).epoch;
+  return {label_, epoch << 32U | call};
+}
+
 void HostileServices::send_request(std::uint32_t channel, std::uint32_t sequence,
                                    std::uint32_t call) {
   if (const auto it = requests_.find(channel); it != requests_.end()) {
@@ -117,7 +125,7 @@ void HostileServices::send_request(std::uint32_t channel, std::uint32_t sequence
     std::uint32_t& highest = highest_calls_[{service.name, service.epoch}];
     highest = std::max(highest, call);
   }
-  const Bytes body = make_message({label_, call}, 100, true);
+  const Bytes body = make_message(label_of(channel, call), 100, true);
   MessageFrame frame;
   frame.channel = {channel};
   frame.subject = {call};

@@ -170,10 +170,7 @@ void HostileServices::send_message(std::uint32_t channel, Stream& stream, std::u
     return send(PartFrame{{channel}, false, part}, part);
   }
   const auto size = static_cast<std::size_t>(rng_.between(32, kMessageBytesMax));
-  const auto service = requests_.find(channel);
-  const std::uint64_t epoch =
-      service == requests_.end() ? 0 : theirs_.at(service->second.service).epoch;
-  Bytes body = make_message({label_, epoch << 32U | call}, size, true);
+  Bytes body = make_message(label_of(channel, call), size, true);
   MessageFrame frame;
   frame.channel = {channel};
   frame.subject = {call};

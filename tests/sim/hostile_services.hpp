@@ -12,6 +12,7 @@
 
 #include "core/wire/control.hpp"
 #include "core/wire/frame.hpp"
+#include "sim/label.hpp"
 #include "sim/network.hpp"
 #include "sim/rng.hpp"
 
@@ -98,6 +99,7 @@ class HostileServices {
   void send(const Frame& frame, ByteView part);
   // Begins a message, all of it or a part, or goes on with the one that is open.
   void send_message(std::uint32_t channel, Stream& stream, std::uint32_t call);
+  [[nodiscard]] Label label_of(std::uint32_t channel, std::uint32_t call) const;
   void send_request(std::uint32_t channel, std::uint32_t sequence, std::uint32_t call);
   std::uint32_t new_number();
   std::uint32_t offer_one(const std::string& name, const std::string& type,
