@@ -13,6 +13,8 @@ set(CONNECT_SIM_SEEDS 1000 CACHE STRING "Scenarios of the simulator in a test ru
 # the address sanitizer half.
 function(connect_quickly_compiled name)
   target_compile_options(${name} PRIVATE "SHELL:-O0 -U_FORTIFY_SOURCE")
+  # Half of what is left are the headers.
+  set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
 endfunction()
 
 # unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core. Core has a

