@@ -92,7 +92,7 @@ void Gateway::apply(const LookUpType& action) {
 GatewayCounters Gateway::counters() const {
   GatewayCounters counters = shared_.counters;
   counters.graph_readings = graph_.readings();
-  counters.graph_reading = graph_.reading();
+  counters.graph_reading = graph_.reading_time();
   counters.subscriptions = static_cast<std::uint32_t>(subscriptions_.size());
   counters.mirrors = static_cast<std::uint32_t>(mirrors_.size());
   counters.service_mirrors = static_cast<std::uint32_t>(services_.mirrors.size());

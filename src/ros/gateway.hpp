@@ -60,7 +60,7 @@ class Gateway {
     shared_.types.describe(action.type, action.hash, action.text);
   }
   void apply(const FollowClock& action) { time_.follow(action.on); }
-  void apply(const RefreshGraph&) { graph_.refresh(); }
+  void apply(const RefreshGraph& action) { graph_.refresh(action.topic); }
 
   // Whether Node::ros_now() follows /clock, also where the core does not ask for it.
   void set_use_sim_time(bool on) { time_.set(on); }

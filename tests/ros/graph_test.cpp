@@ -122,6 +122,26 @@ TEST_F(GraphTest, ReportsOnlyChangesUnlessAsked) {
   EXPECT_TRUE(side.until([&] { return side.graphs > before; }));
 }
 
+// As in a large graph, whose readings are far apart.
+TEST_F(GraphTest, ATopicThatIsAskedForIsReadAlone) {
+  TestNode robot("robot");
+  GatewayOptions options;
+  options.graph_pause = std::chrono::hours(1);
+  TestSide side("connect_server", options);
+  ASSERT_TRUE(side.until([&] { return side.graphs == 1; }));
+  auto publisher = std::make_unique<RawPublisher>(robot, topic("a"));
+  RawPublisher other(robot, topic("b"));
+  const auto asked = [&](bool there) {
+    side.gateway.apply(RefreshGraph{topic("a")});
+    return side.find_topic(topic("a")).has_value() == there;
+  };
+  EXPECT_TRUE(side.until([&] { return asked(true); }));
+  EXPECT_FALSE(side.find_topic(topic("b")));
+  publisher = nullptr;
+  EXPECT_TRUE(side.until([&] { return asked(false); }));
+  EXPECT_EQ(1U, side.gateway.counters().graph_readings);
+}
+
 TEST_F(GraphTest, ALargeGraphStaysCheap) {
   TestNode robot("robot");
   GatewayOptions options;

@@ -257,9 +257,9 @@ TEST_F(ServiceGraphTest, ManyServicesStayCheap) {
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
   ASSERT_TRUE(services);
   EXPECT_GE(services->size(), 200u);
-  bool unknown_names = false;
+  GraphReading reading(*side.node);
   const auto again = std::chrono::steady_clock::now();
-  ASSERT_TRUE(read_graph(*side.node, {}, unknown_names));
+  ASSERT_TRUE(reading.read({}));
   const std::chrono::duration<double, std::milli> whole = std::chrono::steady_clock::now() - again;
   std::printf("[          ] 300 topics, 200 services: %.2f ms, %.2f of them for the services\n",
               whole.count(), took.count());

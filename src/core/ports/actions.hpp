@@ -100,8 +100,11 @@ struct DescribeType {
 struct FollowClock {
   bool on = false;
 };
-// Ask for a new GraphChanged (a sample came from a publisher not seen yet).
-struct RefreshGraph {};
+// Ask for a new GraphChanged: a sample of this topic came from a publisher not seen yet. That topic
+// is looked at first, as the publisher may be gone before a large graph is read.
+struct RefreshGraph {
+  std::string topic;  // empty: none in particular
+};
 
 // ---- core -> network, login, workers
 

@@ -1,12 +1,14 @@
 // State that the exported topics of a side share.
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
 
 #include "core/base/budget.hpp"
+#include "core/base/pace.hpp"
 #include "core/graph/side_view.hpp"
 #include "core/topics/backlog.hpp"
 #include "core/topics/far_listeners.hpp"
@@ -28,6 +30,7 @@ struct ExportContext : SideView {
   ExportTimers timers{};
   FarListeners listeners{*this, options};
   SubscribedNames names{};
+  Pace subscriptions{10, std::chrono::microseconds(250)};  // that are made
   bool offers_due = false;  // what is offered is to be looked at again
 };
 

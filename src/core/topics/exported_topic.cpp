@@ -20,6 +20,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
       key_(std::move(key)),
       origins_(context.timers, this),
       backlogs_(context, *this),
+      turn_(context.subscriptions),
       streams_(context, *this, offers_, subscription_qos_),
       early_(context, *this, offers_, backlogs_),
       parked_(context.parked, context.timers, this) {
@@ -215,8 +216,8 @@ void ExportedTopic::update_subscription(const Now& now) {
     return take_name();
   }
   // What is there serves until another one may be made.
-  if (!subscriptions_.take(now.steady)) {
-    late_ = context_.timers.set(subscriptions_.free_at(), this);
+  if (const TimePoint turn = turn_.take(now.steady); turn > now.steady) {
+    late_ = context_.timers.set(turn, this);
     return;
   }
   end_subscription();
@@ -293,9 +294,9 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
 }
 
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
-  const bool first = parked_.empty();
+  const bool asked = parked_.has(taken.origin);
   if (!parked_.add(std::move(taken), now)) return drop_demanded(DropReason::kUnknownOrigin);
-  if (first) context_.outputs.push(RefreshGraph{});
+  if (!asked) context_.outputs.push(RefreshGraph{key_.first});
 }
 
 void ExportedTopic::unpark(const Now& now) {

@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "core/base/pace.hpp"
 #include "core/flow/history.hpp"
 #include "core/topics/backlogs.hpp"
 #include "core/topics/early_samples.hpp"
 #include "core/topics/export_context.hpp"
 #include "core/topics/parked_samples.hpp"
+#include "core/topics/subscription_turn.hpp"
 #include "core/topics/topic_offer.hpp"
 #include "core/topics/topic_streams.hpp"
 
@@ -101,9 +101,7 @@ class ExportedTopic {
   Stamp subscribed_at_ = 0;
   std::string subscription_hash_;
   bool failed_ = false;  // could not be subscribed, and nobody has asked for it since
-  // A peer may switch its demand on and off at will; this limits how often that creates a reader in
-  // the middleware.
-  Pace subscriptions_{10, std::chrono::seconds(1)};
+  SubscriptionTurn turn_;
   ExportTimers::Timer late_;  // wanted, but too many subscriptions were made before
   HistoryCache history_;
   TopicStreams streams_;

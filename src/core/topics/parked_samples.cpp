@@ -1,5 +1,6 @@
 #include "core/topics/parked_samples.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace connect_bridge {
@@ -10,6 +11,11 @@ bool ParkedSamples::add(MessageTaken taken, const Now& now) {
   samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
   if (samples_.size() == 1) watch();
   return true;
+}
+
+bool ParkedSamples::has(const Gid& origin) const {
+  return std::any_of(samples_.begin(), samples_.end(),
+                     [&](const Sample& sample) { return sample.taken.origin == origin; });
 }
 
 void ParkedSamples::clear() {

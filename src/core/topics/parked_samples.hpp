@@ -29,6 +29,7 @@ class ParkedSamples {
   // False: there is no room for it.
   [[nodiscard]] bool add(MessageTaken taken, const Now& now);
   [[nodiscard]] bool empty() const { return samples_.empty(); }
+  [[nodiscard]] bool has(const Gid& origin) const;
   // They are looked at then, and not before.
   void wait_until(TimePoint time) { until_ = timers_.set(time, topic_); }
   void clear();

@@ -27,6 +27,16 @@ class TopicReading {
         is_claims_(std::string_view(topic) == kClaimsTopic),
         bridges_(bridges) {}
 
+  // False: the middleware failed.
+  bool read() {
+    return read(&rcl_get_publishers_info_by_topic, &TopicState::publishers) &&
+           read(&rcl_get_subscriptions_info_by_topic, &TopicState::subscribers);
+  }
+
+  std::vector<TopicState> states;
+  bool unknown_names = false;
+
+ private:
   bool read(Query query, std::vector<Endpoint> TopicState::*endpoints) {
     auto allocator = rcl_get_default_allocator();
     auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
@@ -36,10 +46,6 @@ class TopicReading {
     return true;
   }
 
-  std::vector<TopicState> states;
-  bool unknown_names = false;
-
- private:
   void add(const rmw_topic_endpoint_info_t& info, std::vector<Endpoint> TopicState::*endpoints) {
     Endpoint endpoint;
     endpoint.gid = distro::gid_of(info.endpoint_gid);
@@ -113,23 +119,37 @@ void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridge
   });
 }
 
-std::optional<std::vector<TopicState>> read_topics(const Node& node, BridgeParticipants& bridges,
-                                                   bool& unknown_names) {
+}  // namespace
+
+std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watched,
+                                               const std::function<void()>& between) {
+  unknown_names_ = false;
+  BridgeParticipants bridges;
+  auto topics = read_topics(bridges, between);
+  if (!topics) return std::nullopt;
+  auto services = read_services(node_, watched, bridges, between);
+  if (!services) return std::nullopt;
+  bridges_ = std::move(bridges);
+  return GraphChanged{std::move(*topics), std::move(*services)};
+}
+
+std::optional<std::vector<TopicState>> GraphReading::read_topics(
+    BridgeParticipants& bridges, const std::function<void()>& between) {
   auto allocator = rcl_get_default_allocator();
   rcl_names_and_types_t names = rcl_get_zero_initialized_names_and_types();
-  if (!ignore_error(rcl_get_topic_names_and_types(node.handle(), &allocator, false, &names))) {
+  if (!ignore_error(rcl_get_topic_names_and_types(node_.handle(), &allocator, false, &names))) {
     return std::nullopt;
   }
   std::optional<std::vector<TopicState>> topics{std::in_place};
   topics->reserve(names.names.size);
   for (std::size_t i = 0; topics && i < names.names.size; ++i) {
-    TopicReading reading(node, names.names.data[i], bridges);
-    if (!reading.read(&rcl_get_publishers_info_by_topic, &TopicState::publishers) ||
-        !reading.read(&rcl_get_subscriptions_info_by_topic, &TopicState::subscribers)) {
+    between();
+    TopicReading reading(node_, names.names.data[i], bridges);
+    if (!reading.read()) {
       topics.reset();
       break;
     }
-    unknown_names = unknown_names || reading.unknown_names;
+    unknown_names_ = unknown_names_ || reading.unknown_names;
     std::move(reading.states.begin(), reading.states.end(), std::back_inserter(*topics));
   }
   ignore_error(rcl_names_and_types_fini(&names));
@@ -137,16 +157,19 @@ std::optional<std::vector<TopicState>> read_topics(const Node& node, BridgeParti
   return topics;
 }
 
-}  // namespace
-
-std::optional<GraphChanged> read_graph(const Node& node, const std::set<std::string>& watched,
-                                       bool& unknown_names) {
-  BridgeParticipants bridges;
-  auto topics = read_topics(node, bridges, unknown_names);
-  if (!topics) return std::nullopt;
-  auto services = read_services(node, watched, bridges);
-  if (!services) return std::nullopt;
-  return GraphChanged{std::move(*topics), std::move(*services)};
+bool GraphReading::read_topic(const std::string& topic, GraphChanged& graph) {
+  // A bridge that has just come is known by its claims.
+  TopicReading claims(node_, kClaimsTopic, bridges_);
+  TopicReading reading(node_, topic.c_str(), bridges_);
+  if (!claims.read() || !reading.read()) return false;
+  attribute(reading.states, bridges_);
+  auto& topics = graph.topics;
+  const auto is_of_it = [&](const TopicState& state) { return state.name == topic; };
+  const auto at = std::find_if(topics.begin(), topics.end(), is_of_it) - topics.begin();
+  std::erase_if(topics, is_of_it);
+  topics.insert(topics.begin() + at, std::make_move_iterator(reading.states.begin()),
+                std::make_move_iterator(reading.states.end()));
+  return !reading.unknown_names;
 }
 
 }  // namespace connect_bridge::ros

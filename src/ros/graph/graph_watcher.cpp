@@ -2,10 +2,11 @@
 
 #include <rcl/node.h>
 
+#include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "core/graph/graph_view.hpp"
-#include "ros/graph/graph_reading.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
@@ -14,6 +15,11 @@ namespace {
 // A node's name arrives some time after its endpoints. So the graph is read again a few times;
 // after that the endpoint is taken to belong to a program without ROS.
 constexpr int kRetriesMax = 6;
+// Times the duration of a reading: the rest after it.
+constexpr int kRest = 9;
+constexpr int kRestIfAsked = 3;
+// What comes to a graph comes in several steps, such as a node with its endpoints.
+constexpr int kReadingsAtOnce = 3;
 
 Duration retry_delay(int retries) {
   return std::chrono::milliseconds(25) * (1 << retries);
@@ -38,7 +44,8 @@ GraphWatcher::GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
     : Entity(ready, kReadyMessage | kReadyChanged | kReadyLook),
       node_(node),
       pause_(pause),
-      look_(std::move(look)) {
+      look_(std::move(look)),
+      reading_(node) {
   auto* context = node.context();
   require_ok(rcl_guard_condition_init(&poke_, context, rcl_guard_condition_get_default_options()),
              "cannot watch the graph");
@@ -64,10 +71,12 @@ GraphWatcher::~GraphWatcher() {
   ignore_error(rcl_guard_condition_fini(&poke_));
 }
 
-void GraphWatcher::refresh() {
+void GraphWatcher::refresh(const std::string& topic) {
   {
     const std::lock_guard lock(mutex_);
     refresh_ = true;
+    if (!topic.empty()) asked_.ask(topic, Clock::now());
+    news_ = true;
   }
   poked_.notify_all();
   ignore_error(rcl_trigger_guard_condition(&poke_));
@@ -102,6 +111,7 @@ void GraphWatcher::look_again(Duration delay) {
     const auto at = Clock::now() + delay;
     if (at >= look_at_) return;
     look_at_ = at;
+    news_ = true;
   }
   poked_.notify_all();
   ignore_error(rcl_trigger_guard_condition(&poke_));
@@ -117,7 +127,7 @@ void GraphWatcher::run() {
       const Duration took = Clock::now() - begin;
       reading_ns_ = took.count();
       ++readings_;
-      pause(std::max(pause_, took * 10), std::max(pause_, took * 3));
+      rest(took);
     }
     {
       const std::lock_guard lock(mutex_);
@@ -126,7 +136,7 @@ void GraphWatcher::run() {
     const bool again = incomplete_ && retries_ < kRetriesMax;
     const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
     do {
-      due = wait(std::min(again_at, next_look())) || Clock::now() >= again_at;
+      due = wait(std::min(again_at, serve())) || Clock::now() >= again_at;
     } while (!due && !stopping());
   }
 }
@@ -136,15 +146,25 @@ bool GraphWatcher::stopping() {
   return stop_;
 }
 
-GraphWatcher::Clock::time_point GraphWatcher::next_look() {
+GraphWatcher::Clock::time_point GraphWatcher::serve() {
+  while (const auto topic = take_asked()) read_topic(*topic);
+  bool look = false;
+  Clock::time_point next;
   {
     const std::lock_guard lock(mutex_);
-    if (look_at_ > Clock::now()) return look_at_;
-    look_at_ = Clock::time_point::max();
+    if (look_at_ <= Clock::now()) {
+      look_at_ = Clock::time_point::max();
+      look = true;
+    }
+    next = std::min(look_at_, asked_.deadline().value_or(Clock::time_point::max()));
   }
-  ReadyList::mark(slot(), kReadyLook);
+  if (look) ReadyList::mark(slot(), kReadyLook);
+  return next;
+}
+
+std::optional<std::string> GraphWatcher::take_asked() {
   const std::lock_guard lock(mutex_);
-  return look_at_;
+  return asked_.take_due(Clock::now());
 }
 
 bool GraphWatcher::wait(Clock::time_point deadline) {
@@ -170,15 +190,20 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
   return wait_set_.guard_conditions[place] != nullptr || wants_reading();
 }
 
+void GraphWatcher::rest(Duration took) {
+  const auto now = Clock::now();
+  rested_ = std::max(rested_, now) + took * kRest;
+  const Duration owed = rested_ - now - took * kRest * kReadingsAtOnce;
+  pause(std::max(pause_, owed), std::max(pause_, std::min<Duration>(owed, took * kRestIfAsked)));
+}
+
 void GraphWatcher::pause(Duration duration, Duration if_asked) {
-  const auto end = Clock::now() + duration;
-  const auto end_if_asked = Clock::now() + std::min(duration, if_asked);
-  while (Clock::now() < (refresh_ ? end_if_asked : end)) {
-    const auto until = std::min(refresh_ ? end_if_asked : end, next_look());
+  const auto begin = Clock::now();
+  const auto end = [&] { return begin + (refresh_ ? std::min(duration, if_asked) : duration); };
+  while (Clock::now() < end()) {
+    const auto until = std::min<Clock::time_point>(end(), serve());
     std::unique_lock lock(mutex_);
-    poked_.wait_until(lock, until, [&] {
-      return stop_ || look_at_ < until || (refresh_ && end_if_asked < until);
-    });
+    poked_.wait_until(lock, until, [&] { return stop_ || std::exchange(news_, false); });
     if (stop_) return;
   }
 }
@@ -186,26 +211,44 @@ void GraphWatcher::pause(Duration duration, Duration if_asked) {
 void GraphWatcher::read() {
   read_again_ = false;
   const bool asked = refresh_.exchange(false);
-  bool unknown_names = false;
   std::set<std::string> watched;
   {
     const std::lock_guard lock(mutex_);
     watched = watched_;
   }
-  auto graph = read_graph(node_, watched, unknown_names);
-  incomplete_ = unknown_names || !graph;
+  answered_.clear();
+  auto graph = reading_.read(watched, [this] { serve(); });
+  incomplete_ = reading_.unknown_names() || !graph;
   retries_ = incomplete_ ? retries_ + 1 : 0;
   if (!graph) {
     if (asked) refresh_ = true;
     return;
   }
-  if (!asked && *graph == last_) return;
-  last_ = *graph;
-  auto nodes = nodes_of(*graph);
+  // What has been told is newer than this reading may be.
+  for (const auto& topic : answered_) reading_.read_topic(topic, *graph);
+  if (asked || *graph != last_) tell(std::move(*graph));
+}
+
+void GraphWatcher::read_topic(const std::string& topic) {
+  if (!last_) return;  // one topic alone would be told as the whole graph
+  GraphChanged graph = *last_;
+  const bool known = reading_.read_topic(topic, graph);
+  if (graph == *last_) return;
+  if (known) {
+    const std::lock_guard lock(mutex_);
+    asked_.found(topic);
+  }
+  answered_.insert(topic);
+  tell(std::move(graph));
+}
+
+void GraphWatcher::tell(GraphChanged graph) {
+  auto nodes = nodes_of(graph);
+  last_ = graph;
   {
     const std::lock_guard lock(mutex_);
     nodes_ = std::move(nodes);
-    newest_ = std::move(*graph);
+    newest_ = std::move(graph);
   }
   ReadyList::mark(slot(), kReadyMessage);
 }

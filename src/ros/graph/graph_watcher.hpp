@@ -17,6 +17,8 @@
 #include "core/base/time.hpp"
 #include "core/ports/ports.hpp"
 #include "ros/entities/entity.hpp"
+#include "ros/graph/asked_topics.hpp"
+#include "ros/graph/graph_reading.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
@@ -24,18 +26,19 @@ namespace connect_bridge::ros {
 // Thread: all calls from the loop's.
 class GraphWatcher final : public Entity {
  public:
-  // Two readings are at least `pause` apart, and at least ten times the duration of a reading, so
-  // that a large graph that keeps changing uses at most a tenth of a core; three times if a reading
-  // is asked for. `look` is called on the loop's thread as soon as something has changed, before it
-  // is read, or when look_again() requested it.
+  // Two readings are at least `pause` apart. A graph that keeps changing is read for a tenth of the
+  // time at most, for a quarter if readings are asked for; after a rest some come at once. `look`
+  // is called on the loop's thread as soon as something has changed, before it is read, or when
+  // look_again() requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
                std::function<void(bool changed)> look);
   ~GraphWatcher() override;
 
   // Calls `look`; returns the newest graph, if it was not returned yet.
   std::optional<Input> step(Batch& batch) override;
-  // Reads again, and reports also if nothing has changed.
-  void refresh();
+  // Reads again, and reports also if nothing has changed. `topic`, if not empty, is read and
+  // reported at once, whatever reading or pause is under way.
+  void refresh(const std::string& topic);
   // Whether another process has a node of this name ("/fleet/talker"), by the endpoints of the
   // newest graph. Endpoints of bridges count for the bridge's own node, whatever their node's name
   // is.
@@ -46,7 +49,7 @@ class GraphWatcher final : public Entity {
   void look_again(Duration delay);
 
   [[nodiscard]] std::uint64_t readings() const { return readings_; }
-  [[nodiscard]] Duration reading() const { return Duration{reading_ns_}; }
+  [[nodiscard]] Duration reading_time() const { return Duration{reading_ns_}; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -57,9 +60,15 @@ class GraphWatcher final : public Entity {
   bool wait(Clock::time_point deadline);
   // `if_asked`: when a reading is asked for, as a sample of an unknown publisher waits for it.
   void pause(Duration duration, Duration if_asked);
-  // Marks the look that is due; returns when the next one will be.
-  Clock::time_point next_look();
+  // After a reading that took so long.
+  void rest(Duration took);
+  // Reads the topics that are asked for and marks the look that is due; returns when the next of
+  // them will be.
+  Clock::time_point serve();
+  std::optional<std::string> take_asked();
   void read();
+  void read_topic(const std::string& topic);
+  void tell(GraphChanged graph);
   bool stopping();
   [[nodiscard]] bool wants_reading() const { return refresh_ || read_again_; }
 
@@ -76,14 +85,19 @@ class GraphWatcher final : public Entity {
   std::mutex mutex_;  // guards what follows
   std::condition_variable poked_;
   bool stop_ = false;
+  bool news_ = false;  // something is asked for
   Clock::time_point look_at_ = Clock::time_point::max();
+  AskedTopics asked_;
   std::optional<GraphChanged> newest_;
   std::set<std::string> watched_;
   std::set<std::string> nodes_;  // others' names
 
   // Of the watcher's thread:
-  GraphChanged last_;
-  int retries_ = 0;  // readings in a row with unknown names or a failure
+  GraphReading reading_;
+  std::optional<GraphChanged> last_;
+  std::set<std::string> answered_;  // topics that were read beside the reading under way
+  Clock::time_point rested_{};      // when there has been a rest for all readings so far
+  int retries_ = 0;                 // readings in a row with unknown names or a failure
   bool incomplete_ = false;
 
   std::thread thread_;

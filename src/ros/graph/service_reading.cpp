@@ -121,8 +121,8 @@ class TwiceCounted {
 class ServiceReading {
  public:
   ServiceReading(const Node& node, const std::set<std::string>& watched,
-                 const BridgeParticipants& bridges)
-      : node_(node), watched_(watched), bridges_(bridges) {}
+                 const BridgeParticipants& bridges, const std::function<void()>& between)
+      : node_(node), watched_(watched), bridges_(bridges), between_(between) {}
 
   // false: the middleware failed.
   bool add_all(const Nodes& nodes);
@@ -137,6 +137,7 @@ class ServiceReading {
   const Node& node_;
   const std::set<std::string>& watched_;
   const BridgeParticipants& bridges_;
+  const std::function<void()>& between_;
   ServiceOwners services_;
   std::map<std::string, std::vector<Writer>> writers_;
 };
@@ -150,6 +151,7 @@ bool ServiceReading::add_all(const Nodes& nodes) {
 }
 
 void ServiceReading::add_services_of(const NodeName& of) {
+  between_();
   auto allocator = rcl_get_default_allocator();
   rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
   // A node that has just left is not an error.
@@ -190,6 +192,7 @@ const std::vector<Writer>& ServiceReading::writers_of(const std::string& service
   const auto [at, is_new] = writers_.try_emplace(service);
   std::vector<Writer>& writers = at->second;
   if (!is_new) return writers;
+  between_();
   const std::string topic = "rr" + service + "Reply";
   auto allocator = rcl_get_default_allocator();
   auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
@@ -248,10 +251,11 @@ std::vector<ServiceState> ServiceReading::finish() {
 
 std::optional<std::vector<ServiceState>> read_services(const Node& node,
                                                        const std::set<std::string>& watched,
-                                                       const BridgeParticipants& bridges) {
+                                                       const BridgeParticipants& bridges,
+                                                       const std::function<void()>& between) {
   const auto nodes = read_nodes(node);
   if (!nodes) return std::nullopt;
-  ServiceReading reading(node, watched, bridges);
+  ServiceReading reading(node, watched, bridges, between);
   if (!reading.add_all(*nodes)) return std::nullopt;
   return reading.finish();
 }

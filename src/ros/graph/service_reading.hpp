@@ -1,6 +1,7 @@
 // The services of the ROS graph and their owners.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -25,9 +26,9 @@ struct BridgeParticipants {
 };
 
 // All services with the servers of others; nullopt: the middleware failed. The servers of `watched`
-// services have their ids.
-std::optional<std::vector<ServiceState>> read_services(const Node& node,
-                                                       const std::set<std::string>& watched,
-                                                       const BridgeParticipants& bridges);
+// services have their ids. `between` is called before each long question.
+std::optional<std::vector<ServiceState>> read_services(
+    const Node& node, const std::set<std::string>& watched, const BridgeParticipants& bridges,
+    const std::function<void()>& between = [] {});
 
 }  // namespace connect_bridge::ros

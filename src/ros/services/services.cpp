@@ -12,6 +12,9 @@ namespace {
 // change we look again, at growing intervals.
 constexpr auto kSettling = std::chrono::milliseconds(400);
 constexpr Duration kFirstLook = std::chrono::milliseconds(5);
+// How long clients are looked at, and then others have their turns.
+constexpr Duration kTurn = std::chrono::milliseconds(2);
+constexpr Duration kBetweenTurns = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -42,22 +45,40 @@ void Services::look_at_graph(bool changed) {
   look_for_callers(changed);
 }
 
-// Each look goes through all endpoints of the graph, and a robot may have hundreds of services. So
-// between changes those that have their server are looked at for a tenth of the time at most.
-void Services::look_for_servers(bool changed) {
-  const auto now = std::chrono::steady_clock::now();
-  const bool all = changed || now >= all_due_;
-  bool alone = false;
+void Services::line_up(bool all) {
   for (const auto& [id, client] : clients) {
-    const bool settled = client->server().is_ready() && !client->server().is_alone();
-    if (settled && !all) continue;
+    const ServerSight& server = client->server();
+    const bool settled = server.is_ready() && !server.is_alone();
+    if ((settled && !all) || !in_line_.insert(id).second) continue;
+    settled ? line_.push_back(id) : line_.push_front(id);
+  }
+}
+
+// Each look goes through all endpoints of the graph, and a robot may have hundreds of services. So
+// they are looked at a few at a time, and others get their turns in between; and between changes
+// those that have their server are looked at for a tenth of the time at most.
+void Services::look_for_servers(bool changed) {
+  using Clock = std::chrono::steady_clock;
+  const auto now = Clock::now();
+  line_up(changed || (line_.empty() && now >= all_due_));
+  bool alone = false;
+  while (!line_.empty() && Clock::now() - now < kTurn) {
+    const auto id = line_.front();
+    line_.pop_front();
+    in_line_.erase(id);
+    ServiceClient* client = clients.find(id);
+    if (client == nullptr) continue;
     if (auto news = client->look_for_server(now)) shared_.report(std::move(*news));
     const ServerSight& server = client->server();
     alone = alone || server.is_alone();
     if (const auto next = server.next_look()) graph_.look_again(*next);
   }
-  const auto end = std::chrono::steady_clock::now();
-  if (all) all_due_ = end + 10 * (end - now);
+  spent_ += Clock::now() - now;
+  if (line_.empty()) {
+    all_due_ = Clock::now() + 10 * std::exchange(spent_, {});
+  } else {
+    graph_.look_again(kBetweenTurns);
+  }
   const auto settling = now - changed_;
   if (alone && settling < kSettling)
     graph_.look_again(std::max<Duration>(kFirstLook, settling / 2));

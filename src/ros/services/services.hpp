@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <cstddef>
+#include <deque>
+#include <set>
 
 #include "ros/entities/entities.hpp"
 #include "ros/graph/graph_watcher.hpp"
@@ -34,10 +36,14 @@ class Services {
 
  private:
   void look_for_servers(bool changed);
+  void line_up(bool all);
   void look_for_callers(bool changed);
 
   Shared& shared_;
   GraphWatcher& graph_;
+  std::deque<ServiceClientId> line_;  // clients that are to be looked at
+  std::set<ServiceClientId> in_line_;
+  Duration spent_{};             // on those that have been looked at, since the line was empty
   ServerSight::Time all_due_{};  // when those that have their server may be looked at again
   bool unwatched_ = false;       // clients came or went since watch_servers()
   ServerSight::Time changed_{};  // the graph, or our clients

@@ -88,7 +88,7 @@ std::string word_of(const Action& action) {
           [&](const FollowClock& a) -> std::string {
             return std::string("clock ") + (a.on ? "followed" : "not followed");
           },
-          [&](const RefreshGraph&) -> std::string { return "refresh"; },
+          [&](const RefreshGraph& refresh) { return "refresh " + refresh.topic; },
           [&](const Dial& a) { return "dial " + id(a.connection); },
           [&](const OpenGate& a) { return "gate " + id(a.connection); },
           [&](const CloseConnection& a) {

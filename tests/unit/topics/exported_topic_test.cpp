@@ -100,10 +100,12 @@ TEST(ExportedTopic, ASampleOfAnUnknownPublisherWaitsForTheGraph) {
   s.did();
   s.take(2, "early");
   s.take(3, "never");
-  EXPECT_EQ(s.did(), "refresh\n");
-  EXPECT_EQ(s.context.parked.used(), sample("earlynever").size() + 4);
+  EXPECT_EQ(s.did(), "refresh /a\nrefresh /a\n");  // once for each publisher
+  s.take(2, "");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(s.context.parked.used(), sample("earlynever").size() + 8);
   s.see(topic("/a").pub(1).pub(2), 100);
-  EXPECT_EQ(peer.said(), "origins 1 +[2] -[]\n1.2 early\n");
+  EXPECT_EQ(peer.said(), "origins 1 +[2] -[]\n1.2 early, 1.2 \n");
 }
 
 // As long as the subscription is the one that was made for listeners, before the publisher came.

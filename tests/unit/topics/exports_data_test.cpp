@@ -145,7 +145,7 @@ TEST(SideExportsData, SamplesOfUnknownOriginsWaitForTheGraph) {
   s.take(2, 7, "first");
   s.take(2, 7, "second");
   s.take(2, 1, "known");
-  EXPECT_EQ(s.did(), "refresh\n");
+  EXPECT_EQ(s.did(), "refresh /a\n");
   EXPECT_EQ(s.said(1), "1.1 known\n");
   s.graph({topic("/a").pub(1).pub(7)});
   EXPECT_EQ(s.said(1), "origins 1 +[2] -[]\n1.2 first, 1.2 second\n");

@@ -1,0 +1,37 @@
+#include "core/topics/subscription_turn.hpp"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+namespace connect_bridge {
+namespace {
+
+using namespace std::chrono_literals;
+
+TimePoint moment(Duration time) {
+  return TimePoint{} + time;
+}
+
+TEST(SubscriptionTurn, ManyTopicsAreSubscribedOneAfterTheOther) {
+  Pace all(2, 1ms);
+  std::deque<SubscriptionTurn> topics;
+  for (int i = 0; i < 5; ++i) topics.emplace_back(all);
+  const Duration turns[] = {0ms, 0ms, 1ms, 2ms, 3ms};
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(topics[i].take(moment(0ms)), moment(turns[i]));
+  // Who asks too early keeps its turn.
+  EXPECT_EQ(topics[4].take(moment(1ms)), moment(3ms));
+  EXPECT_EQ(topics[2].take(moment(1ms)), moment(1ms));
+  EXPECT_EQ(topics[3].take(moment(10ms)), moment(10ms));
+}
+
+TEST(SubscriptionTurn, OneTopicIsNotSubscribedTooOften) {
+  Pace all(100, 1ms);
+  SubscriptionTurn topic(all);
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(topic.take(moment(0ms)), moment(0ms));
+  EXPECT_EQ(topic.take(moment(0ms)), moment(1s));
+  EXPECT_EQ(topic.take(moment(1s)), moment(1s));
+}
+
+}  // namespace
+}  // namespace connect_bridge
