@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/base/hex.hpp"
+#include "core/wire/login.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -40,8 +41,8 @@ std::string token_problem(std::string_view token) {
     return "the token has " + std::to_string(token.size()) + " characters, at least " +
            std::to_string(kTokenCharactersMin) + " are needed ('openssl rand -hex 24' makes one)";
   }
-  if (token.size() > kTokenCharactersMax) {
-    return "the token has more than " + std::to_string(kTokenCharactersMax) + " characters";
+  if (token.size() > kCredentialBytesMax) {
+    return "the token has more than " + std::to_string(kCredentialBytesMax) + " characters";
   }
   const auto printable = [](char c) { return c > ' ' && c < 0x7f; };
   if (!std::all_of(token.begin(), token.end(), printable)) {

@@ -10,7 +10,6 @@
 namespace connect_bridge {
 
 inline constexpr std::size_t kTokenCharactersMin = 16;
-inline constexpr std::size_t kTokenCharactersMax = 3900;  // docs/protocol.md, "Login"
 
 // 32 random bytes as 64 hexadecimal digits; empty: the system has none.
 [[nodiscard]] std::string random_token();

@@ -236,6 +236,18 @@ bool TokenTable::knows(const std::string& identity) const {
                      [&](const Entry& entry) { return entry.identity.name == identity; });
 }
 
+TokenTable::Tokens TokenTable::of_identity(const std::string& identity) const {
+  Tokens tokens;
+  for (const Entry& entry : entries_) {
+    if (entry.identity.name != identity) continue;
+    ++tokens.count;
+    for (const std::string& group : entry.identity.groups)
+      if (std::find(tokens.groups.begin(), tokens.groups.end(), group) == tokens.groups.end())
+        tokens.groups.push_back(group);
+  }
+  return tokens;
+}
+
 TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
   return find(sha256(credential), now);
 }

@@ -41,6 +41,12 @@ class TokenTable {
   [[nodiscard]] Found find(ByteView credential, Stamp now) const;
   [[nodiscard]] Found find(const Digest& digest, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const;
+  // Its tokens, and their groups together, in the order of their first appearance.
+  struct Tokens {
+    std::size_t count = 0;
+    std::vector<std::string> groups;
+  };
+  [[nodiscard]] Tokens of_identity(const std::string& identity) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Whether a token itself was given, not its hash.
   [[nodiscard]] bool has_plain() const;

@@ -59,20 +59,11 @@ struct Example {
   [[nodiscard]] Interface what() const { return {kind, name, type, action_type}; }
 };
 
-struct ParameterService {
-  const char* name;
-  const char* type;
-};
-constexpr ParameterService kParameterServices[] = {
-    {"get_parameters", "rcl_interfaces/srv/GetParameters"},
-    {"set_parameters", "rcl_interfaces/srv/SetParameters"},
-    {"list_parameters", "rcl_interfaces/srv/ListParameters"},
-    {"describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
-    {"get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
-    {"set_parameters_atomically", "rcl_interfaces/srv/SetParametersAtomically"}};
-
 Example parameter_service(const std::string& node, const ParameterService& service) {
-  return {node + "/" + service.name, service.type, {}, InterfaceKind::kService};
+  return {fmt::format("{}/{}", node, service.token),
+          std::string(service.type),
+          {},
+          InterfaceKind::kService};
 }
 
 Example example_of(const RightQuestion& question) {
@@ -84,7 +75,7 @@ Example example_of(const RightQuestion& question) {
       return {name_of_part(question.name, ActionPart::kCancelGoal),
               type_of_part({}, ActionPart::kCancelGoal), typed("any/action/Type"),
               InterfaceKind::kService};
-    case OpenedBy::kParameters: return parameter_service(question.name, kParameterServices[0]);
+    case OpenedBy::kParameters: return parameter_service(question.name, kParameterServices.front());
     default: return {question.name, typed("any/msg/Type"), {}, InterfaceKind::kTopic};
   }
 }
@@ -280,8 +271,8 @@ class Explainer {
       for (const Rule& rule : rules_)
         if (const Pattern* pattern = deny_of(rule, example.what());
             pattern != nullptr && applies(rule))
-          line(
-              fmt::format("but not {}: denied by {}", service.name, where(rule, "deny", *pattern)));
+          line(fmt::format("but not {}: denied by {}", service.token,
+                           where(rule, "deny", *pattern)));
     }
   }
 

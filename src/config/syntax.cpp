@@ -7,10 +7,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/wire/login.hpp"
+
 namespace connect_bridge::syntax {
 namespace {
-
-constexpr std::size_t kTokenBytesMax = 3900;  // docs/protocol.md "Login": size of a credential
 
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -297,7 +297,7 @@ Complaint check_pin(std::string_view text) {
 
 Complaint check_token(std::string_view text) {
   const bool printable = consists_of(text, [](char c) { return c > ' ' && c < 0x7f; });
-  return expect(printable && text.size() <= kTokenBytesMax,
+  return expect(printable && text.size() <= kCredentialBytesMax,
                 "1 to 3900 printable ASCII characters without spaces");
 }
 

@@ -1,5 +1,5 @@
-// The WebSocket type of src/net. Includes all of Boost.Beast: only accept.cpp, handshake of a dial
-// and socket.cpp may include this; everyone else declares `struct WebSocket`.
+// The WebSocket type of src/net. Includes all of Boost.Beast: only accept.cpp, dial.cpp,
+// network.cpp and socket.cpp may include this; everyone else declares `struct WebSocket`.
 #pragma once
 
 #include <boost/beast/core/bind_handler.hpp>

@@ -1,8 +1,6 @@
 #include "run/known_groups.hpp"
 
-#include <yaml-cpp/yaml.h>
-
-#include <algorithm>
+#include <utility>
 
 #include "auth/secret.hpp"
 #include "auth/token_table.hpp"
@@ -11,33 +9,7 @@
 namespace connect_bridge {
 namespace {
 
-// What a login by each token of one identity would bring.
-struct TokensOf {
-  std::size_t count = 0;
-  std::vector<std::string> groups;
-};
-
-void add_group(std::vector<std::string>& groups, const std::string& name) {
-  if (std::find(groups.begin(), groups.end(), name) == groups.end()) groups.push_back(name);
-}
-
-// The text is one that TokenTable takes.
-TokensOf tokens_of(const std::string& text, const std::string& identity) {
-  TokensOf tokens;
-  const YAML::Node entries = YAML::Load(text);
-  if (!entries.IsSequence()) return tokens;  // one token: its identity has no groups
-  for (const auto& entry : entries) {
-    if (entry["identity"].Scalar() != identity) continue;
-    ++tokens.count;
-    const YAML::Node groups = entry["groups"];
-    if (!groups) continue;
-    if (groups.IsScalar()) add_group(tokens.groups, groups.Scalar());
-    for (const auto& group : groups) add_group(tokens.groups, group.Scalar());
-  }
-  return tokens;
-}
-
-std::string groups_text(const TokensOf& tokens, const std::string& file) {
+std::string groups_text(const TokenTable::Tokens& tokens, const std::string& file) {
   const std::string of_all =
       tokens.count > 1 ? " (of all " + std::to_string(tokens.count) + " tokens together)" : "";
   return (tokens.groups.empty() ? "none" : to_text(ParameterValue{tokens.groups})) + ", as " +
@@ -59,11 +31,10 @@ KnownGroups known_groups(const Config& config, const std::string& identity) {
   std::vector<std::string> problems, warnings;
   // The time does not matter: a token that has expired still shows the groups.
   table.read(*text, file, 0, problems, warnings);
-  TokensOf tokens;
-  if (problems.empty()) tokens = tokens_of(*text, identity);
   wipe(*text);
   if (!problems.empty()) return {{}, none + "; " + problems.front()};
-  if (!table.knows(identity)) return {{}, none + "; " + file + " has no such identity"};
+  TokenTable::Tokens tokens = table.of_identity(identity);
+  if (tokens.count == 0) return {{}, none + "; " + file + " has no such identity"};
   std::string line = whose + groups_text(tokens, file);
   return {std::move(tokens.groups), std::move(line)};
 }

@@ -6,7 +6,7 @@
 namespace connect_bridge {
 
 // Exit codes: 0 orderly end, --help or --version, 1 ROS does not start, 2 wrong configuration (also
-// a parameter file that cannot be read) or the port cannot be opened.
+// a parameter file that cannot be read) or the port cannot be opened, 3 an error while running.
 int run_program(Role role, int argc, char** argv);
 
 }  // namespace connect_bridge

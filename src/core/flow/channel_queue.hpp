@@ -97,8 +97,8 @@ class ChannelQueue {
   // peer forgets the channel anyway.
   bool drop_open(DropReason reason);
 
-  // On a new connection sequences begin at 1 again, or after `last_sequence`.
-  void restart(std::uint32_t last_sequence = 0) {
+  // On a new connection sequences go on after `last_sequence`.
+  void restart(std::uint32_t last_sequence) {
     sequence_ = last_sequence;
     forget_bases();
   }

@@ -29,10 +29,6 @@ class ControlQueue {
     packet.pieces.push_back(Payload::adopt(Bytes(text.begin(), text.end())));
     return packet;
   }
-  void clear() {
-    texts_.clear();
-    bytes_ = 0;
-  }
   [[nodiscard]] bool empty() const { return texts_.empty(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 

@@ -15,10 +15,7 @@ void HistoryCache::limit(std::uint32_t depth, std::uint64_t bytes_max) {
 }
 
 void HistoryCache::add(Sample sample) {
-  if (sample.payload.size() > bytes_max_) {
-    ++lost_;
-    return;
-  }
+  if (sample.payload.size() > bytes_max_) return;
   bytes_ += sample.payload.size();
   samples_.push_back(std::move(sample));
   auto& own = by_origin_[samples_.back().origin];
@@ -50,10 +47,8 @@ void HistoryCache::drop_oldest_of(Own& own) {
 
 void HistoryCache::keep_bytes() {
   held_.resize(bytes_);
-  while (bytes_ > bytes_max_ || (bytes_ > kHistoryFloorBytes && held_.is_full())) {
-    ++lost_;
+  while (bytes_ > bytes_max_ || (bytes_ > kHistoryFloorBytes && held_.is_full()))
     drop_oldest_of(by_origin_[samples_.front().origin]);
-  }
 }
 
 }  // namespace connect_bridge

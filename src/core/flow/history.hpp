@@ -29,9 +29,6 @@ class HistoryCache {
   };
 
   // No limits until they are set. Depth 0: limited by bytes only.
-  HistoryCache() = default;
-  HistoryCache(std::uint32_t depth, std::uint64_t bytes_max)
-      : depth_(depth), bytes_max_(bytes_max) {}
   void limit(std::uint32_t depth, std::uint64_t bytes_max);
   // What is kept also counts in this budget, which outlives this; when the budget is used up, the
   // oldest samples are dropped, down to kHistoryFloorBytes.
@@ -44,10 +41,7 @@ class HistoryCache {
 
   // In order of arrival.
   [[nodiscard]] const std::list<Sample>& samples() const { return samples_; }
-  [[nodiscard]] std::size_t size() const { return samples_.size(); }
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  // Samples that were dropped because of the byte limit: a late subscriber misses them.
-  [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
   using Samples = std::list<Sample>;
@@ -62,7 +56,6 @@ class HistoryCache {
   Samples samples_;
   std::unordered_map<OriginId, Own> by_origin_;
   std::uint64_t bytes_ = 0;
-  std::uint64_t lost_ = 0;
 };
 
 }  // namespace connect_bridge

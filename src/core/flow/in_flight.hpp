@@ -37,11 +37,6 @@ class InFlight {
     messages_.pop_front();
     return arrived;
   }
-  // There is a new connection: forgets all.
-  void clear() {
-    messages_.clear();
-    gathered_ = 0;
-  }
 
  private:
   struct Sent {

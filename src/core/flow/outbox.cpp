@@ -291,27 +291,6 @@ bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
   return true;
 }
 
-void Outbox::reset() {
-  for (auto& [channel, queue] : queues_) {
-    change(queue, [](ChannelQueue& lost) {
-      lost.drop_open(DropReason::kLinkLost);
-      lost.drop_waiting(DropReason::kLinkLost);
-      lost.forget_sent();
-      lost.restart();
-    });
-  }
-  controls_.clear();
-  small_.clear();
-  sent_bytes_ = 0;
-  received_bytes_ = 0;
-  in_flight_.clear();
-  delivered_.clear();
-  pacer_ = Pacer(options_.queue_delay_target);
-  held_until_.reset();
-  asked_end_ = 0;
-  kept_since_ask_ = 0;
-}
-
 std::uint64_t Outbox::left_bytes(ChannelId channel) const {
   const auto at = queues_.find(channel);
   return at == queues_.end() ? 0 : at->second.left_bytes();

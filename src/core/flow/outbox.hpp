@@ -90,11 +90,6 @@ class Outbox {
   };
   std::vector<Delivered> take_delivered() { return std::exchange(delivered_, {}); }
 
-  // A new connection: drops data (kLinkLost), control texts and small frames, forgets what is open
-  // and unacknowledged, and counts sequences from 1 again. The channels stay, empty, with their
-  // counts.
-  void reset();
-
   [[nodiscard]] ChannelCounts counts(ChannelId channel) const;  // all zero: there is none
   // Body bytes of the channel that are not handed out yet.
   [[nodiscard]] std::uint64_t left_bytes(ChannelId channel) const;
@@ -102,7 +97,6 @@ class Outbox {
   // `keep` do not count: their owner limits them.
   [[nodiscard]] std::uint64_t data_bytes() const { return data_bytes_; }
   [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
-  [[nodiscard]] std::uint64_t control_bytes() const { return controls_.bytes(); }
   [[nodiscard]] std::uint64_t unacknowledged_bytes() const { return sent_bytes_ - received_bytes_; }
   // To be called before channels are added. Waiting data and the bases count in this budget too;
   // when it is used up, data is dropped as at data_bytes_max. It outlives this.

@@ -54,11 +54,6 @@ class SmallFrames {
     for (std::size_t i = 0; i < count; ++i) packet.add(PartFrame{aborts_[i], true, {}});
     aborts_.erase(aborts_.begin(), aborts_.begin() + static_cast<std::ptrdiff_t>(count));
   }
-  void clear() {
-    ack_.reset();
-    times_.clear();
-    aborts_.clear();
-  }
 
  private:
   std::optional<Frame> ack_;

@@ -59,8 +59,6 @@ void Connection::on_record(ByteView record, const Now& now) {
       auto hello = decode_hello(record);
       if (!hello) return fail(hello.error().code, hello.error().message);
       const Hello& h = hello.value();
-      if (h.version_min > kProtocolVersion || h.version_max < kProtocolVersion)
-        return fail(CloseCode::kVersion, "this side speaks protocol version 1 only");
       if (h.side == options_.side) return fail(CloseCode::kSameSide, "the peer is this process");
       peer_.side = h.side;
       peer_.session = h.session;
@@ -85,8 +83,6 @@ void Connection::on_welcome(ByteView record, const Now& now) {
   auto welcome = decode_welcome(record);
   if (!welcome) return fail(welcome.error().code, welcome.error().message);
   const Welcome& w = welcome.value();
-  if (w.version != kProtocolVersion)
-    return fail(CloseCode::kVersion, "the server chose an unknown protocol version");
   if (w.side == options_.side) return fail(CloseCode::kSameSide, "the peer is this process");
   peer_.side = w.side;
   peer_.session = w.session;

@@ -90,7 +90,7 @@ class CallGate {
   // ---- what is next
   // The caller may have free places because its terms have changed.
   void consider(const Caller& caller);
-  // Between hold() and go_on() next() returns nothing.
+  // Between hold() and release() next() returns nothing.
   void hold() { held_ = true; }
   void release() { held_ = false; }
   [[nodiscard]] std::optional<Next> next(TimePoint now);

@@ -57,10 +57,17 @@ bool MirroredService::update(const Now& now) {
     claim(now);
   }
   if (!feed.is_attached() || mirror_ || !is_claimed()) return true;
-  if (!follows_topics(true, now)) {
-    mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
-    return true;
+  if (const auto until = wait_to_appear(feed, now)) {
+    mirroring_.settles_at = earliest(mirroring_.settles_at, until);
+  } else {
+    waits_ = false;
+    create_mirror(feed);
   }
+  return true;
+}
+
+std::optional<TimePoint> MirroredService::wait_to_appear(const Feed& feed, const Now& now) {
+  if (!follows_topics(true, now)) return alone_at_;
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
     note_waiting(feed);
@@ -68,18 +75,14 @@ bool MirroredService::update(const Now& now) {
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
-  } else if (*mirror_at_ <= now.steady) {
-    const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
-    if (wait == Account::kPacing) note_waiting(feed);
-    if (wait > Duration::zero()) mirror_at_ = next_turn(now, wait);
+    return mirror_at_;
   }
-  if (*mirror_at_ <= now.steady) {
-    waits_ = false;
-    create_mirror(feed);
-  } else {
-    mirroring_.settles_at = earliest(mirroring_.settles_at, mirror_at_);
-  }
-  return true;
+  if (*mirror_at_ > now.steady) return mirror_at_;
+  const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
+  if (wait == Duration::zero()) return std::nullopt;
+  if (wait == Account::kPacing) note_waiting(feed);
+  mirror_at_ = next_turn(now, wait);
+  return mirror_at_;
 }
 
 // The feeder stays as long as it can be one.

@@ -85,6 +85,8 @@ class MirroredService {
   // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
   [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
   void claim(const Now& now);
+  // Until when the mirror that is claimed is to wait; nothing: it may appear, and is counted.
+  [[nodiscard]] std::optional<TimePoint> wait_to_appear(const Feed& feed, const Now& now);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {
     if (!std::exchange(waits_, true)) ++feed.link().mirrors_waited;

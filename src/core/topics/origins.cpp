@@ -17,7 +17,7 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
   std::vector<Gid> told;
   for (const auto& publisher : state ? state->publishers : kNobody) {
     if (origins_.size() >= kChannelOriginsMax && !origins_.contains(publisher.gid))
-      continue;  // a peer would refuse the channel (docs/protocol.md, limits)
+      continue;  // a peer would refuse the channel (docs/protocol.md, "Limits")
     auto [it, is_new] = origins_.try_emplace(publisher.gid);
     Origin& origin = it->second;
     if (is_new) {

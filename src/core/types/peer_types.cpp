@@ -274,10 +274,4 @@ void PeerTypes::hold(PeerType& type) {
   type.bytes = link.memory.hold(cost_of(type.text));
 }
 
-std::uint64_t PeerTypes::bytes() const {
-  std::uint64_t bytes = 0;
-  for (const auto& [name, type] : types_) bytes += type.bytes.amount();
-  return bytes;
-}
-
 }  // namespace connect_bridge

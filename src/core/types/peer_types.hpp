@@ -73,10 +73,6 @@ class PeerTypes {
   // Nodes here that ask what peers' types are made of.
   [[nodiscard]] DescriptionCalls& calls() { return calls_; }
 
-  // Definitions that are offered or waited for, and the bytes of their descriptions.
-  [[nodiscard]] std::size_t size() const { return types_.size(); }
-  [[nodiscard]] std::uint64_t bytes() const;
-
  private:
   // A link that offers it.
   struct Source {

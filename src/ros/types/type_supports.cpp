@@ -21,11 +21,7 @@ constexpr std::size_t kMissingMax = 1024;
 constexpr std::chrono::seconds kMissingTime{10};
 
 std::string library_name(const std::string& package) {
-#ifdef __APPLE__
-  return "lib" + package + "__rosidl_typesupport_c.dylib";
-#else
   return "lib" + package + "__rosidl_typesupport_c.so";
-#endif
 }
 
 // The ament index tells where a package is installed; the loader's own search path is the fallback.
