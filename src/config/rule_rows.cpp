@@ -125,9 +125,10 @@ void add_rule_clock(Rows& rows) {
 void add_rule_resume(Rows& rows) {
   rule_row_adder(rows, kTreats)(
       {.key = "resume",
-       .help = "Whether messages of reliable volatile topics that a lost connection loses are sent "
-               "again (see \"After a break\"). Unset: yes, except for what is urgent (also by its "
-               "type) or has a max_age."},
+       .help =
+           "Whether messages of reliable volatile topics that a lost connection loses are sent "
+           "again (see \"After a break\"). Unset: yes, except for commands and for what is urgent "
+           "or has a max_age."},
       [](Rule& r) { return &r.treatment.resume; });
 }
 
@@ -136,10 +137,10 @@ void add_rule_types(Rows& rows) {
   rule_row_adder(rows, kTreats)(
       {.key = "allow_type_mismatch",
        .fallback = false,
-       .help = "Whether what is imported is used although the definition of its type here is not "
-               "the peer's (another type hash). Messages that do not fit the one here are dropped, "
-               "the others may mean something else. Otherwise it is declined, and the "
-               "log says how the definitions differ."},
+       .help = "For imports whose type has another definition here than at the peer (another type "
+               "hash). `false`: they are declined, and the log says how the definitions differ. "
+               "`true`: they are used. Messages that do not fit the definition here are dropped; "
+               "those that fit may mean something else."},
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });
 }
 

@@ -2,10 +2,11 @@
 
 from beside_bridges import BESIDE_BRIDGES
 from changes import CHANGES
+from costs import COSTS
 from mutant import Mutant
 from pacing import PACING
 
-CORE = BESIDE_BRIDGES + CHANGES + PACING + [
+CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
 #-- -- over connections
     Mutant("what was sent and did not arrive is lost",
            "if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);", ""),
@@ -61,7 +62,7 @@ CORE = BESIDE_BRIDGES + CHANGES + PACING + [
     Mutant("a cap counts no headers",
            "return sealed + kSegmentHeader * pieces(sealed, kSegmentBytes);", "return bytes;"),
     Mutant("what was kept comes although another one brought it",
-           "if (!alone || !context_.graph.bridges().empty()) candidate(link)->...;", ""),
+           "forget_origins(link.arrived, ...);", "static_cast<void>(link);"),
     Mutant("what is treated otherwise goes on", "backlog.treatment() == treatment()", "true"),
     Mutant("what left small is kept without a bound",
            "return !queue.begins_resuming() || resend_bytes_ <= ...;", "return true;"),
@@ -78,9 +79,8 @@ CORE = BESIDE_BRIDGES + CHANGES + PACING + [
     Mutant("deny ignored",
            "if (denied(...)) return std::nullopt;",
            "(void)covered;"),
-    Mutant("hidden names match wildcards",
-           "if (hidden == Hidden::kSpelledOut && is_hidden(token) && ...) return false;",
-           "(void)hidden;"),
+    Mutant("hidden names match wildcards", "const bool spelled_out = ...;",
+           "const bool spelled_out = false;"),
     Mutant("changed rules do not withdraw",
            "it->second.withdraw_outdated(); offers_.erase(it);", "return;"),
     Mutant("a listener needs no right",
@@ -113,9 +113,12 @@ CORE = BESIDE_BRIDGES + CHANGES + PACING + [
     Mutant("first messages of others go with any change of rules",
            "|| is_permitted_as_before(mirror)", "", within="Imports::on_policy"),
     Mutant("readers in another way at any pace",
-           "if (!subscriptions_.take(now.steady))",
-           "if (!subscription_ && !subscriptions_.take(now.steady))",
+           "const TimePoint turn = turn_.take(now.steady); turn > now.steady",
+           "const TimePoint turn = turn_.take(now.steady); !subscription_ && turn > now.steady",
            within="ExportedTopic::update_subscription"),
+    Mutant("all topics are subscribed at once", "if (*turn_ > now) return *turn_;", ""),
+    Mutant("clicks come late", "std::find(kClicks.begin(), kClicks.end(), name) != kClicks.end()",
+           "false"),
     Mutant("an old rate holds", "if (!limit.is(...)) limit = fresh;", "", within="Link::admits"),
     Mutant("first samples beyond what may be held",
            "if (bytes > context_.early.room()) return offer.drop(DropReason::kMemory);", "",

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <unordered_map>
 
 #include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
@@ -36,7 +36,7 @@ class DeltaDecoder {
   Result<std::optional<Payload>> keep(Subject origin, std::optional<Payload> raw);
 
   Budget& budget_;
-  std::unordered_map<std::uint32_t, Base> bases_;  // by origin
+  std::map<std::uint32_t, Base> bases_;  // by origin; not hashed: the peer chooses the numbers
 };
 
 }  // namespace connect_bridge

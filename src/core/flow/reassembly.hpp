@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <unordered_map>
 
 #include "core/base/budget.hpp"
 #include "core/base/bytes.hpp"
@@ -76,7 +76,7 @@ class Reassembly {
 
   ReassemblyOptions options_;
   Budget* memory_ = nullptr;
-  std::unordered_map<ChannelId, Stream> streams_;
+  std::map<ChannelId, Stream> streams_;  // not hashed: the peer chooses the numbers
   std::uint64_t open_bytes_ = 0;
 };
 

@@ -48,10 +48,7 @@ std::optional<TimePoint> AcceptsReview::deadline(const LinkTable& links) const {
 // One turn: as much as costs the same for all, but one comparison at the least.
 void AcceptsReview::compare(PeerAccepts& accepts, const Now& now) {
   double spent = 0;
-  while (accepts.lacks() && spent < kTurn) {
-    spent += static_cast<double>(accepts.cost());
-    accepts.compare();
-  }
+  while (accepts.lacks() && spent < kTurn) spent += static_cast<double>(accepts.compare());
   pace_.take(spent, now.steady);
 }
 

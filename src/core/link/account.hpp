@@ -57,6 +57,11 @@ struct Shares {
   InflationPace inflation{kInflating};
 };
 
+// Lines about calls that had no answer.
+struct CallLines {
+  LogLimit refusals, timeouts;
+};
+
 // It outlives the links, so that logging in again and again, or with many links, does not give
 // more. Single-threaded.
 struct Account {
@@ -123,8 +128,10 @@ struct Account {
   Pace demands;      // that ended
   Pace describes{4096, std::chrono::milliseconds(10)};   // of types that it asks for
   Pace nodes_asked{512, std::chrono::milliseconds(50)};  // about their types, for it
-  LinePace lines;                                        // of links that come and go
-  LogLimit declines;                                     // of channels that were declined before
+  LinePace lines;          // of links that come and go, and renew their logins
+  LogLimit declines;       // of channels that were declined before
+  CallLines calls_served;  // that its peers make here
+  CallLines calls_made;    // to its peers
   TellOnce told;
 
  private:

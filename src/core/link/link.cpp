@@ -49,17 +49,6 @@ void Link::forget_channels() {
   renewing = false;
 }
 
-std::optional<std::string> Link::note_decline(std::string& declined, const std::string& what,
-                                              const Decline& decline, const Now& now) {
-  std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
-  if (declined == reason) return std::nullopt;
-  std::string line =
-      label() + " does not import " + what + ", and says: " + reason + " (" + decline.code + ")";
-  const bool again = !std::exchange(declined, std::move(reason)).empty();
-  if (again ? !account->declines.count(now) : !account->told.first(line)) return std::nullopt;
-  return line;
-}
-
 LinkStatus Link::status() const {
   LinkStatus shown;
   shown.peer = address;
@@ -100,13 +89,6 @@ void Link::keep_counts(std::vector<TopicStatus> topics) {
 void Link::add_past(TopicStatus& topic) const {
   const auto past = past_.find({topic.exported, topic.topic, topic.type});
   if (past != past_.end()) topic.add_past(past->second);
-}
-
-std::string Link::line_of(const Withdraw& withdraw, const std::string& what) const {
-  if (withdraw.code.empty()) return {};
-  std::string line = label() + " cannot export " + what + ", and says: " + withdraw.reason + " (" +
-                     withdraw.code + ")";
-  return account->told.first(line) ? line : std::string{};
 }
 
 Result<Nothing> Link::on_control(Control& control, const Now& now) {

@@ -14,6 +14,7 @@
 #include "core/base/pace.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/link/account.hpp"
+#include "core/link/arrived.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/link/mirror_count.hpp"
@@ -79,9 +80,7 @@ class Link final : public ConnectionUser {
   // What our rules have let through, by topic and type: a peer that offers a topic again gets no
   // more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;
-  // By topic and type (local names): what arrived last, where the peer was asked to keep what does
-  // not arrive. With an entry the topic goes on when the link is back.
-  std::map<std::pair<std::string, std::string>, std::uint32_t> arrived;
+  ArrivedTopics arrived;
   Token128 peer_side;   // of the last connection
   std::string address;  // of the last connection, for people
   std::string node;
@@ -168,11 +167,6 @@ class Link final : public ConnectionUser {
   void on_time(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
 
-  // Notes why the peer declines a channel of `what`. The line for the log, if that is worth one:
-  // the first time of a channel it is, later ones at a limited rate, and nothing is logged twice.
-  std::optional<std::string> note_decline(std::string& declined, const std::string& what,
-                                          const Decline& decline, const Now& now);
-
   // ---- for people
   // The link's own part of its status.
   [[nodiscard]] LinkStatus status() const;
@@ -180,9 +174,6 @@ class Link final : public ConnectionUser {
   // The counts of a lost connection are kept with the topic as long as the link exists.
   void keep_counts(std::vector<TopicStatus> topics);
   void add_past(TopicStatus& topic) const;
-  // The log's line about a channel of `what` that the peer takes back; empty: it gives no reason,
-  // or that was logged.
-  [[nodiscard]] std::string line_of(const Withdraw& withdraw, const std::string& what) const;
 
   // ---- what arrives
   [[nodiscard]] bool expects(ChannelId channel) const override {
@@ -220,7 +211,7 @@ class Link final : public ConnectionUser {
     bool service = false;
   };
   LinkUser& user_;
-  std::unordered_map<ChannelId, Incoming> incoming_;
+  std::map<ChannelId, Incoming> incoming_;  // not hashed: the peer chooses the numbers
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn

@@ -1,4 +1,5 @@
-// Lines of the audit log about a link and its channels. Nothing is made if there is no audit log.
+// Lines of the log and of the audit log about a link and its channels. No line of the audit log is
+// made if there is none.
 #pragma once
 
 #include <string>
@@ -44,6 +45,28 @@ inline void audit(Outputs& outputs, const Link& link, AuditEvent event, AuditCha
   line.reason = reason;
   line.code = code;
   outputs.push(std::move(line));
+}
+
+// The peer declines a channel of `what`, and why: `declined` keeps that. Logged the first time of a
+// channel, later at a limited rate, and nothing twice.
+inline void log_decline(Outputs& outputs, const Link& link, std::string& declined,
+                        const std::string& what, const Decline& decline, const Now& now) {
+  std::string reason = decline.reason.empty() ? "no reason given" : decline.reason;
+  if (declined == reason) return;
+  const std::string line = link.label() + " does not import " + what + ", and says: " + reason +
+                           " (" + decline.code + ")";
+  const bool again = !std::exchange(declined, std::move(reason)).empty();
+  if (again ? link.account->declines.count(now).has_value() : link.account->told.first(line))
+    outputs.log(LogLevel::kWarn, line);
+}
+
+// The peer takes back a channel of `what`. Logged once, if it says why.
+inline void log_withdrawn(Outputs& outputs, const Link& link, const std::string& what,
+                          const Withdraw& withdraw) {
+  if (withdraw.code.empty()) return;
+  outputs.log_once(link.account->told, LogLevel::kWarn,
+                   link.label() + " cannot export " + what + ", and says: " + withdraw.reason +
+                       " (" + withdraw.code + ")");
 }
 
 }  // namespace connect_bridge

@@ -1,6 +1,7 @@
 #include "core/link/standing.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/link/link_audit.hpp"
 #include "core/wire/text.hpp"
@@ -10,6 +11,12 @@ namespace {
 
 bool is(std::optional<std::uint16_t> number, CloseCode code) {
   return number == static_cast<std::uint16_t>(code);
+}
+
+// Of a renewal. The number of renewals is limited for each link, and a peer can make new ones.
+void log_renewal(const Link& link, LogLevel level, std::string text, Outputs& outputs,
+                 const Now& now) {
+  if (const auto end = link.account->lines.take(now)) outputs.log(level, std::move(text) + *end);
 }
 
 }  // namespace
@@ -86,14 +93,16 @@ bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, con
   if (why.empty() && answer.identity->name != link.identity.name) why = "it is another identity's";
   link.send(Renewed{why.empty()});
   if (!why.empty()) {
-    outputs.log(LogLevel::kWarn, "the new login of " + link.label() + " is refused: " + why);
+    log_renewal(link, LogLevel::kWarn, "the new login of " + link.label() + " is refused: " + why,
+                outputs, now);
     audit(outputs, link, AuditEvent::kRenewalRefused, why);
     return false;
   }
   const bool other_groups = answer.identity->groups != link.identity.groups;
   link.identity = *answer.identity;
   check_expiry(link, now);
-  outputs.log(LogLevel::kInfo, link.label() + " has renewed its login as " + link.identity.name);
+  log_renewal(link, LogLevel::kInfo,
+              link.label() + " has renewed its login as " + link.identity.name, outputs, now);
   audit_login(outputs, link, AuditEvent::kRenewed);
   return other_groups;
 }

@@ -32,19 +32,6 @@ const PartRow& row_of(ActionPart part) {
   return kPartRows[static_cast<std::size_t>(part)];
 }
 
-struct ParameterService {
-  std::string_view token;
-  std::string_view type;
-};
-constexpr std::array<ParameterService, 6> kParameterServices{{
-    {"describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
-    {"get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
-    {"get_parameters", "rcl_interfaces/srv/GetParameters"},
-    {"list_parameters", "rcl_interfaces/srv/ListParameters"},
-    {"set_parameters", "rcl_interfaces/srv/SetParameters"},
-    {"set_parameters_atomically", "rcl_interfaces/srv/SetParametersAtomically"},
-}};
-
 const ParameterService* parameter_service(std::string_view name) {
   const auto token = name.substr(name.rfind('/') + 1);
   const auto* found =
@@ -226,10 +213,23 @@ Priority default_priority(std::string_view topic, std::string_view type) {
   return Priority::kNormal;
 }
 
+bool is_command(std::string_view topic, std::string_view type) {
+  // Not urgent, as what they start takes longer than they do: trajectories, jogging, set points.
+  constexpr std::array<std::string_view, 6> kMoves = {
+      "trajectory_msgs/msg/JointTrajectory", "trajectory_msgs/msg/MultiDOFJointTrajectory",
+      "control_msgs/msg/JointJog",           "mavros_msgs/msg/PositionTarget",
+      "mavros_msgs/msg/AttitudeTarget",      "mavros_msgs/msg/OverrideRCIn"};
+  // A person's clicks in RViz, for Nav2.
+  constexpr std::array<std::string_view, 2> kClicks = {"goal_pose", "initialpose"};
+  const auto name = topic.substr(topic.rfind('/') + 1);
+  return default_priority(topic, type) == Priority::kUrgent ||
+         std::find(kMoves.begin(), kMoves.end(), type) != kMoves.end() ||
+         std::find(kClicks.begin(), kClicks.end(), name) != kClicks.end();
+}
+
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
   // A command is a command, whatever priority a rule gives it.
-  const bool urgent =
-      treatment.priority == Priority::kUrgent || default_priority(topic, type) == Priority::kUrgent;
+  const bool urgent = treatment.priority == Priority::kUrgent || is_command(topic, type);
   return treatment.resume.value_or(!urgent && treatment.max_age == kForever);
 }
 

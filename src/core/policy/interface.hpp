@@ -66,6 +66,18 @@ struct PartOfAction {
 // ---- parameters
 // ----------------------------------------------------------------------------------
 
+struct ParameterService {
+  std::string_view token;  // the last one of its name
+  std::string_view type;
+};
+inline constexpr std::array<ParameterService, 6> kParameterServices{{
+    {"get_parameters", "rcl_interfaces/srv/GetParameters"},
+    {"set_parameters", "rcl_interfaces/srv/SetParameters"},
+    {"list_parameters", "rcl_interfaces/srv/ListParameters"},
+    {"describe_parameters", "rcl_interfaces/srv/DescribeParameters"},
+    {"get_parameter_types", "rcl_interfaces/srv/GetParameterTypes"},
+    {"set_parameters_atomically", "rcl_interfaces/srv/SetParametersAtomically"},
+}};
 // "/talker/get_parameters" of its right type -> "/talker", for each of the six parameter services.
 [[nodiscard]] std::optional<std::string_view> node_of_parameter_service(std::string_view name,
                                                                         std::string_view type);
@@ -114,9 +126,11 @@ struct Opening {
 // operator looks at) are high; images, point clouds, maps and other large standard types are bulk;
 // everything else, feedback too, is normal.
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
+// Whether a topic moves a robot, as far as its type and the last part of its name show: what comes
+// late on it is worse than what never comes.
+[[nodiscard]] bool is_command(std::string_view topic, std::string_view type);
 // Whether messages of a topic that a lost connection loses are sent again later. If the rule does
-// not say: not for topics where late is worse than never, that is, urgent ones and those with a
-// max_age.
+// not say: not those of commands, of urgent topics, and of topics with a max_age.
 [[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
                            std::string_view type);
 

@@ -1,5 +1,11 @@
 #include "core/policy/pattern.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
 #include "core/wire/control.hpp"
 
 namespace connect_bridge {
@@ -24,7 +30,6 @@ class Tokens {
   explicit Tokens(std::string_view name) : name_(name) { load(1); }
 
   [[nodiscard]] bool done() const { return begin_ > name_.size(); }
-  [[nodiscard]] bool last() const { return end_ == name_.size(); }
   [[nodiscard]] std::string_view token() const { return name_.substr(begin_, end_ - begin_); }
   void advance() { load(end_ + 1); }
 
@@ -40,65 +45,116 @@ class Tokens {
   std::size_t end_ = 0;
 };
 
-bool is_hidden(std::string_view token) {
-  return !token.empty() && token.front() == '_';
-}
+constexpr std::size_t kPlacesOfWord = 64;
 
-// Going back to the last `*` is enough: what an earlier one could match, the last one can match as
-// well.
-bool token_matches(std::string_view pattern, std::string_view token, Hidden hidden) {
-  if (hidden == Hidden::kSpelledOut && is_hidden(token) && !is_hidden(pattern)) return false;
-  std::size_t p = 0;
-  std::size_t t = 0;
-  std::size_t star = std::string_view::npos;
-  std::size_t star_end = 0;
-  while (t < token.size()) {
-    if (p < pattern.size() && pattern[p] == '*') {
-      star = p++;
-      star_end = t;
-    } else if (p < pattern.size() && pattern[p] == token[t]) {
-      ++p;
-      ++t;
-    } else if (star != std::string_view::npos) {
-      p = star + 1;
-      t = ++star_end;
-    } else {
-      return false;
-    }
+// Reads a name once, by a pattern from the first star of that on. Such a pattern is a row of
+// places: one for each character, and one for a `**` with the '/' behind it. What is known after
+// each character of the name is at which of them the pattern may be, all at a time: to try one and
+// to go back would cost the product of both lengths, and a peer may choose both texts.
+template <std::size_t kWords>
+class NameReader {
+ public:
+  // `pattern` has less characters than there are places.
+  NameReader(std::string_view pattern, bool at_token, Hidden hidden)
+      : at_token_(at_token), hidden_(hidden) {
+    for (bool first = at_token; !pattern.empty(); ++size_)
+      first = first && pattern.starts_with("**") ? add_any(pattern) : add(pattern, first);
+    Carry none;
+    words_[0].at = pass_stars(words_[0], 1, none);
   }
-  while (p < pattern.size() && pattern[p] == '*') ++p;
-  return p == pattern.size();
-}
 
-// The same walk over tokens. It is correct although `**` may not match hidden tokens: a pattern
-// token decides whether the token that it matches may be hidden, so where a later position would
-// match, the tokens between are visible.
-bool tokens_match(std::string_view pattern, std::string_view name, Hidden hidden) {
-  Tokens p(pattern);
-  Tokens n(name);
-  struct {
-    bool seen = false;
-    Tokens after;  // pattern after the last `**`
-    Tokens taken;  // first token of the name that this `**` does not match
-  } back{false, p, n};
-  while (true) {
-    if (!p.done() && p.token() == "**") {
-      if (p.last() && n.done()) return false;
-      p.advance();
-      back = {true, p, n};
-    } else if (p.done() && n.done()) {
-      return true;
-    } else if (!p.done() && !n.done() && token_matches(p.token(), n.token(), hidden)) {
-      p.advance();
-      n.advance();
-    } else {
-      if (!back.seen || back.taken.done()) return false;
-      if (hidden == Hidden::kSpelledOut && is_hidden(back.taken.token())) return false;
-      back.taken.advance();
-      p = back.after;
-      n = back.taken;
-    }
+  bool matches(std::string_view name) {
+    for (const char c : name)
+      if (!read(c)) return false;
+    // A `**` at the end has read something by now: no name ends where a token begins.
+    const Word& last = word_of(size_ - 1);
+    return (word_of(size_).at & bit_of(size_)) != 0 ||
+           (last.at & last.any & bit_of(size_ - 1)) != 0;
   }
+
+ private:
+  static constexpr char kFirst = '/';
+  static constexpr char kLast = 'z';  // all characters of names are between them
+
+  // Places, a bit for each.
+  struct Word {
+    std::uint64_t at = 0;                         // where the pattern may be
+    std::uint64_t any = 0, stars = 0, first = 0;  // `**`, `*`, first characters of tokens
+    std::array<std::uint64_t, kLast - kFirst + 1> literal{};
+  };
+  // What goes from one word to the next.
+  struct Carry {
+    std::uint64_t same = 0, any = 0, stars = 0;
+  };
+
+  static std::uint64_t bit_of(std::size_t place) {
+    return std::uint64_t{1} << place % kPlacesOfWord;
+  }
+  static std::size_t row_of(char c) { return static_cast<std::size_t>(c - kFirst); }
+  Word& word_of(std::size_t place) { return words_[place / kPlacesOfWord]; }
+
+  // These take what they have added from the pattern, and return whether a token begins there.
+  bool add_any(std::string_view& pattern) {
+    while (pattern.starts_with("**/**")) pattern.remove_prefix(3);  // several are as much as one
+    word_of(size_).any |= bit_of(size_);
+    pattern.remove_prefix(std::min<std::size_t>(pattern.size(), 3));
+    return true;
+  }
+  bool add(std::string_view& pattern, bool first) {
+    Word& word = word_of(size_);
+    const char c = pattern.front();
+    (c == '*' ? word.stars : word.literal[row_of(c)]) |= bit_of(size_);
+    if (first) word.first |= bit_of(size_);
+    pattern.remove_prefix(1);
+    return c == '/';
+  }
+
+  // The places behind these; `carry` is the one behind the last place of a word.
+  static std::uint64_t behind(std::uint64_t places, std::uint64_t& carry) {
+    return places << 1 | std::exchange(carry, places >> (kPlacesOfWord - 1));
+  }
+  // A star may stand for nothing. None has another one of its kind behind it.
+  std::uint64_t pass_stars(const Word& word, std::uint64_t at, Carry& carry) const {
+    if (at_token_) at |= behind(at & word.any, carry.any);
+    return at | behind(at & word.stars, carry.stars);
+  }
+
+  // False: the pattern cannot be anywhere any more.
+  bool read(char c) {
+    if (c < kFirst || c > kLast) return false;
+    const bool spelled_out = at_token_ && c == '_' && hidden_ == Hidden::kSpelledOut;
+    at_token_ = c == '/';
+    Carry carry;
+    bool somewhere = false;
+    for (Word& word : words_) {
+      const auto same = word.at & word.literal[row_of(c)];
+      const auto stay = word.at & (at_token_ ? word.any : word.any | word.stars);
+      word.at =
+          spelled_out ? behind(same & word.first, carry.same) : behind(same, carry.same) | stay;
+      word.at = pass_stars(word, word.at, carry);
+      somewhere |= word.at != 0;
+    }
+    return somewhere;
+  }
+
+  bool at_token_;  // one begins here
+  Hidden hidden_;
+  std::size_t size_ = 0;  // the place of the pattern's end
+  std::array<Word, kWords> words_;
+};
+
+// Costs as much as both texts are long, and what a name's character costs is bounded.
+bool text_matches(std::string_view pattern, std::string_view name, Hidden hidden) {
+  const auto star = pattern.find('*');
+  if (star == std::string_view::npos) return pattern == name;
+  if (name.substr(0, star) != pattern.substr(0, star)) return false;
+  const bool at_token = pattern[star - 1] == '/';
+  const auto left = pattern.substr(star);
+  const auto rest = name.substr(star);
+  // Most are short.
+  if (left.size() < kPlacesOfWord) return NameReader<1>(left, at_token, hidden).matches(rest);
+  constexpr std::size_t kWordsMax = kNameBytesMax / kPlacesOfWord + 1;
+  return NameReader<kWordsMax>(left, at_token, hidden).matches(rest);
 }
 
 // What is wrong with a pattern, or null.
@@ -129,17 +185,17 @@ Result<Pattern> Pattern::parse(std::string_view text) {
 }
 
 bool Pattern::matches(std::string_view name) const {
-  return tokens_match(text_, name, Hidden::kSpelledOut);
+  return text_matches(text_, name, Hidden::kSpelledOut);
 }
 bool Pattern::covers(std::string_view name) const {
-  return tokens_match(text_, name, Hidden::kAny);
+  return text_matches(text_, name, Hidden::kAny);
 }
 
 bool pattern_matches(std::string_view pattern, std::string_view name) {
-  return fault_of(pattern) == nullptr && tokens_match(pattern, name, Hidden::kSpelledOut);
+  return fault_of(pattern) == nullptr && text_matches(pattern, name, Hidden::kSpelledOut);
 }
 bool pattern_covers(std::string_view pattern, std::string_view name) {
-  return fault_of(pattern) == nullptr && tokens_match(pattern, name, Hidden::kAny);
+  return fault_of(pattern) == nullptr && text_matches(pattern, name, Hidden::kAny);
 }
 
 bool is_canonical_name(std::string_view name) {

@@ -34,7 +34,8 @@ class Pattern {
 };
 
 // The same on a pattern's text, for patterns that a peer sent: a text that is not a pattern matches
-// nothing. Costs at most the product of the two lengths, whatever the texts are; never allocates.
+// nothing. Costs in proportion to the sum of the two lengths, whatever the texts are; never
+// allocates.
 [[nodiscard]] bool pattern_matches(std::string_view pattern, std::string_view name);
 [[nodiscard]] bool pattern_covers(std::string_view pattern, std::string_view name);
 

@@ -9,16 +9,12 @@ namespace {
 
 // What a pattern costs beside its text.
 constexpr std::uint64_t kPatternCost = 16;
+// What each character of a name costs by a pattern with a star.
+constexpr std::uint64_t kStarCost = 2;
 // Interfaces that come and go: when there are more, all are compared again.
 constexpr std::size_t kKnownMax = 65'536;
 // What one of them takes beside its texts, which are there twice.
 constexpr std::uint64_t kKnownBytes = 300;
-
-std::uint64_t cost_of(const std::vector<std::string>& patterns) {
-  std::uint64_t cost = 0;
-  for (const auto& pattern : patterns) cost += pattern.size() + kPatternCost;
-  return cost;
-}
 
 // No name has a space in it.
 std::string key_of(const Interface& what) {
@@ -30,17 +26,29 @@ std::string key_of(const Interface& what) {
 
 }  // namespace
 
-PeerAccepts::PeerAccepts(Accepts told, Budget* memory)
-    : told_(std::move(told)), cost_(cost_of(told_.deny)), memory_(memory) {
+PeerAccepts::PeerAccepts(Accepts told, Budget* memory) : told_(std::move(told)), memory_(memory) {
   if (memory_) held_ = memory_->hold(0);
+  count(told_.deny);
   for (const auto& rule : told_.rules)
     for (const auto* names :
          {&rule.topics, &rule.services, &rule.actions, &rule.parameters, &rule.types})
-      cost_ += cost_of(*names);
+      count(*names);
+}
+
+void PeerAccepts::count(const std::vector<std::string>& patterns) {
+  for (const auto& pattern : patterns) {
+    text_cost_ += pattern.size() + kPatternCost;
+    if (pattern.find('*') != std::string::npos) ++with_stars_;
+  }
+}
+
+// The peer may have chosen the name as well: it is of a listener there.
+std::uint64_t PeerAccepts::cost_of(const Interface& what) const {
+  return text_cost_ + with_stars_ * kStarCost * (what.name.size() + what.node.size());
 }
 
 std::optional<bool> PeerAccepts::takes(const Interface& what) const {
-  if (cost_ <= kSmall) return accepted_by(told_, what);
+  if (cost_of(what) <= kSmall) return accepted_by(told_, what);
   std::string key = key_of(what);
   if (const auto known = known_.find(key); known != known_.end()) return known->second;
   const std::uint64_t bytes = 2 * key.size() + kKnownBytes;
@@ -56,11 +64,13 @@ std::optional<bool> PeerAccepts::takes(const Interface& what) const {
   return std::nullopt;
 }
 
-void PeerAccepts::compare() {
+std::uint64_t PeerAccepts::compare() {
   const Noted& next = noted_.front();
   const Interface what{next.kind, next.name, next.type, next.action_type, next.node};
+  const std::uint64_t cost = cost_of(what);
   known_[key_of(what)] = accepted_by(told_, what);
   noted_.pop_front();
+  return cost;
 }
 
 }  // namespace connect_bridge

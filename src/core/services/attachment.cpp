@@ -168,9 +168,8 @@ void Attachment::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
   declined_under_ = link_.lists_accepted;
   const auto& [name, type] = service_.key();
-  const std::string what = shown(InterfaceKind::kService, name, type);
-  if (const auto line = link_.note_decline(counts_.declined, what, decline, now))
-    serving_.outputs.log(LogLevel::kWarn, *line);
+  log_decline(serving_.outputs, link_, counts_.declined, shown(InterfaceKind::kService, name, type),
+              decline, now);
 }
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
@@ -312,8 +311,8 @@ void Attachment::on_malformed(ServedCall& call) {
 
 void Attachment::on_timeout(ServedCall& call, const Now& now) {
   ++counts_.timed_out;
-  log_calls(serving_.outputs, load_.timeouts, "of " + link_.label() + " not answered in time",
-            service_.key(), {}, now);
+  log_calls(serving_.outputs, link_.account->calls_served.timeouts,
+            "of " + link_.label() + " not answered in time", service_.key(), {}, now);
   refuse(call.id(), "timeout", "the server did not answer in time");
   erase(call);
 }
@@ -331,8 +330,8 @@ void Attachment::end_lost(TimePoint before, const Now& now) {
 
 void Attachment::note_refusal(const std::string& what, const std::string& why, const Now& now) {
   ++counts_.refused;
-  log_calls(serving_.outputs, load_.refusals, "of " + link_.label() + " " + what, service_.key(),
-            why, now);
+  log_calls(serving_.outputs, link_.account->calls_served.refusals,
+            "of " + link_.label() + " " + what, service_.key(), why, now);
 }
 
 // If a refusal is lost with its connection, the peer learns of it when it attaches again: the call

@@ -1,7 +1,7 @@
 #include "core/services/feed.hpp"
 
 #include <algorithm>
-#include <unordered_set>
+#include <set>
 #include <utility>
 
 #include "core/compress/compress.hpp"
@@ -51,9 +51,7 @@ void Feed::on_link_lost() {
 
 void Feed::on_withdraw(const Withdraw& why, const Now& now) {
   const auto& [name, type] = service_.key();
-  const std::string what = shown(InterfaceKind::kService, name, type);
-  if (const std::string line = link_.line_of(why, what); !line.empty())
-    mirroring_.outputs.log(LogLevel::kWarn, line);
+  log_withdrawn(mirroring_.outputs, link_, shown(InterfaceKind::kService, name, type), why);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   service_.on_withdraw(link_.id, now);
 }
@@ -98,7 +96,7 @@ Result<Nothing> Feed::on_attached(const Attached& attached, const Now& now) {
 }
 
 void Feed::reconcile(const Attached& attached, const Now& now) {
-  const std::unordered_set<CallId> open(attached.calls.begin(), attached.calls.end());
+  const std::set<CallId> open(attached.calls.begin(), attached.calls.end());
   std::vector<CallId> forget;
   for (const CallId id : open)
     if (id <= attached.seen && !calls_.contains(id)) forget.push_back(id);
@@ -268,7 +266,7 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     if (call == calls_.end() || call->second.has_answer()) continue;
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
     const bool sent = refuse.code == "lost" || refuse.code == "timeout";  // perhaps executed
-    log_calls(mirroring_.outputs, load_.refusals,
+    log_calls(mirroring_.outputs, link_.account->calls_made.refusals,
               (sent ? "not answered by " : "refused by ") + link_.label(), service_.key(),
               "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
@@ -293,7 +291,8 @@ void Feed::on_callers_gone(const std::vector<RequestId>& requests) {
 void Feed::on_timeout(MadeCall& call, const Now& now) {
   if (!call.request()) return;  // its caller went away before
   ++counts_.timed_out;
-  log_calls(mirroring_.outputs, load_.timeouts, "not answered in time", service_.key(), {}, now);
+  log_calls(mirroring_.outputs, link_.account->calls_made.timeouts, "not answered in time",
+            service_.key(), {}, now);
   drop_request(call.request());
   std::vector<CallId> forget;
   abandon(call, forget);
@@ -325,7 +324,8 @@ void Feed::say_forget(std::vector<CallId> calls) {
 
 void Feed::note_refusal(const std::string& why, const Now& now) {
   ++counts_.refused;
-  log_calls(mirroring_.outputs, load_.refusals, "refused", service_.key(), why, now);
+  log_calls(mirroring_.outputs, link_.account->calls_made.refusals, "refused", service_.key(), why,
+            now);
 }
 
 void Feed::erase(MadeCall& call) {

@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 #include "core/base/budget.hpp"
-#include "core/base/log_limit.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
@@ -27,7 +26,6 @@ struct MadeLoad {
   Budget calls;
   Budget request_bytes;   // of requests that are not known to have arrived
   Budget decoding_bytes;  // of answers
-  LogLimit refusals, timeouts;
 };
 
 // Owns the mirrored services, and what they share. Single-threaded.

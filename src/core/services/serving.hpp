@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/base/budget.hpp"
-#include "core/base/log_limit.hpp"
 #include "core/base/random.hpp"
 #include "core/base/timers.hpp"
 #include "core/graph/side_view.hpp"
@@ -28,7 +27,6 @@ struct ServedLoad {
   Budget calls;
   Budget request_bytes;  // of calls that wait
   Budget answer_bytes;   // of answers that are not known to have arrived
-  LogLimit refusals, timeouts;
 };
 
 // Peers can send goals to this action from now on, or can no longer.

@@ -120,7 +120,7 @@ void Side::on(MessageTaken& input, const Now& now) {
 void Side::on_claims(const Now& now) {
   if (local_.on_claims()) exports_.on_graph(now);
   update_exports(now);
-  imports_.on_claims(now);
+  imports_.on_claims(links_.all(), now);
   service_imports_.on_claims(now);
 }
 

@@ -10,7 +10,7 @@ namespace connect_bridge {
 // Of such a topic nothing is asked for that a publisher keeps: it would reach, late and as if it
 // were new, a robot that starts or returns.
 inline bool is_command(const TopicKey& topic) {
-  return default_priority(topic.first, topic.second) == Priority::kUrgent;
+  return is_command(topic.first, topic.second);
 }
 
 // Whether the last samples of a publisher with this QoS come again when demand begins.

@@ -77,13 +77,19 @@ void ImportContext::tell_used(const Mirror& mirror, const std::string& hash_here
 
 // The status of an action is stale for nobody, as its goals have ids, and its services follow it.
 // Another bridge would take what is made again for what may be taken over.
-void ImportContext::forget_kept(Mirror& mirror, const OfferedTopic& feeder, const Now& now) const {
-  const bool fed = mirror.candidates().front().offered == &feeder;
-  const bool comes_again =
-      come_again(mirror.origin().qos, mirror.key().first) && mirror.action_type().empty();
-  if (!fed || !comes_again || mirror.kept_bytes() == 0 || !graph.bridges().empty()) return;
-  mirror.destroy();
-  mirror.update(now);
+// And beside one volatile publisher the exporter keeps nothing of the others that could come again.
+void ImportContext::forget_kept(const std::map<OriginId, Mirror*>& origins,
+                                const OfferedTopic& feeder, const Now& now) const {
+  const bool come = std::all_of(origins.begin(), origins.end(), [](const auto& origin) {
+    const Mirror& mirror = *origin.second;
+    return come_again(mirror.origin().qos, mirror.key().first) && mirror.action_type().empty();
+  });
+  if (!come || !graph.bridges().empty()) return;
+  for (const auto& [id, mirror] : origins) {
+    if (mirror->candidates().front().offered != &feeder || mirror->kept_bytes() == 0) continue;
+    mirror->destroy();
+    mirror->update(now);
+  }
 }
 
 void ImportContext::remove_candidate(Mirror& mirror, LinkId link, const Now& now) {

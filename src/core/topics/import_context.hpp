@@ -49,7 +49,8 @@ struct ImportContext : SideView {
   void tell_used(const Mirror& mirror, const std::string& hash_here, const Now& now) const;
   // Nobody listens, and nothing comes from `feeder`: what the mirror keeps for late subscribers
   // grows stale, so it is made again without. They get the origin's last samples.
-  void forget_kept(Mirror& mirror, const OfferedTopic& feeder, const Now& now) const;
+  void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,
+                   const Now& now) const;
   // The link does not offer the origin any more. The mirror may end with that.
   void remove_candidate(Mirror& mirror, LinkId link, const Now& now);
   // Whether our rules let this peer offer a topic, by its name on the wire.

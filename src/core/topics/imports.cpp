@@ -44,7 +44,9 @@ void Imports::on_graph(const Now& now) {
   }
 }
 
-void Imports::on_claims(const Now& now) {
+void Imports::on_claims(LinkTable& links, const Now& now) {
+  for (auto& [id, link] : links)
+    forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.claimed(gid); });
   for (auto& [key, mirror] : context_.mirrors) mirror.on_claims(now);
 }
 

@@ -31,8 +31,8 @@ class Imports {
   void on_link_dead(LinkId link, const Now& now);
   // The link is open again, and its time for offers is over: ends what it has not offered again.
   void forget_orphans(LinkId link, const Now& now);
-  void on_graph(const Now& now);   // local subscribers or origins changed
-  void on_claims(const Now& now);  // another bridge's claims changed
+  void on_graph(const Now& now);                     // local subscribers or origins changed
+  void on_claims(LinkTable& links, const Now& now);  // another bridge's claims changed
   void on_policy(const Now& now);
   // A goal is on its way to this action (local name): its feedback may follow before the graph
   // shows the client's subscriptions.

@@ -11,8 +11,8 @@ namespace {
 constexpr Duration kMirrorLinger = std::chrono::milliseconds(200);
 // Within this time the graph shows the subscriptions of an action's client.
 constexpr Duration kGoalDemand = std::chrono::seconds(5);
-// A graph knows an endpoint before the name of its node, if that ever has one.
-constexpr Duration kNaming = std::chrono::seconds(2);
+// By then a graph knows a node's name, if ever; first samples are kept longer (early_samples.cpp).
+constexpr Duration kNaming = std::chrono::seconds(1);
 // What could not be made, for another reason than its definition, is tried again: its name may have
 // had another type here.
 constexpr Duration kRetry = std::chrono::seconds(30);
@@ -100,9 +100,10 @@ void Mirror::remove_candidate(LinkId link, const Now& now) {
 }
 
 void Mirror::lose_link(LinkId link) {
-  const bool alone = candidates_.size() == 1;
-  if (!alone || !context_.graph.bridges().empty()) candidate(link)->link->arrived.erase(key_.first);
-  if (alone) vanish();
+  auto& arrived = candidate(link)->link->arrived;
+  if (candidates_.size() > 1) return static_cast<void>(arrived.erase(key_.first));
+  note_end(arrived, key_.first, key_.second);
+  vanish();
 }
 
 // ---- what follows from what is known

@@ -130,9 +130,8 @@ void OfferedTopic::note_end(const Ending& why) const {
 }
 
 void OfferedTopic::on_withdraw(const Withdraw& why, const Now& now) {
-  const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
-  if (const std::string line = link_.line_of(why, what); !line.empty())
-    context_.outputs.log(LogLevel::kWarn, line);
+  log_withdrawn(context_.outputs, link_, shown(InterfaceKind::kTopic, key_.first, key_.second),
+                why);
   note_end({why.reason.empty() ? "the peer withdrew it" : why.reason, why.code});
   hurry(DropReason::kWithdrawn, now);  // a publisher that ends right after its last message
   leave_mirrors(now);
@@ -170,7 +169,7 @@ void OfferedTopic::lose(const Now& now) {
   // What the peer was to discard comes "behind 0" if the demand is lost with the connection.
   const bool is_known = last_sequence_ > 0 || !declined_kept_;
   if (resume_ && is_known && context_.graph.has_reliable_subscriber(key_))
-    link_.arrived[key_] = last_sequence_;
+    link_.arrived[key_] = {last_sequence_};
   const bool may_be_late = resumes(treatment(), key_.first, key_.second);
   for (const auto& [id, mirror] : std::exchange(origins_, {})) {
     // Nobody knows how long the break will be: what must not be late does not wait beyond it.
@@ -188,8 +187,7 @@ void OfferedTopic::update_demand(const Now& now) {
     return origin.second->wants(*this, listened, now);
   });
   if (std::exchange(demanded_, on) != on) peer_.change_demand(*this, on);
-  if (on || listened) return;
-  for (const auto& [id, mirror] : origins_) context_.forget_kept(*mirror, *this, now);
+  if (!on && !listened) context_.forget_kept(origins_, *this, now);
 }
 
 // Messages of /parameter_events are permitted one by one, by rules that may have changed when the
@@ -206,7 +204,7 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   ChannelDemand begun{number, resume_};
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
-    begun.after = last_sequence_ = arrived.mapped();
+    begun.after = last_sequence_ = arrived.mapped().sequence;
     link_.connection->resume_incoming(number_, last_sequence_);
   }
   declined_kept_ = std::exchange(offers_resume_, false) && !begun.after;

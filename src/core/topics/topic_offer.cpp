@@ -201,9 +201,8 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
   declined_under_ = link_.lists_accepted;
   const auto& [name, type] = topic_.key();
-  const std::string what = shown(InterfaceKind::kTopic, name, type);
-  if (const auto line = link_.note_decline(declined_, what, decline, now))
-    context_.outputs.log(LogLevel::kWarn, *line);
+  log_decline(context_.outputs, link_, declined_, shown(InterfaceKind::kTopic, name, type), decline,
+              now);
 }
 
 // ---- over connections
@@ -260,10 +259,11 @@ bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const No
     return false;
   }
   if (bytes > link_.peer_message_bytes_max()) {
-    if (dropped_.of(DropReason::kTooLarge) == 0)
+    // The peer can have the topic offered again as often as it likes.
+    const std::string& name = topic_.key().first;
+    if (link_.account->told.first(name + " has messages that are too large"))
       context_.outputs.log(LogLevel::kWarn, "a message of " + std::to_string(bytes) + " bytes on " +
-                                                topic_.key().first +
-                                                " is larger than the max_message_size of " +
+                                                name + " is larger than the max_message_size of " +
                                                 link_.label() + "; such messages are dropped");
     drop(DropReason::kTooLarge);
     return false;

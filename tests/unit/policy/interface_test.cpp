@@ -164,6 +164,21 @@ TEST(DefaultPriority, TheClassesOfWellKnownTopics) {
   EXPECT_EQ(default_priority("/image", "std_msgs/msg/String"), Priority::kNormal);
 }
 
+TEST(Commands, AreKnownByTypeOrName) {
+  EXPECT_TRUE(is_command("/teleop", "geometry_msgs/msg/TwistStamped"));
+  EXPECT_TRUE(
+      is_command("/arm_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory"));
+  EXPECT_TRUE(is_command("/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_TRUE(is_command("/goal_pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_FALSE(is_command("/pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_FALSE(is_command("/goal_pose/history", "nav_msgs/msg/Path"));
+  EXPECT_FALSE(resumes({}, "/goal_pose", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_TRUE(resumes({}, "/pose", "geometry_msgs/msg/PoseStamped"));
+  Treatment kept;
+  kept.resume = true;
+  EXPECT_TRUE(resumes(kept, "/goal_pose", "geometry_msgs/msg/PoseStamped"));
+}
+
 TEST(DefaultPriority, TheStatusOfActionsIsHighAndFeedbackIsNot) {
   EXPECT_EQ(default_priority("/f/_action/feedback", "p/action/Fibonacci_FeedbackMessage"),
             Priority::kNormal);

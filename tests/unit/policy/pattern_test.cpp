@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace connect_bridge {
 namespace {
@@ -138,6 +143,28 @@ TEST(Pattern, HostilePatternsAreNotExponential) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
+// A peer chooses the name as well, when it tells its listeners. What goes back to its stars needs
+// thirty times as long for these.
+TEST(Pattern, HostilePatternsAreReadOnce) {
+  const auto repeated = [](const std::string& token, int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += token;
+    return text;
+  };
+  const std::string name = "/" + std::string(254, 'a');
+  const std::string path = repeated("/a", 127);
+  const std::pair<std::string, std::string> pairs[] = {
+      {"/*" + std::string(126, 'a') + "b", name},
+      {"/*" + std::string(60, 'a') + "b" + std::string(60, 'a') + "*", name},
+      {"/**" + repeated("/a", 60) + "/b/**", path},
+      {"/**" + repeated("/a*", 60) + "/b*/**", path},
+  };
+  int matching = 0;
+  for (int i = 0; i < 25'000; ++i)
+    for (const auto& [text, of] : pairs) matching += int(pattern_matches(text, of));
+  EXPECT_EQ(matching, 0);
+}
+
 // The definition, word for word: slow, but with nothing to get wrong.
 bool slowly(std::string_view p, std::string_view n, bool at_token) {
   if (p.empty()) return n.empty();
@@ -185,6 +212,69 @@ TEST(Pattern, AgreesWithItsDefinition) {
       ASSERT_EQ(parsed.matches(names[k]), expected) << patterns[i] << " " << names[k];
     }
   }
+}
+
+// Of few letters, so that much is alike; and long ones, since 64 characters are read at a time.
+class AlikeTexts {
+ public:
+  std::string pattern(unsigned letters_max) {
+    std::string text;
+    for (auto tokens = 1 + below(5); tokens > 0; --tokens)
+      text += "/" + (below(5) == 0 ? "**" : letters("aaaab_*", 1 + below(letters_max)));
+    return text;
+  }
+  // One that it matches, or does but for a character.
+  std::string name_for(const std::string& pattern) {
+    std::string name;
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+      if (pattern[i] != '*') {
+        name += pattern[i];
+      } else if (pattern.compare(i, 2, "**") != 0) {
+        name += letters("aab", below(4));
+      } else {
+        name += letters("aab_", 1 + below(3));
+        if (below(2) == 0) name += "/" + letters("aab_", 1 + below(3));
+        ++i;
+      }
+    }
+    if (below(2) == 0) name[below(static_cast<unsigned>(name.size()))] = 'b';
+    return name;
+  }
+
+ private:
+  unsigned below(unsigned n) { return static_cast<unsigned>(random_() % n); }
+  std::string letters(const std::string& of, unsigned count) {
+    std::string text;
+    while (text.size() < count) text += of[below(static_cast<unsigned>(of.size()))];
+    return text;
+  }
+  std::mt19937 random_{1};
+};
+
+TEST(Pattern, AgreesWithItsDefinitionOfTextsThatAreAlike) {
+  constexpr std::ptrdiff_t kStarsMax =
+      5;  // the definition takes a time that grows with their power
+  AlikeTexts texts;
+  int compared = 0;
+  int matching = 0;
+  for (int i = 0; i < 60'000; ++i) {
+    std::string text = texts.pattern(i % 10 == 0 ? 60 : 4);
+    std::string name = texts.name_for(text);
+    if (!Pattern::parse(text) || !is_canonical_name(name)) continue;
+    if (std::count(text.begin(), text.end(), '*') > kStarsMax) continue;
+    const auto expected = [&] {
+      return slowly(std::string_view(text).substr(1), std::string_view(name).substr(1), true);
+    };
+    const bool both = expected();
+    ASSERT_EQ(matches(text, name), both) << text << " " << name;
+    const bool covered = covers(text, name);
+    for (auto* shown : {&text, &name}) std::replace(shown->begin(), shown->end(), '_', 'c');
+    ASSERT_EQ(covered, expected()) << text << " " << name;
+    ++compared;
+    matching += int(both);
+  }
+  EXPECT_GT(matching, compared / 5);
+  EXPECT_GT(compared - matching, compared / 5);
 }
 
 TEST(Names, CanonicalNames) {

@@ -1,6 +1,8 @@
-// What an operator reads when a type is missing: one line for each cause, on both sides.
+// What an operator reads: one line for each cause, on both sides.
 #include <gtest/gtest.h>
 
+#include <optional>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -10,6 +12,13 @@
 
 namespace connect_bridge::side_test {
 namespace {
+
+std::size_t lines_with(const std::string& words, const std::string& text) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(words); at != std::string::npos; at = text.find(words, at + 1))
+    ++found;
+  return found;
+}
 
 constexpr char kUnknown[] = "the type p/action/Fib is not known here";
 
@@ -93,6 +102,75 @@ TEST(Lines, ALinkThatIsLostIsTrouble) {
   const auto [level, text] = line_of({{1}, std::nullopt, "lost"});
   EXPECT_EQ(level, LogLevel::kWarn);
   EXPECT_EQ(text, "lost the link with /peer at 10.0.0.1: lost");
+}
+
+// ---- of an identity that comes again and again
+
+TEST(Lines, OfRenewalsAreFewHoweverOftenAnIdentityComes) {
+  Script s(server());
+  s.give(TimePassed{});
+  s.did();
+  s.logged.clear();
+  const auto renew = [&](std::uint32_t n, const Identity& who, bool right) {
+    s.say(n, Renew{"token", "a"});
+    s.give(Authenticated{{n}, right ? std::optional(who) : std::nullopt, "unknown token"});
+  };
+  for (std::uint32_t n = 1; n <= 5; ++n) {
+    s.login(n, {}, called("busy"));
+    for (int i = 0; i < 16; ++i) renew(n, called("busy"), i % 2 == 0);
+  }
+  s.did();
+  EXPECT_EQ(lines_with("\n", s.logged), 30U) << s.logged;
+  EXPECT_GT(lines_with("has renewed its login as busy", s.logged), 0U);
+  EXPECT_GT(lines_with("is refused: unknown token", s.logged), 0U);
+  s.login(6, {}, called("calm"));
+  renew(6, called("calm"), true);
+  s.did();
+  EXPECT_EQ(lines_with("has renewed its login as calm", s.logged), 1U);
+}
+
+TEST(Lines, OfCallsThatAreRefusedHereAreFewHoweverOftenAnIdentityComes) {
+  auto options = server({callable()});
+  options.call_bytes_max = 20;
+  Script s(options);
+  s.graph({}, {service("/s")});
+  const auto call = [&](std::uint32_t n, std::uint32_t id) {
+    s.message(n, 1, id, "more bytes than may wait");
+    s.did();
+  };
+  const auto come_and_call = [&](std::uint32_t n, const std::string& who) {
+    s.login(n, {}, called(who));
+    s.say(n, Accepts{{{{}, {}, {"/**"}}}, {}});
+    s.say(n, Attach{{1}, {1}});
+    s.give(ServiceReady{{1}, true, "hash"});
+    call(n, 1);
+  };
+  for (std::uint32_t n = 1; n <= 3; ++n) come_and_call(n, "busy");
+  EXPECT_EQ(lines_with("call(s) of", s.logged), 1U) << s.logged;
+  come_and_call(4, "calm");
+  EXPECT_EQ(lines_with("1 call(s) of", s.logged), 2U) << s.logged;
+  s.pass(10'000);
+  call(1, 2);
+  EXPECT_EQ(lines_with("3 call(s) of", s.logged), 1U) << s.logged;
+}
+
+TEST(Lines, OfCallsThatAnIdentityRefusesAreFewHoweverOftenItComes) {
+  Script s(server({callable()}));
+  s.graph({});
+  s.pass(3000);
+  const auto come_and_refuse = [&](std::uint32_t n, const std::string& who) {
+    s.login(n, {}, called(who));
+    s.say(n, Accepts{});
+    s.say(n, Offer{{service_channel(1, "/s" + std::to_string(n))}, true});
+    s.say(n, Attached{{1}, {1}, {0}, {}, "hash"});
+    s.give(RequestTaken{{n}, {n}, sample("q")});
+    s.say(n, Refuse{{1}, {{1}}, "limit", "too many"});
+    s.did();
+  };
+  for (std::uint32_t n = 1; n <= 3; ++n) come_and_refuse(n, "busy");
+  EXPECT_EQ(lines_with("refused by", s.logged), 1U) << s.logged;
+  come_and_refuse(4, "calm");
+  EXPECT_EQ(lines_with("refused by", s.logged), 2U) << s.logged;
 }
 
 TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {

@@ -128,13 +128,32 @@ TEST(SideResume, WhatWasDeclinedIsNotAskedForByALaterDemand) {
   EXPECT_EQ(s.said(3), "demand 6 on resume\n");
 }
 
-TEST(SideResume, WhereAnotherBridgeMayTakeOverNothingComesLate) {
+TEST(SideResume, WhatAnotherBridgeMirrorsMeanwhileDoesNotComeLate) {
   Importing s;
   s.message(1, 1, 1, "a");
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").sub(1)});
+  s.said(1);
   s.lose(1);
-  s.pass(3000);
-  EXPECT_EQ(s.status().links.size(), 0U);
+  s.pass(30'000);
+  s.claim(9, 5, {gid(11)}, true);
+  s.claim(9, 5, {});
+  EXPECT_EQ(s.come_back(), "");
+  s.pass(1000);
+  EXPECT_EQ(s.said(2), "demand 5 on resume\n");
+}
+
+// Such as the client of another robot.
+TEST(SideResume, ABridgeThatDoesNotMirrorItChangesNothing) {
+  Importing s;
+  s.said(1);
+  s.message(1, 1, 1, "a");
+  s.graph({topic(kClaimsTopic).pub(9, {}, "bridge"), topic("/a").sub(1)});
+  s.claim(9, 5, {gid(12)});
+  s.lose(1);
+  s.pass(30'000);
+  EXPECT_EQ(s.come_back(), "");
+  s.pass(250);
+  EXPECT_EQ(s.said(2), "demand 5 on resume after 1\n");
 }
 
 TEST(SideResume, TheImportersRuleMayRefuseIt) {

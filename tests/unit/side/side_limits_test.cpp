@@ -81,21 +81,27 @@ TEST(Limits, WhoSentMuchAndWentAwayHasSentIt) {
   EXPECT_EQ(limit.take_loudest(), std::nullopt) << "it is told once";
 }
 
+// The peer listens to so many topics, with names of this length.
+Listeners listening_to(std::uint32_t topics, std::size_t name_bytes) {
+  Listeners all;
+  for (std::uint32_t i = 1; i <= topics; ++i) {
+    ListenerTold told;
+    told.listener = {i};
+    told.name = "/t" + std::to_string(i);
+    if (told.name.size() < name_bytes) told.name.append(name_bytes - told.name.size(), 'a');
+    told.type = kType;
+    told.node = "/base";
+    all.added.push_back(told);
+  }
+  return all;
+}
+
 TEST(Limits, ListenersOfAPeerThatAreSubscribedFor) {
   SideOptions options = server();
   options.listeners_max = 2;
   Script s(options);
   s.join(1);
-  Listeners many;
-  for (std::uint32_t i = 1; i <= 3; ++i) {
-    ListenerTold told;
-    told.listener = {i};
-    told.name = "/t" + std::to_string(i);
-    told.type = kType;
-    told.node = "/base";
-    many.added.push_back(told);
-  }
-  s.say(1, many);
+  s.say(1, listening_to(3, 0));
   EXPECT_EQ(s.did(),
             "subscribe 2 /t1 reliable volatile 100\nsubscribe 3 /t2 reliable volatile 100\n");
   EXPECT_THAT(s.logged, HasSubstr("limits.listeners_max"));
@@ -216,6 +222,23 @@ TEST(LongAccepts, EndNothingBeforeTheyAreCompared) {
   EXPECT_EQ(s.said(1), "");
   s.pass(5000);
   EXPECT_THAT(s.said(1), testing::MatchesRegex("withdraw [0-9]+\n"));
+}
+
+// A peer that may only read chooses both: what it accepts, and the names that it listens to.
+TEST(LongAccepts, AShortListIsLongWhereNamesAre) {
+  for (const std::size_t name_bytes : {20U, 254U}) {
+    Script s(server());
+    s.login(1, {}, called("busy"));
+    Accepts stars{{{{"/**"}, {}}}, {}};
+    stars.deny.assign(15, "/*" + std::string(126, 'a') + "b");
+    s.say(1, stars);
+    s.did();
+    s.say(1, listening_to(500, name_bytes));
+    const bool at_once = s.did().find("subscribe") != std::string::npos;
+    EXPECT_EQ(at_once, name_bytes == 20) << name_bytes;
+    s.pass(2000);
+    EXPECT_THAT(s.did(), HasSubstr("subscribe")) << name_bytes;
+  }
 }
 
 TEST(LongAccepts, ATopicThatAppearsLaterIsComparedWhenItDoes) {

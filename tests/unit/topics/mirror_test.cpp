@@ -133,7 +133,7 @@ TEST(Mirror, AsksNoMoreOfTheMiddlewareThanItCanBear) {
 // Whoever listens next gets what is true then: the exporter sends the last samples.
 TEST(Mirror, WhatItKeepsDoesNotGrowStaleWhileNobodyListens) {
   MirrorScript s;
-  s.offer(s.one, {origin(1, 7, latched(1)), origin(2, 8)});
+  s.offer(s.one, {origin(1, 7, latched(1)), origin(2, 8, latched(1))});
   s.demanded();
   s.did();
   static_cast<void>(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(0)));
@@ -143,7 +143,9 @@ TEST(Mirror, WhatItKeepsDoesNotGrowStaleWhileNobodyListens) {
   s.graph = picture({topic("/a")});
   s.mirror(7).update(ms(1));
   s.mirror(8).update(ms(1));
-  EXPECT_EQ(s.did(), "unmirror 1\nmirror 3 /a reliable latched 1\n");
+  EXPECT_EQ(s.did(),
+            "unmirror 1\nmirror 3 /a reliable latched 1\n"
+            "unmirror 2\nmirror 4 /a reliable latched 1\n");
   EXPECT_EQ(s.demanded(), "1: demand 1 off\n2: ");
   s.mirror(7).update(ms(2));
   EXPECT_EQ(s.did(), "");
@@ -151,6 +153,18 @@ TEST(Mirror, WhatItKeepsDoesNotGrowStaleWhileNobodyListens) {
   s.mirror(7).update(ms(3));
   EXPECT_EQ(s.demanded(), "1: demand 1 on\n2: ");
   EXPECT_EQ(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(4)), std::nullopt);
+}
+
+// The exporter subscribes to such a topic as volatile, and then has no last samples.
+TEST(Mirror, WhatItKeepsStaysBesideAVolatilePublisher) {
+  MirrorScript s;
+  s.offer(s.one, {origin(1, 7, latched(1)), origin(2, 8)});
+  static_cast<void>(s.mirror(7).publish(1, sample("map"), TimePoint::max(), ms(0)));
+  s.mirror(7).update(ms(0));
+  s.did();
+  s.graph = picture({topic("/a")});
+  s.mirror(7).update(ms(1));
+  EXPECT_EQ(s.did(), "");
 }
 
 // Another link may have offered the name with another type, and ended.

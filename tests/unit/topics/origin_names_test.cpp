@@ -70,7 +70,7 @@ TEST(OriginNames, AMirrorIsMadeWhenItsOriginsNodeHasAName) {
   WithProxies s;
   s.join(1);
   s.say(1, Offer{{channel(1, "/a", {s.nameless()})}, true});
-  s.pass(1000);
+  s.pass(999);
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{});
   s.say(1, OriginsChanged{{1}, {origin(1, 11)}, {}});
   EXPECT_EQ(nodes_of_mirrors(s), std::vector<std::string>{"/peer_node"});

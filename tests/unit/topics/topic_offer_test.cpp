@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <memory>
+
 #include "unit/topics/exporting.hpp"
 
 namespace connect_bridge::topics_test {
@@ -111,6 +114,23 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
       s.logged,
       "a message of 101 bytes on /a is larger than the max_message_size of /peer at 10.0.0.1; "
       "such messages are dropped\n");
+}
+
+// A peer that accepts a topic no longer, and then again, has another offer of it.
+TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
+  const auto account = std::make_shared<Account>();
+  OneLink first(1, account), second(2, account), other(3);
+  Offering s;
+  const auto drop_one = [&](Link& link) {
+    link.connection->set_peer_message_bytes_max(100);
+    TopicOffer again(s.context, s.subject, link);
+    ASSERT_TRUE(again.open());
+    again.on_demand({1}, ms(0));
+    EXPECT_FALSE(again.admit({1}, bytes(101), TopicOffer::Age::kNew, ms(0)));
+  };
+  for (OneLink* peer : {&first, &first, &second, &other}) drop_one(peer->link);
+  s.did();
+  EXPECT_EQ(std::count(s.logged.begin(), s.logged.end(), '\n'), 2) << s.logged;
 }
 
 }  // namespace

@@ -1,0 +1,28 @@
+"""Faults in what a peer with a login may cost: lines of the log, and time to compare names."""
+
+from mutant import Mutant
+
+COSTS = [
+    Mutant("renewals fill the log",
+           "if (const auto end = link.account->lines.take(now))"
+           " outputs.log(level, std::move(text) + *end);",
+           "outputs.log(level, std::move(text)); (void)link; (void)now;", within="log_renewal"),
+    Mutant("messages that are too large fill the log",
+           'link_.account->told.first(name + " has messages that are too large")',
+           "dropped_.of(DropReason::kTooLarge) == 0"),
+    Mutant("calls that are refused here fill the log",
+           "log_calls(serving_.outputs, link_.account->calls_served.refusals,",
+           "LogLimit fresh; log_calls(serving_.outputs, fresh,",
+           within="Attachment::note_refusal"),
+    Mutant("calls that a peer refuses fill the log",
+           "log_calls(mirroring_.outputs, link_.account->calls_made.refusals,",
+           "LogLimit fresh; log_calls(mirroring_.outputs, fresh,", within="Feed::on_refuse"),
+    Mutant("long names cost nothing", "return text_cost_ + with_stars_ * ...;",
+           "return text_cost_ + 0 * (with_stars_ * kStarCost * what.name.size());"),
+    Mutant("what a comparison costs is not counted",
+           "spent += static_cast<double>(accepts.compare());",
+           "spent += 0 * static_cast<double>(accepts.compare());"),
+    Mutant("a long pattern ends at its 64th character",
+           "std::exchange(carry, places >> (kPlacesOfWord - 1))",
+           "0 * std::exchange(carry, places >> (kPlacesOfWord - 1))"),
+]
