@@ -46,7 +46,8 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     sink(std::move(*input));
   }
   const bool ending = shared_.ended.free_some();
-  const bool more = ending || !shared_.ready.idle() || !reports.empty();
+  const bool looking = services_.look_at_some();
+  const bool more = ending || looking || !shared_.ready.idle() || !reports.empty();
   if (more) shared_.ready.wake();  // with what comes meanwhile one wake, not two
   return more;
 }

@@ -40,7 +40,7 @@ CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
     Mutant("what is kept is kept for ever",
            "if (backlog->second.ends_at() > now.steady) continue;", "continue;"),
     Mutant("commands are replayed",
-           "!urgent && treatment.max_age == kForever", "true"),
+           "may_be_late && treatment.max_age == kForever", "true"),
     Mutant("best effort is replayed",
            "promised = origin.qos.reliability == Reliability::kReliable;", "promised = true;"),
     Mutant("another process goes on",

@@ -88,6 +88,10 @@ class Link final : public ConnectionUser {
   [[nodiscard]] bool open() const { return connection && connection->open(); }
   // "node at address", for log lines.
   [[nodiscard]] std::string label() const { return node + " at " + address; }
+  // For log lines about all links of an identity; a client's peer has none.
+  [[nodiscard]] std::string owner() const {
+    return identity.name.empty() ? label() : identity.name;
+  }
   // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {
     if (connection) connection->send(message);

@@ -229,8 +229,8 @@ bool is_command(std::string_view topic, std::string_view type) {
 
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
   // A command is a command, whatever priority a rule gives it.
-  const bool urgent = treatment.priority == Priority::kUrgent || is_command(topic, type);
-  return treatment.resume.value_or(!urgent && treatment.max_age == kForever);
+  const bool may_be_late = treatment.priority != Priority::kUrgent && !is_command(topic, type);
+  return treatment.resume.value_or(may_be_late && treatment.max_age == kForever);
 }
 
 }  // namespace connect_bridge

@@ -126,8 +126,8 @@ struct Opening {
 // operator looks at) are high; images, point clouds, maps and other large standard types are bulk;
 // everything else, feedback too, is normal.
 [[nodiscard]] Priority default_priority(std::string_view topic, std::string_view type);
-// Whether a topic moves a robot, as far as its type and the last part of its name show: what comes
-// late on it is worse than what never comes.
+// Whether a topic moves a robot or sets its clock, as far as its type and the last part of its name
+// show: what comes late on it is worse than what never comes.
 [[nodiscard]] bool is_command(std::string_view topic, std::string_view type);
 // Whether messages of a topic that a lost connection loses are sent again later. If the rule does
 // not say: not those of commands, of urgent topics, and of topics with a max_age.

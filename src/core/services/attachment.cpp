@@ -312,7 +312,7 @@ void Attachment::on_malformed(ServedCall& call) {
 void Attachment::on_timeout(ServedCall& call, const Now& now) {
   ++counts_.timed_out;
   log_calls(serving_.outputs, link_.account->calls_served.timeouts,
-            "of " + link_.label() + " not answered in time", service_.key(), {}, now);
+            "of " + link_.owner() + " not answered in time", service_.key(), {}, now);
   refuse(call.id(), "timeout", "the server did not answer in time");
   erase(call);
 }
@@ -331,7 +331,7 @@ void Attachment::end_lost(TimePoint before, const Now& now) {
 void Attachment::note_refusal(const std::string& what, const std::string& why, const Now& now) {
   ++counts_.refused;
   log_calls(serving_.outputs, link_.account->calls_served.refusals,
-            "of " + link_.label() + " " + what, service_.key(), why, now);
+            "of " + link_.owner() + " " + what, service_.key(), why, now);
 }
 
 // If a refusal is lost with its connection, the peer learns of it when it attaches again: the call

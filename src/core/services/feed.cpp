@@ -267,7 +267,7 @@ Result<Nothing> Feed::on_refuse(const Refuse& refuse, const Now& now) {
     ++(refuse.code == "timeout" ? counts_.timed_out : counts_.refused);
     const bool sent = refuse.code == "lost" || refuse.code == "timeout";  // perhaps executed
     log_calls(mirroring_.outputs, link_.account->calls_made.refusals,
-              (sent ? "not answered by " : "refused by ") + link_.label(), service_.key(),
+              (sent ? "not answered by " : "refused by ") + link_.owner(), service_.key(),
               "it says: " + refuse.reason + " (" + refuse.code + ")", now);
     give_up(call->second);
   }

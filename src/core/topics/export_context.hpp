@@ -30,8 +30,8 @@ struct ExportContext : SideView {
   ExportTimers timers{};
   FarListeners listeners{*this, options};
   SubscribedNames names{};
-  Pace subscriptions{10, std::chrono::microseconds(250)};  // that are made
-  bool offers_due = false;  // what is offered is to be looked at again
+  Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
+  bool offers_due = false;                               // what is offered is to be looked at again
 };
 
 }  // namespace connect_bridge

@@ -10,9 +10,9 @@
 
 namespace connect_bridge::ros {
 
-// The middleware may deliver a sample a moment before its graph shows the publisher, and tells no
-// further event for one topic. So a topic is read again a few times, until it has changed.
-// Single-threaded.
+// The middleware may deliver a sample a moment before its graph shows the publisher, and that
+// before the publisher's node, and several publishers may be asked for. So a topic is read a few
+// times. Single-threaded.
 class AskedTopics {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
@@ -22,8 +22,6 @@ class AskedTopics {
   void ask(const std::string& topic, TimePoint now) { topics_[topic] = {now, 0}; }
   // A topic that is to be read now, if any; the next one with the next call.
   [[nodiscard]] std::optional<std::string> take_due(TimePoint now);
-  // It has changed: what was asked for has been found.
-  void found(const std::string& topic) { topics_.erase(topic); }
   // When the next one is due.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 

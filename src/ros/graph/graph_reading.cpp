@@ -169,7 +169,7 @@ bool GraphReading::read_topic(const std::string& topic, GraphChanged& graph) {
   std::erase_if(topics, is_of_it);
   topics.insert(topics.begin() + at, std::make_move_iterator(reading.states.begin()),
                 std::make_move_iterator(reading.states.end()));
-  return !reading.unknown_names;
+  return true;
 }
 
 }  // namespace connect_bridge::ros

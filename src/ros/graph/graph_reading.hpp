@@ -25,8 +25,8 @@ class GraphReading {
   // An endpoint's node may not be known yet; it becomes known soon, without a further event.
   [[nodiscard]] bool unknown_names() const { return unknown_names_; }  // in the last read()
 
-  // Reads one topic and replaces what `graph` has of it. False: its nodes are not all known, or the
-  // middleware failed (then `graph` is as it was).
+  // Reads one topic and replaces what `graph` has of it. False: the middleware failed, and `graph`
+  // is as it was.
   bool read_topic(const std::string& topic, GraphChanged& graph);
 
  private:

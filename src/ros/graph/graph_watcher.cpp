@@ -15,11 +15,6 @@ namespace {
 // A node's name arrives some time after its endpoints. So the graph is read again a few times;
 // after that the endpoint is taken to belong to a program without ROS.
 constexpr int kRetriesMax = 6;
-// Times the duration of a reading: the rest after it.
-constexpr int kRest = 9;
-constexpr int kRestIfAsked = 3;
-// What comes to a graph comes in several steps, such as a node with its endpoints.
-constexpr int kReadingsAtOnce = 3;
 
 Duration retry_delay(int retries) {
   return std::chrono::milliseconds(25) * (1 << retries);
@@ -127,7 +122,8 @@ void GraphWatcher::run() {
       const Duration took = Clock::now() - begin;
       reading_ns_ = took.count();
       ++readings_;
-      rest(took);
+      const auto rest = pace_.after(took, Clock::now());
+      pause(std::max(pause_, rest.usual), std::max(pause_, rest.if_asked));
     }
     {
       const std::lock_guard lock(mutex_);
@@ -190,13 +186,6 @@ bool GraphWatcher::wait(Clock::time_point deadline) {
   return wait_set_.guard_conditions[place] != nullptr || wants_reading();
 }
 
-void GraphWatcher::rest(Duration took) {
-  const auto now = Clock::now();
-  rested_ = std::max(rested_, now) + took * kRest;
-  const Duration owed = rested_ - now - took * kRest * kReadingsAtOnce;
-  pause(std::max(pause_, owed), std::max(pause_, std::min<Duration>(owed, took * kRestIfAsked)));
-}
-
 void GraphWatcher::pause(Duration duration, Duration if_asked) {
   const auto begin = Clock::now();
   const auto end = [&] { return begin + (refresh_ ? std::min(duration, if_asked) : duration); };
@@ -232,12 +221,7 @@ void GraphWatcher::read() {
 void GraphWatcher::read_topic(const std::string& topic) {
   if (!last_) return;  // one topic alone would be told as the whole graph
   GraphChanged graph = *last_;
-  const bool known = reading_.read_topic(topic, graph);
-  if (graph == *last_) return;
-  if (known) {
-    const std::lock_guard lock(mutex_);
-    asked_.found(topic);
-  }
+  if (!reading_.read_topic(topic, graph) || graph == *last_) return;
   answered_.insert(topic);
   tell(std::move(graph));
 }

@@ -19,6 +19,7 @@
 #include "ros/entities/entity.hpp"
 #include "ros/graph/asked_topics.hpp"
 #include "ros/graph/graph_reading.hpp"
+#include "ros/graph/reading_pace.hpp"
 #include "ros/node/node.hpp"
 
 namespace connect_bridge::ros {
@@ -26,8 +27,7 @@ namespace connect_bridge::ros {
 // Thread: all calls from the loop's.
 class GraphWatcher final : public Entity {
  public:
-  // Two readings are at least `pause` apart. A graph that keeps changing is read for a tenth of the
-  // time at most, for a quarter if readings are asked for; after a rest some come at once. `look`
+  // Two readings are at least `pause` apart, and as ReadingPace has it. `look`
   // is called on the loop's thread as soon as something has changed, before it is read, or when
   // look_again() requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
@@ -60,8 +60,6 @@ class GraphWatcher final : public Entity {
   bool wait(Clock::time_point deadline);
   // `if_asked`: when a reading is asked for, as a sample of an unknown publisher waits for it.
   void pause(Duration duration, Duration if_asked);
-  // After a reading that took so long.
-  void rest(Duration took);
   // Reads the topics that are asked for and marks the look that is due; returns when the next of
   // them will be.
   Clock::time_point serve();
@@ -96,8 +94,8 @@ class GraphWatcher final : public Entity {
   GraphReading reading_;
   std::optional<GraphChanged> last_;
   std::set<std::string> answered_;  // topics that were read beside the reading under way
-  Clock::time_point rested_{};      // when there has been a rest for all readings so far
-  int retries_ = 0;                 // readings in a row with unknown names or a failure
+  ReadingPace pace_;
+  int retries_ = 0;  // readings in a row with unknown names or a failure
   bool incomplete_ = false;
 
   std::thread thread_;

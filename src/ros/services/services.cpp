@@ -12,9 +12,6 @@ namespace {
 // change we look again, at growing intervals.
 constexpr auto kSettling = std::chrono::milliseconds(400);
 constexpr Duration kFirstLook = std::chrono::milliseconds(5);
-// How long clients are looked at, and then others have their turns.
-constexpr Duration kTurn = std::chrono::milliseconds(2);
-constexpr Duration kBetweenTurns = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -40,29 +37,31 @@ void Services::watch_servers() {
 }
 
 void Services::look_at_graph(bool changed) {
-  if (changed) changed_ = std::chrono::steady_clock::now();
-  look_for_servers(changed);
+  const auto now = std::chrono::steady_clock::now();
+  if (changed) changed_ = now;
+  line_up(changed || (line_.empty() && now >= all_due_));
   look_for_callers(changed);
 }
 
+// Between changes those that have their server are looked at for a tenth of the time at most.
 void Services::line_up(bool all) {
-  for (const auto& [id, client] : clients) {
-    const ServerSight& server = client->server();
-    const bool settled = server.is_ready() && !server.is_alone();
-    if ((settled && !all) || !in_line_.insert(id).second) continue;
-    settled ? line_.push_back(id) : line_.push_front(id);
+  for (const bool settled : {false, true}) {
+    for (const auto& [id, client] : clients) {
+      const ServerSight& server = client->server();
+      if ((server.is_ready() && !server.is_alone()) != settled || (settled && !all)) continue;
+      if (in_line_.insert(id).second) line_.push_back(id);
+    }
   }
 }
 
-// Each look goes through all endpoints of the graph, and a robot may have hundreds of services. So
-// they are looked at a few at a time, and others get their turns in between; and between changes
-// those that have their server are looked at for a tenth of the time at most.
-void Services::look_for_servers(bool changed) {
+// Each look goes through all endpoints of the graph, and a robot may have hundreds of services: so
+// they are looked at a few at a time, and others get their turns in between.
+bool Services::look_at_some() {
+  if (line_.empty()) return false;
   using Clock = std::chrono::steady_clock;
   const auto now = Clock::now();
-  line_up(changed || (line_.empty() && now >= all_due_));
   bool alone = false;
-  while (!line_.empty() && Clock::now() - now < kTurn) {
+  while (!line_.empty() && Clock::now() - now < Ended::kTurn) {
     const auto id = line_.front();
     line_.pop_front();
     in_line_.erase(id);
@@ -74,14 +73,11 @@ void Services::look_for_servers(bool changed) {
     if (const auto next = server.next_look()) graph_.look_again(*next);
   }
   spent_ += Clock::now() - now;
-  if (line_.empty()) {
-    all_due_ = Clock::now() + 10 * std::exchange(spent_, {});
-  } else {
-    graph_.look_again(kBetweenTurns);
-  }
+  if (line_.empty()) all_due_ = Clock::now() + 10 * std::exchange(spent_, {});
   const auto settling = now - changed_;
   if (alone && settling < kSettling)
     graph_.look_again(std::max<Duration>(kFirstLook, settling / 2));
+  return !line_.empty();
 }
 
 void Services::look_for_callers(bool changed) {

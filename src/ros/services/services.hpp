@@ -26,8 +26,10 @@ class Services {
   // Tells the graph whose servers are to be known. To be called when the loop wakes.
   void watch_servers();
   // The graph has changed, or the time given to Shared::look_again has passed: reports which
-  // clients have a server, and which callers have left.
+  // callers have left, and lines up the clients that are to be looked at.
   void look_at_graph(bool changed);
+  // Looks at some of these, and reports which have a server. Returns whether more wait.
+  bool look_at_some();
   // Requests and invocations that are kept for an answer.
   [[nodiscard]] std::size_t pending() const;
 
@@ -35,7 +37,6 @@ class Services {
   Entities<ServiceClient> clients;  // created and destroyed by the functions above
 
  private:
-  void look_for_servers(bool changed);
   void line_up(bool all);
   void look_for_callers(bool changed);
 

@@ -27,17 +27,18 @@ TEST(AskedTopics, AreReadAtOnceAndSomeTimesAgain) {
   EXPECT_FALSE(asked.deadline());
 }
 
-TEST(AskedTopics, WhatWasFoundIsNotReadAgain) {
+TEST(AskedTopics, EachHasItsReadings) {
   AskedTopics asked;
   asked.ask("/a", moment(0ms));
   asked.ask("/b", moment(5ms));
   EXPECT_EQ("/a", asked.take_due(moment(0ms)));
   EXPECT_EQ(moment(5ms), asked.deadline());
-  asked.found("/a");
-  EXPECT_EQ("/b", asked.take_due(moment(20ms)));
-  EXPECT_FALSE(asked.take_due(moment(20ms)));
-  asked.ask("/b", moment(21ms));  // of another publisher
-  EXPECT_EQ("/b", asked.take_due(moment(21ms)));
+  EXPECT_EQ("/b", asked.take_due(moment(5ms)));
+  EXPECT_EQ(moment(10ms), asked.deadline());
+  asked.ask("/b", moment(6ms));  // another publisher: from the beginning
+  EXPECT_EQ("/b", asked.take_due(moment(6ms)));
+  EXPECT_EQ("/a", asked.take_due(moment(10ms)));
+  EXPECT_EQ(moment(16ms), asked.deadline());
 }
 
 }  // namespace

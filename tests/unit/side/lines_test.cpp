@@ -146,12 +146,12 @@ TEST(Lines, OfCallsThatAreRefusedHereAreFewHoweverOftenAnIdentityComes) {
     call(n, 1);
   };
   for (std::uint32_t n = 1; n <= 3; ++n) come_and_call(n, "busy");
-  EXPECT_EQ(lines_with("call(s) of", s.logged), 1U) << s.logged;
+  EXPECT_EQ(lines_with("call(s) of busy", s.logged), 1U) << s.logged;
   come_and_call(4, "calm");
-  EXPECT_EQ(lines_with("1 call(s) of", s.logged), 2U) << s.logged;
+  EXPECT_EQ(lines_with("1 call(s) of calm", s.logged), 1U) << s.logged;
   s.pass(10'000);
   call(1, 2);
-  EXPECT_EQ(lines_with("3 call(s) of", s.logged), 1U) << s.logged;
+  EXPECT_EQ(lines_with("3 call(s) of busy", s.logged), 1U) << s.logged;
 }
 
 TEST(Lines, OfCallsThatAnIdentityRefusesAreFewHoweverOftenItComes) {

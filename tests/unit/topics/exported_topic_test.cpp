@@ -52,6 +52,20 @@ TEST(ExportedTopic, AsksForNothingThatThePublisherOfACommandKeeps) {
   EXPECT_EQ(s.did(), "subscribe 1 /cmd_vel reliable volatile 100\n");
 }
 
+TEST(ExportedTopic, AGoalByClickIsACommandToo) {
+  OneLink peer;
+  Exporting s;
+  const TopicKey key{"/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"};
+  ExportedTopic goal{s.context, key};
+  Topic state = topic(key.first).pub(1, latched(1));
+  state.type = key.second;
+  s.graph = picture({state});
+  goal.on_graph(ms(0));
+  EXPECT_TRUE(goal.offer_to(peer.link));
+  s.demand(peer);
+  EXPECT_EQ(s.did(), "subscribe 1 /robot1/goal_pose reliable volatile 100\n");
+}
+
 TEST(ExportedTopic, IsSubscribedNotTooOften) {
   OneLink peer;
   Exporting s;

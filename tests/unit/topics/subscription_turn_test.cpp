@@ -25,6 +25,16 @@ TEST(SubscriptionTurn, ManyTopicsAreSubscribedOneAfterTheOther) {
   EXPECT_EQ(topics[3].take(moment(10ms)), moment(10ms));
 }
 
+// Else one could ask for many, let their time pass, and use them all at once.
+TEST(SubscriptionTurn, ThatIsNotTakenIsOver) {
+  Pace all(1, 1ms);
+  std::deque<SubscriptionTurn> topics;
+  for (int i = 0; i < 4; ++i) topics.emplace_back(all);
+  for (auto& topic : topics) static_cast<void>(topic.take(moment(0ms)));
+  for (std::size_t i = 1; i < 4; ++i)
+    EXPECT_EQ(topics[i].take(moment(1s)), moment(1s) + (i - 1) * Duration{1ms});
+}
+
 TEST(SubscriptionTurn, OneTopicIsNotSubscribedTooOften) {
   Pace all(100, 1ms);
   SubscriptionTurn topic(all);
