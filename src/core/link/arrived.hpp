@@ -2,19 +2,24 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/base/ids.hpp"
 
 namespace connect_bridge {
 
 struct Arrived {
-  std::uint32_t sequence = 0;     // of the last message
-  std::vector<Gid> origins = {};  // their mirrors ended with the link: others may have them now
+  // A link that breaks again and again may have others each time. With more the topic does not go
+  // on.
+  static constexpr std::size_t kOriginsMax = 1024;
+
+  std::uint32_t sequence = 0;  // of the last message
+  std::set<Gid> origins = {};  // their mirrors ended with the link: others may have them now
 };
 // By topic and type (local names), where the peer was asked to keep what does not arrive. With an
 // entry the topic goes on when the link is back.
@@ -23,7 +28,10 @@ using ArrivedTopics = std::map<std::pair<std::string, std::string>, Arrived>;
 // The mirror of this origin ends with the link.
 inline void note_end(ArrivedTopics& topics, const ArrivedTopics::key_type& topic,
                      const Gid& origin) {
-  if (const auto at = topics.find(topic); at != topics.end()) at->second.origins.push_back(origin);
+  const auto at = topics.find(topic);
+  if (at == topics.end()) return;
+  at->second.origins.insert(origin);
+  if (at->second.origins.size() > Arrived::kOriginsMax) topics.erase(at);
 }
 
 // What another bridge of the graph brings meanwhile must not come again when the link is back.
