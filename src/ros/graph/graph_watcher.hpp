@@ -27,9 +27,9 @@ namespace connect_bridge::ros {
 // Thread: all calls from the loop's.
 class GraphWatcher final : public Entity {
  public:
-  // Two readings are at least `pause` apart, and as ReadingPace has it. `look`
-  // is called on the loop's thread as soon as something has changed, before it is read, or when
-  // look_again() requested it.
+  // Two readings are at least `pause` apart, and as ReadingPace has it. `look` is called on the
+  // loop's thread as soon as something has changed, before it is read, or when look_again()
+  // requested it.
   GraphWatcher(const Node& node, ReadyList& ready, Duration pause,
                std::function<void(bool changed)> look);
   ~GraphWatcher() override;

@@ -39,31 +39,19 @@ TEST(ExportedTopic, AsksForTheWeakestOfWhatItsPublishersOffer) {
 
 // A robot that starts, or comes back, must not drive by what its operator sent some time ago.
 TEST(ExportedTopic, AsksForNothingThatThePublisherOfACommandKeeps) {
-  OneLink peer;
-  Exporting s;
-  const TopicKey key{"/cmd_vel", "geometry_msgs/msg/Twist"};
-  ExportedTopic command{s.context, key};
-  Topic state = topic("/cmd_vel").pub(1, latched(1));
-  state.type = key.second;
-  s.graph = picture({state});
-  command.on_graph(ms(0));
-  EXPECT_TRUE(command.offer_to(peer.link));
-  s.demand(peer);
-  EXPECT_EQ(s.did(), "subscribe 1 /cmd_vel reliable volatile 100\n");
-}
-
-TEST(ExportedTopic, AGoalByClickIsACommandToo) {
-  OneLink peer;
-  Exporting s;
-  const TopicKey key{"/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"};
-  ExportedTopic goal{s.context, key};
-  Topic state = topic(key.first).pub(1, latched(1));
-  state.type = key.second;
-  s.graph = picture({state});
-  goal.on_graph(ms(0));
-  EXPECT_TRUE(goal.offer_to(peer.link));
-  s.demand(peer);
-  EXPECT_EQ(s.did(), "subscribe 1 /robot1/goal_pose reliable volatile 100\n");
+  for (const TopicKey& key : {TopicKey{"/cmd_vel", "geometry_msgs/msg/Twist"},
+                              TopicKey{"/robot1/goal_pose", "geometry_msgs/msg/PoseStamped"}}) {
+    OneLink peer;
+    Exporting s;
+    ExportedTopic command{s.context, key};
+    Topic state = topic(key.first).pub(1, latched(1));
+    state.type = key.second;
+    s.graph = picture({state});
+    command.on_graph(ms(0));
+    EXPECT_TRUE(command.offer_to(peer.link));
+    s.demand(peer);
+    EXPECT_EQ(s.did(), "subscribe 1 " + key.first + " reliable volatile 100\n");
+  }
 }
 
 TEST(ExportedTopic, IsSubscribedNotTooOften) {
