@@ -249,6 +249,7 @@ void Network::every_second(const Now& now) {
     if (line && state_->events.log) state_->events.log(Log{LogLevel::kWarn, *line});
   }
   if (state_->listener) state_->listener->tell_refusals(now.steady);
+  for (const auto& entry : state_->connections) entry.second->follow_path();
 }
 
 Stamp Network::certificate_end() const {
@@ -311,10 +312,6 @@ std::string Network::refused_options() const {
   probe.open(asio::ip::tcp::v4(), error);
   if (error) probe.open(asio::ip::tcp::v6(), error);
   return error ? "" : tune_socket(probe.native_handle(), state_->sockets);
-}
-
-void Network::choose_congestion_control() {
-  for (const auto& entry : state_->connections) entry.second->choose_congestion_control();
 }
 
 Traffic Network::traffic() const {

@@ -81,7 +81,8 @@ class Network {
   void check_files();
 
   // Call once a second: the log hears now and then of strangers that were refused, and of a
-  // certificate of ours that has ended or soon will.
+  // certificate of ours that has ended or soon will; TCP is given what suits the path of each
+  // connection.
   void every_second(const Now& now);
   // When the certificate ends that this side shows; 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;
@@ -113,8 +114,6 @@ class Network {
   // What of the socket options this host refuses, in words; empty: nothing. Every connection goes
   // without that.
   [[nodiscard]] std::string refused_options() const;
-  // Gives each connection what suits its path, where that is left to us. Once a second.
-  void choose_congestion_control();
   // Of all WebSockets since the start; a handshake that failed is not among them.
   [[nodiscard]] Traffic traffic() const;
 

@@ -5,8 +5,8 @@
 namespace connect_bridge {
 
 struct Race::Attempt {
-  Attempt(asio::io_context& io, Waiting whose)
-      : of(std::move(whose)), socket(io.get_executor()), limit(io) {}
+  Attempt(asio::io_context& io, const Endpoint& whose)
+      : address(whose), socket(io.get_executor()), limit(io) {}
 
   void end() {
     ErrorCode ignored;
@@ -14,7 +14,7 @@ struct Race::Attempt {
     limit.cancel();
   }
 
-  Waiting of;
+  Endpoint address;
   TcpSocket socket;
   asio::steady_timer limit;
 };
@@ -37,22 +37,22 @@ std::vector<Race::Endpoint> Race::in_turns(const std::vector<Endpoint>& addresse
 
 void Race::start(const std::vector<Endpoint>& addresses, Done done) {
   done_ = std::move(done);
-  for (const Endpoint& address : in_turns(addresses)) waiting_.push_back({address, kFirstAttempt});
+  for (const Endpoint& address : in_turns(addresses)) waiting_.push_back({address, {}});
   begin_next();
 }
 
+// One attempt now, if an address is due, and the next after the delay.
 void Race::begin_next() {
-  if (waiting_.empty()) return;
-  const auto attempt = std::make_shared<Attempt>(io_, waiting_.front());
-  waiting_.pop_front();
-  running_.insert(attempt);
-  attempt->limit.expires_after(attempt->of.time);
-  attempt->limit.async_wait([attempt](ErrorCode error) {
-    if (!error) attempt->end();
-  });
-  attempt->socket.async_connect(
-      attempt->of.address,
-      [self = shared_from_this(), attempt](ErrorCode error) { self->on_end(attempt, error); });
+  const auto now = Clock::now();
+  const auto next = std::find_if(waiting_.begin(), waiting_.end(),
+                                 [now](const Waiting& one) { return one.due <= now; });
+  if (next != waiting_.end()) {
+    const Waiting one = *next;
+    waiting_.erase(next);
+    const bool first = one.due == Clock::time_point{};
+    waiting_.push_back({one.address, first ? now + kPatience : now});
+    begin(one.address);
+  }
   pace_.expires_after(kAttemptDelay);
   pace_.async_wait([weak = weak_from_this()](ErrorCode error) {
     const auto self = weak.lock();
@@ -60,20 +60,39 @@ void Race::begin_next() {
   });
 }
 
+void Race::begin(const Endpoint& address) {
+  const auto attempt = std::make_shared<Attempt>(io_, address);
+  running_.insert(attempt);
+  attempt->limit.expires_after(kAttemptTime);
+  attempt->limit.async_wait([attempt](ErrorCode error) {
+    if (!error) attempt->end();
+  });
+  attempt->socket.async_connect(address, [self = shared_from_this(), attempt](ErrorCode error) {
+    self->on_end(attempt, error);
+  });
+}
+
 void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {
-  if (!done_) return;
-  running_.erase(attempt);
+  if (!done_ || running_.erase(attempt) == 0) return;
   // It may have connected at the moment when its time was over.
   if (!error && !attempt->socket.is_open()) error = asio::error::operation_aborted;
-  if (!error) {
-    attempt->limit.cancel();
-    return finish(std::move(attempt->socket), {});
-  }
-  if (error == asio::error::operation_aborted)
-    waiting_.push_back({attempt->of.address, attempt->of.time + kFirstAttempt});
+  attempt->limit.cancel();
+  if (!error) return finish(std::move(attempt->socket), {});
   attempt->end();
-  if (!waiting_.empty()) return begin_next();
-  if (running_.empty()) finish(std::nullopt, error);
+  if (error == asio::error::operation_aborted) return;  // its time is over
+  forget(attempt->address);
+  if (waiting_.empty()) return finish(std::nullopt, error);
+  begin_next();
+}
+
+// It refuses: what else is under way there would be refused as well.
+void Race::forget(const Endpoint& address) {
+  std::erase_if(waiting_, [&](const Waiting& one) { return one.address == address; });
+  std::erase_if(running_, [&](const std::shared_ptr<Attempt>& attempt) {
+    if (attempt->address != address) return false;
+    attempt->end();
+    return true;
+  });
 }
 
 void Race::finish(std::optional<TcpSocket> winner, const ErrorCode& error) {

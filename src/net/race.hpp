@@ -16,10 +16,10 @@
 namespace connect_bridge {
 
 // Connects to the first address that answers. Attempts begin in the order of the addresses, one
-// every kAttemptDelay, or at once when one ends without success. A first attempt may take
-// kFirstAttempt; then its address waits for another, longer one: the kernel repeats a lost SYN only
-// after 1, 3 and 7 seconds, and the link must be back soon after the network is. An address that
-// refuses is not tried again. Thread: that of the io_context.
+// every kAttemptDelay, or at once when one ends without success. An address that is silent for
+// kPatience gets further attempts beside the first: the kernel repeats a lost SYN only after a
+// second and more, and the link must be back as soon as the network is. An address that refuses is
+// not tried again. Thread: that of the io_context.
 class Race : public std::enable_shared_from_this<Race> {
  public:
   using Endpoint = asio::ip::tcp::endpoint;
@@ -28,7 +28,8 @@ class Race : public std::enable_shared_from_this<Race> {
 
   static constexpr std::size_t kAddressesMax = 16;
   static constexpr std::chrono::milliseconds kAttemptDelay{250};  // RFC 8305 section 5
-  static constexpr std::chrono::seconds kFirstAttempt{1};
+  static constexpr std::chrono::seconds kPatience{1};             // with a first attempt
+  static constexpr std::chrono::seconds kAttemptTime{5};  // so that no more than 20 are under way
 
   // The address families alternate, beginning with that of the first address (RFC 8305 section 4);
   // addresses beyond kAddressesMax are left out.
@@ -43,12 +44,15 @@ class Race : public std::enable_shared_from_this<Race> {
 
  private:
   struct Attempt;
+  using Clock = asio::steady_timer::clock_type;
   struct Waiting {
     Endpoint address;
-    std::chrono::seconds time;  // of its next attempt
+    Clock::time_point due;  // when it may have another attempt
   };
 
   void begin_next();
+  void begin(const Endpoint& address);
+  void forget(const Endpoint& address);
   void on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error);
   void finish(std::optional<TcpSocket> winner, const ErrorCode& error);
 

@@ -344,9 +344,11 @@ void Socket::check_address() {
     end(std::nullopt, "the address " + address + " of this machine is gone", false);
 }
 
-void Socket::choose_congestion_control() {
-  if (state_ == State::kOpen && setup_.options.congestion_control == "auto")
-    retune(socket_->next_layer().socket().native_handle(), congestion_choice_, steady_now());
+void Socket::follow_path() {
+  if (state_ != State::kOpen) return;
+  const int native = socket_->next_layer().socket().native_handle();
+  limit_retry(native);
+  if (setup_.options.congestion_control == "auto") retune(native, congestion_choice_, steady_now());
 }
 
 Certified Socket::certified() const {

@@ -54,7 +54,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   void check_address();
 
   // Gives TCP what suits the path. Once a second.
-  void choose_congestion_control();
+  void follow_path();
 
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.

@@ -6,6 +6,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -14,9 +15,13 @@
 namespace connect_bridge {
 namespace {
 
+using namespace std::chrono_literals;
+
 bool set(int socket, int level, int option, int value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
+
+constexpr int kTcpRtoMaxMs = 44;  // TCP_RTO_MAX_MS: the headers of older kernels do not have it
 
 bool set_congestion_control(int socket, std::string_view name) {
   return ::setsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(),
@@ -47,6 +52,10 @@ std::string tune_socket(int socket, const SocketOptions& options) {
       note("SO_KEEPALIVE");
     }
   }
+  // While less than four segments are under way, TCP repeats them six times without doubling the
+  // time.
+  set(socket, IPPROTO_TCP, TCP_THIN_LINEAR_TIMEOUTS, 1);
+  limit_retry(socket);
   const std::string& congestion = options.congestion_control;
   if (congestion == "auto") {
     if (!set_congestion_control(socket, CongestionChoice::kFirst)) note("congestion control cubic");
@@ -71,6 +80,16 @@ void retune(int socket, CongestionChoice& choice, TimePoint now) {
   const auto counts = tcp_counts_of(socket);
   const auto changed = counts ? choice.next(*counts, now) : std::nullopt;
   if (changed) set_congestion_control(socket, *changed);
+}
+
+std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip) {
+  return std::clamp<std::chrono::milliseconds>(
+      std::chrono::duration_cast<std::chrono::milliseconds>(4 * round_trip), 1s, 120s);
+}
+
+void limit_retry(int socket) {
+  set(socket, IPPROTO_TCP, kTcpRtoMaxMs,
+      static_cast<int>(longest_retry(tcp_round_trip_of(socket)).count()));
 }
 
 Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now) {

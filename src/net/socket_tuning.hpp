@@ -22,6 +22,14 @@ std::uint32_t unsent_bytes(int socket);
 
 // Sets what the choice says, as far as the host allows it. Once a second.
 void retune(int socket, CongestionChoice& choice, TimePoint now);
+
+// How long TCP waits at most until it sends again what nobody has acknowledged. It doubles that
+// time with each try: after a path was interrupted for 1.5 s, commands would wait another 1.5 s. At
+// least 1 s, the least that the kernel takes; longer where round trips are, so that nothing is
+// repeated too early.
+[[nodiscard]] std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip);
+// Sets it (TCP_RTO_MAX_MS, since Linux 6.15). Once a second: round trips change.
+void limit_retry(int socket);
 std::string congestion_control_of(int socket);
 
 // What TCP repairs; the kernel is asked when that is due.

@@ -66,6 +66,11 @@ TcpLosses tcp_losses_of(int socket) {
           .too_early = info->tcpi_rcv_ooopack};
 }
 
+std::chrono::microseconds tcp_round_trip_of(int socket) {
+  const auto info = info_of(socket, offsetof(tcp_info, tcpi_rtt) + sizeof(tcp_info::tcpi_rtt));
+  return std::chrono::microseconds(info ? info->tcpi_rtt : 0);
+}
+
 std::optional<TcpCounts> tcp_counts_of(int socket) {
   const auto info =
       info_of(socket, offsetof(tcp_info, tcpi_dsack_dups) + sizeof(tcp_info::tcpi_dsack_dups));

@@ -1,6 +1,7 @@
 // What the kernel counts of a connection.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -61,6 +62,9 @@ struct TcpLosses {
 
 // Nothing where the kernel does not tell.
 [[nodiscard]] TcpLosses tcp_losses_of(int socket);
+
+// TCP's own average; 0: not known yet.
+[[nodiscard]] std::chrono::microseconds tcp_round_trip_of(int socket);
 
 // Nullopt: the kernel does not tell (before Linux 4.19).
 [[nodiscard]] std::optional<TcpCounts> tcp_counts_of(int socket);

@@ -237,7 +237,6 @@ void Bridge::every_second(double lag_ms) {
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
   network_.every_second(loop_.now());
-  network_.choose_congestion_control();
   const std::string day = today();
   const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
   if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);

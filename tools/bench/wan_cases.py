@@ -303,6 +303,9 @@ def drives(bed, effort):
     return rows
 
 
+DROPOUTS = [0.5, 1.0, 1.6, 2.2, 2.7]  # s
+
+
 def cut(bed, effort):
     """Nothing crosses for a while: a reliable topic is continued, a camera is fresh, and commands
     beside them come at once."""
@@ -333,6 +336,32 @@ def cut(bed, effort):
         row.judge("first command, s", min(commands, default=None), "<=", 1.0)
         rows.append(after_cut(row, listen.ask("count")["topics"][0], sent, healed))
     return rows
+
+
+def dropouts(bed, effort):
+    """Nothing crosses for a moment shorter than `dead_after`: the connection stays, and commands
+    come again as soon as TCP sends again."""
+    bed.wan.set(**NET)
+    talk, listen = talked(bed, "name=/wan/pong_dropouts")
+    meet(talk, listen)
+    lengths = effort["dropouts_of_each"] * DROPOUTS
+    lasting = sum(lengths) + 4 * len(lengths)
+    talk.say(words("talk", {"size": 12, "hz": 50, "seconds": lasting}))
+    healed = []
+    for length in lengths:
+        time.sleep(3)
+        bed.wan.cut()
+        time.sleep(length)
+        healed.append(time.monotonic())
+        bed.wan.heal()
+    talk.answer(lasting + 60)
+    time.sleep(1)
+    heard = listen.ask("count")["topics"][0]
+    first = [min(fresh(heard, end), default=None) for end in healed]
+    row = Row(f"{len(lengths)} dropouts of {DROPOUTS[0]} to {DROPOUTS[-1]} s")
+    lost = None in first
+    row.judge("first command, s, on average", None if lost else sum(first) / len(first), "<=", 0.5)
+    return [row.judge("at the latest", None if lost else max(first), "<=", 1.0)]
 
 
 def talked(bed, *entity):
