@@ -97,8 +97,10 @@ Rule default_rule() {
   Rule rule;
   rule.name = "default";
   rule.export_topics = syntax::parse_patterns({"/**"});
-  rule.import_topics = syntax::parse_patterns({"/**"});
-  rule.import_services = syntax::parse_patterns({"/**"});
+  // With hidden names, as far as the peer's rules spell these out.
+  const std::vector<std::string> all = {"/**", "/**/_*", "/**/_*/**"};
+  rule.import_topics = syntax::parse_patterns(all);
+  rule.import_services = syntax::parse_patterns(all);
   rule.import_actions = syntax::parse_patterns({"/**"});
   rule.import_parameters = syntax::parse_patterns({"/**"});
   // Every node publishes it; merged with the local one, the sender of a message could not be

@@ -147,7 +147,6 @@ void Socket::end_flood() {
 }
 
 // ---- writing
-// --------------------------------------------------------------------------------------
 
 void Socket::send() {
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;

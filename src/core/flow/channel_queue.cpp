@@ -206,7 +206,10 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
 
 std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now) {
   const auto& message = whole.message;
-  count_sent(message);
+  ++counts_.sent;
+  counts_.sent_bytes += message.body.size();
+  --counts_.queued;
+  counts_.queued_bytes -= message.body.size();
   overload_.sent(now.steady - whole.since);
   if (goes_on() && replay_.next_at() > now.steady) rests_until_ = replay_.next_at();
   if (deltas_)
@@ -245,12 +248,13 @@ void ChannelQueue::drop_waiting_at(std::size_t index, DropReason reason) {
   count_dropped(take_waiting(index), reason);
 }
 
-void ChannelQueue::drop_oldest_waiting(DropReason reason) {
-  drop_waiting_at(0, reason);
-}
-
-void ChannelQueue::drop_waiting(DropReason reason) {
-  while (!waiting_.empty()) drop_oldest_waiting(reason);
+bool ChannelQueue::take_back(Subject subject) {
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    if (waiting_[i].message.subject != subject) continue;
+    drop_waiting_at(i, DropReason::kNoDemand);
+    return true;
+  }
+  return false;
 }
 
 bool ChannelQueue::drop_open(DropReason reason) {
@@ -262,13 +266,6 @@ bool ChannelQueue::drop_open(DropReason reason) {
 
 void ChannelQueue::count_dropped(const OutMessage& message, DropReason reason) {
   counts_.dropped.add(reason);
-  --counts_.queued;
-  counts_.queued_bytes -= message.body.size();
-}
-
-void ChannelQueue::count_sent(const OutMessage& message) {
-  ++counts_.sent;
-  counts_.sent_bytes += message.body.size();
   --counts_.queued;
   counts_.queued_bytes -= message.body.size();
 }

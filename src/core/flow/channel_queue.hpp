@@ -91,8 +91,12 @@ class ChannelQueue {
 
   // Arrival number of the oldest message that is not yet started.
   [[nodiscard]] std::optional<std::uint64_t> oldest_waiting() const;
-  void drop_oldest_waiting(DropReason reason);
-  void drop_waiting(DropReason reason);
+  void drop_oldest_waiting(DropReason reason) { drop_waiting_at(0, reason); }
+  void drop_waiting(DropReason reason) {
+    while (!waiting_.empty()) drop_oldest_waiting(reason);
+  }
+  // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
+  bool take_back(Subject subject);
   // Drops the partly sent message; false if there is none. The caller sends `abort`, unless the
   // peer forgets the channel anyway.
   bool drop_open(DropReason reason);
@@ -202,7 +206,6 @@ class ChannelQueue {
   OutMessage take_waiting(std::size_t index);
   void enqueue(OutMessage message, std::uint64_t arrival, const Now& now);
   void count_dropped(const OutMessage& message, DropReason reason);
-  void count_sent(const OutMessage& message);
 
   ChannelId id_;
   QueueOptions options_;

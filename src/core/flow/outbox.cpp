@@ -81,6 +81,14 @@ void Outbox::clear_channel(ChannelId channel) {
   });
 }
 
+bool Outbox::take_back(ChannelId channel, Subject subject) {
+  const auto at = queues_.find(channel);
+  bool taken = false;
+  if (at != queues_.end())
+    change(at->second, [&](ChannelQueue& queue) { taken = queue.take_back(subject); });
+  return taken;
+}
+
 void Outbox::forget_base(ChannelId channel, OriginId origin) {
   if (const auto at = queues_.find(channel); at != queues_.end()) at->second.forget_base(origin);
 }

@@ -54,6 +54,8 @@ class Outbox {
   ChannelCounts remove_channel(ChannelId channel);
   // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
   void clear_channel(ChannelId channel);
+  // Drops the oldest message of the subject that is not begun (kNoDemand). False: there is none.
+  bool take_back(ChannelId channel, Subject subject);
   // The peer knows that the origin has left the channel: forgets its base (DeltaEncoder).
   void forget_base(ChannelId channel, OriginId origin);
 

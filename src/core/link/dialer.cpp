@@ -9,12 +9,18 @@ void Dialer::failed(TimePoint now, DialFailure failure, Random& random) {
   const Duration doubled = options_.retry_min * (1 << std::min(failures_, kDoublingsMax));
   const Duration longest = std::max(options_.retry_min, std::min(doubled, options_.retry_max));
   ++failures_;
-  // Between half of it and all of it, so that many clients do not return at once.
-  Duration wait =
-      longest / 2 + Duration(random.below(static_cast<std::uint64_t>(longest.count() / 2 + 1)));
+  // At random, so that many clients do not return at once.
+  const auto up_to = [&random](Duration most) {
+    return Duration(random.below(static_cast<std::uint64_t>(most.count() + 1)));
+  };
+  Duration wait = longest / 2 + up_to(longest / 2);
   answers_ = failure == DialFailure::kAnswered ? std::min(answers_ + 1, kAnswersSoon + 1) : 0;
   const bool refused = failure == DialFailure::kRefused;
-  if (refused || answers_ > kAnswersSoon) wait = std::max(wait, options_.refused_retry);
+  if (refused || answers_ > kAnswersSoon) {
+    const Duration long_wait = options_.refused_retry * (1 << (refused ? refusals_ : 0));
+    wait = std::max(wait, long_wait + up_to(long_wait / 2));
+  }
+  if (refused) refusals_ = std::min(refusals_ + 1, kRefusalsSoon);
   next_ = now + wait;
   not_before_ = refused ? *next_ : TimePoint{};
 }

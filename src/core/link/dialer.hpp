@@ -14,15 +14,16 @@ namespace connect_bridge {
 struct DialerOptions {
   Duration retry_min{};
   Duration retry_max{};
-  // After a refused login: the token may be changed there. And after many answers of something that
-  // is no server of ours, each of which costs as many bytes as a login.
+  // After a refused login, twice as long after the next, and so on for kRefusalsSoon of them: each
+  // costs kilobytes, and a robot may pay for them by the megabyte. The least also after many
+  // answers of something that is no server of ours. Half of it more at random.
   Duration refused_retry = std::chrono::seconds(5);
 };
 
 enum class DialFailure : std::uint8_t {
   kGone,      // nobody answered, or a connection was lost
   kAnswered,  // by a proxy without a server behind it, with a wrong certificate ...
-  kRefused,   // the login, for longer
+  kRefused,   // the login or the protocol version, for longer
 };
 
 // At most one dial or connection at a time. Waiting -> (due) -> busy -> (failed, lost) -> waiting.
@@ -30,6 +31,7 @@ class Dialer {
  public:
   // After so many answers in a row, about 8 s of them, the next dials are rarer.
   static constexpr int kAnswersSoon = 20;
+  static constexpr int kRefusalsSoon = 3;
 
   explicit Dialer(DialerOptions options) : options_(options) {}
 
@@ -39,7 +41,7 @@ class Dialer {
     next_.reset();
     return true;
   }
-  void opened() { failures_ = answers_ = 0; }
+  void opened() { failures_ = answers_ = refusals_ = 0; }
   // Ends the wait for the next attempt, except after a refused login.
   void hurry(TimePoint now) {
     failures_ = 0;
@@ -50,6 +52,7 @@ class Dialer {
   // The refused credential has been changed: ends the wait.
   void forget_refusal(TimePoint now) {
     not_before_ = {};
+    refusals_ = 0;
     hurry(now);
   }
   void stop() { next_.reset(); }
@@ -60,7 +63,8 @@ class Dialer {
   std::optional<TimePoint> next_ = TimePoint{};
   TimePoint not_before_{};
   int failures_ = 0;
-  int answers_ = 0;  // in a row
+  int answers_ = 0;   // in a row
+  int refusals_ = 0;  // since a link was open
 };
 
 }  // namespace connect_bridge

@@ -1,5 +1,7 @@
 #include "core/link/last_failure.hpp"
 
+#include <utility>
+
 namespace connect_bridge {
 namespace {
 
@@ -17,11 +19,12 @@ std::string long_time(Duration time) {
 
 void LastFailure::set(std::string reason, const Now& now) {
   if (!since_) since_ = now.steady;
-  reason_ = std::move(reason);
+  if (reason != reason_) before_ = std::exchange(reason_, std::move(reason));
   next_ = now.steady + kPeriod;
 }
 
 void LastFailure::tell(Line line, const Now& now) {
+  if (line.reason == before_) std::swap(reason_, before_);
   const bool same = line.reason == reason_;
   if (same && now.steady < next_) return;
   set(line.reason, now);

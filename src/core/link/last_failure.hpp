@@ -37,12 +37,14 @@ class LastFailure {
   // A link is open.
   void clear() {
     reason_.clear();
+    before_.clear();
     since_.reset();
   }
 
  private:
   Outputs& outputs_;
   std::string reason_;
+  std::string before_;              // another one, told before: two may take turns
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not told again
 };

@@ -120,8 +120,11 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
 }
 
+// The peer keeps the mirrors of before the connection for 30 s (protocol.md section 7): it has the
+// first offers long before, however many are looked at before it.
 TimePoint Link::accepts_due(const Now& now) const {
-  return std::max({now.steady, accepts_pace_.ready_at(), account->accepts.ready_at()});
+  const TimePoint due = std::max(accepts_pace_.ready_at(), account->accepts.ready_at());
+  return std::max(now.steady, accepts ? due : std::min(due, opened_at + kFirstAcceptsMax));
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {

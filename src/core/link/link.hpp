@@ -221,6 +221,7 @@ class Link final : public ConnectionUser {
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   std::optional<Accepts> new_accepts_;
   std::optional<TimePoint> accepts_at_;  // when they are due
+  static constexpr Duration kFirstAcceptsMax = std::chrono::seconds(10);
   // To compare all interfaces with what a peer accepts, and to offer them again, costs more the
   // more patterns there are. What comes faster than this is put off, and the last one holds.
   Throttle accepts_pace_{100, std::chrono::seconds(5)};

@@ -92,8 +92,11 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
                    const std::string& told) {
   strangers_.refuse(stranger, why, now, told);
   if (options_.role == Role::kServer) return;
-  last_failure_.set(why.message, now);
-  dial_later(DialFailure::kGone, now);
+  const auto code = static_cast<std::uint16_t>(why.code);
+  last_failure_.tell({LogLevel::kWarn, "closing the connection to the server: ", why.message,
+                      " (" + std::string(name_of(why.code)) + ")" + advice(code)},
+                     now);
+  dial_later(is_lasting(code) ? DialFailure::kRefused : DialFailure::kGone, now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {

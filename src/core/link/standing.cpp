@@ -54,16 +54,16 @@ TimePoint may_log_in_at(const Identity& identity, const Link* continued, Account
                                            : accounts.of(identity.name)->offences.free_at();
 }
 
-void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
+void note_refusal(const Connection& refused, const Error& why, LogLimit& limit, Outputs& outputs,
                   const Now& now) {
   const Peer& peer = refused.peer();
-  if (const auto count = limit ? limit->count(now) : 1)
+  if (const auto count = limit.count(now))
     outputs.log(
         LogLevel::kWarn,
         "closing " + peer.address + ": " + why.message + " (" + std::string(name_of(why.code)) +
             ")" +
             (*count > 1 ? "; " + std::to_string(*count) + " refused since the last line" : ""));
-  if (!limit || !outputs.audits()) return;
+  if (!outputs.audits()) return;
   Audit line;
   line.event = AuditEvent::kRefused;
   line.address = peer.address;
@@ -161,14 +161,17 @@ bool wants_other_credential(std::optional<std::uint16_t> close_code) {
 }
 
 bool is_lasting(std::optional<std::uint16_t> close_code) {
-  return wants_other_credential(close_code) || is(close_code, CloseCode::kTooManyConnections) ||
+  return wants_other_credential(close_code) || is(close_code, CloseCode::kVersion) ||
+         is(close_code, CloseCode::kTooManyConnections) ||
          is(close_code, CloseCode::kLoginNotJudged);
 }
 
 std::string advice(std::optional<std::uint16_t> close_code) {
   if (wants_other_credential(close_code))
-    return "; the server's log says why. Dialing again at most every 5 s; where the "
-           "credential is in a file, a new one there is used at once";
+    return "; the server's log says why. Dialing again after 5 s, and more rarely up to "
+           "once a minute; where the credential is in a file, a new one there is used at once";
+  if (is(close_code, CloseCode::kVersion))
+    return "; one of the two sides needs another version of ROS2 Connect";
   if (is(close_code, CloseCode::kExpired))
     return "; another credential is needed: where it is in a file, a new one there is used at once";
   return {};

@@ -22,9 +22,9 @@ void end_loudest(LinkTable& links);
 [[nodiscard]] TimePoint may_log_in_at(const Identity& identity, const Link* continued,
                                       Accounts& accounts);
 
-// A connection without a link is closed: for the logs. `limit`, a server's: strangers can make as
-// many of these lines as they like.
-void note_refusal(const Connection& refused, const Error& why, LogLimit* limit, Outputs& outputs,
+// A server closes a connection without a link: for the logs. Strangers can make as many of these
+// lines as they like.
+void note_refusal(const Connection& refused, const Error& why, LogLimit& limit, Outputs& outputs,
                   const Now& now);
 
 // Whether the newer link can be of the same client after a restart.
@@ -53,8 +53,8 @@ inline constexpr char kPeerStops[] = "the peer is stopping";
 // ---- a client's
 // The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
-// What ended the connection will not change soon (that, too many links, or a login method that
-// does not answer): to dial in a hurry is useless.
+// What ended the connection will not change soon (that, no shared version, too many links, or a
+// login method that does not answer): to dial in a hurry is useless.
 [[nodiscard]] bool is_lasting(std::optional<std::uint16_t> close_code);
 // What the user should do about the end of a connection; for the log.
 [[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);

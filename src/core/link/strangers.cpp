@@ -64,8 +64,7 @@ void Strangers::refuse(ConnectionId connection, const Error& why, const Now& now
 void Strangers::end(ConnectionId connection, const Error& why, const Now& now,
                     const std::string& told) {
   const auto refused = take(connection);
-  const bool client = options_.role == Role::kClient;
-  note_refusal(*refused, why, client ? nullptr : &refusals_, outputs_, now);
+  if (options_.role == Role::kServer) note_refusal(*refused, why, refusals_, outputs_, now);
   outputs_.push(CloseConnection{connection, why.code, told.empty() ? why.message : told});
 }
 

@@ -227,9 +227,21 @@ bool is_command(std::string_view topic, std::string_view type) {
          std::find(kClicks.begin(), kClicks.end(), name) != kClicks.end();
 }
 
+bool is_picture(std::string_view type) {
+  constexpr std::array<std::string_view, 6> kPictures = {
+      "sensor_msgs/msg/Image",
+      "sensor_msgs/msg/CompressedImage",
+      "stereo_msgs/msg/DisparityImage",
+      "theora_image_transport/msg/Packet",
+      "foxglove_msgs/msg/CompressedVideo",
+      "ffmpeg_image_transport_msgs/msg/FFMPEGPacket"};
+  return std::find(kPictures.begin(), kPictures.end(), type) != kPictures.end();
+}
+
 bool resumes(const Treatment& treatment, std::string_view topic, std::string_view type) {
   // A command is a command, whatever priority a rule gives it.
-  const bool may_be_late = treatment.priority != Priority::kUrgent && !is_command(topic, type);
+  const bool may_be_late =
+      treatment.priority != Priority::kUrgent && !is_command(topic, type) && !is_picture(type);
   return treatment.resume.value_or(may_be_late && treatment.max_age == kForever);
 }
 

@@ -129,8 +129,11 @@ struct Opening {
 // Whether a topic moves a robot or sets its clock, as far as its type and the last part of its name
 // show: what comes late on it is worse than what never comes.
 [[nodiscard]] bool is_command(std::string_view topic, std::string_view type);
+// Whether a person looks at it, and wants to see what is now: seconds of kept pictures would take
+// as long to arrive, and steering by old ones is dangerous.
+[[nodiscard]] bool is_picture(std::string_view type);
 // Whether messages of a topic that a lost connection loses are sent again later. If the rule does
-// not say: not those of commands, of urgent topics, and of topics with a max_age.
+// not say: not those of commands, of pictures, of urgent topics, and of topics with a max_age.
 [[nodiscard]] bool resumes(const Treatment& treatment, std::string_view topic,
                            std::string_view type);
 

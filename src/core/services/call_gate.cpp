@@ -173,7 +173,7 @@ std::optional<CallGate::Next> CallGate::let_in(ServiceClientId id, TimePoint now
 
 std::optional<CallGate::Next> CallGate::share_places(Caller caller, TimePoint now) {
   if (const auto at = find(caller)) {
-    while (at->service.results && !at->state.waiting.empty() && has_place(at->state, at->service))
+    while (passes_link(*at) && !at->state.waiting.empty() && has_place(at->state, at->service))
       if (auto found = take_place(*at, now)) return found;
     line_up(*at);
   }
@@ -249,16 +249,18 @@ bool CallGate::has_place(const CallerState& state, const Service& service) {
   return state.taken < (service.results ? kResultCallsMax : state.terms.places);
 }
 
+bool CallGate::passes_link(const Found& at) const {
+  return at.service.results || (at.state.taken == 0 && at.link.taken >= link_places_);
+}
+
 bool CallGate::has_room(const CallerState& state, Service& service, TimePoint now) {
   return service.queue.has_room(state.terms.queue_depth, service.preparing, now);
 }
 
-bool CallGate::would_wait(const Caller& caller) const {
-  const auto state = callers_.find(caller);
-  const auto service = services_.find(caller.service);
-  if (state == callers_.end() || service == services_.end()) return true;
-  return !has_place(state->second, service->second) || !state->second.waiting.empty() ||
-         (!service->second.results && links_.at(caller.link).taken >= link_places_);
+bool CallGate::would_wait(const Caller& caller) {
+  const auto at = find(caller);
+  return !at || !has_place(at->state, at->service) || !at->state.waiting.empty() ||
+         (at->link.taken >= link_places_ && !passes_link(*at));
 }
 
 std::size_t CallGate::waiting(LinkId link) const {

@@ -24,7 +24,8 @@ namespace connect_bridge {
 //
 // Fairness. A call takes two places: one of its link, shared by all services of that link, and one
 // of its caller (a link at a service), so that a service which never answers leaves places of the
-// link for the others. The services of a link take turns at its places, one call each time. A
+// link for the others; where several of them have taken all, any other service has one call more.
+// The services of a link take turns at its places, one call each time. A
 // server's queue is short and shared by all links: a caller has one placed call at a time, and
 // placed calls are handed over in the order in which they were placed, so links take turns at the
 // server, however many calls each of them has. The calls of one caller are handed over in the order
@@ -100,7 +101,7 @@ class CallGate {
 
   // ---- what there is
   // Whether a further call would have to wait for a place.
-  [[nodiscard]] bool would_wait(const Caller& caller) const;
+  [[nodiscard]] bool would_wait(const Caller& caller);
   [[nodiscard]] std::size_t waiting(LinkId link) const;
   // Waiting or placed.
   [[nodiscard]] std::size_t waiting(const Caller& caller) const;
@@ -144,6 +145,9 @@ class CallGate {
 
   [[nodiscard]] std::optional<Found> find(const Caller& caller);
   [[nodiscard]] static bool has_place(const CallerState& state, const Service& service);
+  // Whether its next call takes no turn at the link's places: it is for a result, or all of them
+  // are taken, and none by this service.
+  [[nodiscard]] bool passes_link(const Found& at) const;
   [[nodiscard]] static bool has_room(const CallerState& state, Service& service, TimePoint now);
   // Each returns the next call to hand over, if there is one.
   std::optional<Next> let_in(ServiceClientId service, TimePoint now);

@@ -303,9 +303,9 @@ void Feed::abandon(MadeCall& call, std::vector<CallId>& forget) {
   by_request_.erase(call.request());
   call.forget_caller();
   if (attached_ && call.is_delivered() && !call.has_answer()) forget.push_back(call.id());
-  // Waits while a request is still on its way; on a new connection the exporter lists the calls
-  // that it has.
-  if (attached_ && call.is_kept()) return;
+  // What nobody waits for is not executed if that can be helped. Otherwise it waits while the
+  // request is still on its way; on a new connection the exporter lists the calls that it has.
+  if (attached_ && call.is_kept() && !link_.outbox().take_back(requests_, call.id())) return;
   erase(call);
 }
 

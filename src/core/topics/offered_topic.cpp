@@ -207,7 +207,7 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
     begun.after = last_sequence_ = arrived.mapped().sequence;
     link_.connection->resume_incoming(number_, last_sequence_);
   }
-  declined_kept_ = std::exchange(offers_resume_, false) && !begun.after;
+  if (std::exchange(offers_resume_, false)) declined_kept_ = !begun.after;
   return begun;
 }
 

@@ -48,9 +48,9 @@ std::string encode(const Control& message) {
 }
 
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
-  // A single channel with the maximum of origins still fits the limits; a quarter keeps messages
-  // short.
-  constexpr std::size_t kBytes = kControlBytesMax / 4;
+  // A message arrives as a whole, and nothing else meanwhile: on a thin link urgent data would wait
+  // for a long one, and the peer take this side for silent. A single channel may be longer.
+  constexpr std::size_t kBytes = 16 << 10;
   constexpr std::size_t kChannels = kOfferChannelsMax / 4;
   std::vector<std::string> offers;
   std::vector<std::string> gathered;

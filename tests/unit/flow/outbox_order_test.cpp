@@ -41,6 +41,25 @@ TEST(OutboxOrder, APacketHasNoMoreFramesThanAPeerTakes) {
   EXPECT_EQ(all, 3000U);
 }
 
+TEST(OutboxOrder, WhatIsNotBegunCanBeTakenBack) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kNormal));
+  for (std::uint32_t subject = 7; subject <= 9; ++subject) {
+    OutMessage sent = message(150);
+    sent.subject = subject;
+    outbox.push(kA, std::move(sent), now_ms(0));
+  }
+  EXPECT_EQ(next(outbox), "1#1:100/150");
+  EXPECT_FALSE(outbox.take_back(kA, 7)) << "it is begun";
+  EXPECT_TRUE(outbox.take_back(kA, 8));
+  EXPECT_FALSE(outbox.take_back(kA, 8));
+  EXPECT_FALSE(outbox.take_back(kB, 9)) << "there is no such channel";
+  EXPECT_EQ(drain(outbox), "1+50\n1#2:100/150\n1+50\n");
+  EXPECT_EQ(dropped(outbox, kA, DropReason::kNoDemand), 1U);
+  expect_balance(outbox.counts(kA));
+  EXPECT_EQ(outbox.data_bytes(), 0U);
+}
+
 TEST(OutboxOrder, ManyEndsOfMessagesTakeSeveralPackets) {
   OutboxOptions options = gathered();
   options.unacknowledged_bytes_max = 16 << 20;

@@ -69,25 +69,45 @@ TEST(Dialer, JitterReachesFromEndToEnd) {
   EXPECT_GT(waits.size(), 990U);
 }
 
-TEST(Dialer, ARefusedLoginWaitsFiveSeconds) {
+void expect_wait(Dialer& dialer, Random& random, Failure failure, int seconds) {
+  const Duration wait = wait_of(dialer, random, failure);
+  EXPECT_GE(wait, std::chrono::seconds(seconds));
+  EXPECT_LE(wait, milliseconds(1500) * seconds);
+}
+
+TEST(Dialer, ARefusedLoginWaitsLongerAndLonger) {
   Random random(1);
   Dialer dialer(kOptions);
-  for (int i = 0; i < 10; ++i)
-    EXPECT_EQ(wait_of(dialer, random, Failure::kRefused), std::chrono::seconds(5));
-  EXPECT_LE(wait_of(dialer, random), milliseconds(500));
+  for (const int seconds : {5, 10, 20, 40, 40}) {
+    expect_wait(dialer, random, Failure::kRefused, seconds);
+    EXPECT_LE(wait_of(dialer, random), milliseconds(500));
+  }
+  dialer.forget_refusal(now_ms(1000).steady);
+  expect_wait(dialer, random, Failure::kRefused, 5);
+  dialer.opened();
+  expect_wait(dialer, random, Failure::kRefused, 5);
+}
+
+TEST(Dialer, RefusedClientsDoNotReturnAtOnce) {
+  Random random(1);
+  std::set<Duration> waits;
+  for (int i = 0; i < 100; ++i) {
+    Dialer dialer(kOptions);
+    waits.insert(wait_of(dialer, random, Failure::kRefused));
+  }
+  EXPECT_GT(waits.size(), 90U);
 }
 
 // A proxy that says 502 for a day costs a TLS handshake each time.
-TEST(Dialer, WhatIsAnsweredByOthersForLongIsDialedEveryFiveSeconds) {
+TEST(Dialer, WhatIsAnsweredByOthersForLongIsDialedRarely) {
   Random random(1);
   Dialer dialer(kOptions);
   for (int i = 0; i < Dialer::kAnswersSoon; ++i)
     EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500)) << i;
-  for (int i = 0; i < 10; ++i)
-    EXPECT_EQ(wait_of(dialer, random, Failure::kAnswered), std::chrono::seconds(5));
+  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Failure::kAnswered, 5);
   dialer.hurry(now_ms(1200).steady);  // another network
   EXPECT_EQ(dialer.deadline(), now_ms(1200).steady);
-  EXPECT_EQ(wait_of(dialer, random, Failure::kAnswered), std::chrono::seconds(5));
+  expect_wait(dialer, random, Failure::kAnswered, 5);
   EXPECT_LE(wait_of(dialer, random), milliseconds(500));  // it is gone: that costs little
   EXPECT_LE(wait_of(dialer, random, Failure::kAnswered), milliseconds(500));
 }

@@ -48,6 +48,17 @@ TEST(LastFailure, AnotherReasonIsToldAtOnce) {
   EXPECT_EQ(t.failure.reason(), "no route");
 }
 
+// Both sides may end a login that takes too long, now the one first and now the other.
+TEST(LastFailure, TwoReasonsThatTakeTurnsAreToldOnce) {
+  ToldFailures t;
+  t.fail(0, "no complete login in time");
+  EXPECT_EQ(t.fail(1, "it says: no login"), "cannot connect: it says: no login; trying again");
+  EXPECT_EQ(t.fail(2, "no complete login in time"), "");
+  EXPECT_EQ(t.fail(3, "it says: no login"), "");
+  EXPECT_EQ(t.fail(11, "no complete login in time"),
+            "still cannot connect, for 11 min: no complete login in time; trying again");
+}
+
 TEST(LastFailure, WhatWasToldElsewhereIsNotToldAgainSoon) {
   ToldFailures t;
   t.failure.set("it is silent", ToldFailures::at(0));

@@ -176,6 +176,9 @@ TEST(Commands, AreKnownByTypeOrName) {
   EXPECT_TRUE(resumes({}, "/pose", "geometry_msgs/msg/PoseStamped"));
   Treatment kept;
   kept.resume = true;
+  EXPECT_FALSE(resumes({}, "/camera", "sensor_msgs/msg/CompressedImage"));
+  EXPECT_TRUE(resumes(kept, "/camera", "sensor_msgs/msg/CompressedImage"));
+  EXPECT_TRUE(resumes({}, "/points", "sensor_msgs/msg/PointCloud2"));
   EXPECT_TRUE(resumes(kept, "/goal_pose", "geometry_msgs/msg/PoseStamped"));
 }
 

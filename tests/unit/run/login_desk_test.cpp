@@ -33,7 +33,7 @@ class Doorman : public Authenticator {
   Refreshed refresh(Stamp) override {
     const bool first = !std::exchange(refreshed_, true);
     if (!first) return {};
-    return {{{"token:1", std::nullopt}}, {"news"}, {}};
+    return {{{"token:1", std::nullopt}}, {"news"}, {"a warning"}, {}};
   }
   [[nodiscard]] unsigned threads() const override { return threads_; }
   void release() {
@@ -66,7 +66,7 @@ class Ears {
             },
             [this](Log&& line) {
               const std::lock_guard lock(mutex_);
-              logged_ += line.text + "\n";
+              logged_ += (line.level == LogLevel::kWarn ? "warn: " : "") + line.text + "\n";
               changed_.notify_all();
             }};
   }
@@ -254,7 +254,8 @@ TEST(LoginDesk, TellsWhatTheMethodHasLearned) {
   Ears ears;
   LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
   EXPECT_EQ(ears.heard<IdentitiesChanged>().value().changes.at(0).credential, "token:1");
-  EXPECT_TRUE(ears.logged("news"));
+  EXPECT_TRUE(ears.logged("news\n"));
+  EXPECT_TRUE(ears.logged("warn: a warning\n"));
 }
 
 TEST(LoginDesk, TellsAClientsNewCredential) {

@@ -135,12 +135,29 @@ TEST(CallGate, ServicesTakeTurnsAtThePlacesOfTheirLink) {
         {"admit 1.2 9", ""},
         {"admit 2.2 9", ""},
         {"add 1.1 7", "1.1/1 1.1/2 1.1/3 1.1/4"},
-        {"add 1.2 2", ""},
+        {"add 1.2 2", "1.2/1"},  // each service may have one
         {"add 2.2 1", "2.2/1"},  // another link has places of its own
-        {"answer 1 1", "1.1/5"},
-        {"answer 1 2", "1.2/1"},
-        {"answer 1 3", "1.1/6"},
-        {"answer 1 4", "1.2/2"}});
+        {"answer 1 1", ""},
+        {"answer 1 2", "1.1/5"},
+        {"answer 1 3", "1.2/2"},
+        {"answer 1 4", "1.1/6"}});
+}
+
+// To cancel a goal, or to stop, must be possible however many services hang.
+TEST(CallGate, ServicesThatHangLeaveOneCallForEachOther) {
+  play({{"open 1", ""},
+        {"open 2", ""},
+        {"open 3", ""},
+        {"admit 1.1 2", ""},
+        {"admit 1.2 2", ""},
+        {"admit 1.3 2", ""},
+        {"add 1.1 3", "1.1/1 1.1/2"},
+        {"add 1.2 3", "1.2/1 1.2/2"},
+        {"add 1.3 3", "1.3/1"},
+        {"answer 3 1", "1.3/2"},
+        {"answer 3 2", "1.3/3"},
+        {"answer 1 1", ""},  // beyond the link's places it takes none of them
+        {"answer 3 3", "1.1/3"}});
 }
 
 TEST(CallGate, LinksTakeTurnsAtAFullServer) {
@@ -243,7 +260,7 @@ TEST(CallGate, PlacesOfADeadLinkAreForNobody) {
   Words words;
   for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9"}) words.does(step);
   EXPECT_EQ(words.does("add 1.1 4"), "1.1/1 1.1/2 1.1/3 1.1/4");
-  EXPECT_EQ(words.does("add 1.2 1"), "");
+  EXPECT_EQ(words.does("add 1.2 2"), "1.2/1");
   words.gate.close(LinkId{1});
   EXPECT_EQ(words.does("dismiss 1.1"), "");
   EXPECT_EQ(words.does("dismiss 1.2"), "");

@@ -115,6 +115,17 @@ TEST(Feed, ACallerThatGoesIsToldWhenThePeerHasItsRequest) {
   EXPECT_EQ(s.held(), "0 0");
 }
 
+// What it asked for would be done later, for nobody.
+TEST(Feed, ARequestThatWaitsIsNotSentWhenItsCallerGoes) {
+  Fed s;
+  s.request(7, "a");
+  s.request(8, "b");
+  s.subject->on_callers_gone({{1}, {{7}}});
+  EXPECT_EQ(s.did(), "drop_request 1.7\n");
+  EXPECT_EQ(s.peer.said(), "1.2 b\n");
+  EXPECT_EQ(s.held(), "1 5");
+}
+
 TEST(Feed, ReconcilesAfterAReconnect) {
   Fed s;
   for (std::uint32_t id = 1; id <= 4; ++id) s.request(id, std::to_string(id));

@@ -69,6 +69,27 @@ TEST(SideResume, AShortBreakLeavesTheMirrorAndNothingWaits) {
   EXPECT_EQ(s.said(4), "demand 6 on resume after 3\n");
 }
 
+// Its demands may all have been lost: "behind 0" would bring what it had declined.
+TEST(SideResume, WhatWasDeclinedDoesNotComeAfterASecondDemand) {
+  Qos best_effort = qos();
+  best_effort.reliability = Reliability::kBestEffort;
+  Importing s(keeping(), best_effort);
+  s.message(1, 1, 1, "a");
+  s.lose(1);
+  EXPECT_EQ(s.come_back(), "demand 5 on resume\n");
+  s.graph({topic("/a")});
+  s.graph({topic("/a").sub(1)});
+  s.did();
+  EXPECT_EQ(s.said(2), "demand 5 off\ndemand 5 on resume\n");
+  s.lose(2);
+  EXPECT_EQ(s.join(3, s.session), s.session);
+  auto offered = channel(6, "/a", {origin(3, 11)});
+  offered.resume = true;
+  s.say(3, Offer{{offered}, true});
+  s.pass(1000);
+  EXPECT_EQ(s.said(3), "demand 6 on resume\n");
+}
+
 TEST(SideResume, AFurtherBreakWhileTheMirrorSettlesChangesNothing) {
   Importing s;
   s.message(1, 1, 1, "a");

@@ -102,7 +102,7 @@ TEST(Side, AServerThatIsAwayForADayIsDialedAllTheTime) {
 }
 
 // But a proxy that answers in its place is asked more rarely after a while.
-TEST(Side, WhatAnswersInTheServersPlaceIsDialedEveryFiveSecondsAfterAWhile) {
+TEST(Side, WhatAnswersInTheServersPlaceIsDialedRarelyAfterAWhile) {
   Script s(client());
   s.give(TimePassed{});
   for (std::uint32_t dial = 1; dial <= 21; ++dial) {
@@ -112,12 +112,12 @@ TEST(Side, WhatAnswersInTheServersPlaceIsDialedEveryFiveSecondsAfterAWhile) {
     s.pass(dial <= 20 ? 500 : 4999);
   }
   EXPECT_EQ(s.did(), "");
-  s.pass(1);
+  s.pass(2501);
   EXPECT_EQ(s.did(), "dial 22\n");
 }
 
 TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
-  for (const std::uint16_t code : {4003, 4012, 4015, 4016}) {
+  for (const std::uint16_t code : {4001, 4003, 4012, 4015, 4016}) {
     Script s(client());
     s.give(TimePassed{});
     s.give(ConnectionOpened{{1}, "10.0.0.1"});
@@ -126,7 +126,7 @@ TEST(Side, ARefusedLoginIsTriedAgainAfterFiveSeconds) {
     s.give(NetworkChanged{});
     s.pass(4999);
     EXPECT_EQ(s.did(), "") << code;
-    s.pass(1);
+    s.pass(2501);
     EXPECT_EQ(s.did(), "dial 2\n") << code;
   }
 }
