@@ -93,9 +93,8 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
   strangers_.refuse(stranger, why, now, told);
   if (options_.role == Role::kServer) return;
   const auto code = static_cast<std::uint16_t>(why.code);
-  last_failure_.tell({LogLevel::kWarn, "closing the connection to the server: ", why.message,
-                      " (" + std::string(name_of(why.code)) + ")" + advice(code)},
-                     now);
+  const std::string hint = " (" + std::string(name_of(why.code)) + ")" + advice(code);
+  last_failure_.tell({LogLevel::kWarn, "closing the connection: ", why.message, hint}, now);
   dial_later(is_lasting(code) ? DialFailure::kRefused : DialFailure::kGone, now);
 }
 
@@ -242,15 +241,14 @@ void Links::on(PacketReceived& input, const Now& now) {
 void Links::on(ConnectionClosed& input, const Now& now) {
   const std::string reason = reason_of(input);
   const bool client = options_.role == Role::kClient;
-  const auto failure =
-      client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
+  const auto how = client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
   const std::string hint = client ? advice(input.code) : "";
   const bool orderly = is_orderly(input);
-  const LogLevel level = orderly ? LogLevel::kInfo : LogLevel::kWarn;
+  const auto level = orderly ? LogLevel::kInfo : LogLevel::kWarn;
   if (strangers_.take(input.connection)) {
     if (!client) return;
     last_failure_.tell({level, "the server closed the connection: ", reason, hint}, now);
-    return dial_later(failure, now);
+    return dial_later(how, now);
   }
   Link* link = link_of(input.connection);
   if (!link) return;
@@ -259,7 +257,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
   log(*link, level, end + reason + hint, now);
   audit(outputs_, *link, AuditEvent::kLinkLost, reason);
   last_failure_.set(reason, now);
-  lose(*link, loss_by(input.code, options_.role), now, failure);
+  lose(*link, loss_by(input.code, options_.role), now, how);
 }
 
 // A server's peers come back by themselves.
