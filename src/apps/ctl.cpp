@@ -65,7 +65,8 @@ std::string complaint_of(const CLI::App& app, const CLI::Error& wrong) {
 int main(int argc, char** argv) {
   CLI::App app{"ctl: tools for ROS2 Connect, the bridge that joins two ROS 2 graphs"};
   app.require_subcommand(1);
-  app.set_version_flag("--version", std::string("connect_bridge ") + connect_bridge::kVersion,
+  app.set_version_flag("--version",
+                       std::string("connect_bridge ") + connect_bridge::kProgramVersion,
                        "Print the version");
   app.failure_message([](const CLI::App* failed, const CLI::Error& wrong) {
     return complaint_of(*failed, wrong) + "\n\n" + failed->help();

@@ -56,6 +56,8 @@ int run_certs(const CertificateOrder& order) {
     return 2;
   }
   for (const std::string& file : made.files) std::printf("made %s\n", file.c_str());
+  if (!made.shortened_to.empty())
+    std::printf("They end on %s, as their authority does\n", made.shortened_to.c_str());
   if (!made.pin.empty()) std::printf("The pin of the server's key: %s\n", made.pin.c_str());
   print_lines(order);
   std::printf(

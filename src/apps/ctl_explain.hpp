@@ -16,5 +16,5 @@ struct ExplainRequest {
 
 // Adds the command to the program; the options go to `request`.
 CLI::App* add_explain_command(CLI::App& app, ExplainRequest& request);
-// The program's exit code: 2 if the file or the question is wrong.
+// The program's exit code: 0 allowed, 1 not allowed, 2 if the file or the question is wrong.
 int run_explain(const ExplainRequest& request);

@@ -32,6 +32,7 @@ struct Judgement {
 struct Refreshed {
   std::vector<IdentitiesChanged::Change> changes;
   std::vector<std::string> news;      // what was updated
+  std::vector<std::string> warnings;  // what an operator should know before it goes wrong
   std::vector<std::string> problems;  // why nothing was updated: the former state stays valid
 };
 

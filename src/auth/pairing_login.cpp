@@ -130,6 +130,7 @@ Refreshed PairingLogin::refresh(Stamp now) {
   Refreshed more = tokens_->refresh(now);
   std::move(more.changes.begin(), more.changes.end(), std::back_inserter(refreshed.changes));
   std::move(more.news.begin(), more.news.end(), std::back_inserter(refreshed.news));
+  std::move(more.warnings.begin(), more.warnings.end(), std::back_inserter(refreshed.warnings));
   std::move(more.problems.begin(), more.problems.end(), std::back_inserter(refreshed.problems));
   return refreshed;
 }

@@ -40,9 +40,14 @@ TokenTable::Found TokenLogin::find(const Digest& token, Stamp now) const {
 }
 
 Refreshed TokenLogin::refresh(Stamp now) {
-  if (!file_ || !file_->settled_change()) return {};
-  Refreshed refreshed = read_again(now);
-  if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) return {};
+  if (!file_) return {};
+  Refreshed refreshed;
+  if (file_->settled_change()) {
+    refreshed = read_again(now);
+    if (!refreshed.problems.empty() && !file_->failed(refreshed.problems.front())) refreshed = {};
+  }
+  if (auto line = ends_.take_line(table_, "auth.token_file '" + file_->file() + "'", now))
+    refreshed.warnings.push_back(std::move(*line));
   return refreshed;
 }
 
@@ -50,10 +55,11 @@ Refreshed TokenLogin::read_again(Stamp now) {
   Refreshed refreshed;
   if (!file_) return refreshed;
   file_->read_now();
-  TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.news);
+  TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.warnings);
   if (!refreshed.problems.empty()) return refreshed;
   refreshed.changes = table_.changes_to(next);
   table_ = std::move(next);
+  ends_.tell_again();
   std::size_t withdrawn = 0;
   for (const auto& change : refreshed.changes) withdrawn += change.identity ? 0 : 1;
   refreshed.news.push_back(

@@ -5,6 +5,7 @@
 
 #include "auth/authenticator.hpp"
 #include "auth/file_watch.hpp"
+#include "auth/token_ends.hpp"
 #include "auth/token_table.hpp"
 
 namespace connect_bridge {
@@ -20,6 +21,7 @@ class TokenLogin : public Authenticator {
       : table_(std::move(table)), file_(std::move(file)) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
+  // Also warns of tokens of the file that end soon.
   [[nodiscard]] Refreshed refresh(Stamp now) override;
 
   // Reads the file as it is now, changed or not.
@@ -31,6 +33,7 @@ class TokenLogin : public Authenticator {
  private:
   TokenTable table_;
   std::optional<FileWatch> file_;
+  TokenEnds ends_;
 };
 
 // All that is wrong with a token file, its permissions and its content, goes to `problems`.

@@ -248,6 +248,21 @@ TokenTable::Tokens TokenTable::of_identity(const std::string& identity) const {
   return tokens;
 }
 
+std::vector<TokenTable::Ending> TokenTable::ending(Stamp from, Stamp to) const {
+  std::map<std::string, Stamp> first;
+  for (const auto& [digest, identity, plain] : entries_) {
+    const Stamp end = identity.expires;
+    if (end == 0 || end <= from || end > to) continue;
+    const auto known = first.try_emplace(identity.name, end).first;
+    known->second = std::min(known->second, end);
+  }
+  std::vector<Ending> sorted;
+  for (const auto& [name, end] : first) sorted.push_back({name, end});
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Ending& a, const Ending& b) { return a.end < b.end; });
+  return sorted;
+}
+
 TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
   return find(sha256(credential), now);
 }

@@ -47,6 +47,13 @@ class TokenTable {
     std::vector<std::string> groups;
   };
   [[nodiscard]] Tokens of_identity(const std::string& identity) const;
+  // Of each identity with a token that ends after `from`, but not after `to`: when the first one
+  // does. The earliest comes first.
+  struct Ending {
+    std::string identity;
+    Stamp end = 0;
+  };
+  [[nodiscard]] std::vector<Ending> ending(Stamp from, Stamp to) const;
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   // Whether a token itself was given, not its hash.
   [[nodiscard]] bool has_plain() const;

@@ -103,15 +103,16 @@ class Explainer {
     }
   }
 
-  [[nodiscard]] std::string text() {
+  [[nodiscard]] RightAnswer answer() {
     const bool denied = tell_denies();
     tell_matches(denied);
     if (!denied && !decided_) tell_nearest();
     if (decided_ && !denied) tell_peer();
     if (question_.what == OpenedBy::kParameters && !denied && decided_) tell_denied_services();
+    const bool allowed = decided_ && !denied;
     std::string head = fmt::format("{}, {}: {}\n", direction_text(), question_.name,
-                                   denied || !decided_ ? "not allowed" : verdict_);
-    return head + body_;
+                                   allowed ? verdict_ : "not allowed");
+    return {head + body_, allowed};
   }
 
  private:
@@ -323,12 +324,15 @@ std::string problem_of(const RightQuestion& question) {
   }
 }
 
-std::string explain_right(const Config& config, const RightQuestion& question) {
-  std::string text;
-  for (const Direction direction : {Direction::kExport, Direction::kImport})
-    if (!question.direction || *question.direction == direction)
-      text += Explainer(config, question, direction).text();
-  return text;
+RightAnswer explain_right(const Config& config, const RightQuestion& question) {
+  RightAnswer all;
+  for (const Direction direction : {Direction::kExport, Direction::kImport}) {
+    if (question.direction && *question.direction != direction) continue;
+    const RightAnswer one = Explainer(config, question, direction).answer();
+    all.text += one.text;
+    all.allowed = all.allowed || one.allowed;
+  }
+  return all;
 }
 
 }  // namespace connect_bridge

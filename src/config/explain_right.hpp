@@ -17,9 +17,14 @@ struct RightQuestion {
   Identity who;                        // the identity that the peer logs in as
 };
 
+struct RightAnswer {
+  std::string text;
+  bool allowed = false;  // in one direction at least, for some types at least
+};
+
 // Several lines for each direction: whether it is allowed, by which rule and key, which other rules
 // matched, what denies it, and what the peer's side needs. The verdict is that of Policy::decide().
-[[nodiscard]] std::string explain_right(const Config& config, const RightQuestion& question);
+[[nodiscard]] RightAnswer explain_right(const Config& config, const RightQuestion& question);
 // What is wrong with the name or the type, as a sentence part; empty: nothing.
 [[nodiscard]] std::string problem_of(const RightQuestion& question);
 

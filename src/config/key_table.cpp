@@ -262,7 +262,7 @@ void add_times(Rows& rows) {
        .range = NumberRange{0.05, 600},
        .used_by = UsedBy::kClient,
        .unit = "s",
-       .help = "Longest wait before dialing again."},
+       .help = "Longest wait before dialing again; after a refused login it is longer."},
       [](Config& c) { return &c.limits.retry_max; });
   add({.key = "dial_timeout",
        .range = NumberRange{1, 300},

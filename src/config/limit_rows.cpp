@@ -54,7 +54,8 @@ void add_numbers(Rows& rows) {
        .range = NumberRange{1, 1000},
        .unit = "calls",
        .help = "Calls of one peer under way at this side's servers, of all services "
-               "together; later ones wait for their turn."},
+               "together; the first of each service does not count, and later ones wait for their "
+               "turn."},
       [](Config& c) { return &c.limits.calls_max; });
   add({.key = "connections_max",
        .range = NumberRange{1, 10000},

@@ -97,8 +97,9 @@ Rule default_rule() {
   Rule rule;
   rule.name = "default";
   rule.export_topics = syntax::parse_patterns({"/**"});
-  // With hidden names, as far as the peer's rules spell these out.
-  const std::vector<std::string> all = {"/**", "/**/_*", "/**/_*/**"};
+  // With hidden names, as far as the peer's rules spell these out: of two hidden parts at most.
+  const std::vector<std::string> all = {"/**", "/**/_*", "/**/_*/**", "/**/_*/**/_*",
+                                        "/**/_*/**/_*/**"};
   rule.import_topics = syntax::parse_patterns(all);
   rule.import_services = syntax::parse_patterns(all);
   rule.import_actions = syntax::parse_patterns({"/**"});

@@ -127,8 +127,8 @@ void add_rule_resume(Rows& rows) {
       {.key = "resume",
        .help =
            "Whether messages of reliable volatile topics that a lost connection loses are sent "
-           "again (see \"After a break\"). Unset: yes, except for commands and for what is urgent "
-           "or has a max_age."},
+           "again (see \"After a break\"). Unset: yes, except for commands, pictures, and what is "
+           "urgent or has a max_age."},
       [](Rule& r) { return &r.treatment.resume; });
 }
 

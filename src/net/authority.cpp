@@ -14,6 +14,7 @@
 #include <cstring>
 #include <optional>
 
+#include "net/certified.hpp"
 #include "net/openssl_owned.hpp"
 #include "net/tls.hpp"
 
@@ -94,6 +95,13 @@ void add_extensions(X509* certificate, X509* issuer, const CertificateSubject& s
     add_extension(certificate, issuer, NID_subject_alt_name, subject.alternatives);
 }
 
+// Peers refuse a certificate whose authority has ended: its own end would promise too much.
+void cap_end(X509* certificate, const X509* issuer) {
+  const ASN1_TIME* const last = X509_get0_notAfter(issuer);
+  if (ASN1_TIME_compare(X509_get0_notAfter(certificate), last) > 0)
+    must(X509_set1_notAfter(certificate, last) == 1, "write the dates of a certificate");
+}
+
 // Signed by `issuer`, or by itself.
 Signed sign(const CertificateSubject& subject, const Signed* issuer) {
   Signed made{OpenSslOwned<X509>{X509_new()}, OpenSslOwned<EVP_PKEY>{EVP_EC_gen("P-256")}};
@@ -112,6 +120,7 @@ Signed sign(const CertificateSubject& subject, const Signed* issuer) {
   must(X509_gmtime_adj(X509_getm_notBefore(certificate), -kEarlierSeconds) != nullptr &&
            X509_time_adj_ex(X509_getm_notAfter(certificate), subject.days, 0, nullptr) != nullptr,
        "write the dates of a certificate");
+  cap_end(certificate, signer.certificate.get());
   add_extensions(certificate, signer.certificate.get(), subject);
   must(X509_sign(certificate, signer.key.get(), EVP_sha256()) > 0, "sign a certificate");
   return made;
@@ -199,6 +208,13 @@ std::optional<Signed> read_authority(const std::string& name, std::string& probl
   return std::nullopt;
 }
 
+// Whether it ends before a certificate would that is valid for so many days from now.
+bool shortens(const X509* authority, int days) {
+  int days_left = 0, seconds = 0;
+  return ASN1_TIME_diff(&days_left, &seconds, nullptr, X509_get0_notAfter(authority)) == 1 &&
+         days_left < days;
+}
+
 Signed new_authority() {
   // Two authorities must not have the same name: a machine that trusts both could not tell their
   // signatures apart.
@@ -246,6 +262,13 @@ CertificatesMade make(const CertificateOrder& order) {
   if (exists(before + "ca.crt") || exists(before + "ca.key")) {
     authority = read_authority(before + "ca", result.problem);
     if (!authority) return result;
+    const X509* const signer = authority->certificate.get();
+    if (X509_cmp_current_time(X509_get0_notAfter(signer)) < 0) {
+      result.problem =
+          before + "ca.crt has ended: to make a new authority, move it and ca.key away";
+      return result;
+    }
+    if (shortens(signer, order.days)) result.shortened_to = day_of(end_of(signer));
   } else {
     authority = new_authority();
     add_sheets(before + "ca", *authority, sheets);

@@ -11,16 +11,19 @@ struct CertificateOrder {
   std::vector<std::string> hosts;    // names and addresses of the server; empty: no server's
   std::vector<std::string> clients;  // a certificate for each; the name becomes its subject
   std::vector<std::string> groups;   // of these clients, as organizations of the subject
-  int days = 365;                    // how long they are valid; the authority: ten years
+  int days = 365;  // how long they are valid, but no longer than the authority: ten years
 };
 
 struct CertificatesMade {
   std::string problem;             // empty, or what is wrong; then nothing was written
   std::vector<std::string> files;  // what was written
   std::string pin;                 // of the server's key (tls.pin); empty: none was made
+  // The day on which they end with their authority, if that is before the one that was asked for.
+  std::string shortened_to;
 };
 
-// The authority is ca.crt with ca.key; an existing one signs the new certificates. The server's
+// The authority is ca.crt with ca.key; an existing one signs the new certificates, unless it has
+// ended. The server's
 // are server.crt and server.key, a client's client-NAME.crt and client-NAME.key. Keys are for ECDSA
 // (P-256), their files readable by the owner alone. No file is overwritten.
 [[nodiscard]] CertificatesMade make_certificates(const CertificateOrder& order);

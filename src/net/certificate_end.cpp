@@ -2,22 +2,11 @@
 
 #include <openssl/ssl.h>
 
-#include <array>
-#include <ctime>
-
 #include "net/certified.hpp"
+#include "net/tls.hpp"
 
 namespace connect_bridge {
 namespace {
-
-std::string date_of(Stamp stamp) {
-  const std::time_t seconds = stamp / kStampSecond;
-  std::tm time{};
-  ::gmtime_r(&seconds, &time);
-  std::array<char, 16> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%d", &time);
-  return text.data();
-}
 
 // "12 days", to the nearest
 std::string days_of(Stamp time) {
@@ -25,6 +14,11 @@ std::string days_of(Stamp time) {
   if (time < kDay) return "less than a day";
   const Stamp days = (time + kDay / 2) / kDay;
   return std::to_string(days) + (days == 1 ? " day" : " days");
+}
+
+bool ends_before(const X509* one, const X509* other) {
+  const Stamp end = end_of(one), other_end = end_of(other);
+  return end != 0 && (other_end == 0 || end < other_end);
 }
 
 }  // namespace
@@ -35,13 +29,25 @@ std::optional<std::string> CertificateEnd::take_line(const Now& now) {
   next_ = now.steady + kPeriod;
   const std::string when =
       left > 0 ? " ends in " + days_of(left) : " ended " + days_of(-left) + " ago";
-  return "TLS: the certificate of " + (name_.empty() ? "this side" : name_) + when + ", on " +
-         date_of(end_) + ": replace it (ctl certs)";
+  const std::string own = "the certificate of " + (name_.empty() ? "this side" : name_);
+  if (above_.empty())
+    return "TLS: " + own + when + ", on " + day_of(end_) + ": replace it (ctl certs)";
+  return "TLS: '" + above_ + "' in the chain of " + own + when + ", on " + day_of(end_) +
+         ": replace the chain";
 }
 
 CertificateEnd end_of_certificate(asio::ssl::context& context) {
-  X509* const shown = SSL_CTX_get0_certificate(context.native_handle());
-  return shown == nullptr ? CertificateEnd{} : CertificateEnd{name_in(shown), end_of(shown)};
+  SSL_CTX* const native = context.native_handle();
+  X509* const shown = SSL_CTX_get0_certificate(native);
+  if (shown == nullptr) return {};
+  STACK_OF(X509)* chain = nullptr;
+  SSL_CTX_get0_chain_certs(native, &chain);
+  const X509* first = shown;
+  for (int i = 0; i < sk_X509_num(chain); ++i) {  // -1 without a chain
+    const X509* const next = sk_X509_value(chain, i);
+    if (ends_before(next, first)) first = next;
+  }
+  return {name_in(shown), end_of(first), first == shown ? "" : subject_text(first)};
 }
 
 }  // namespace connect_bridge

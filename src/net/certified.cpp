@@ -3,6 +3,7 @@
 #include <openssl/x509v3.h>
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <limits>
 #include <vector>
@@ -82,6 +83,15 @@ Stamp end_of(const X509* certificate) {
   const std::time_t seconds = ::timegm(&time);
   // The year 9999 means "never" (RFC 5280 section 4.1.2.5), and is beyond what a stamp can say.
   return seconds > kEndMax ? 0 : static_cast<Stamp>(seconds) * kStampSecond;
+}
+
+std::string day_of(Stamp stamp) {
+  const std::time_t seconds = stamp / kStampSecond;
+  std::tm time{};
+  ::gmtime_r(&seconds, &time);
+  std::array<char, 16> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d", &time);
+  return text.data();
 }
 
 Stamp certified_until(const SSL* tls) {

@@ -31,6 +31,9 @@ struct Certified {
 // When it ends; 0: never.
 [[nodiscard]] Stamp end_of(const X509* certificate);
 
+// The day in UTC, "2026-12-08".
+[[nodiscard]] std::string day_of(Stamp stamp);
+
 // When the first of the certificates ends by which the peer was verified; 0: never, or it has shown
 // none. `tls` may be null.
 [[nodiscard]] Stamp certified_until(const SSL* tls);

@@ -32,7 +32,8 @@ Dialing::Dialing(asio::io_context& io, DialOptions options, SocketOptions socket
       options_(std::move(options)),
       sockets_(std::move(sockets)),
       deadline_(io),
-      way_(std::make_shared<Way>(io, options_.url.host, options_.url.port, options_.proxy)),
+      way_(std::make_shared<Way>(io, options_.url.host, options_.url.port, options_.proxy,
+                                 options_.slow)),
       tls_(std::move(tls)),
       response_(std::make_unique<Response>()) {}
 

@@ -2,11 +2,10 @@
 
 #include <sys/socket.h>
 
-#include <boost/asio/ip/v6_only.hpp>
-
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
 #include "net/endpoint_text.hpp"
+#include "net/listen_at.hpp"
 #include "net/site.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/steady_now.hpp"
@@ -121,23 +120,11 @@ void Listener::check_files() {
 }
 
 std::string Listener::bind(const std::string& address, std::uint16_t port) {
-  ErrorCode error;
-  const auto parsed = asio::ip::make_address(address == "localhost" ? "127.0.0.1" : address, error);
-  if (error) return "cannot listen on '" + address + "': it is no IP address";
-  const Endpoint endpoint{parsed, port};
   const auto door = std::make_shared<Door>(io_);
-  Acceptor& acceptor = door->acceptor;
-  ErrorCode ignored;
-  acceptor.open(endpoint.protocol(), error);
-  if (!error) acceptor.set_option(Acceptor::reuse_address(true), error);
-  if (!error && parsed.is_v6()) {
-    acceptor.set_option(asio::ip::v6_only(!parsed.is_unspecified()), ignored);
-  }
-  if (!error) acceptor.bind(endpoint, error);
-  if (!error) acceptor.listen(Acceptor::max_listen_connections, error);
-  if (error) return "cannot listen on " + endpoint_text(parsed, port) + ": " + error.message();
-  doors_.push_back(door);
-  return {};
+  const ListenResult result = listen_at(door->acceptor, address, port);
+  if (!result.warning.empty()) log(LogLevel::kWarn, result.warning);
+  if (result.problem.empty()) doors_.push_back(door);
+  return result.problem;
 }
 
 std::string Listener::take_socket(int socket) {

@@ -1,5 +1,7 @@
 #include "net/network.hpp"
 
+#include <algorithm>
+
 #include <boost/asio/io_context.hpp>
 #include <unordered_map>
 
@@ -17,6 +19,11 @@
 #include "net/websocket.hpp"
 
 namespace connect_bridge {
+namespace {
+
+constexpr int kSilentDials = 6;  // then the next are slow (DialOptions)
+
+}  // namespace
 
 struct Network::State : std::enable_shared_from_this<Network::State> {
   State(asio::io_context& context, NetworkEvents event_sinks, SocketOptions socket_options)
@@ -49,6 +56,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::string route;                   // to it; empty: not known
   ClientTls dial_options;              // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
+  int silent_dials = 0;                // in a row, to which nothing answered
   std::uint64_t last_id = 0;
   Traffic past;  // of connections that are gone
   std::uint64_t past_extra_frames = 0;
@@ -147,6 +155,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   const auto dial = dials.find(id);
   const bool answered = dial != dials.end() && dial->second->answered();
   dials.erase(id);
+  silent_dials = socket || answered ? 0 : std::min(silent_dials + 1, kSilentDials);
   if (!socket) {
     events.input(DialFailed{id, std::move(problem), answered});
     return;
@@ -222,8 +231,10 @@ void Network::dial(ConnectionId connection, const DialOptions& options) {
   state_->watch_routes();
   std::string problem;
   TlsContext tls = state_->client_tls(options, problem);
+  DialOptions how = options;
+  how.slow = state_->silent_dials >= kSilentDials;
   const auto dialing =
-      std::make_shared<Dialing>(state_->io, options, state_->sockets, std::move(tls));
+      std::make_shared<Dialing>(state_->io, std::move(how), state_->sockets, std::move(tls));
   state_->dials[connection] = dialing;
   dialing->start([weak = std::weak_ptr{state_}, connection, options](
                      std::shared_ptr<WebSocket> socket, std::string failure) {

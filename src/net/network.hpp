@@ -84,7 +84,8 @@ class Network {
   // certificate of ours that has ended or soon will; TCP is given what suits the path of each
   // connection.
   void every_second(const Now& now);
-  // When the certificate ends that this side shows; 0: never, or it shows none.
+  // When the certificate that this side shows ends, or the first of those that are shown with it;
+  // 0: never, or it shows none.
   [[nodiscard]] Stamp certificate_end() const;
 
   // There may be something to send, and what was received has been handled. Call it after each

@@ -100,6 +100,7 @@ struct DialOptions {
   std::optional<HttpProxy> proxy;
   ClientTls tls;
   std::chrono::milliseconds timeout{10000};  // from the name look-up to the open WebSocket
+  bool slow = false;  // nothing has answered for long: it is tried less often (Race)
 };
 
 }  // namespace connect_bridge

@@ -37,21 +37,23 @@ std::vector<Race::Endpoint> Race::in_turns(const std::vector<Endpoint>& addresse
 
 void Race::start(const std::vector<Endpoint>& addresses, Done done) {
   done_ = std::move(done);
-  for (const Endpoint& address : in_turns(addresses)) waiting_.push_back({address, {}});
+  for (const Endpoint& address : in_turns(addresses))
+    waiting_.push_back({address, {}, kAttemptTime});
   begin_next();
 }
 
 // One attempt now, if an address is due, and the next after the delay.
 void Race::begin_next() {
+  if (!done_) return;
   const auto now = Clock::now();
   const auto next = std::find_if(waiting_.begin(), waiting_.end(),
                                  [now](const Waiting& one) { return one.due <= now; });
   if (next != waiting_.end()) {
     const Waiting one = *next;
     waiting_.erase(next);
-    const bool first = one.due == Clock::time_point{};
-    waiting_.push_back({one.address, first ? now + kPatience : now});
-    begin(one.address);
+    const bool waits = slow_ || one.time == kAttemptTime;
+    waiting_.push_back({one.address, waits ? now + kPatience : now, kPatience});
+    begin(one);
   }
   pace_.expires_after(kAttemptDelay);
   pace_.async_wait([weak = weak_from_this()](ErrorCode error) {
@@ -60,16 +62,16 @@ void Race::begin_next() {
   });
 }
 
-void Race::begin(const Endpoint& address) {
-  const auto attempt = std::make_shared<Attempt>(io_, address);
+void Race::begin(const Waiting& next) {
+  const auto attempt = std::make_shared<Attempt>(io_, next.address);
   running_.insert(attempt);
-  attempt->limit.expires_after(kAttemptTime);
+  attempt->limit.expires_after(next.time);
   attempt->limit.async_wait([attempt](ErrorCode error) {
     if (!error) attempt->end();
   });
-  attempt->socket.async_connect(address, [self = shared_from_this(), attempt](ErrorCode error) {
-    self->on_end(attempt, error);
-  });
+  attempt->socket.async_connect(
+      next.address,
+      [self = shared_from_this(), attempt](ErrorCode error) { self->on_end(attempt, error); });
 }
 
 void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {

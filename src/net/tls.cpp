@@ -215,15 +215,19 @@ std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {
   return "the server's public key has the pin " + seen + ", which is not in tls.pin";
 }
 
+std::string subject_text(const X509* certificate) {
+  const OpenSslOwned<BIO> name{BIO_new(BIO_s_mem())};
+  if (!name) return {};
+  X509_NAME_print_ex(name.get(), X509_get_subject_name(certificate), 0, XN_FLAG_RFC2253);
+  return written_to(name.get());
+}
+
 std::string certificate_text(asio::ssl::context& context) {
   const X509* const certificate = SSL_CTX_get0_certificate(context.native_handle());
-  if (certificate == nullptr) return {};
-  const OpenSslOwned<BIO> name{BIO_new(BIO_s_mem())};
   const OpenSslOwned<BIO> end{BIO_new(BIO_s_mem())};
-  if (!name || !end) return {};
-  X509_NAME_print_ex(name.get(), X509_get_subject_name(certificate), 0, XN_FLAG_RFC2253);
+  if (certificate == nullptr || !end) return {};
   ASN1_TIME_print(end.get(), X509_get0_notAfter(certificate));
-  return "certificate of '" + written_to(name.get()) + "', valid until " + written_to(end.get());
+  return "certificate of '" + subject_text(certificate) + "', valid until " + written_to(end.get());
 }
 
 bool is_plain_http(const ErrorCode& error) {

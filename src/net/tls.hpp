@@ -27,6 +27,9 @@ std::string pin_of(SSL* tls);
 // Client, after the handshake: empty if the server's key has one of the pins, or there are none.
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins);
 
+// "CN=robot,O=ops" (RFC 2253); what is no text in it is escaped.
+std::string subject_text(const X509* certificate);
+
 // Of the context's own certificate: "certificate of 'CN=robot', valid until ..."; empty: it has
 // none.
 std::string certificate_text(asio::ssl::context& context);

@@ -5,12 +5,13 @@
 
 namespace connect_bridge {
 
-Way::Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy)
+Way::Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy,
+         bool slow)
     : host_(std::move(host)),
       port_(port),
       proxy_(std::move(proxy)),
       look_up_(io),
-      race_(std::make_shared<Race>(io)) {}
+      race_(std::make_shared<Race>(io, slow)) {}
 
 void Way::start(Done done) {
   done_ = std::move(done);

@@ -24,7 +24,9 @@ class Way : public std::enable_shared_from_this<Way> {
   using Done = std::function<void(std::optional<TcpSocket>, const std::string& problem)>;
 
   // `host`: name or address literal, IPv6 without its brackets.
-  Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy);
+  // `slow`: see Race.
+  Way(asio::io_context& io, std::string host, std::uint16_t port, std::optional<HttpProxy> proxy,
+      bool slow = false);
   // Once only. `done` is called once, never from inside.
   void start(Done done);
   // `done` is not called any more.

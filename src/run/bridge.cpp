@@ -57,6 +57,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                 [this](Log&& log) { node_.log(log.level, log.text); }},
                parts_.sockets),
       status_file_(node),
+      supervisor_(io_, parts_.notify_socket),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
       hangup_(io_, [this] { parameters_.reload(); }),
@@ -242,6 +243,7 @@ void Bridge::every_second(double lag_ms) {
   if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);
   parameters_.check_files();
   write_status(lag_ms, true);
+  supervisor_.every_second();
 }
 
 void Bridge::write_status(double lag_ms, bool running) {
@@ -251,7 +253,7 @@ void Bridge::write_status(double lag_ms, bool running) {
   run.time = rfc3339(std::chrono::system_clock::now());
   run.running = running;
   run.started = rfc3339(started_);
-  run.version = kVersion;
+  run.version = kProgramVersion;
   if (const Stamp end = network_.certificate_end(); end != 0)
     run.certificate_valid_until = rfc3339(std::chrono::system_clock::time_point(
         std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(end))));
@@ -269,6 +271,7 @@ void Bridge::write_status(double lag_ms, bool running) {
 
 void Bridge::stop() {
   node_.log(LogLevel::kInfo, "stopping");
+  supervisor_.stopping();
   seconds_.stop();
   loop_.feed(StopRequested{});
   note(AuditEvent::kStopped);

@@ -23,6 +23,7 @@
 #include "run/seconds.hpp"
 #include "run/signals.hpp"
 #include "run/status_file.hpp"
+#include "run/supervisor.hpp"
 #include "run/usage.hpp"
 #include "run/workers.hpp"
 
@@ -40,6 +41,7 @@ struct BridgeParts {
   std::optional<PairingFolder> folder;            // of a pairing
   ListenOptions listen;                           // server
   SocketOptions sockets;
+  std::string notify_socket;  // of the supervisor; or empty
 };
 
 // Everything but the callbacks of the middleware, the workers and the login desk, which only post,
@@ -91,6 +93,7 @@ class Bridge {
   StatusFile status_file_;
   UsageFile usage_file_;
   HeapTrim heap_;
+  Supervisor supervisor_;
   LogLimit lags_;
   Seconds seconds_;
   Stop stop_;

@@ -117,6 +117,7 @@ int check_file(const std::string& file, const std::string& asked_role) {
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   const HostFindings host = check_host(of_node.parameters);
   problems.insert(problems.end(), host.problems.begin(), host.problems.end());
+  problems.insert(problems.end(), host.ended.begin(), host.ended.end());
   Assembly assembly;
   if (parsed.config) assembly = assemble(*parsed.config, of_node.node);
   problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
@@ -152,8 +153,9 @@ int explain_file(const std::string& file, const std::string& asked_role,
     asked.who.groups = std::move(known.groups);
     print(stdout, known.text);
   }
-  print(stdout, explain_right(*parsed.config, asked));
-  return 0;
+  const RightAnswer answer = explain_right(*parsed.config, asked);
+  print(stdout, answer.text);
+  return answer.allowed ? 0 : kExitNotAllowed;
 }
 
 }  // namespace connect_bridge

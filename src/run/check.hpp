@@ -9,12 +9,14 @@ namespace connect_bridge {
 
 // Prints as what it was checked, all problems, also those that only this machine shows, and, if
 // possible, what each rule allows to whom. `role`: "server", "client", or empty: found from the
-// file. Exit code: 0 in order, 2 not.
+// file. Exit code: 0 in order, 2 not. A certificate that has ended is not in order here, although
+// a program starts with it.
 int check_file(const std::string& file, const std::string& role);
 
 // `ctl explain`: prints why the file's rules allow an interface or not. An identity without groups
-// gets those that the file's auth.token_file gives it. Exit code 2: the question
-// or the file is wrong, which is printed to standard error.
+// gets those that the file's auth.token_file gives it. Exit code: 0 if it is allowed, of two
+// directions in one at least; 1 if not; 2 if the question or the file is wrong, which is printed to
+// standard error.
 int explain_file(const std::string& file, const std::string& asked_role,
                  const RightQuestion& question);
 

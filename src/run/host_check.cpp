@@ -4,8 +4,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <utility>
 
+#include "net/certificate_end.hpp"
 #include "net/tls.hpp"
 
 namespace connect_bridge {
@@ -21,19 +24,32 @@ bool is_readable(const std::string& file) {
   return !file.empty() && ::access(file.c_str(), R_OK) == 0;
 }
 
+// As the log of a program tells it.
+void check_end(asio::ssl::context& own, HostFindings& findings) {
+  Now now;
+  now.system =
+      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  CertificateEnd end = end_of_certificate(own);
+  if (auto line = end.take_line(now))
+    (end.is_over(now.system) ? findings.ended : findings.warnings).push_back(std::move(*line));
+}
+
 // The certificate and the authorities one after the other, so that both are told.
-void check_tls(const ParameterMap& given, std::vector<std::string>& problems) {
+void check_tls(const ParameterMap& given, HostFindings& findings) {
   const std::string certificate = file_at(given, "tls.certificate");
   const std::string key = file_at(given, "tls.private_key");
   const std::string authorities = file_at(given, "tls.ca");
   std::string problem;
-  if (is_readable(certificate) && is_readable(key) &&
-      !make_server_tls({certificate, key, {}}, problem))
-    problems.push_back("tls: " + problem);
+  if (is_readable(certificate) && is_readable(key)) {
+    if (const TlsContext own = make_server_tls({certificate, key, {}}, problem))
+      check_end(*own, findings);
+    else
+      findings.problems.push_back("tls: " + problem);
+  }
   ClientTls trusting;
   trusting.ca_file = authorities;
   if (is_readable(authorities) && !make_client_tls(trusting, problem))
-    problems.push_back("tls: " + problem);
+    findings.problems.push_back("tls: " + problem);
 }
 
 // Why no file can be made in the folder of this one; empty: one can.
@@ -69,7 +85,7 @@ void note(std::vector<std::string>& list, const char* key, const std::string& fi
 
 HostFindings check_host(const ParameterMap& given) {
   HostFindings findings;
-  check_tls(given, findings.problems);
+  check_tls(given, findings);
   if (const std::string file = file_at(given, "audit.file"); !file.empty())
     note(findings.problems, "audit.file", file, audit_problem(file));
   // Each is replaced by a new file, so that its folder decides. Without it the bridge runs on.

@@ -12,6 +12,7 @@ namespace connect_bridge {
 
 struct HostFindings {
   std::vector<std::string> problems;  // a program does not start with these
+  std::vector<std::string> ended;     // it starts with certificates that peers refuse by now
   std::vector<std::string> warnings;  // it starts, and lacks something
 };
 

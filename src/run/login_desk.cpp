@@ -131,6 +131,7 @@ void LoginDesk::judge(Waiting next) {
 
 void LoginDesk::tell(Refreshed&& refreshed) {
   for (auto& line : refreshed.news) ports_.log({LogLevel::kInfo, std::move(line)});
+  for (auto& line : refreshed.warnings) ports_.log({LogLevel::kWarn, std::move(line)});
   if (!refreshed.problems.empty())
     ports_.log({LogLevel::kError, "the update is refused, the former state stays in use: " +
                                       joined(refreshed.problems)});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <initializer_list>
 #include <optional>
 #include <string_view>
@@ -74,6 +75,13 @@ bool has_argument(int argc, char** argv, std::initializer_list<std::string_view>
   return false;
 }
 
+// Made after the bridge, it begins the last steps before the bridge's destructor, whatever the end
+// comes from: that destructor waits for threads, which a plugin or the middleware may hold up.
+struct BeginsLastSteps {
+  LastSteps& last_steps;
+  ~BeginsLastSteps() { last_steps.begin(); }
+};
+
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
   const Arguments arguments = read_arguments(node.arguments(), role);
   const Start start = start_with(node.parameter_overrides(), arguments, node.full_name());
@@ -95,11 +103,14 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!no_sockets.empty()) return refuse({no_sockets});
   assembly.parts->side.domain = node.domain();
   assembly.parts->side.qos_must_fit = !ros::middleware().joins_any_qos;
+  if (const char* const socket = std::getenv("NOTIFY_SOCKET"))
+    assembly.parts->notify_socket = socket;
   hide_secrets(argc, argv);
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);
   for (const auto& warning : assembly.warnings) node.log(LogLevel::kWarn, warning);
   Bridge bridge(node, std::move(*assembly.parts));
+  const BeginsLastSteps at_the_end{last_steps};
   std::string problem = bridge.open();
   if (problem.empty() && start.keep) problem = start.keep();
   if (!problem.empty()) return refuse({problem});
@@ -113,7 +124,6 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
     std::fprintf(stderr, "Ended by an error while running: %s\n", error.what());
     return kExitFailed;
   }
-  last_steps.begin();
   return bridge.exit_code();
 }
 
@@ -125,14 +135,15 @@ int run_program(Role role, int argc, char** argv) {
     return 0;
   }
   if (has_argument(argc, argv, {"--version"})) {
-    std::printf("connect_bridge %s\n", kVersion);
+    std::printf("connect_bridge %s\n", kProgramVersion);
     return 0;
   }
+  std::signal(SIGPIPE, SIG_IGN);
+  ignore_early_hangup();
   auto wrong = ros::problems_of_parameter_files(argc, argv);
   const auto remaps = ros::problems_of_remaps(argc, argv);
   wrong.insert(wrong.end(), remaps.begin(), remaps.end());
   if (!wrong.empty()) return refuse(wrong);
-  std::signal(SIGPIPE, SIG_IGN);
   tune_heap();
   LastSteps last_steps;
   try {

@@ -1,5 +1,6 @@
 #include "run/signals.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -26,6 +27,17 @@ void Stop::wait_for_signal() {
   });
 }
 
+// The terminal counts that sends SIGHUP when it is closed, which need not be the standard input.
+// Only a process that has one can open its name.
+void ignore_early_hangup() {
+  const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
+  if (terminal < 0) {
+    std::signal(SIGHUP, SIG_IGN);
+  } else {
+    ::close(terminal);
+  }
+}
+
 Hangup::Hangup(boost::asio::io_context& io, std::function<void()> reload)
     : signals_(io, SIGHUP), reload_(std::move(reload)), in_terminal_(::isatty(STDIN_FILENO) == 1) {}
 
@@ -42,9 +54,8 @@ void Hangup::wait_for_signal() {
 }
 
 void LastSteps::begin() {
-  signals_.add(SIGINT);
-  signals_.add(SIGTERM);
-  signals_.add(SIGHUP);
+  boost::system::error_code ignored;  // the alarm matters more
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.add(number, ignored);
   alarm(kLastStepsTime);
 }
 

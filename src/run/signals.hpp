@@ -29,6 +29,11 @@ class Stop {
   bool begun_ = false;
 };
 
+// To be called at the start of a program: until there is a Hangup, SIGHUP does not end a process
+// without a terminal, for which it never means more than to read a file again. It still ends one
+// whose terminal is closed.
+void ignore_early_hangup();
+
 // SIGHUP: read the parameter file again, as for any program that runs in the background. Thread:
 // that of the io_context.
 class Hangup {
@@ -45,8 +50,9 @@ class Hangup {
   const bool in_terminal_;
 };
 
-// Active from the end of the loop to the end of the process, while the middleware shuts down:
-// signals have no further effect, and SIGALRM ends a process that hangs.
+// Active from the end of the loop, or from an error that ends the bridge, to the end of the
+// process, while threads are waited for and the middleware shuts down: signals have no further
+// effect, and SIGALRM ends a process that hangs.
 class LastSteps {
  public:
   LastSteps() = default;

@@ -1,5 +1,7 @@
 #include "run/usage.hpp"
 
+#include <unistd.h>
+
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -18,6 +20,10 @@ namespace {
 constexpr unsigned kWritePeriod = 60;  // seconds
 constexpr std::streamsize kFileBytesMax = 65536;
 constexpr std::size_t kDaySize = 10;  // "2026-11-22"
+
+std::string former_of(const std::string& file) {
+  return file + ".1";
+}
 
 bool is_day(const std::string& text) {
   if (text.size() != kDaySize || text[4] != '-' || text[7] != '-') return false;
@@ -74,32 +80,58 @@ std::string today() {
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d", &parts)};
 }
 
+bool UsageFile::read(std::istream& in) {
+  std::string text(kFileBytesMax, '\0');
+  in.read(text.data(), kFileBytesMax);
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  return usage_.read_text(text);
+}
+
 std::string UsageFile::open(const std::string& file) {
   file_ = file;
   if (file.empty()) return {};
   std::ifstream in(file);
-  if (!in && errno == ENOENT) return {};  // the first start
-  if (!in) {
+  const bool missing = !in && errno == ENOENT;
+  if (!in && !missing) {
     file_.clear();  // a file that cannot be read is not replaced
     return "usage_file: " + file + " cannot be read: " + std::strerror(errno) +
            "; the counts of this run are not stored";
   }
-  std::string text(kFileBytesMax, '\0');
-  in.read(text.data(), kFileBytesMax);
-  text.resize(static_cast<std::size_t>(in.gcount()));
-  if (usage_.read_text(text)) return {};
+  if (!missing && read(in)) return {};
+  std::ifstream former(former_of(file));
+  const bool goes_on = former && read(former);
+  if (missing && !goes_on) return {};  // the first start
+  std::string problem = "usage_file: " + file + (missing ? " is missing" : " is not valid");
+  problem += goes_on ? "; counting goes on from the one before, " + former_of(file)
+                     : "; counting begins again at zero";
+  if (missing) return problem;
   const std::string aside = file + ".broken";
   std::rename(file.c_str(), aside.c_str());
-  return "usage_file: " + file +
-         " is not valid; counting begins again at zero, and the file is renamed to " + aside;
+  return problem + ", and the file is renamed to " + aside;
 }
 
 std::string UsageFile::every_second(const Traffic& total, const std::string& day) {
   usage_.count(total, day);
   if (file_.empty() || ++seconds_ < kWritePeriod) return {};
   seconds_ = 0;
+  keep_former();
   std::string problem = write();
   return problem == std::exchange(problem_, problem) ? "" : problem;
+}
+
+// Only a file that is a minute old, which the kernel has written to the disk by now: at the end the
+// present one may be newer than that, and the one before stays what it is. Nothing is kept where
+// there is no file.
+void UsageFile::keep_former() const {
+  const std::string former = former_of(file_);
+  const std::string step = former + ".part";
+  std::remove(step.c_str());
+  if (::link(file_.c_str(), step.c_str()) != 0) {  // as on FAT; then there is none for a moment
+    std::rename(file_.c_str(), former.c_str());
+    return;
+  }
+  std::rename(step.c_str(), former.c_str());
+  std::remove(step.c_str());  // it stays where both were the same file
 }
 
 void UsageFile::close() {

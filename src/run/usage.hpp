@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <map>
 #include <string>
 
@@ -34,11 +35,13 @@ class Usage {
 // The present day, "2026-11-22".
 [[nodiscard]] std::string today();
 
-// Stores a Usage in a file, which is written once a minute and at the end.
+// Stores a Usage in a file, NAME, which is written once a minute and at the end. The one before
+// stays as NAME.1: to wait for the disk would hold up the loop, and without that a loss of power
+// can leave a new file empty.
 class UsageFile {
  public:
-  // Reads the file, if there is one. Returns what is wrong with it, or nothing; a file that is not
-  // valid is renamed to NAME.broken.
+  // Reads the file, or NAME.1 if it is missing or not valid. Returns what is wrong with it, or
+  // nothing; a file that is not valid is renamed to NAME.broken.
   [[nodiscard]] std::string open(const std::string& file);
   // Once a second. Returns a problem when it begins.
   [[nodiscard]] std::string every_second(const Traffic& total, const std::string& day);
@@ -47,6 +50,9 @@ class UsageFile {
   [[nodiscard]] const Usage& usage() const { return usage_; }
 
  private:
+  // Whether its counts are used now.
+  [[nodiscard]] bool read(std::istream& in);
+  void keep_former() const;
   [[nodiscard]] std::string write();
 
   std::string file_;  // empty: it is kept in memory

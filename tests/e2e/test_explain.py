@@ -45,11 +45,13 @@ def test_it_says_which_rule_decides(file):
     assert crew.stdout == "import (" + imported
     nobody = ctl(file, "--direction", "import", "--topic", "/cmd_vel")
     assert "not allowed" in nobody.stdout and 'only for identities ["ops"]' in nobody.stdout
+    assert (crew.returncode, nobody.returncode) == (0, 1)
 
 
 def test_it_says_what_denies_and_what_is_near(file):
-    secret = ctl(file, "--direction", "export", "--topic", "/camera/secret").stdout
-    assert "not allowed" in secret and 'denied by rule "shut"' in secret
+    denied = ctl(file, "--direction", "export", "--topic", "/camera/secret")
+    assert "not allowed" in denied.stdout and 'denied by rule "shut"' in denied.stdout
+    assert denied.returncode == 1 and not denied.stderr
     misspelt = ctl(file, "--direction", "import", "--topic", "/cmd_vle").stdout
     assert "not allowed" in misspelt and 'the nearest is rule "drive"' in misspelt
 
@@ -88,5 +90,5 @@ def test_help():
     shown = ctl("--help")
     assert shown.returncode == 0
     for word in ("--identity", "--group", "--topic", "--service", "--action", "--parameters",
-                 "--type", "--direction", "export or both"):
+                 "--type", "--direction", "export or both", "Exit code: 0 if it is allowed"):
         assert word in shown.stdout

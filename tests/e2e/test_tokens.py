@@ -104,7 +104,7 @@ def test_a_withdrawn_token_ends_its_link_and_no_other(world):
     assert bert.links(), "bert is not concerned"
     assert "lost the link" not in bert.text()
     world.allow(entry("anna", ANNA), entry("bert", BERT))
-    until(lambda: anna.text().count("link open") == 2, "anna is back", 15)
+    until(lambda: anna.text().count("link open") == 2, "anna is back", 25)
 
 
 def test_changed_groups_change_rights_at_once(world):

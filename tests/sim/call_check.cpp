@@ -249,8 +249,8 @@ void CallCheck::check_caps(const Host& host, const EndpointSpec& spec, const Cli
     all += other.open.size();
     busy += other.open.empty() ? 0 : 1;
   }
-  // Where the others have all, a service without any has one more.
-  const std::uint64_t of_all = (host.plan().options.calls_max + busy - 1) * links;
+  // The first of each service does not count.
+  const std::uint64_t of_all = (host.plan().options.calls_max + busy) * links;
   if (all > of_all) {
     violated(describe(host) + " has " + std::to_string(all) + " calls under way, more than " +
              std::to_string(of_all));

@@ -16,13 +16,14 @@ void Dialer::failed(TimePoint now, DialFailure failure, Random& random) {
   Duration wait = longest / 2 + up_to(longest / 2);
   answers_ = failure == DialFailure::kAnswered ? std::min(answers_ + 1, kAnswersSoon + 1) : 0;
   const bool refused = failure == DialFailure::kRefused;
-  if (refused || answers_ > kAnswersSoon) {
+  const bool by_server = refused || failure == DialFailure::kPutOff;
+  if (by_server || answers_ > kAnswersSoon) {
     const Duration long_wait = options_.refused_retry * (1 << (refused ? refusals_ : 0));
     wait = std::max(wait, long_wait + up_to(long_wait / 2));
   }
   if (refused) refusals_ = std::min(refusals_ + 1, kRefusalsSoon);
   next_ = now + wait;
-  not_before_ = refused ? *next_ : TimePoint{};
+  not_before_ = by_server ? *next_ : TimePoint{};
 }
 
 }  // namespace connect_bridge

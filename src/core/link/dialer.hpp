@@ -15,15 +15,17 @@ struct DialerOptions {
   Duration retry_min{};
   Duration retry_max{};
   // After a refused login, twice as long after the next, and so on for kRefusalsSoon of them: each
-  // costs kilobytes, and a robot may pay for them by the megabyte. The least also after many
-  // answers of something that is no server of ours. Half of it more at random.
+  // costs kilobytes, and a robot may pay for them by the megabyte. Only so long where nothing was
+  // wrong with the login, and after many answers of something that is no server of ours. Half of it
+  // more at random.
   Duration refused_retry = std::chrono::seconds(5);
 };
 
 enum class DialFailure : std::uint8_t {
   kGone,      // nobody answered, or a connection was lost
   kAnswered,  // by a proxy without a server behind it, with a wrong certificate ...
-  kRefused,   // the login or the protocol version, for longer
+  kPutOff,    // the login could not be taken or judged now
+  kRefused,   // the login or the protocol version, until somebody changes it
 };
 
 // At most one dial or connection at a time. Waiting -> (due) -> busy -> (failed, lost) -> waiting.

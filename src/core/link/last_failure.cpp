@@ -19,12 +19,18 @@ std::string long_time(Duration time) {
 
 void LastFailure::set(std::string reason, const Now& now) {
   if (!since_) since_ = now.steady;
-  if (reason != reason_) before_ = std::exchange(reason_, std::move(reason));
+  if (reason != reason_) {
+    before_ = std::exchange(reason_, std::move(reason));
+    before_until_ = now.steady + kTurn;
+  }
   next_ = now.steady + kPeriod;
 }
 
 void LastFailure::tell(Line line, const Now& now) {
-  if (line.reason == before_) std::swap(reason_, before_);
+  if (line.reason == before_ && now.steady < before_until_) {
+    std::swap(reason_, before_);
+    before_until_ = now.steady + kTurn;
+  }
   const bool same = line.reason == reason_;
   if (same && now.steady < next_) return;
   set(line.reason, now);

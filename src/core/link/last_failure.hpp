@@ -12,11 +12,12 @@
 namespace connect_bridge {
 
 // A client dials again and again, for as long as it takes. The log has a line about it when the
-// reason is another one, and every ten minutes while it stays the same. Single-threaded; owned by
-// Links.
+// reason is another one, and every ten minutes while it stays the same or two take turns.
+// Single-threaded; owned by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);
+  static constexpr Duration kTurn = std::chrono::minutes(2);  // of two reasons that take turns
 
   // A line of the log is `what`, the reason and `hint`.
   struct Line {
@@ -44,7 +45,8 @@ class LastFailure {
  private:
   Outputs& outputs_;
   std::string reason_;
-  std::string before_;              // another one, told before: two may take turns
+  std::string before_;              // another one, the last before
+  TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not told again
 };

@@ -130,8 +130,10 @@ TimePoint Link::accepts_due(const Now& now) const {
 Result<Nothing> Link::take_accepts(const Now& now) {
   accepts_at_.reset();
   const double price = kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_));
-  accepts_pace_.take(price, now.steady);
-  account->accepts.take(price, now.steady);
+  // The first of a connection may come before its time: then it costs nothing, or what is owed
+  // would grow with each connection.
+  for (Throttle* const pace : {&accepts_pace_, &account->accepts})
+    if (pace->ready(now.steady)) pace->take(price, now.steady);
   return user_.on(*this, *std::exchange(new_accepts_, std::nullopt), now);
 }
 

@@ -95,7 +95,7 @@ void Links::refuse(ConnectionId stranger, const Error& why, const Now& now,
   const auto code = static_cast<std::uint16_t>(why.code);
   const std::string hint = " (" + std::string(name_of(why.code)) + ")" + advice(code);
   last_failure_.tell({LogLevel::kWarn, "closing the connection: ", why.message, hint}, now);
-  dial_later(is_lasting(code) ? DialFailure::kRefused : DialFailure::kGone, now);
+  dial_later(failure_by(code), now);
 }
 
 void Links::on(Authenticated& input, const Now& now) {
@@ -241,7 +241,7 @@ void Links::on(PacketReceived& input, const Now& now) {
 void Links::on(ConnectionClosed& input, const Now& now) {
   const std::string reason = reason_of(input);
   const bool client = options_.role == Role::kClient;
-  const auto how = client && is_lasting(input.code) ? DialFailure::kRefused : DialFailure::kGone;
+  const auto how = client ? failure_by(input.code) : DialFailure::kGone;
   const std::string hint = client ? advice(input.code) : "";
   const bool orderly = is_orderly(input);
   const auto level = orderly ? LogLevel::kInfo : LogLevel::kWarn;

@@ -160,10 +160,12 @@ bool wants_other_credential(std::optional<std::uint16_t> close_code) {
   return is(close_code, CloseCode::kLoginRefused) || is(close_code, CloseCode::kRevoked);
 }
 
-bool is_lasting(std::optional<std::uint16_t> close_code) {
-  return wants_other_credential(close_code) || is(close_code, CloseCode::kVersion) ||
-         is(close_code, CloseCode::kTooManyConnections) ||
-         is(close_code, CloseCode::kLoginNotJudged);
+DialFailure failure_by(std::optional<std::uint16_t> close_code) {
+  if (wants_other_credential(close_code) || is(close_code, CloseCode::kVersion))
+    return DialFailure::kRefused;
+  const bool put_off =
+      is(close_code, CloseCode::kTooManyConnections) || is(close_code, CloseCode::kLoginNotJudged);
+  return put_off ? DialFailure::kPutOff : DialFailure::kGone;
 }
 
 std::string advice(std::optional<std::uint16_t> close_code) {

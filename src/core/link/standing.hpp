@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/link/dialer.hpp"
 #include "core/link/link.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/outputs.hpp"
@@ -53,9 +54,8 @@ inline constexpr char kPeerStops[] = "the peer is stopping";
 // ---- a client's
 // The server wants another credential than the one that was shown.
 [[nodiscard]] bool wants_other_credential(std::optional<std::uint16_t> close_code);
-// What ended the connection will not change soon (that, no shared version, too many links, or a
-// login method that does not answer): to dial in a hurry is useless.
-[[nodiscard]] bool is_lasting(std::optional<std::uint16_t> close_code);
+// How the end of a connection counts for the next dial.
+[[nodiscard]] DialFailure failure_by(std::optional<std::uint16_t> close_code);
 // What the user should do about the end of a connection; for the log.
 [[nodiscard]] std::string advice(std::optional<std::uint16_t> close_code);
 

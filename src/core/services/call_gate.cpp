@@ -47,7 +47,7 @@ void CallGate::dismiss(const Caller& caller) {
   if (!at) return;
   auto& [unused, state, service, link] = *at;
   link.waiting -= state.waiting.size();
-  if (!service.results) link.taken -= state.taken;
+  if (!service.results && state.taken > 0) link.taken -= state.taken - 1;
   std::erase(link.turns, caller.service);
   std::erase(service.placed, caller);
   if (state.preparing) --service.preparing;
@@ -123,7 +123,7 @@ void CallGate::leave(const Caller& caller, CallId call) {
 
 void CallGate::free_place(const Found& at) {
   --at.state.taken;
-  if (!at.service.results) --at.link.taken;
+  if (!passes_link(at)) --at.link.taken;
 }
 
 // ---- what is next
@@ -172,13 +172,13 @@ std::optional<CallGate::Next> CallGate::let_in(ServiceClientId id, TimePoint now
 }
 
 std::optional<CallGate::Next> CallGate::share_places(Caller caller, TimePoint now) {
+  const auto link = links_.find(caller.link);
+  if (link == links_.end() || link->second.closed) return std::nullopt;
   if (const auto at = find(caller)) {
     while (passes_link(*at) && !at->state.waiting.empty() && has_place(at->state, at->service))
       if (auto found = take_place(*at, now)) return found;
     line_up(*at);
   }
-  const auto link = links_.find(caller.link);
-  if (link == links_.end() || link->second.closed) return std::nullopt;
   auto& turns = link->second.turns;
   while (!turns.empty() && link->second.taken < link_places_) {
     const Caller next{caller.link, turns.front()};
@@ -206,8 +206,8 @@ std::optional<CallGate::Next> CallGate::take_place(const Found& at, TimePoint no
   const CallId call = *at.state.waiting.begin();
   at.state.waiting.erase(call);
   --at.link.waiting;
+  if (!passes_link(at)) ++at.link.taken;
   ++at.state.taken;
-  if (!at.service.results) ++at.link.taken;
   // Callers whose rules set no limit for the queue do not wait behind callers whose rules do.
   const bool is_first = at.service.placed.empty() || at.state.terms.queue_depth == 0;
   if (is_first && has_room(at.state, at.service, now)) {
@@ -249,8 +249,8 @@ bool CallGate::has_place(const CallerState& state, const Service& service) {
   return state.taken < (service.results ? kResultCallsMax : state.terms.places);
 }
 
-bool CallGate::passes_link(const Found& at) const {
-  return at.service.results || (at.state.taken == 0 && at.link.taken >= link_places_);
+bool CallGate::passes_link(const Found& at) {
+  return at.service.results || at.state.taken == 0;
 }
 
 bool CallGate::has_room(const CallerState& state, Service& service, TimePoint now) {

@@ -24,14 +24,14 @@ namespace connect_bridge {
 //
 // Fairness. A call takes two places: one of its link, shared by all services of that link, and one
 // of its caller (a link at a service), so that a service which never answers leaves places of the
-// link for the others; where several of them have taken all, any other service has one call more.
-// The services of a link take turns at its places, one call each time. A
-// server's queue is short and shared by all links: a caller has one placed call at a time, and
-// placed calls are handed over in the order in which they were placed, so links take turns at the
-// server, however many calls each of them has. The calls of one caller are handed over in the order
-// of their numbers; while one of them is prepared (decompressed by a worker), those behind it wait.
-// A call for the result of an action lasts as long as its goal does, so it takes no place of its
-// link, and such callers have a limit of their own.
+// link for the others. The first call of a caller takes none of its link: however many services
+// answer nothing, each other one can be called. The services of a link take turns at its places,
+// one call each time. A server's queue is short and shared by all links: a caller has one placed
+// call at a time, and placed calls are handed over in the order in which they were placed, so links
+// take turns at the server, however many calls each of them has. The calls of one caller are handed
+// over in the order of their numbers; while one of them is prepared (decompressed by a worker),
+// those behind it wait. A call for the result of an action lasts as long as its goal does, so it
+// takes no place of its link, and such callers have a limit of their own.
 //
 // After every change that may let a call begin, call next() until it returns nothing. Pure: no
 // outputs, no links. Single-threaded.
@@ -117,7 +117,7 @@ class CallGate {
     Timers<ServiceClientId>::Timer timer;
   };
   struct LinkPlaces {
-    std::uint32_t taken = 0;  // without those for results
+    std::uint32_t taken = 0;  // without those for results, and the first of each service
     std::size_t waiting = 0;
     std::deque<ServiceClientId> turns;  // services whose calls wait for a place of the link
     bool closed = false;
@@ -145,9 +145,8 @@ class CallGate {
 
   [[nodiscard]] std::optional<Found> find(const Caller& caller);
   [[nodiscard]] static bool has_place(const CallerState& state, const Service& service);
-  // Whether its next call takes no turn at the link's places: it is for a result, or all of them
-  // are taken, and none by this service.
-  [[nodiscard]] bool passes_link(const Found& at) const;
+  // Whether its next call takes no place of the link: it is for a result, or the only one.
+  [[nodiscard]] static bool passes_link(const Found& at);
   [[nodiscard]] static bool has_room(const CallerState& state, Service& service, TimePoint now);
   // Each returns the next call to hand over, if there is one.
   std::optional<Next> let_in(ServiceClientId service, TimePoint now);

@@ -21,6 +21,7 @@
 #include <optional>
 
 #include "ros/node/own_endpoints.hpp"
+#include "ros/node/process_log.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
@@ -31,38 +32,6 @@
 
 namespace connect_bridge::ros {
 namespace {
-
-// rcl's logging is global in the process and not thread-safe, and its C callback has no user data.
-// So this is the only mutable global of src/ros.
-struct Logging {
-  std::recursive_mutex mutex;
-  int users = 0;
-};
-Logging& logging() {
-  static Logging instance;
-  return instance;
-}
-
-void write_log(const rcutils_log_location_t* location, int severity, const char* name,
-               rcutils_time_point_value_t stamp, const char* format, va_list* arguments) {
-  const std::lock_guard lock(logging().mutex);
-  rcl_logging_multiple_output_handler(location, severity, name, stamp, format, arguments);
-}
-
-void begin_logging(const rcl_arguments_t& arguments) {
-  const std::lock_guard lock(logging().mutex);
-  const auto allocator = rcl_get_default_allocator();
-  if (logging().users == 0) {
-    require_ok(rcl_logging_configure_with_output_handler(&arguments, &allocator, &write_log),
-               "cannot set up the log");
-  }
-  ++logging().users;
-}
-
-void end_logging() {
-  const std::lock_guard lock(logging().mutex);
-  if (--logging().users == 0) ignore_error(rcl_logging_fini());
-}
 
 void read_overrides(const rcl_arguments_t& arguments, const std::string& full_name,
                     ParameterMap& overrides, std::vector<std::string>& others) {
@@ -116,6 +85,7 @@ struct Node::State {
   OwnEndpoints own{middleware().participant_bytes};
   std::optional<PublisherIds> publisher_ids;
   bool logging = false;
+  std::string no_log_file;  // why; empty: there is one, or none is wanted
   std::string name, name_space, full_name;
   ParameterMap overrides;
   std::vector<std::string> others;
@@ -165,7 +135,8 @@ void Node::State::open(const NodeOptions& options) {
                                options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
   open_context(options);
   read_arguments(options);
-  begin_logging(context.global_arguments);
+  all_arguments.assign(options.argv, options.argv + options.argc);
+  no_log_file = begin_log(context.global_arguments, all_arguments);
   logging = true;
   // Until Iron rcl_node_init() opens /rosout if it may, since Jazzy it does not.
   rcl_node_options_t node_options = rcl_node_get_default_options();
@@ -174,7 +145,7 @@ void Node::State::open(const NodeOptions& options) {
              "cannot create the node");
   ignore_error(rcl_node_options_fini(&node_options));
   {
-    const std::lock_guard lock(connect_bridge::ros::logging().mutex);
+    const std::lock_guard lock(log_mutex());
     if (rcl_logging_rosout_enabled())
       require_ok(rcl_logging_rosout_init_publisher_for_node(&node), "cannot publish on /rosout");
   }
@@ -187,7 +158,6 @@ void Node::State::open(const NodeOptions& options) {
   full_name = rcl_node_get_fully_qualified_name(&node);
   own.settle_node(full_name);
   read_overrides(context.global_arguments, full_name, overrides, others);
-  all_arguments.assign(options.argv, options.argv + options.argc);
   parameter_files = parameter_files_of(context.global_arguments);
 }
 
@@ -240,19 +210,22 @@ Node::State::~State() {
   if (parameter_events.impl != nullptr) ignore_error(rcl_publisher_fini(&parameter_events, &node));
   if (rcl_clock_valid(&clock)) ignore_error(rcl_clock_fini(&clock));
   if (rcl_node_is_valid_except_context(&node)) {
-    const std::lock_guard lock(connect_bridge::ros::logging().mutex);
+    const std::lock_guard lock(log_mutex());
     if (rcl_logging_rosout_enabled())
       ignore_error(rcl_logging_rosout_fini_publisher_for_node(&node));
     ignore_error(rcl_node_fini(&node));
   }
   ignore_error(RCL_RET_OK);  // the questions above leave an error text
   if (rcl_context_is_valid(&context)) ignore_error(rcl_shutdown(&context));
-  if (logging) end_logging();
+  if (logging) end_log();
   if (context.impl != nullptr) ignore_error(rcl_context_fini(&context));
 }
 
 Node::Node(const NodeOptions& options) : state_(std::make_unique<State>()) {
   state_->open(options);
+  if (!state_->no_log_file.empty())
+    log(LogLevel::kWarn,
+        state_->no_log_file + "; so no log file is written, as with --disable-external-lib-logs");
 }
 
 Node::~Node() = default;
@@ -320,7 +293,7 @@ void Node::log(LogLevel level, const std::string& text) const {
   const int severity = kSeverities[static_cast<std::size_t>(level)];
   const char* logger = rcl_node_get_logger_name(&state_->node);
   // Reading the level may store it for the next time.
-  const std::lock_guard lock(logging().mutex);
+  const std::lock_guard lock(log_mutex());
   if (!rcutils_logging_logger_is_enabled_for(logger, severity)) return;
   // The output to /rosout reads the location without asking whether there is one.
   static constexpr rcutils_log_location_t kNowhere{"", "", 0};

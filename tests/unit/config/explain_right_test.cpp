@@ -38,7 +38,7 @@ RightQuestion topic(std::string name, Direction direction, std::string who = "op
 }
 
 std::string said(const RightQuestion& question) {
-  return explain_right(server_config(), question);
+  return explain_right(server_config(), question).text;
 }
 
 TEST(ExplainRight, TheRuleThatDecides) {
@@ -111,7 +111,8 @@ TEST(ExplainRight, ParametersAreOpenAsLongAsOneServiceIs) {
   question.name = "/nav";
   const std::string open = "rules: [a, b]\nrule: {a: {export_parameters: [/nav]}, b: {deny: [";
   const auto explained = [&](const std::string& deny) {
-    return explain_right(config_of(yaml((open + deny + "]}}").c_str()), Role::kServer), question);
+    return explain_right(config_of(yaml((open + deny + "]}}").c_str()), Role::kServer), question)
+        .text;
   };
   const auto some = explained("\"/**/get_parameters\"");
   EXPECT_THAT(some, HasSubstr("/nav: allowed\n"));
@@ -133,7 +134,7 @@ TEST(ExplainRight, WhatIsNoName) {
 
 TEST(ExplainRight, AClientWithoutRules) {
   const Config config = config_of({{"url", "wss://robot.example/"}}, Role::kClient);
-  const auto text = explain_right(config, topic("/scan", Direction::kImport));
+  const auto text = explain_right(config, topic("/scan", Direction::kImport)).text;
   EXPECT_THAT(text, HasSubstr("allowed by the default rules of a client"));
   EXPECT_THAT(text, Not(HasSubstr("rule.default")));
 }
@@ -144,7 +145,7 @@ TEST(ExplainRight, WhatTheDefaultRulesOfTheClientHave) {
     RightQuestion question = topic(name, direction);
     question.what = what;
     const std::string rules = std::string("rules: [a]\nrule: {a: {") + rule + ": [\"/**\"]}}";
-    return explain_right(config_of(yaml(rules), Role::kServer), question);
+    return explain_right(config_of(yaml(rules), Role::kServer), question).text;
   };
   const std::string not_so = "; those of a client without rules do not\n";
   EXPECT_THAT(said_of("export_topics", OpenedBy::kTopics, "/rosout", Direction::kExport),
@@ -159,6 +160,22 @@ TEST(ExplainRight, WhatTheDefaultRulesOfTheClientHave) {
               HasSubstr("; those of a client without rules do\n"));
 }
 
+TEST(ExplainRight, WhatIsAllowedInOneDirectionOrForSomeTypesIsAllowed) {
+  const auto allowed = [](const RightQuestion& question) {
+    return explain_right(server_config(), question).allowed;
+  };
+  RightQuestion question = topic("/cmd_vel", Direction::kImport);
+  EXPECT_TRUE(allowed(question)) << "for some types";
+  question.type = "p/msg/Other";
+  EXPECT_FALSE(allowed(question));
+  question = topic("/tf", Direction::kExport);
+  question.direction.reset();
+  EXPECT_TRUE(allowed(question));
+  question.direction = Direction::kImport;
+  EXPECT_FALSE(allowed(question));
+  EXPECT_FALSE(allowed(topic("/camera/secret/a", Direction::kExport))) << "denied";
+}
+
 // The text agrees with the policy for every question.
 TEST(ExplainRight, SaysWhatThePolicyDoes) {
   const Config config = server_config();
@@ -171,9 +188,10 @@ TEST(ExplainRight, SaysWhatThePolicyDoes) {
           const bool allowed =
               config.policy.decide(direction, InterfaceKind::kTopic, name, type, question.who)
                   .has_value();
-          EXPECT_EQ(explain_right(config, question).find(": allowed\n") != std::string::npos,
-                    allowed)
+          const RightAnswer answer = explain_right(config, question);
+          EXPECT_EQ(answer.text.find(": allowed\n") != std::string::npos, allowed)
               << name << " " << who << " " << type;
+          EXPECT_EQ(answer.allowed, allowed) << name << " " << who << " " << type;
         }
 }
 

@@ -88,6 +88,14 @@ TEST(Dialer, ARefusedLoginWaitsLongerAndLonger) {
   expect_wait(dialer, random, Failure::kRefused, 5);
 }
 
+TEST(Dialer, ALoginThatIsPutOffIsTriedAsSoonEachTime) {
+  Random random(1);
+  Dialer dialer(kOptions);
+  for (int i = 0; i < 10; ++i) expect_wait(dialer, random, Failure::kPutOff, 5);
+  dialer.hurry(now_ms(1200).steady);
+  EXPECT_GE(*dialer.deadline(), now_ms(6000).steady);
+}
+
 TEST(Dialer, RefusedClientsDoNotReturnAtOnce) {
   Random random(1);
   std::set<Duration> waits;

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "net/certified.hpp"
+#include "unit/net/certificates.hpp"
 #include "unit/net/harness.hpp"
 #include "unit/scratch.hpp"
 
@@ -23,6 +25,18 @@ std::string content(const std::string& file) {
   std::ostringstream text;
   text << std::ifstream{file}.rdbuf();
   return text.str();
+}
+
+template <class Kind, class Read, class Free>
+std::unique_ptr<Kind, Free> read(const std::string& file, Read read_pem, Free free) {
+  std::FILE* const in = std::fopen(file.c_str(), "r");
+  std::unique_ptr<Kind, Free> result(read_pem(in, nullptr, nullptr, nullptr), free);
+  std::fclose(in);
+  return result;
+}
+
+Stamp end_in(const std::string& file) {
+  return end_of(read<X509>(file, &PEM_read_X509, &X509_free).get());
 }
 
 class AuthorityTest : public testing::Test {
@@ -48,6 +62,7 @@ class AuthorityTest : public testing::Test {
 TEST_F(AuthorityTest, AServerIsTrustedUnderItsNamesAndAddresses) {
   const auto made = make_certificates(order({"robot.example", "127.0.0.1", "::1"}));
   EXPECT_EQ(made.problem, "");
+  EXPECT_EQ(made.shortened_to, "");
   EXPECT_THAT(made.files,
               ElementsAre(file("ca.crt"), file("ca.key"), file("server.crt"), file("server.key")));
   Pair pair{server()};
@@ -114,6 +129,32 @@ TEST_F(AuthorityTest, TheAuthorityThatIsThereSignsWhatIsNew) {
   std::filesystem::remove(file("ca.key"));
   EXPECT_THAT(make_certificates(order({}, {"carl"})).problem,
               HasSubstr("cannot be used as an authority"));
+}
+
+TEST_F(AuthorityTest, WhatItSignsEndsWithItAtTheLatest) {
+  ASSERT_EQ(make_certificates(order({}, {"first"})).problem, "");
+  const auto authority_of_days = [&](long days) {
+    const auto key = read<EVP_PKEY>(file("ca.key"), &PEM_read_PrivateKey, &EVP_PKEY_free);
+    const auto authority = read<X509>(file("ca.crt"), &PEM_read_X509, &X509_free);
+    X509_gmtime_adj(X509_getm_notAfter(authority.get()), days * 24 * 3600);
+    X509_sign(authority.get(), key.get(), EVP_sha256());
+    write_pem(file("ca.crt"), authority.get());
+  };
+  authority_of_days(20);
+  const Stamp last = end_in(file("ca.crt"));
+  const auto made = make_certificates(order({"robot"}, {"alice"}));
+  EXPECT_EQ(made.problem, "");
+  EXPECT_EQ(made.shortened_to, day_of(last));
+  EXPECT_EQ(end_in(file("server.crt")), last);
+  EXPECT_EQ(end_in(file("client-alice.crt")), last);
+  CertificateOrder shorter = order({}, {"bob"});
+  shorter.days = 5;
+  EXPECT_EQ(make_certificates(shorter).shortened_to, "");
+  EXPECT_LT(end_in(file("client-bob.crt")), last);
+  authority_of_days(-1);
+  const auto late = make_certificates(order({}, {"carl"}));
+  EXPECT_THAT(late.problem, HasSubstr("ca.crt has ended"));
+  EXPECT_THAT(late.files, IsEmpty());
 }
 
 TEST_F(AuthorityTest, NamesAreNoPathsAndNoExtensions) {

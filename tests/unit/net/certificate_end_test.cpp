@@ -4,8 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
 
+#include "net/tls_files.hpp"
 #include "unit/net/certificates.hpp"
 #include "unit/net/harness.hpp"
 #include "unit/scratch.hpp"
@@ -16,6 +19,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::StartsWith;
 
 constexpr Stamp kDayStamp = 24 * 3600 * kStampSecond;
 constexpr Stamp kEndOfIt = 20'795 * kDayStamp;  // 2026-12-08
@@ -66,6 +70,20 @@ TEST(CertificateEnd, WithoutANameItIsThatOfThisSide) {
               HasSubstr("the certificate of this side ended"));
 }
 
+TEST(CertificateEnd, OfOneAboveItIsToldWithItsSubject) {
+  CertificateEnd certificate("robot.local", kEndOfIt, "CN=Between,O=Example");
+  EXPECT_EQ(certificate.take_line({TimePoint{}, kEndOfIt - 12 * kDayStamp, 0}),
+            "TLS: 'CN=Between,O=Example' in the chain of the certificate of robot.local ends in 12 "
+            "days, on 2026-12-08: replace the chain");
+}
+
+TEST(CertificateEnd, IsOverFromThatMomentOn) {
+  const CertificateEnd certificate("robot.local", kEndOfIt);
+  EXPECT_FALSE(certificate.is_over(kEndOfIt - 1));
+  EXPECT_TRUE(certificate.is_over(kEndOfIt));
+  EXPECT_FALSE(CertificateEnd().is_over(kEndOfIt));
+}
+
 // ---- with files
 
 Now today(Duration after = {}) {
@@ -77,6 +95,42 @@ std::string folder_of(const std::string& name) {
   const std::string folder = scratch_folder() + "end_" + name + "/";
   std::filesystem::create_directories(folder);
   return folder;
+}
+
+// A file with a certificate and that of its authority, which are valid for so many days.
+Authority::Files chain_of(const std::string& folder, long days, long authority_days) {
+  const Key above_key = make_key();
+  const Key key = make_key();
+  const Certificate above = make_certificate(above_key.get(), "Old authority", "", nullptr,
+                                             above_key.get(), -9, authority_days);
+  const Certificate own = make_certificate(key.get(), "robot.local", "DNS:robot.local", above.get(),
+                                           above_key.get(), -9, days);
+  Authority::Files files{folder + "chain.pem", folder + "chain.key.pem"};
+  write_pem(files.certificate, above.get());
+  const std::string second = content(files.certificate);
+  write_pem(files.certificate, own.get());
+  std::ofstream(files.certificate, std::ios::app) << second;
+  write_pem(files.key, key.get());
+  return files;
+}
+
+TEST(CertificateEnd, OfAChainTheFirstCounts) {
+  const auto told = [](long days, long authority_days) {
+    const auto chain = chain_of(folder_of("chain"), days, authority_days);
+    TlsFiles files{ServerTls{chain.certificate, chain.key, ""}};
+    std::string problem;
+    EXPECT_TRUE(files.get(problem)) << problem;
+    EXPECT_NEAR(static_cast<double>(files.certificate().end() - today().system),
+                static_cast<double>(std::min(days, authority_days) * kDayStamp), 60e9);
+    return files.certificate().take_line(today()).value_or("");
+  };
+  const std::string above = "TLS: 'CN=Old authority' in the chain of ";
+  const std::string own = "the certificate of robot.local ";
+  EXPECT_THAT(told(365, 12), StartsWith(above + own + "ends in 12 days, on "));
+  EXPECT_THAT(told(20, 12), StartsWith(above));
+  EXPECT_THAT(told(365, -3), StartsWith(above + own + "ended 3 days ago, on "));
+  EXPECT_THAT(told(12, 365), StartsWith("TLS: " + own + "ends in 12 days, on "));
+  EXPECT_EQ(told(365, 365), "");
 }
 
 TEST(CertificateEnd, OfAServerIsToldAtTheStartAndWhenTheFilesAreReadAgain) {

@@ -114,6 +114,19 @@ TEST(Race, ASilentAddressIsTriedAgainAndAgain) {
   EXPECT_LT(Clock::now() - opened, 700ms);
 }
 
+TEST(Race, OneRefusalEndsAllAttemptsAtAnAddress) {
+  Loop loop;
+  std::optional<BlackHole> hole(std::in_place, loop, loopback(0));
+  Racing racing{loop, {hole->address()}};
+  loop.run_for(1600ms);
+  EXPECT_EQ(racing.ends, 0);
+  hole.reset();
+  ASSERT_TRUE(loop.until([&] { return racing.ends > 0; }));
+  EXPECT_EQ(racing.error, asio::error::connection_refused);
+  loop.run_for(600ms);
+  EXPECT_EQ(racing.ends, 1);
+}
+
 TEST(Race, WhoHasLostIsClosed) {
   Loop loop;
   tcp::acceptor first{loop.io, loopback(0)};

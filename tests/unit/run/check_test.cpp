@@ -8,6 +8,7 @@
 #include <fstream>
 #include <thread>
 
+#include "unit/net/certificates.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -91,6 +92,23 @@ TEST(Check, TellsMistakesOfEveryKindAtOnce) {
   EXPECT_THAT(wrong.error, HasSubstr("audit.file: cannot write /nowhere/audit.jsonl"));
 }
 
+TEST(Check, ACertificateThatHasEndedIsAProblem) {
+  test::Authority authority{test::scratch_folder() + "checked_"};
+  const auto check_with = [&](long days) {
+    const auto own = authority.sign("robot", "DNS:robot", -9, days);
+    return check(std::string(kToken) + "    tls: {certificate: " + own.certificate +
+                 ", private_key: " + own.key + "}\n");
+  };
+  const Printed soon = check_with(12);
+  EXPECT_EQ(soon.code, 0) << soon.error;
+  EXPECT_THAT(soon.out, HasSubstr("warning: TLS: the certificate of robot ends in 12 days, on "));
+  const Printed over = check_with(-3);
+  EXPECT_EQ(over.code, 2);
+  EXPECT_THAT(over.error, HasSubstr("1 problem\n  TLS: the certificate of robot ended 3 days ago"));
+  EXPECT_THAT(over.out, StartsWith("The rest of the file means:\n"));
+  EXPECT_THAT(check_with(300).out, Not(HasSubstr("certificate of robot")));
+}
+
 TEST(Check, AKeyThatIsGivenTwiceIsRefused) {
   const Printed wrong = check(std::string(kToken) + "    rules: [a]\n    rules: []\n");
   EXPECT_EQ(wrong.code, 2);
@@ -127,9 +145,11 @@ TEST(Explain, AnIdentityHasTheGroupsOfTheTokenFile) {
   EXPECT_THAT(anna.out, StartsWith("groups of anna: [\"ops\", \"crew\", \"night\"], as " + tokens +
                                    " has it (of all 2 tokens together)\nimport ("));
   EXPECT_THAT(anna.out, HasSubstr("/cmd_vel: allowed"));
+  EXPECT_EQ(anna.code, 0);
   const Printed bert = explained(file, "bert");
   EXPECT_THAT(bert.out, StartsWith("groups of bert: none, as " + tokens + " has it\nimport ("));
   EXPECT_THAT(bert.out, HasSubstr("/cmd_vel: not allowed"));
+  EXPECT_EQ(bert.code, 1);
   EXPECT_THAT(explained(file, "carl").out, StartsWith("groups of carl: none given (--group); " +
                                                       tokens + " has no such identity\n"));
   EXPECT_THAT(explained(file, "bert", {"ops"}).out, StartsWith("import ("));

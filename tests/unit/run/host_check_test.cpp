@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "net/authority.hpp"
+#include "unit/net/certificates.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -65,6 +66,26 @@ TEST(HostCheck, GarbageIsNoCertificate) {
       check_host({{"tls.certificate", garbage}, {"tls.private_key", files().one + "/server.key"}})
           .problems,
       ElementsAre(HasSubstr("is not a PEM certificate")));
+}
+
+TEST(HostCheck, TellsThatACertificateEndsOrHasEnded) {
+  test::Authority authority{test::scratch_folder() + "ending_"};
+  const auto found_with = [&](long days) {
+    const auto own = authority.sign("robot", "DNS:robot", -9, days);
+    return check_host({{"tls.certificate", own.certificate}, {"tls.private_key", own.key}});
+  };
+  const HostFindings soon = found_with(12);
+  EXPECT_THAT(soon.warnings,
+              ElementsAre(HasSubstr("TLS: the certificate of robot ends in 12 days, on ")));
+  EXPECT_THAT(soon.ended, IsEmpty());
+  const HostFindings over = found_with(-3);
+  EXPECT_THAT(over.ended,
+              ElementsAre(HasSubstr("TLS: the certificate of robot ended 3 days ago, on ")));
+  EXPECT_THAT(over.warnings, IsEmpty());
+  EXPECT_THAT(over.problems, IsEmpty()) << "a program starts with it";
+  const HostFindings later = found_with(300);
+  EXPECT_THAT(later.warnings, IsEmpty());
+  EXPECT_THAT(later.ended, IsEmpty());
 }
 
 // parse_config() tells it.

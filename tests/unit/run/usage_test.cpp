@@ -60,6 +60,87 @@ TEST(UsageFile, IsWrittenOnceAMinute) {
   EXPECT_TRUE(std::filesystem::exists(file));
 }
 
+// Counts a minute of so many bytes of a run, and ends it as a loss of power does.
+void count_a_minute(UsageFile& usage, std::uint64_t total) {
+  for (int second = 0; second < 60; ++second)
+    EXPECT_EQ(usage.every_second({total, 0}, "2026-11-22"), "");
+}
+
+std::uint64_t counted_in(const std::string& file) {
+  Usage usage;
+  EXPECT_TRUE(usage.read_text(test::content(file))) << file;
+  return usage.of_day("2026-11-22").sent;
+}
+
+TEST(UsageFile, TheOneBeforeIsKept) {
+  const std::string file = scratch_file();
+  UsageFile usage;
+  EXPECT_EQ(usage.open(file), "");
+  count_a_minute(usage, 1000);
+  EXPECT_FALSE(std::filesystem::exists(file + ".1"));
+  for (std::uint64_t minute = 2; minute < 5; ++minute) {
+    count_a_minute(usage, minute * 1000);
+    EXPECT_EQ(counted_in(file), minute * 1000);
+    EXPECT_EQ(counted_in(file + ".1"), (minute - 1) * 1000);
+  }
+  EXPECT_EQ(usage.every_second({4500, 0}, "2026-11-22"), "");
+  usage.close();
+  EXPECT_EQ(counted_in(file), 4500U);
+  EXPECT_EQ(counted_in(file + ".1"), 3000U) << "the one before is not a second old";
+  EXPECT_FALSE(std::filesystem::exists(file + ".1.part"));
+}
+
+// After a loss of power the new file can be empty, or full of zeros.
+TEST(UsageFile, GoesOnFromTheOneBeforeWhenThePowerFailed) {
+  for (const std::string& left : {std::string{}, std::string(100, '\0')}) {
+    const std::string file = scratch_file();
+    {
+      UsageFile usage;
+      EXPECT_EQ(usage.open(file), "");
+      count_a_minute(usage, 1000);
+      count_a_minute(usage, 3000);
+    }
+    std::ofstream{file} << left;
+    UsageFile usage;
+    EXPECT_EQ(usage.open(file), "usage_file: " + file +
+                                    " is not valid; counting goes on from the one before, " + file +
+                                    ".1, and the file is renamed to " + file + ".broken");
+    EXPECT_EQ(usage.usage().of_day("2026-11-22").sent, 1000U);
+    count_a_minute(usage, 500);
+    EXPECT_EQ(counted_in(file), 1500U);
+    EXPECT_EQ(counted_in(file + ".1"), 1000U);
+  }
+}
+
+TEST(UsageFile, GoesOnFromTheOneBeforeWhenThereIsNoOther) {
+  const std::string file = scratch_file();
+  {
+    UsageFile usage;
+    EXPECT_EQ(usage.open(file), "");
+    count_a_minute(usage, 1000);
+    count_a_minute(usage, 3000);
+  }
+  std::filesystem::remove(file);
+  UsageFile usage;
+  EXPECT_EQ(
+      usage.open(file),
+      "usage_file: " + file + " is missing; counting goes on from the one before, " + file + ".1");
+  EXPECT_EQ(usage.usage().of_day("2026-11-22").sent, 1000U);
+}
+
+TEST(UsageFile, WhereNeitherIsValidCountingBeginsAgain) {
+  const std::string file = scratch_file();
+  std::ofstream{file} << "{";
+  std::ofstream{file + ".1"} << "{";
+  UsageFile usage;
+  EXPECT_EQ(usage.open(file), "usage_file: " + file +
+                                  " is not valid; counting begins again at zero, and the file is "
+                                  "renamed to " +
+                                  file + ".broken");
+  usage.close();
+  EXPECT_EQ(UsageFile{}.open(file), "");
+}
+
 TEST(UsageFile, WhatCannotBeReadIsNotReplaced) {
   const std::string file = scratch_file();
   std::filesystem::create_symlink(file, file);  // to itself: not even root can read it

@@ -11,7 +11,7 @@ namespace {
 
 TEST(Version, IsThatOfThePackage) {
   EXPECT_THAT(test::source_text("package.xml"),
-              testing::HasSubstr(std::string("<version>") + kVersion + "</version>"));
+              testing::HasSubstr(std::string("<version>") + kProgramVersion + "</version>"));
 }
 
 }  // namespace

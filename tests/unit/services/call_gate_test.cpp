@@ -134,13 +134,13 @@ TEST(CallGate, ServicesTakeTurnsAtThePlacesOfTheirLink) {
         {"admit 1.1 9", ""},
         {"admit 1.2 9", ""},
         {"admit 2.2 9", ""},
-        {"add 1.1 7", "1.1/1 1.1/2 1.1/3 1.1/4"},
-        {"add 1.2 2", "1.2/1"},  // each service may have one
+        {"add 1.1 8", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5"},
+        {"add 1.2 3", "1.2/1"},  // the first takes none of them
         {"add 2.2 1", "2.2/1"},  // another link has places of its own
-        {"answer 1 1", ""},
-        {"answer 1 2", "1.1/5"},
-        {"answer 1 3", "1.2/2"},
-        {"answer 1 4", "1.1/6"}});
+        {"answer 1 1", "1.1/6"},
+        {"answer 1 2", "1.2/2"},
+        {"answer 1 3", "1.1/7"},
+        {"answer 1 4", "1.2/3"}});
 }
 
 // To cancel a goal, or to stop, must be possible however many services hang.
@@ -148,16 +148,16 @@ TEST(CallGate, ServicesThatHangLeaveOneCallForEachOther) {
   play({{"open 1", ""},
         {"open 2", ""},
         {"open 3", ""},
-        {"admit 1.1 2", ""},
-        {"admit 1.2 2", ""},
-        {"admit 1.3 2", ""},
-        {"add 1.1 3", "1.1/1 1.1/2"},
-        {"add 1.2 3", "1.2/1 1.2/2"},
+        {"admit 1.1 3", ""},
+        {"admit 1.2 3", ""},
+        {"admit 1.3 3", ""},
+        {"add 1.1 4", "1.1/1 1.1/2 1.1/3"},
+        {"add 1.2 4", "1.2/1 1.2/2 1.2/3"},
         {"add 1.3 3", "1.3/1"},
         {"answer 3 1", "1.3/2"},
-        {"answer 3 2", "1.3/3"},
-        {"answer 1 1", ""},  // beyond the link's places it takes none of them
-        {"answer 3 3", "1.1/3"}});
+        {"answer 1 1", "1.3/3"},
+        {"answer 3 2", "1.1/4"},
+        {"answer 3 3", ""}});
 }
 
 TEST(CallGate, LinksTakeTurnsAtAFullServer) {
@@ -224,7 +224,7 @@ TEST(CallGate, ResultsTakeNoPlaceOfTheLink) {
         {"admit 1.1 1", ""},
         {"admit 1.2 9", ""},
         {"add 1.1 6", "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5 1.1/6"},
-        {"add 1.2 5", "1.2/1 1.2/2 1.2/3 1.2/4"}});
+        {"add 1.2 6", "1.2/1 1.2/2 1.2/3 1.2/4 1.2/5"}});
 }
 
 TEST(CallGate, APreparedCallHoldsThoseBehindIt) {
@@ -259,7 +259,7 @@ TEST(CallGate, NothingBeginsWhileItIsHeld) {
 TEST(CallGate, PlacesOfADeadLinkAreForNobody) {
   Words words;
   for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9"}) words.does(step);
-  EXPECT_EQ(words.does("add 1.1 4"), "1.1/1 1.1/2 1.1/3 1.1/4");
+  EXPECT_EQ(words.does("add 1.1 5"), "1.1/1 1.1/2 1.1/3 1.1/4 1.1/5");
   EXPECT_EQ(words.does("add 1.2 2"), "1.2/1");
   words.gate.close(LinkId{1});
   EXPECT_EQ(words.does("dismiss 1.1"), "");
@@ -279,6 +279,16 @@ TEST(CallGate, TellsWhetherACallWouldWait) {
   EXPECT_TRUE(words.gate.would_wait(one));
   EXPECT_EQ(words.gate.waiting(one), 3U);
   EXPECT_EQ(words.gate.waiting(LinkId{1}), 3U);
+}
+
+TEST(CallGate, TheFirstCallOfAServiceNeverWaitsForItsLink) {
+  Words words;
+  for (const char* step : {"open 1", "open 2", "admit 1.1 9", "admit 1.2 9", "add 1.1 9"})
+    words.does(step);
+  const CallGate::Caller other{{1}, {2}};
+  EXPECT_FALSE(words.gate.would_wait(other));
+  EXPECT_EQ(words.does("add 1.2 1"), "1.2/1");
+  EXPECT_TRUE(words.gate.would_wait(other));
 }
 
 }  // namespace

@@ -63,15 +63,16 @@ TEST(ServiceExports, ALinksServicesShareItsPlacesInTurn) {
   s.say(1, Attach{{2}, {2}});
   s.give(ServiceReady{{1}, true, ""});
   s.give(ServiceReady{{2}, true, ""});
-  for (std::uint32_t call = 1; call <= 3; ++call) s.message(1, 1, call, "a");
-  for (std::uint32_t call = 1; call <= 2; ++call) s.message(1, 2, call, "b");
-  s.did();
+  for (std::uint32_t call = 1; call <= 4; ++call) s.message(1, 1, call, "a");
+  for (std::uint32_t call = 1; call <= 3; ++call) s.message(1, 2, call, "b");
+  // The first of each takes no place.
+  EXPECT_NE(s.did().find("invoke 1.1 a\ninvoke 1.2 a\ninvoke 2.3 b\n"), std::string::npos);
   std::string order;
-  for (std::uint32_t i = 1; i <= 3; ++i) {
-    s.give(InvocationFailed{{i == 2 ? 2U : 1U}, {i}, "no"});
+  for (std::uint32_t i = 1; i <= 4; ++i) {
+    s.give(InvocationFailed{{i == 3 ? 2U : 1U}, {i}, "no"});
     order += s.did();
   }
-  EXPECT_EQ(order, "invoke 1.3 a\ninvoke 2.4 b\ninvoke 1.5 a\n");
+  EXPECT_EQ(order, "invoke 1.4 a\ninvoke 2.5 b\ninvoke 1.6 a\ninvoke 2.7 b\n");
 }
 
 TEST(ServiceExports, BeyondWhatMayWaitACallIsRefused) {
@@ -80,9 +81,9 @@ TEST(ServiceExports, BeyondWhatMayWaitACallIsRefused) {
   options.calls_waiting_max = 1;
   Script s(options);
   attached(s);
-  for (std::uint32_t call = 1; call <= 4; ++call) s.message(1, 1, call, "q");
-  EXPECT_EQ(s.said(1), "refuse 1 3 limit\nrefuse 1 4 limit\n");
-  EXPECT_EQ(s.did(), "invoke 1.1 q\n");
+  for (std::uint32_t call = 1; call <= 5; ++call) s.message(1, 1, call, "q");
+  EXPECT_EQ(s.said(1), "refuse 1 4 limit\nrefuse 1 5 limit\n");
+  EXPECT_EQ(s.did(), "invoke 1.1 q\ninvoke 1.2 q\n");
   EXPECT_NE(s.logged.find("refused"), std::string::npos);
   EXPECT_EQ(first(s).refused, 2U);
 }
@@ -98,7 +99,8 @@ TEST(ServiceExports, BytesOfRequestsAndAnswersAreBounded) {
   s.message(1, 1, 2, "short");
   s.message(1, 1, 3, "ten bytes");
   s.message(1, 1, 4, "ten bytes");
-  EXPECT_EQ(s.said(1), "refuse 1 4 limit\n");
+  s.message(1, 1, 5, "ten bytes");
+  EXPECT_EQ(s.said(1), "refuse 1 5 limit\n");
   answer(s, 1, "an answer of too many bytes");
   EXPECT_EQ(s.said(1), "refuse 1 2 limit\n");
 }

@@ -164,10 +164,11 @@ TEST(ServiceExports, WhatWaitsIsNotBegunWhenItsRightEnds) {
     s.say(1, Attach{{id}, {id}});
     s.give(ServiceReady{{id}, true, ""});
   }
-  for (const std::uint32_t call : {1U, 2U}) s.message(1, 1, call, "q");
-  EXPECT_EQ(s.did(), "call_service 1 /a\ncall_service 2 /b\ninvoke 1.1 q\n");
+  for (const std::uint32_t call : {1U, 2U, 3U}) s.message(1, 1, call, "q");
+  EXPECT_EQ(s.did(), "call_service 1 /a\ncall_service 2 /b\ninvoke 1.1 q\ninvoke 1.2 q\n");
   s.give(PolicyChanged{Policy({rule({}, {})})});
-  EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\nuncall_service 2\n");
+  EXPECT_EQ(s.did(),
+            "drop_invocation 1.1\ndrop_invocation 1.2\nuncall_service 1\nuncall_service 2\n");
 }
 
 TEST(ServiceExports, ARuleThatAllowsMoreBeginsWhatWaits) {

@@ -165,6 +165,11 @@ TEST(Side, TheFirstAcceptsOfAConnectionIsTakenInTime) {
   EXPECT_EQ(s.said(4).find("offer"), std::string::npos);
   s.pass(10'000);
   EXPECT_NE(s.said(4).find("offer"), std::string::npos);
+  // Another one is put off, but what is owed has not grown with the connections.
+  s.say(4, Accepts{{{{"/b"}, {}}}, {}});
+  EXPECT_EQ(s.said(4).find("withdraw"), std::string::npos);
+  s.pass(90'000);
+  EXPECT_NE(s.said(4).find("withdraw"), std::string::npos);
 }
 
 // A peer takes 4096 channels; one more would end the link, again and again.
