@@ -200,8 +200,29 @@ std::uint64_t World::known_rate() const {
   return static_cast<std::uint64_t>(std::max(slowest, 1000.0));
 }
 
+std::uint64_t World::backlog() const {
+  std::uint64_t bytes = 0;
+  for (const auto& host : hosts_)
+    for (const auto& link : host->running() ? host->status().links : std::vector<LinkStatus>{})
+      bytes += link.queued_bytes;
+  return bytes;
+}
+
+// A hundred calls of the chaos may still be on their way over a slow path: as long as they move they
+// have time.
+void World::let_backlogs_leave() {
+  auto left = backlog();
+  if (left == 0) return;
+  for (auto before = left + 1; left > 0 && left < before; left = backlog()) {
+    before = left;
+    run_for(3s);
+  }
+  run_for(kTruth);
+}
+
 void World::check_services() {
   if (scenario_.services.empty()) return;
+  let_backlogs_leave();
   service_expectation_->check_mirrors();
   service_expectation_->check_action_topics();
   service_expectation_->check_nothing_pending();

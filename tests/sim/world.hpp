@@ -67,6 +67,9 @@ class World : public Middleware::Listener, public Services::Listener {
   void check_last_words();
   // What the sender that knows its path as the slowest takes it for, in bytes per second.
   [[nodiscard]] std::uint64_t known_rate() const;
+  // Bytes that wait on all links.
+  [[nodiscard]] std::uint64_t backlog() const;
+  void let_backlogs_leave();
   void end();
 
   Scenario scenario_;
