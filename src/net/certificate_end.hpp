@@ -12,8 +12,8 @@
 
 namespace connect_bridge {
 
-// Peers refuse a certificate that has ended, also if only one of its chain has, and nobody at the
-// robot sees that. Thread: the loop's.
+// Peers refuse a certificate that has ended, and mostly also if one of its chain has, and nobody at
+// the robot sees that. Thread: the loop's.
 class CertificateEnd {
  public:
   static constexpr Duration kSoon = std::chrono::hours(30 * 24);
@@ -27,7 +27,9 @@ class CertificateEnd {
 
   // When the first of the chain ends. 0: never.
   [[nodiscard]] Stamp end() const { return end_; }
-  [[nodiscard]] bool is_over(Stamp now) const { return end_ != 0 && end_ <= now; }
+  // Whether the certificate itself has ended: where one of its chain has, a peer may know another
+  // way to an authority.
+  [[nodiscard]] bool is_over(Stamp now) const { return above_.empty() && end_ != 0 && end_ <= now; }
   // The line for the log, once a day while it has ended or soon will. To be called once a second.
   [[nodiscard]] std::optional<std::string> take_line(const Now& now);
 

@@ -45,6 +45,7 @@ void Dialing::start(Done done) {
   deadline_.async_wait([weak = weak_from_this()](ErrorCode error) {
     const auto self = weak.lock();
     if (!self || error) return;
+    self->was_silent_ = !self->answered();
     const std::string stage = self->stage_ ? self->stage_ : self->way_->stage();
     self->fail("no answer in time (" + stage + ")");
   });

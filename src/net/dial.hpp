@@ -32,6 +32,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   void abandon();
   // Whether it came so far that there is somebody: TLS or HTTP began.
   [[nodiscard]] bool answered() const { return stage_ != nullptr; }
+  // Whether its time ended without that.
+  [[nodiscard]] bool was_silent() const { return was_silent_; }
 
  private:
   struct Response;
@@ -55,6 +57,7 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   std::shared_ptr<WebSocket> socket_;
   std::unique_ptr<Response> response_;
   const char* stage_ = nullptr;  // what is being waited for; null: the way
+  bool was_silent_ = false;
   Done done_;
 };
 

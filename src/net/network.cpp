@@ -21,7 +21,7 @@
 namespace connect_bridge {
 namespace {
 
-constexpr int kSilentDials = 6;  // then the next are slow (DialOptions)
+constexpr int kSilentDials = 60;  // then the next are slow (DialOptions)
 
 }  // namespace
 
@@ -154,8 +154,9 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
                                 std::shared_ptr<WebSocket> socket, std::string problem) {
   const auto dial = dials.find(id);
   const bool answered = dial != dials.end() && dial->second->answered();
+  const bool silent = dial != dials.end() && dial->second->was_silent();
   dials.erase(id);
-  silent_dials = socket || answered ? 0 : std::min(silent_dials + 1, kSilentDials);
+  silent_dials = silent ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
     events.input(DialFailed{id, std::move(problem), answered});
     return;

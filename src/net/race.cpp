@@ -5,8 +5,8 @@
 namespace connect_bridge {
 
 struct Race::Attempt {
-  Attempt(asio::io_context& io, const Endpoint& whose)
-      : address(whose), socket(io.get_executor()), limit(io) {}
+  Attempt(asio::io_context& io, const Waiting& next)
+      : address(next.address), time(next.time), socket(io.get_executor()), limit(io) {}
 
   void end() {
     ErrorCode ignored;
@@ -15,6 +15,7 @@ struct Race::Attempt {
   }
 
   Endpoint address;
+  Clock::duration time;
   TcpSocket socket;
   asio::steady_timer limit;
 };
@@ -63,7 +64,7 @@ void Race::begin_next() {
 }
 
 void Race::begin(const Waiting& next) {
-  const auto attempt = std::make_shared<Attempt>(io_, next.address);
+  const auto attempt = std::make_shared<Attempt>(io_, next);
   running_.insert(attempt);
   attempt->limit.expires_after(next.time);
   attempt->limit.async_wait([attempt](ErrorCode error) {
@@ -81,7 +82,11 @@ void Race::on_end(const std::shared_ptr<Attempt>& attempt, ErrorCode error) {
   attempt->limit.cancel();
   if (!error) return finish(std::move(attempt->socket), {});
   attempt->end();
-  if (error == asio::error::operation_aborted) return;  // its time is over
+  if (error == asio::error::operation_aborted) {  // its time is over
+    for (Waiting& one : waiting_)
+      if (one.address == attempt->address) one.time = std::max(one.time, attempt->time);
+    return;
+  }
   forget(attempt->address);
   if (waiting_.empty()) return finish(std::nullopt, error);
   begin_next();

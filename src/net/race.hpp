@@ -28,8 +28,8 @@ class Race : public std::enable_shared_from_this<Race> {
 
   static constexpr std::size_t kAddressesMax = 16;
   static constexpr std::chrono::milliseconds kAttemptDelay{250};  // RFC 8305 section 5
-  // Until an address gets another attempt, and how long that takes. The first one goes on for
-  // kAttemptTime, for paths on which an answer takes long.
+  // Until an address gets another attempt, and how long that takes. Beside these there is always
+  // one that goes on for kAttemptTime, for paths on which an answer takes long.
   static constexpr std::chrono::seconds kPatience{1};
   static constexpr std::chrono::seconds kAttemptTime{5};
 

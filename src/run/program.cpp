@@ -1,5 +1,7 @@
 #include "run/program.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -75,6 +77,15 @@ bool has_argument(int argc, char** argv, std::initializer_list<std::string_view>
   return false;
 }
 
+// Empty: no supervisor waits for word from this process. Systemd names the process that it has
+// started: another one, such as `ros2 launch`, speaks for itself.
+std::string notify_socket() {
+  const char* const socket = std::getenv("NOTIFY_SOCKET");
+  const char* const whose = std::getenv("SYSTEMD_EXEC_PID");
+  if (socket == nullptr || (whose != nullptr && whose != std::to_string(::getpid()))) return {};
+  return socket;
+}
+
 // Made after the bridge, it begins the last steps before the bridge's destructor, whatever the end
 // comes from: that destructor waits for threads, which a plugin or the middleware may hold up.
 struct BeginsLastSteps {
@@ -103,8 +114,7 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   if (!no_sockets.empty()) return refuse({no_sockets});
   assembly.parts->side.domain = node.domain();
   assembly.parts->side.qos_must_fit = !ros::middleware().joins_any_qos;
-  if (const char* const socket = std::getenv("NOTIFY_SOCKET"))
-    assembly.parts->notify_socket = socket;
+  assembly.parts->notify_socket = notify_socket();
   hide_secrets(argc, argv);
   for (const auto& line : start.news) node.log(LogLevel::kInfo, line);
   for (const auto& warning : config->warnings) node.log(LogLevel::kWarn, warning);

@@ -27,24 +27,29 @@ void Stop::wait_for_signal() {
   });
 }
 
-// The terminal counts that sends SIGHUP when it is closed, which need not be the standard input.
-// Only a process that has one can open its name.
-void ignore_early_hangup() {
+namespace {
+
+// The terminal counts that sends SIGHUP when it is closed, which need not be the standard input:
+// under `ros2 launch` that is a pipe. Only a process that has one can open its name.
+bool has_terminal() {
   const int terminal = ::open("/dev/tty", O_RDONLY | O_NOCTTY | O_CLOEXEC);
-  if (terminal < 0) {
-    std::signal(SIGHUP, SIG_IGN);
-  } else {
-    ::close(terminal);
-  }
+  if (terminal >= 0) ::close(terminal);
+  return terminal >= 0;
+}
+
+}  // namespace
+
+void ignore_early_hangup() {
+  if (!has_terminal()) std::signal(SIGHUP, SIG_IGN);
 }
 
 Hangup::Hangup(boost::asio::io_context& io, std::function<void()> reload)
-    : signals_(io, SIGHUP), reload_(std::move(reload)), in_terminal_(::isatty(STDIN_FILENO) == 1) {}
+    : signals_(io, SIGHUP), reload_(std::move(reload)), in_terminal_(has_terminal()) {}
 
 void Hangup::wait_for_signal() {
   signals_.async_wait([this](const boost::system::error_code& error, int) {
     if (error) return;
-    if (in_terminal_ && ::isatty(STDIN_FILENO) != 1) {
+    if (in_terminal_ && !has_terminal()) {
       std::raise(SIGTERM);
     } else {
       reload_();

@@ -208,8 +208,8 @@ std::uint64_t World::backlog() const {
   return bytes;
 }
 
-// A hundred calls of the chaos may still be on their way over a slow path: as long as they move they
-// have time.
+// A hundred calls of the chaos may still be on their way over a slow path: as long as they move
+// they have time.
 void World::let_backlogs_leave() {
   auto left = backlog();
   if (left == 0) return;

@@ -69,6 +69,13 @@ TEST(TokenEnds, AnIdentityIsNamedOnceWithItsFirstEnd) {
             "(ctl token)");
 }
 
+TEST(TokenEnds, WhoHasALaterOneNeedsNone) {
+  const std::string ends = entry_ending("anna", 2, 1);
+  EXPECT_EQ(told_first(table_of(ends + entry_ending("anna", 90, 2))), "");
+  EXPECT_THAT(told_first(table_of(ends + entry_ending("anna", 90, 2) + entry_ending("bert", 3, 3))),
+              AllOf(HasSubstr("'bert'"), Not(HasSubstr("'anna'"))));
+}
+
 TEST(TokenEnds, AtMostTenAreNamed) {
   std::string text;
   for (int i = 1; i <= 10; ++i) text += entry_ending("user" + std::to_string(i), 0.5 * i, i);

@@ -82,6 +82,7 @@ TEST(CertificateEnd, IsOverFromThatMomentOn) {
   EXPECT_FALSE(certificate.is_over(kEndOfIt - 1));
   EXPECT_TRUE(certificate.is_over(kEndOfIt));
   EXPECT_FALSE(CertificateEnd().is_over(kEndOfIt));
+  EXPECT_FALSE(CertificateEnd("robot.local", kEndOfIt, "CN=Old root").is_over(kEndOfIt));
 }
 
 // ---- with files
