@@ -19,7 +19,7 @@ void Dialer::failed(TimePoint now, DialFailure failure, Random& random) {
   const bool by_server = refused || failure == DialFailure::kPutOff;
   if (by_server || answers_ > kAnswersSoon) {
     const Duration long_wait = options_.refused_retry * (1 << (refused ? refusals_ : 0));
-    wait = std::max(wait, long_wait + up_to(long_wait / 2));
+    wait = std::max(wait, by_server ? long_wait + up_to(long_wait / 2) : long_wait);
   }
   if (refused) refusals_ = std::min(refusals_ + 1, kRefusalsSoon);
   next_ = now + wait;

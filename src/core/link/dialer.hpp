@@ -16,8 +16,8 @@ struct DialerOptions {
   Duration retry_max{};
   // After a refused login, twice as long after the next, and so on for kRefusalsSoon of them: each
   // costs kilobytes, and a robot may pay for them by the megabyte. Only so long where nothing was
-  // wrong with the login, and after many answers of something that is no server of ours. Half of it
-  // more at random.
+  // wrong with the login. Half of it more at random. Just so long after many answers of something
+  // that is no server of ours.
   Duration refused_retry = std::chrono::seconds(5);
 };
 
