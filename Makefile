@@ -60,7 +60,7 @@ sim: build ## SEEDS=n scenarios of the simulator
 bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
 	@$(in_env) tools/bench/run $(if $(QUICK),--quick)
 
-bench-wan: build ## the same over a slow, lossy, unstable network (as root), some 15 minutes; QUICK=1: about 2 minutes
+bench-wan: build ## the same over a slow, lossy, unstable network (as root), some 30 minutes; QUICK=1: about 3 minutes
 	@$(in_env) tools/bench/wan $(if $(QUICK),--quick)
 
 fuzz: setup ## SECONDS=n of fuzzing, split over the targets; in the folder of make asan
