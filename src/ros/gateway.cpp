@@ -41,7 +41,7 @@ bool Gateway::drain(const std::function<void(Input&&)>& sink) {
     if (!input) continue;
     // It could not be opened again; the core treats it as destroyed.
     const auto* failed = std::get_if<SubscriptionFailed>(&*input);
-    if (failed != nullptr) subscriptions_.destroy(failed->subscription);
+    if (failed != nullptr) subscriptions_.destroy(failed->id);
     if (auto* graph = std::get_if<GraphChanged>(&*input)) add_lacks(*graph);
     sink(std::move(*input));
   }

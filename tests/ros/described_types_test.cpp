@@ -157,7 +157,7 @@ TEST_F(DescribedTypesTest, SamplesAreCheckedFromThenOn) {
       CreateMirror{MirrorId{1}, topic("thing"), kMadeUp, type_hash_of(text), qos_of_depth(10)});
   const auto differs = side.next<TypeDiffers>();
   ASSERT_TRUE(differs);
-  EXPECT_EQ(differs->mirror, MirrorId{1});
+  EXPECT_EQ(differs->id, MirrorId{1});
   EXPECT_EQ(differs->hash_here, "");
   const Bytes right = Cdr{}.u32(2000).zeros(2000).text("a name").bytes();
   const Bytes wrong = Cdr{}.u32(3000).zeros(2000).bytes();

@@ -150,7 +150,7 @@ TEST_F(GatewayTest, RefusesTypesThatAreNotInstalled) {
     side.gateway.apply(CreateMirror{kMirror, topic("chatter"), type, "", qos_of_depth(1)});
     const auto failed = side.next<MirrorFailed>();
     ASSERT_TRUE(failed) << type;
-    EXPECT_EQ(kMirror, failed->mirror);
+    EXPECT_EQ(kMirror, failed->id);
     EXPECT_EQ("type_unknown", failed->code);
     EXPECT_NE("", failed->reason);
   }

@@ -30,10 +30,10 @@ other_node:
   TestNode node("connect_server",
                 {"--pair", "--ros-args", "-r", "__node:=bridge", "-r", "__ns:=/robot",
                  "--params-file", file, "-p", "on:=true", "--", "wss://robot"});
-  EXPECT_EQ("bridge", node->name());
-  EXPECT_EQ("/robot", node->name_space());
-  EXPECT_EQ("/robot/bridge", node->full_name());
-  EXPECT_EQ((std::vector<std::string>{"--pair", "wss://robot"}), node->arguments());
+  EXPECT_EQ("bridge", node->facts().name);
+  EXPECT_EQ("/robot", node->facts().name_space);
+  EXPECT_EQ("/robot/bridge", node->facts().full_name);
+  EXPECT_EQ((std::vector<std::string>{"--pair", "wss://robot"}), node->facts().arguments);
   const ParameterMap expected{{"shared", std::int64_t{1}},
                               {"listen.address", std::string{"::"}},
                               {"listen.port", std::int64_t{9091}},
@@ -43,7 +43,7 @@ other_node:
                               {"flags", std::vector<bool>{true, false}},
                               {"max_age", 0.25},
                               {"on", true}};
-  EXPECT_EQ(expected, node->parameter_overrides());
+  EXPECT_EQ(expected, node->facts().parameter_overrides);
 }
 
 TEST_F(NodeTest, RefusesWrongArguments) {
@@ -52,7 +52,7 @@ TEST_F(NodeTest, RefusesWrongArguments) {
   EXPECT_THROW(TestNode("not a name"), RosError);
   // It did not stay half open.
   TestNode node("connect_server");
-  EXPECT_EQ("/connect_server", node->full_name());
+  EXPECT_EQ("/connect_server", node->facts().full_name);
 }
 
 TEST_F(NodeTest, LogsToRosout) {

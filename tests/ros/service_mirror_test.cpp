@@ -147,7 +147,7 @@ TEST_F(ServiceMirrorTest, RefusesTypes) {
     mirror(side, type);
     const auto failed = side.next<ServiceMirrorFailed>();
     ASSERT_TRUE(failed) << type;
-    EXPECT_EQ(kMirror, failed->mirror);
+    EXPECT_EQ(kMirror, failed->id);
     EXPECT_EQ("type_unknown", failed->code);
     EXPECT_NE("", failed->reason);
   }

@@ -82,26 +82,29 @@ struct MessagesLost {
 };
 
 // Creating an entity failed; it does not exist. `code` as in wire Decline.
-struct SubscriptionFailed {
-  SubscriptionId subscription;
+template <class Id>
+struct EntityFailed {
+  Id id;
   std::string code;
   std::string reason;
+  std::string hash_here = {};  // of the installed type, if that differs from the peer's
 };
+using SubscriptionFailed = EntityFailed<SubscriptionId>;
+using MirrorFailed = EntityFailed<MirrorId>;
+using ServiceMirrorFailed = EntityFailed<ServiceMirrorId>;
+using ServiceClientFailed = EntityFailed<ServiceClientId>;
+// The mirror exists, but the installed type is not that of its origin, or of the peer's service.
+template <class Id>
+struct DefinitionDiffers {
+  Id id;
+  std::string hash_here;  // of the installed type; empty: it is not installed
+};
+using TypeDiffers = DefinitionDiffers<MirrorId>;
+using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
 // The id of a mirror in the graph. Not given where the middleware does not tell it.
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;
-};
-struct MirrorFailed {
-  MirrorId mirror;
-  std::string code;
-  std::string reason;
-  std::string hash_here = {};  // of the installed type, if that differs from the origin's
-};
-// The mirror exists, but the installed type is not that of its origin.
-struct TypeDiffers {
-  MirrorId mirror;
-  std::string hash_here;  // of the installed type; empty: it is not installed
 };
 // The answer to LookUpType: the canonical text, empty where the type is not installed with this
 // hash.
@@ -152,23 +155,6 @@ struct ResponseTaken {
 struct InvocationFailed {
   ServiceClientId client;
   InvocationId invocation;
-  std::string reason;
-};
-// Creating the entity failed; it does not exist. `code` as in wire Decline.
-struct ServiceMirrorFailed {
-  ServiceMirrorId mirror;
-  std::string code;
-  std::string reason;
-  std::string hash_here = {};  // of the installed type, if that differs from the peer's
-};
-// The mirror exists, but the installed type is not that of the peer's service.
-struct ServiceTypeDiffers {
-  ServiceMirrorId mirror;
-  std::string hash_here;  // of the installed type; empty: it is not installed
-};
-struct ServiceClientFailed {
-  ServiceClientId client;
-  std::string code;
   std::string reason;
 };
 

@@ -40,9 +40,9 @@ class ServiceExports {
   // What concerns a client here; it may be gone.
   template <class Input>
   void on(Input& input, const Now& now) {
-    const auto service = serving_.by_client.find(input.client);
-    if (service != serving_.by_client.end()) service->second->on(input, now);
+    on(input.client, input, now);
   }
+  void on(ServiceClientFailed& failed, const Now& now) { on(failed.id, failed, now); }
   void on_time(const Now& now);
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -50,6 +50,12 @@ class ServiceExports {
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
+  template <class Input>
+  void on(ServiceClientId client, Input& input, const Now& now) {
+    const auto service = serving_.by_client.find(client);
+    if (service != serving_.by_client.end()) service->second->on(input, now);
+  }
+
   Serving serving_;
   std::map<ServiceKey, RealService> services_;
 };

@@ -13,7 +13,7 @@
 namespace connect_bridge::ros {
 
 // T is constructed from Shared and a T::Create, the action of the core; T::open() returns why it
-// cannot exist, which is reported as a T::Failed. Thread: the loop's.
+// cannot exist, which is reported as an EntityFailed. Thread: the loop's.
 template <class T>
 class Entities {
  public:
@@ -33,10 +33,8 @@ class Entities {
     }
     made->set_name(name_of(action));
     if (refusal) {
-      typename T::Failed failed{action.id, std::move(refusal->code), std::move(refusal->reason)};
-      if constexpr (requires { failed.hash_here; })
-        failed.hash_here = std::move(refusal->hash_here);
-      shared_.report(std::move(failed));
+      shared_.report(EntityFailed<Id>{action.id, std::move(refusal->code),
+                                      std::move(refusal->reason), std::move(refusal->hash_here)});
       return false;
     }
     const bool is_new = entities_.emplace(action.id, std::move(made)).second;

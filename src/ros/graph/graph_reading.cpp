@@ -9,14 +9,12 @@
 #include "ros/graph/service_reading.hpp"
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/graph_queries.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/rcl/qos.hpp"
-#include "ros/rcl/rcl_result.hpp"
 
 namespace connect_bridge::ros {
 namespace {
-
-using Query = decltype(&rcl_get_publishers_info_by_topic);
 
 // Reads the endpoints of one topic into its states, one per type.
 class TopicReading {
@@ -37,13 +35,10 @@ class TopicReading {
   bool unknown_names = false;
 
  private:
-  bool read(Query query, std::vector<Endpoint> TopicState::*endpoints) {
-    auto allocator = rcl_get_default_allocator();
-    auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-    if (!ignore_error(query(node_.handle(), &allocator, topic_, false, &array))) return false;
-    for (std::size_t i = 0; i < array.size; ++i) add(array.info_array[i], endpoints);
-    ignore_error(rcl_topic_endpoint_info_array_fini(&array, &allocator));
-    return true;
+  bool read(EndpointQuery query, std::vector<Endpoint> TopicState::*endpoints) {
+    const TopicEndpoints found(query, node_.handle(), topic_);
+    for (const auto& info : found) add(info, endpoints);
+    return found.ok();
   }
 
   void add(const rmw_topic_endpoint_info_t& info, std::vector<Endpoint> TopicState::*endpoints) {
@@ -73,7 +68,8 @@ class TopicReading {
   }
 
   [[nodiscard]] bool is_namesake(const Endpoint& endpoint) const {
-    return endpoint.node_name == node_.name() && endpoint.node_namespace == node_.name_space();
+    return endpoint.node_name == node_.facts().name &&
+           endpoint.node_namespace == node_.facts().name_space;
   }
 
   // Publishers are read first, so the hash is a publisher's if there is one.
@@ -96,19 +92,11 @@ class TopicReading {
   BridgeParticipants& bridges_;
 };
 
-// Bridges have proxy nodes under the names of others. For the core, every endpoint of a bridge
-// belongs to the node that publishes its claims.
 void attribute(std::vector<TopicState>& topics, const BridgeParticipants& bridges) {
   if (bridges.empty()) return;
   const auto attribute_all = [&](std::vector<Endpoint>& endpoints) {
-    std::erase_if(endpoints, [&](Endpoint& endpoint) {
-      const Gid participant = middleware().participant_of(endpoint.gid);
-      if (bridges.namesakes.contains(participant)) return true;
-      if (const auto found = bridges.others.find(participant); found != bridges.others.end()) {
-        endpoint.node_namespace = found->second.name_space;
-        endpoint.node_name = found->second.name;
-      }
-      return false;
+    std::erase_if(endpoints, [&](Endpoint& of) {
+      return !bridges.attribute(of.gid, of.node_namespace, of.node_name);
     });
   };
   std::erase_if(topics, [&](TopicState& topic) {
@@ -135,25 +123,18 @@ std::optional<GraphChanged> GraphReading::read(const std::set<std::string>& watc
 
 std::optional<std::vector<TopicState>> GraphReading::read_topics(
     BridgeParticipants& bridges, const std::function<void()>& between) {
-  auto allocator = rcl_get_default_allocator();
-  rcl_names_and_types_t names = rcl_get_zero_initialized_names_and_types();
-  if (!ignore_error(rcl_get_topic_names_and_types(node_.handle(), &allocator, false, &names))) {
-    return std::nullopt;
-  }
-  std::optional<std::vector<TopicState>> topics{std::in_place};
-  topics->reserve(names.names.size);
-  for (std::size_t i = 0; topics && i < names.names.size; ++i) {
+  const NamesAndTypes found(&rcl_get_topic_names_and_types, node_.handle(), false);
+  if (!found.ok()) return std::nullopt;
+  std::vector<TopicState> topics;
+  topics.reserve(found.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
     between();
-    TopicReading reading(node_, names.names.data[i], bridges);
-    if (!reading.read()) {
-      topics.reset();
-      break;
-    }
+    TopicReading reading(node_, found.name(i), bridges);
+    if (!reading.read()) return std::nullopt;
     unknown_names_ = unknown_names_ || reading.unknown_names;
-    std::move(reading.states.begin(), reading.states.end(), std::back_inserter(*topics));
+    std::move(reading.states.begin(), reading.states.end(), std::back_inserter(topics));
   }
-  ignore_error(rcl_names_and_types_fini(&names));
-  if (topics) attribute(*topics, bridges);
+  attribute(topics, bridges);
   return topics;
 }
 

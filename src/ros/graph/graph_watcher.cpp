@@ -125,10 +125,7 @@ void GraphWatcher::run() {
       const auto rest = pace_.after(took, Clock::now());
       pause(std::max(pause_, rest.usual), std::max(pause_, rest.if_asked));
     }
-    {
-      const std::lock_guard lock(mutex_);
-      if (stop_) return;
-    }
+    if (stopping()) return;
     const bool again = incomplete_ && retries_ < kRetriesMax;
     const auto again_at = again ? Clock::now() + retry_delay(retries_) : Clock::time_point::max();
     do {

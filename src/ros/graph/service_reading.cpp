@@ -7,6 +7,7 @@
 
 #include "ros/node/own_endpoints.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/graph_queries.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/rcl/rcl_result.hpp"
 
@@ -38,7 +39,7 @@ std::optional<Nodes> read_nodes(const Node& node) {
   std::optional<Nodes> nodes{std::in_place};
   for (const auto& [found, count] : counts) {
     const std::string full = full_name(found);
-    if (full == node.full_name()) continue;
+    if (full == node.facts().full_name) continue;
     const auto before = ours_before.find(full), after = ours_after.find(full);
     const bool foreign = before == ours_before.end() && after == ours_after.end();
     // Not created or removed meanwhile, so it is one of those that were counted.
@@ -56,6 +57,10 @@ struct Writer {
   Gid gid;
   NodeName node;
   std::string type;  // "std_srvs/srv/SetBool"; empty: not known
+
+  [[nodiscard]] bool may_have(const std::string& other) const {
+    return type.empty() || type == other;
+  }
 };
 
 // "std_srvs/srv/SetBool" of "std_srvs::srv::dds_::SetBool_Response_".
@@ -72,20 +77,16 @@ std::string service_type_of(std::string_view response) {
 
 // The services of others, where they can only be counted; nullopt: the middleware failed.
 std::optional<std::map<std::string, CountedService>> count_services(const Node& node) {
-  auto allocator = rcl_get_default_allocator();
-  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
-  if (!ignore_error(rcl_get_service_names_and_types(node.handle(), &allocator, &found))) {
-    return std::nullopt;
-  }
+  const NamesAndTypes found(&rcl_get_service_names_and_types, node.handle());
+  if (!found.ok()) return std::nullopt;
   std::map<std::string, CountedService> counted;
-  for (std::size_t i = 0; i < found.names.size; ++i) {
-    const std::string service = found.names.data[i];
-    if (service.starts_with(node.full_name() + "/")) continue;  // ours, or a namesake's
-    const auto& types = found.types[i];
-    counted[service] = {{types.data, types.data + types.size},
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::string service = found.name(i);
+    if (service.starts_with(node.facts().full_name + "/")) continue;  // ours, or a namesake's
+    const auto types = found.types(i);
+    counted[service] = {{types.begin(), types.end()},
                         distro::count_servers(node.handle(), service.c_str(), 0).value_or(0)};
   }
-  ignore_error(rcl_names_and_types_fini(&found));
   return counted;
 }
 
@@ -152,39 +153,26 @@ bool ServiceReading::add_all(const Nodes& nodes) {
 
 void ServiceReading::add_services_of(const NodeName& of) {
   between_();
-  auto allocator = rcl_get_default_allocator();
-  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
-  // A node that has just left is not an error.
-  if (!ignore_error(rcl_get_service_names_and_types_by_node(
-          node_.handle(), &allocator, of.name.c_str(), of.name_space.c_str(), &found))) {
-    return;
+  // It finds none of a node that has just left: that is not an error.
+  const NamesAndTypes found(&rcl_get_service_names_and_types_by_node, node_.handle(),
+                            of.name.c_str(), of.name_space.c_str());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (const char* type : found.types(i)) services_[{found.name(i), type}].insert(of);
   }
-  for (std::size_t i = 0; i < found.names.size; ++i) {
-    for (std::size_t t = 0; t < found.types[i].size; ++t) {
-      services_[{found.names.data[i], found.types[i].data[t]}].insert(of);
-    }
-  }
-  ignore_error(rcl_names_and_types_fini(&found));
 }
 
 bool ServiceReading::add_services_of_shared(const std::set<NodeName>& names) {
-  auto allocator = rcl_get_default_allocator();
-  rcl_names_and_types_t found = rcl_get_zero_initialized_names_and_types();
-  if (!ignore_error(rcl_get_service_names_and_types(node_.handle(), &allocator, &found))) {
-    return false;
-  }
-  for (std::size_t i = 0; i < found.names.size; ++i) {
-    for (const Writer& writer : writers_of(found.names.data[i])) {
+  const NamesAndTypes found(&rcl_get_service_names_and_types, node_.handle());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (const Writer& writer : writers_of(found.name(i))) {
       if (!names.contains(writer.node)) continue;
-      for (std::size_t t = 0; t < found.types[i].size; ++t) {
-        const std::string type = found.types[i].data[t];
-        if (!writer.type.empty() && writer.type != type) continue;
-        services_[{found.names.data[i], type}].insert(writer.node);
+      for (const char* type : found.types(i)) {
+        if (!writer.may_have(type)) continue;
+        services_[{found.name(i), type}].insert(writer.node);
       }
     }
   }
-  ignore_error(rcl_names_and_types_fini(&found));
-  return true;
+  return found.ok();
 }
 
 // The servers of others; empty where the middleware has no such topic.
@@ -194,20 +182,13 @@ const std::vector<Writer>& ServiceReading::writers_of(const std::string& service
   if (!is_new) return writers;
   between_();
   const std::string topic = "rr" + service + "Reply";
-  auto allocator = rcl_get_default_allocator();
-  auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-  if (!ignore_error(rcl_get_publishers_info_by_topic(node_.handle(), &allocator, topic.c_str(),
-                                                     true, &array))) {
-    return writers;
-  }
-  for (std::size_t i = 0; i < array.size; ++i) {
-    const rmw_topic_endpoint_info_t& info = array.info_array[i];
+  for (const auto& info :
+       TopicEndpoints(&rcl_get_publishers_info_by_topic, node_.handle(), topic.c_str(), true)) {
     const Gid gid = distro::gid_of(info.endpoint_gid);
     if (node_.own().contains(gid)) continue;
     writers.push_back(
         Writer{gid, {info.node_namespace, info.node_name}, service_type_of(info.topic_type)});
   }
-  ignore_error(rcl_topic_endpoint_info_array_fini(&array, &allocator));
   return writers;
 }
 
@@ -219,15 +200,11 @@ void ServiceReading::identify(ServiceState& service) {
     const NodeName name{server.node_namespace, server.node_name};
     bool known = false;
     for (const Writer& writer : writers_of(service.name)) {
-      if (writer.node != name || (!writer.type.empty() && writer.type != service.type)) continue;
+      if (writer.node != name || !writer.may_have(service.type)) continue;
       known = true;
-      const Gid participant = middleware().participant_of(writer.gid);
-      if (bridges_.namesakes.contains(participant)) continue;
-      Server& found = servers.emplace_back(Server{writer.gid, name.name_space, name.name});
-      if (const auto bridge = bridges_.others.find(participant); bridge != bridges_.others.end()) {
-        found.node_namespace = bridge->second.name_space;
-        found.node_name = bridge->second.name;
-      }
+      Server found{writer.gid, name.name_space, name.name};
+      if (bridges_.attribute(found.gid, found.node_namespace, found.node_name))
+        servers.push_back(std::move(found));
     }
     if (!known) servers.push_back(std::move(server));
   }
@@ -248,6 +225,17 @@ std::vector<ServiceState> ServiceReading::finish() {
 }
 
 }  // namespace
+
+bool BridgeParticipants::attribute(const Gid& gid, std::string& name_space,
+                                   std::string& name) const {
+  const Gid participant = middleware().participant_of(gid);
+  if (namesakes.contains(participant)) return false;
+  if (const auto bridge = others.find(participant); bridge != others.end()) {
+    name_space = bridge->second.name_space;
+    name = bridge->second.name;
+  }
+  return true;
+}
 
 std::optional<std::vector<ServiceState>> read_services(const Node& node,
                                                        const std::set<std::string>& watched,

@@ -23,6 +23,10 @@ struct BridgeParticipants {
   std::set<Gid> namesakes;
 
   [[nodiscard]] bool empty() const { return others.empty() && namesakes.empty(); }
+  // Bridges have proxy nodes under the names of others. For the core, every endpoint of a bridge
+  // belongs to the node that publishes its claims, which is put in the place of its own. False: it
+  // is a namesake's.
+  [[nodiscard]] bool attribute(const Gid& gid, std::string& name_space, std::string& name) const;
 };
 
 // All services with the servers of others; nullopt: the middleware failed. The servers of `watched`

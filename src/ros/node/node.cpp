@@ -1,5 +1,6 @@
 #include "ros/node/node.hpp"
 
+#include <fmt/format.h>
 #include <rcl/arguments.h>
 #include <rcl/context.h>
 #include <rcl/init.h>
@@ -85,13 +86,9 @@ struct Node::State {
   OwnEndpoints own{middleware().participant_bytes};
   std::optional<PublisherIds> publisher_ids;
   bool logging = false;
-  std::string no_log_file;  // why; empty: there is one, or none is wanted
-  std::string name, name_space, full_name;
-  ParameterMap overrides;
-  std::vector<std::string> others;
-  std::vector<std::string> arguments;
+  std::string no_log_file;                 // why; empty: there is one, or none is wanted
   std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
-  std::vector<std::string> parameter_files;
+  NodeFacts facts;
 
   void open(const NodeOptions& options);
   void open_context(const NodeOptions& options);
@@ -124,6 +121,7 @@ void Node::State::read_arguments(const NodeOptions& options) {
   if (!unknown.empty()) throw RosError("unknown ROS argument \"" + unknown.front() + "\"");
   places = nullptr;
   result = rcl_arguments_get_unparsed(&given, allocator, &places);
+  auto& arguments = facts.arguments;
   arguments = pick(options, rcl_arguments_get_count_unparsed(&given), result, places);
   if (!arguments.empty()) arguments.erase(arguments.begin());
 }
@@ -153,12 +151,13 @@ void Node::State::open(const NodeOptions& options) {
   require_ok(rcl_clock_init(RCL_ROS_TIME, &clock, &allocator), "cannot create a clock");
   open_publisher_ids();
   open_parameter_events();
-  name = rcl_node_get_name(&node);
-  name_space = rcl_node_get_namespace(&node);
-  full_name = rcl_node_get_fully_qualified_name(&node);
-  own.settle_node(full_name);
-  read_overrides(context.global_arguments, full_name, overrides, others);
-  parameter_files = parameter_files_of(context.global_arguments);
+  facts.name = rcl_node_get_name(&node);
+  facts.name_space = rcl_node_get_namespace(&node);
+  facts.full_name = rcl_node_get_fully_qualified_name(&node);
+  own.settle_node(facts.full_name);
+  read_overrides(context.global_arguments, facts.full_name, facts.parameter_overrides,
+                 facts.others_with_parameters);
+  facts.parameter_files = parameter_files_of(context.global_arguments);
 }
 
 std::size_t Node::State::domain() {
@@ -230,20 +229,8 @@ Node::Node(const NodeOptions& options) : state_(std::make_unique<State>()) {
 
 Node::~Node() = default;
 
-const std::string& Node::name() const {
-  return state_->name;
-}
-const std::string& Node::name_space() const {
-  return state_->name_space;
-}
-const std::string& Node::full_name() const {
-  return state_->full_name;
-}
-const ParameterMap& Node::parameter_overrides() const {
-  return state_->overrides;
-}
-const std::vector<std::string>& Node::parameter_files() const {
-  return state_->parameter_files;
+const NodeFacts& Node::facts() const {
+  return state_->facts;
 }
 
 // The arguments are parsed again: rcl then reads the files, in the same order.
@@ -251,10 +238,8 @@ Node::Overrides Node::read_overrides_again() const {
   std::vector<const char*> words;
   for (const auto& word : state_->all_arguments) words.push_back(word.c_str());
   const int count = static_cast<int>(words.size());
-  std::string wrong;
-  for (const auto& problem : problems_of_parameter_files(count, words.data()))
-    wrong += (wrong.empty() ? "" : "; ") + problem;
-  if (!wrong.empty()) return {{}, wrong};
+  const auto wrong = problems_of_parameter_files(count, words.data());
+  if (!wrong.empty()) return {{}, fmt::format("{}", fmt::join(wrong, "; "))};
   rcl_arguments_t arguments = rcl_get_zero_initialized_arguments();
   const rcl_ret_t result =
       rcl_parse_arguments(count, words.data(), rcl_get_default_allocator(), &arguments);
@@ -262,19 +247,12 @@ Node::Overrides Node::read_overrides_again() const {
   Overrides again;
   std::vector<std::string> others;
   try {
-    read_overrides(arguments, full_name(), again.parameters, others);
+    read_overrides(arguments, facts().full_name, again.parameters, others);
   } catch (const RosError& error) {
     again.problem = error.what();
   }
   ignore_error(rcl_arguments_fini(&arguments));
   return again;
-}
-
-const std::vector<std::string>& Node::others_with_parameters() const {
-  return state_->others;
-}
-const std::vector<std::string>& Node::arguments() const {
-  return state_->arguments;
 }
 
 std::uint32_t Node::domain() const {

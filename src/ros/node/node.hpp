@@ -39,6 +39,19 @@ struct NodeOptions {
   bool publishes_images = false;  // or other messages of megabytes: see FastDdsProfile
 };
 
+// What is known of it from the start on.
+struct NodeFacts {
+  std::string name;        // "connect_server"
+  std::string name_space;  // "/"
+  std::string full_name;   // "/connect_server"
+  // What parameter files and -p say for this node, already merged.
+  ParameterMap parameter_overrides;
+  std::vector<std::string> parameter_files;  // of --params-file, in their order
+  // The other nodes that have parameters in the files: "connect_server", "/**/camera".
+  std::vector<std::string> others_with_parameters;
+  std::vector<std::string> arguments;  // of main(), not for ROS, without the program's name
+};
+
 // Lives longer than everything else of src/ros. Opens nothing but the publishers that every ROS
 // node has, /rosout and /parameter_events, so the parameters can be read and refused first.
 class Node {
@@ -48,13 +61,7 @@ class Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  [[nodiscard]] const std::string& name() const;        // "connect_server"
-  [[nodiscard]] const std::string& name_space() const;  // "/"
-  [[nodiscard]] const std::string& full_name() const;   // "/connect_server"
-  // What parameter files and -p say for this node, already merged.
-  [[nodiscard]] const ParameterMap& parameter_overrides() const;
-  // The files of --params-file, in their order.
-  [[nodiscard]] const std::vector<std::string>& parameter_files() const;
+  [[nodiscard]] const NodeFacts& facts() const;
   // The present content of the files with -p, merged as at the start. Blocks as long as the disk
   // does.
   struct Overrides {
@@ -62,10 +69,6 @@ class Node {
     std::string problem;  // empty: the files were read
   };
   [[nodiscard]] Overrides read_overrides_again() const;
-  // The other nodes that have parameters in the files: "connect_server", "/**/camera".
-  [[nodiscard]] const std::vector<std::string>& others_with_parameters() const;
-  // The arguments of main() that are not for ROS, without the program's name.
-  [[nodiscard]] const std::vector<std::string>& arguments() const;
 
   // The id of the ROS domain that it is in.
   [[nodiscard]] std::uint32_t domain() const;

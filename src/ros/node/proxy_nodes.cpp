@@ -14,7 +14,7 @@ ProxyNodes::Handle ProxyNodes::own() const {
 }
 
 ProxyNodes::Handle ProxyNodes::get(const std::string& name) {
-  if (name.empty() || name == node_.full_name()) return own();
+  if (name.empty() || name == node_.facts().full_name) return own();
   if (const auto found = nodes_.find(name); found != nodes_.end()) return found->second.lock();
   auto made = make(name);
   if (!made) return own();
@@ -66,7 +66,7 @@ ProxyNodes::Handle ProxyNodes::make(const std::string& name) {
 
 void ProxyNodes::refused(const std::string& why) {
   node_.log(refusals_, LogLevel::kWarn,
-            why + "; its topics and services are shown under " + node_.full_name());
+            why + "; its topics and services are shown under " + node_.facts().full_name);
 }
 
 }  // namespace connect_bridge::ros

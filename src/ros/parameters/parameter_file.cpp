@@ -1,5 +1,6 @@
 #include "ros/parameters/parameter_file.hpp"
 
+#include <fmt/format.h>
 #include <rcl/allocator.h>
 #include <rcl_yaml_param_parser/parser.h>
 #include <yaml-cpp/eventhandler.h>
@@ -161,9 +162,7 @@ std::vector<ParameterSection> take_sections(rcl_params_s* params) {
 }
 
 std::string ParameterFile::problem() const {
-  std::string all;
-  for (const auto& problem : problems) all += (all.empty() ? "" : "; ") + problem;
-  return all;
+  return fmt::format("{}", fmt::join(problems, "; "));
 }
 
 ParameterFile read_parameter_file(const std::string& file) {

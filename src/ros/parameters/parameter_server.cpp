@@ -83,7 +83,7 @@ struct ParameterServer::State {
   void serve(const char* name,
              bool (State::*handler)(const typename Type::Request&, typename Type::Response&)) {
     services.push_back(std::make_unique<TypedService<Type>>(
-        ready, node, node.full_name() + "/" + name, rmw_qos_profile_parameters,
+        ready, node, node.facts().full_name + "/" + name, rmw_qos_profile_parameters,
         [this, handler](const auto& request, auto& response) {
           return (this->*handler)(request, response);
         }));
@@ -124,7 +124,7 @@ ParameterServer::State::State(Node& the_node, ParameterServerOptions the_options
 }
 
 std::vector<ParameterDescriptor> ParameterServer::State::entries() {
-  const auto& given = node.parameter_overrides();
+  const auto& given = node.facts().parameter_overrides;
   const auto wanted = given.find(kUseSimTime);
   options.entries.push_back(
       sim_time_entry(wanted != given.end() && wanted->second == ParameterValue{true}));
@@ -141,7 +141,7 @@ void ParameterServer::State::publish(const ParameterDifferences& differences) {
   const Stamp now = node.ros_now();
   event->stamp.sec = static_cast<std::int32_t>(now / 1000000000);
   event->stamp.nanosec = static_cast<std::uint32_t>(now % 1000000000);
-  const bool filled = assign(event->node, node.full_name()) &&
+  const bool filled = assign(event->node, node.facts().full_name) &&
                       ros::fill(event->new_parameters, differences.added) &&
                       ros::fill(event->changed_parameters, differences.changed) &&
                       ros::fill(event->deleted_parameters, differences.removed);

@@ -9,6 +9,7 @@
 
 #include "ros/rcl/cyclone_publishers.hpp"
 #include "ros/rcl/distro.hpp"
+#include "ros/rcl/graph_queries.hpp"
 #include "ros/rcl/publisher_ids.hpp"
 
 namespace connect_bridge::ros {
@@ -73,15 +74,11 @@ Gid caller_of(const rmw_request_id_t& request) {
 namespace {
 
 // Adds the endpoints of a topic of the middleware. False: they are not known.
-template <class Query>
-bool add_ids(const rcl_node_t* node, const std::string& topic, Query query,
+bool add_ids(const rcl_node_t* node, const std::string& topic, EndpointQuery query,
              std::unordered_set<Gid>& ids) {
-  auto allocator = rcl_get_default_allocator();
-  auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-  if (query(node, &allocator, topic.c_str(), true, &array) != RCL_RET_OK) return false;
-  for (std::size_t i = 0; i < array.size; ++i)
-    ids.insert(distro::gid_of(array.info_array[i].endpoint_gid));
-  return rcl_topic_endpoint_info_array_fini(&array, &allocator) == RCL_RET_OK;
+  const TopicEndpoints found(query, node, topic.c_str(), true);
+  for (const auto& info : found) ids.insert(distro::gid_of(info.endpoint_gid));
+  return found.ok();
 }
 
 }  // namespace

@@ -22,7 +22,6 @@ namespace connect_bridge::ros {
 class ServiceClient final : public Entity {
  public:
   using Create = CreateServiceClient;
-  using Failed = ServiceClientFailed;
 
   ServiceClient(Shared& shared, Create create);
   ~ServiceClient() override;

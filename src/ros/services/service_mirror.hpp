@@ -21,7 +21,6 @@ namespace connect_bridge::ros {
 class ServiceMirror final : public Entity {
  public:
   using Create = CreateServiceMirror;
-  using Failed = ServiceMirrorFailed;
 
   ServiceMirror(Shared& shared, Create create);
   ~ServiceMirror() override;

@@ -16,7 +16,6 @@ namespace connect_bridge::ros {
 class Mirror final : public Entity {
  public:
   using Create = CreateMirror;
-  using Failed = MirrorFailed;
 
   Mirror(Shared& shared, Create create);
   ~Mirror() override;

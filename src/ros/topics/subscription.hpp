@@ -18,7 +18,6 @@ namespace connect_bridge::ros {
 class Subscription : public Entity {
  public:
   using Create = CreateSubscription;
-  using Failed = SubscriptionFailed;
 
   // `ignore_local`: the middleware does not deliver samples of this process, if it can be told so.
   // Those of mirrors are dropped in any case.

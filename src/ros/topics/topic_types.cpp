@@ -1,35 +1,29 @@
 #include "ros/topics/topic_types.hpp"
 
+#include <fmt/format.h>
 #include <rcl/graph.h>
 
 #include <map>
 #include <set>
 
 #include "core/graph/graph_view.hpp"
+#include "ros/rcl/graph_queries.hpp"
 
 namespace connect_bridge::ros {
 namespace {
 
-using Query = decltype(&rcl_get_publishers_info_by_topic);
 using NodesByType = std::map<std::string, std::set<std::string>>;
 
-void read(Query query, const Node& node, const std::string& topic, NodesByType& types) {
-  auto allocator = rcl_get_default_allocator();
-  auto array = rcl_get_zero_initialized_topic_endpoint_info_array();
-  if (!ignore_error(query(node.handle(), &allocator, topic.c_str(), false, &array))) return;
-  for (std::size_t i = 0; i < array.size; ++i) {
-    const auto& info = array.info_array[i];
+void read(EndpointQuery query, const Node& node, const std::string& topic, NodesByType& types) {
+  for (const auto& info : TopicEndpoints(query, node.handle(), topic.c_str())) {
     const std::string name = node_of(Endpoint{{}, info.node_namespace, info.node_name, {}});
     types[info.topic_type].insert(name.empty() ? "a node without a name" : name);
   }
-  ignore_error(rcl_topic_endpoint_info_array_fini(&array, &allocator));
 }
 
 // "std_msgs/msg/String (/talker, /listener)"
 std::string shown(const std::string& type, const std::set<std::string>& nodes) {
-  std::string names;
-  for (const auto& name : nodes) names += (names.empty() ? "" : ", ") + name;
-  return names.empty() ? type : type + " (" + names + ")";
+  return nodes.empty() ? type : fmt::format("{} ({})", type, fmt::join(nodes, ", "));
 }
 
 }  // namespace

@@ -68,20 +68,21 @@ bool make_room(rmw_serialized_message_t& bytes, std::size_t capacity) {
 bool take_all(Cdr& cdr, BareMessage& message) {
   rmw_serialized_message_t& taken = message.taken;
   std::size_t size = kCdrHeaderSize;
+  bool has_memory = true;
+  const auto take = [&](std::size_t step) {
+    if (taken.buffer_capacity < size + step)
+      has_memory = has_memory && make_room(taken, size + step);
+    if (!has_memory || !take_exactly(cdr, taken.buffer + size, step)) return false;
+    size += step;
+    return true;
+  };
+  // As many as the last message had, then steps that double, until less than a step is left: so
+  // each of the powers of two below it is taken once at most.
   std::size_t step = std::clamp<std::size_t>(message.expected, 1, kExpectedMax);
-  bool shrinks = false;
-  for (bool first = true; step > 0; first = false) {
-    if (taken.buffer_capacity < size + step && !make_room(taken, size + step)) return false;
-    if (take_exactly(cdr, taken.buffer + size, step)) {
-      size += step;
-      if (!shrinks) step = first ? 1 : 2 * step;
-      if (shrinks) step /= 2;
-    } else {
-      // Less than `step` is left, so each of the powers of two below it is taken once at most.
-      step = std::bit_ceil(step) / 2;
-      shrinks = true;
-    }
-  }
+  if (take(step))
+    for (step = 1; take(step);) step *= 2;
+  for (step = std::bit_ceil(step) / 2; step > 0; step /= 2) take(step);
+  if (!has_memory) return false;
   message.expected = size - kCdrHeaderSize;
   taken.buffer_length = size;
   // The bytes may wait in queues that count their size, so the buffer must not be much larger.
