@@ -54,8 +54,9 @@ BESIDE_BRIDGES = [
            "const Duration settle = may_be_contested() ? kTopicSettle : Duration::zero();",
            "const Duration settle = Duration::zero();"),
     Mutant("a service without its action's topics waits for ever",
-           "return mirror_at_ && follows_topics(true, now) ? mirror_at_ : alone_at_;",
-           "return follows_topics(true, now) ? mirror_at_ : alone_at_;"),
+           "return plan_ && follows_topics(true, now) ? plan_->at : alone_at_;",
+           "return !follows_topics(true, now) ? alone_at_ : plan_ ? std::optional(plan_->at)"
+           " : std::nullopt;"),
     Mutant("services that ended have one time", "return entry.second.until <= now;",
            "return true;"),
     # topics
@@ -67,7 +68,7 @@ BESIDE_BRIDGES = [
     Mutant("a link that is back takes what another one claims",
            "(contested ? now.steady : released_at_) + kTopicSettle", "released_at_ + kTopicSettle"),
     Mutant("new publishers beside another bridge count at once",
-           "if (from <= now.steady) return false;", "return false;"),
+           "if (until > now.steady) {", "if (false) {"),
     Mutant("a publisher that leaves at once is not heard", "held.left = true;", "continue;"),
     Mutant("a publisher that left stays", "if (!left_.empty())", "if (false)"),
 ]

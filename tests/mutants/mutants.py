@@ -392,7 +392,7 @@ CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
     Mutant("a node is believed about a type",
            "&& type_hash_of(text) == asked.type.hash", ""),
     Mutant("any number of types is asked for at a time",
-           "if (questions.open.size() >= kDescribesMax)", "if (false)"),
+           "if (questions.open.size() < kDescribesMax)", "if (true)"),
     Mutant("a break forgets which types are needed",
            "if (!type->second.sources.empty() || type->second.users > 0) return;", ""),
     Mutant("types may contain themselves", 'if (depth == kOpen) return wrong(...);', ""),

@@ -11,7 +11,7 @@ PACING = [
     Mutant("what follows is not asked to be acknowledged",
            "return !more_waits || now - path_.asked_at() >= ask_period() ||", "return false &&"),
     Mutant("a time frame's arrival tells a queue", "last->end == ack.received_bytes &&", ""),
-    Mutant("a longer path is a queue", "path_.forget_base();", "", within="Pacer::judge_queue"),
+    Mutant("a longer path is a queue", "path_.forget_base();", "", within="Pacer::take_as_delay"),
     Mutant("our own queue makes the window larger",
            "std::min(3 * path_.lateness() / 4, std::max(round, back));", "1h;"),
     Mutant("a gap between packets is a pause",
@@ -32,5 +32,6 @@ PACING = [
     Mutant("what TCP holds back does not arrive", "} else if (!tcp_limits) {", "} else {"),
     Mutant("the share stays", "now - needed_at_ > kStays", "false"),
     Mutant("a queue is the path's delay at once",
-           "if (now - full_.since > 2 * full_.queue", "if (now - full_.since < 2 * full_.queue"),
+           "return now - full_.since > 2 * full_.queue",
+           "return now - full_.since < 2 * full_.queue"),
 ]

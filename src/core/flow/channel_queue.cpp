@@ -181,10 +181,8 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
   if (message.sequence == 0)
     message.sequence = sequence_ =
         sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
-  packet.add(MessageFrame{id_, message.subject, message.sequence, message.demand, message.stamp,
-                          message.number, message.codec, message.raw_bytes, body_bytes,
-                          message.body.view().first(size)},
-             message.body, 0, size);
+  packet.add(MessageFrame{message, id_, body_bytes, message.body.view().first(size)}, message.body,
+             0, size);
   if (size == body_bytes) return end(std::move(next), now);
   next.offset = size;
   open_.emplace(std::move(next));

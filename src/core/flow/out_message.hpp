@@ -5,24 +5,16 @@
 #include <deque>
 
 #include "core/base/bytes.hpp"
-#include "core/base/ids.hpp"
-#include "core/base/time.hpp"
-#include "core/wire/codec.hpp"
+#include "core/wire/frame.hpp"
 
 namespace connect_bridge {
 
-// In the form in which it is sent.
-struct OutMessage {
-  Subject subject;
-  std::uint16_t demand = 0;  // as in MessageFrame
-  Stamp stamp = 0;           // 0: not known, so the message has no age
-  std::uint64_t number = 0;  // as in MessageFrame
-  Codec codec = Codec::kNone;
-  std::uint32_t raw_bytes = 0;  // size after decompression; without a codec the body's size is used
+// In the form in which it is sent. Its sequence is 0 until it is begun, its stamp is 0 if it has no
+// age, and without a codec the body's size is used for raw_bytes.
+struct OutMessage : MessageHead {
   Payload body;
-  bool tracked = false;        // its arrival is reported to the owner (Outbox::take_delivered)
-  bool resumes = false;        // kept until it has arrived, to be sent again on another connection
-  std::uint32_t sequence = 0;  // as in MessageFrame; 0: it was never begun
+  bool tracked = false;  // its arrival is reported to the owner (Outbox::take_delivered)
+  bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };
 
 // What may not have arrived when a connection was lost, and the last sequence number there.

@@ -155,9 +155,6 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   if (free_at_ > now) free_at_ = now + std::min(owed, kDebtMax);
 }
 
-// Our own queue disappears soon after we send less. A delay that stays is the path itself, which
-// has become longer (another cell, another route), or a queue of somebody else, which holding back
-// would not shorten: from then on it counts as the path's delay.
 void Pacer::judge_queue(TimePoint now) {
   const Duration queue = path_.queue();
   const Duration target = from_seconds(this->target());
@@ -166,28 +163,38 @@ void Pacer::judge_queue(TimePoint now) {
   if (queue > std::max(2 * target, path_.round_trip()) || burst_fills(queue)) starting_ = false;
   if (queue > target / 2) boost_ = 0;
   if (queue <= target && base_is_seen_) empty_at_ = now;
+  if (queue_stays(queue, now)) take_as_delay(now);
+  if (now - empty_at_ > kEmptyPeriod) drain(now);
+}
+
+// Our own queue disappears soon after we send less.
+bool Pacer::queue_stays(Duration queue, TimePoint now) {
   if (!is_too_long(queue)) {
     full_ = {now, Duration::zero()};
-  } else if (queue < full_.queue / 2) {
-    full_ = {now, queue};
-  } else {
-    full_.queue = std::max(full_.queue, queue);
-    const Duration rounds =
-        std::max(3 * path_.round_trip(), std::min<Duration>(10 * path_.round_trip(), 500ms));
-    if (now - full_.since > 2 * full_.queue + rounds) {
-      share_.begin(share_round(false), now);
-      path_.forget_base();
-      base_is_seen_ = false;
-      empty_at_ = now;
-      full_ = {now, Duration::zero()};
-    }
+    return false;
   }
-  // The shortest measured delay may contain a queue: from time to time the path must be seen empty.
-  if (now - empty_at_ > kEmptyPeriod) {
-    drain_end_ = path_.sent_bytes();
-    base_is_seen_ = true;
-    empty_at_ = now;
-  }
+  if (queue < full_.queue / 2) full_ = {now, Duration::zero()};
+  full_.queue = std::max(full_.queue, queue);
+  const Duration rounds =
+      std::max(3 * path_.round_trip(), std::min<Duration>(10 * path_.round_trip(), 500ms));
+  return now - full_.since > 2 * full_.queue + rounds;
+}
+
+// A delay that stays is the path itself, which has become longer (another cell, another route), or
+// a queue of somebody else, which holding back would not shorten.
+void Pacer::take_as_delay(TimePoint now) {
+  share_.begin(share_round(false), now);
+  path_.forget_base();
+  base_is_seen_ = false;
+  empty_at_ = now;
+  full_ = {now, Duration::zero()};
+}
+
+// The shortest measured delay may contain a queue: from time to time the path must be seen empty.
+void Pacer::drain(TimePoint now) {
+  drain_end_ = path_.sent_bytes();
+  base_is_seen_ = true;
+  empty_at_ = now;
 }
 
 // More than before leaves and queues, and no more arrives: that is the path's rate. A burst that

@@ -50,6 +50,11 @@ class Pacer {
  private:
   void end_round(bool limited);
   void judge_queue(TimePoint now);
+  // Whether the queue has been too long for longer than one of our own would be.
+  [[nodiscard]] bool queue_stays(Duration queue, TimePoint now);
+  // From now on the queue counts as the path's delay.
+  void take_as_delay(TimePoint now);
+  void drain(TimePoint now);
   [[nodiscard]] bool burst_fills(Duration queue) const;
   [[nodiscard]] bool is_too_long(Duration queue) const;
   [[nodiscard]] PathShare::Round share_round(bool tcp_limits) const;
@@ -80,7 +85,8 @@ class Pacer {
     TimePoint since{};
     Duration queue{};
   };
-  Episode full_;          // since when the queue is too long, and its length at that time
+  // Since when the queue is too long and not half as long as it was, and how long it was at most.
+  Episode full_;
   TimePoint empty_at_{};  // when the path was last seen nearly empty
   PathShare share_;
   bool base_is_seen_ = true;  // the path was empty when its delay was measured

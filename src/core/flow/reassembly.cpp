@@ -47,9 +47,7 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
   if (!is_after(frame.sequence, stream.last_sequence)) {
     return refusal(CloseCode::kIllegal, frame.channel, "a sequence number that does not rise");
   }
-  InMessage message{frame.channel, frame.subject,   frame.sequence,
-                    frame.demand,  frame.stamp,     frame.number,
-                    frame.codec,   frame.raw_bytes, {}};
+  InMessage message{frame, frame.channel, {}};
   if (frame.part.size() == frame.body_bytes) {
     stream.last_sequence = frame.sequence;
     message.body = slice_of(packet, frame.part);

@@ -13,15 +13,8 @@
 namespace connect_bridge {
 
 // A message whose parts have all arrived; its body may still be compressed.
-struct InMessage {
+struct InMessage : MessageHead {
   ChannelId channel;
-  Subject subject;
-  std::uint32_t sequence = 0;
-  std::uint16_t demand = 0;
-  Stamp stamp = 0;
-  std::uint64_t number = 0;
-  Codec codec = Codec::kNone;
-  std::uint32_t raw_bytes = 0;
   Payload body;
   bool kept = true;  // false: there was no memory for the body, which is empty
 };

@@ -76,14 +76,14 @@ bool ClaimsTopic::on_taken(const MessageTaken& taken, bool& changed, const Now& 
 }
 
 bool ClaimsTopic::on_failed(const SubscriptionFailed& failed) {
-  if (failed.subscription != subscription_) return false;
+  if (failed.id != subscription_) return false;
   outputs_.log(LogLevel::kError,
                "cannot subscribe to the claims of other bridges: " + failed.reason);
   return true;
 }
 
 bool ClaimsTopic::on_failed(const MirrorFailed& failed) {
-  if (failed.mirror != mirror_) return false;
+  if (failed.id != mirror_) return false;
   outputs_.log(LogLevel::kError, "cannot publish the claims for other bridges: " + failed.reason);
   return true;
 }

@@ -24,6 +24,11 @@ bool ids_show_process(const GraphChanged& graph) {
   });
 }
 
+// For how long it is held.
+Duration time_of(const Endpoint& publisher) {
+  return node_of(publisher).empty() ? kNodeNames : kClaimNames;
+}
+
 }  // namespace
 
 void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
@@ -34,23 +39,28 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
   const bool watches = (misses || !bridges.empty()) && !ids_show_process(graph);
   const auto before = std::exchange(seen_, {});
   auto held_before = std::exchange(held_, {});
+  // When one that does not count yet was seen first.
+  const auto first_seen = [&](const Endpoint& publisher) {
+    const auto known = before.find(publisher.gid);
+    auto first = watches ? std::optional(now.steady) : std::nullopt;
+    if (known != before.end()) first = known->second;
+    return first && !bridges.own(publisher) ? first : std::nullopt;
+  };
   for (TopicState& topic : graph.topics) {
     if (topic.name == kClaimsTopic) continue;
-    std::erase_if(topic.publishers, [&](const Endpoint& publisher) {
-      const auto known = before.find(publisher.gid);
-      const bool counts = known == before.end() ? !watches : !known->second;
-      if (counts || bridges.own(publisher)) {
-        seen_[publisher.gid] = std::nullopt;
-        return false;
+    std::vector<Endpoint> counting;
+    for (Endpoint& publisher : topic.publishers) {
+      auto& first = seen_[publisher.gid] = first_seen(publisher);
+      const TimePoint until = first ? *first + time_of(publisher) : now.steady;
+      if (until > now.steady) {
+        held_.push_back(
+            {until, {topic.name, topic.type, topic.type_hash, {publisher}, {}, topic.lack}});
+      } else {
+        first.reset();
+        counting.push_back(std::move(publisher));
       }
-      const TimePoint first = known == before.end() ? now.steady : *known->second;
-      const TimePoint from = first + (node_of(publisher).empty() ? kNodeNames : kClaimNames);
-      seen_[publisher.gid] = from > now.steady ? std::optional(first) : std::nullopt;
-      if (from <= now.steady) return false;
-      held_.push_back(
-          {from, {topic.name, topic.type, topic.type_hash, {publisher}, {}, topic.lack}});
-      return true;
-    });
+    }
+    topic.publishers = std::move(counting);
   }
   for (Held& held : held_before) {
     if (seen_.contains(held.gid())) continue;

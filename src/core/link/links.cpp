@@ -195,14 +195,8 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
     lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
-  const bool replaced = link.peer_side && link.peer_side != peer.side;
-  if (replaced) user_.on_peer_replaced(link, now);
-  const std::string before = replaced                       ? "; it was started again"
-                             : link.connects == 0           ? ""
-                             : link.session == peer.session ? "; it goes on after a break"
-                             : link.outlasted      ? "; the break was longer than resume.seconds"
-                             : user_.resumes(link) ? "; the server has not kept what was under way"
-                                                   : "; it starts again, nothing had to be kept";
+  if (is_replaced(link, peer)) user_.on_peer_replaced(link, now);
+  const std::string before = past_of(link, peer, user_.resumes(link));
   // A server that forgot the session does not know what it had of it.
   if (link.connects > 0 && link.session != peer.session) user_.on_link_forgotten(link, now);
   link.peer_side = peer.side;
@@ -219,10 +213,8 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   ++link.connects;
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
-  log(link, LogLevel::kInfo,
-      "link open with " + link.label() +
-          (link.identity.name.empty() ? "" : " as " + link.identity.name) + before,
-      now);
+  const std::string identity = link.identity.name.empty() ? "" : " as " + link.identity.name;
+  log(link, LogLevel::kInfo, "link open with " + link.label() + identity + before, now);
   audit_login(outputs_, link, AuditEvent::kLogin);
   check_expiry(link, now);
   user_.on_link_open(link, now);

@@ -185,4 +185,17 @@ bool is_successor(const Link& newer, const Link& older) {
          newer.identity.name == older.identity.name;
 }
 
+bool is_replaced(const Link& link, const Peer& peer) {
+  return link.peer_side && link.peer_side != peer.side;
+}
+
+std::string past_of(const Link& link, const Peer& peer, bool resumes) {
+  if (is_replaced(link, peer)) return "; it was started again";
+  if (link.connects == 0) return "";
+  if (link.session == peer.session) return "; it goes on after a break";
+  if (link.outlasted) return "; the break was longer than resume.seconds";
+  if (resumes) return "; the server has not kept what was under way";
+  return "; it starts again, nothing had to be kept";
+}
+
 }  // namespace connect_bridge

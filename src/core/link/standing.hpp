@@ -31,6 +31,12 @@ void note_refusal(const Connection& refused, const Error& why, LogLimit& limit, 
 // Whether the newer link can be of the same client after a restart.
 [[nodiscard]] bool is_successor(const Link& newer, const Link& older);
 
+// ---- a connection is about to carry the link
+// Whether the peer was started again since the last one.
+[[nodiscard]] bool is_replaced(const Link& link, const Peer& peer);
+// What the log adds about the time before; `resumes`: there is something to go on with.
+[[nodiscard]] std::string past_of(const Link& link, const Peer& peer, bool resumes);
+
 // ---- a server's
 // The client logs in again: the login method is asked. Errors: kIllegal while it is asked already,
 // kTooLarge when that happens too often.

@@ -133,26 +133,23 @@ void CallGate::consider(const Caller& caller) {
 }
 
 void CallGate::mark(const Caller& caller) {
-  if (!held_ && (due_.empty() || due_.back() != Due{caller})) due_.push_back({caller});
+  if (!held_ && (due_.empty() || due_.back() != caller)) due_.push_back(caller);
 }
 
 // First the server's queue is filled from the placed calls, because they came first; then the free
 // places of the link are given out. When a placed call is handed over, its caller may place its
 // next one, behind those of the other callers, before the queue is filled again.
 std::optional<CallGate::Next> CallGate::next(TimePoint now) {
-  while (!held_ && !due_.empty()) {
+  while (!held_ && (sharing_ || !due_.empty())) {
     if (sharing_) {
       if (auto found = share_places(*sharing_, now)) return found;
       sharing_.reset();
-    }
-    Due& due = due_.front();
-    if (due.queue_done) {
+    } else if (auto found = let_in(due_.front().service, now)) {
+      return found;
+    } else {
+      if (due_.front().link) sharing_ = due_.front();
       due_.pop_front();
-      continue;
     }
-    if (auto found = let_in(due.caller.service, now)) return found;
-    due.queue_done = true;
-    if (due.caller.link) sharing_ = due.caller;
   }
   return std::nullopt;
 }

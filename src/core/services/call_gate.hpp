@@ -130,12 +130,6 @@ class CallGate {
     std::uint32_t taken = 0;
     bool in_turns = false;  // of its link
   };
-  // The server's queue has room again and, if a link is set, that link has free places.
-  struct Due {
-    Caller caller;
-    bool queue_done = false;
-    bool operator==(const Due&) const = default;
-  };
   struct Found {  // a caller with its service and link
     const Caller& caller;
     CallerState& state;
@@ -162,7 +156,8 @@ class CallGate {
   std::map<ServiceClientId, Service> services_;
   std::map<LinkId, LinkPlaces> links_;
   std::map<Caller, CallerState> callers_;
-  std::deque<Due> due_;
+  // Where a server's queue may have room again and, if a link is set, that link free places.
+  std::deque<Caller> due_;
   std::optional<Caller> sharing_;  // the caller whose link's places are being given out
   bool held_ = false;
 };

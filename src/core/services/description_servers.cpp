@@ -52,9 +52,9 @@ bool DescriptionServers::on_request(const RequestTaken& request, const Now& now)
 
 bool DescriptionServers::on_failed(const ServiceMirrorFailed& failed) {
   const auto at = std::find_if(servers_.begin(), servers_.end(),
-                               [&](const auto& entry) { return entry.second.id == failed.mirror; });
+                               [&](const auto& entry) { return entry.second.id == failed.id; });
   if (at == servers_.end()) return false;
-  types_.calls().on_server_gone(failed.mirror);
+  types_.calls().on_server_gone(failed.id);
   at->second = {{}, true};
   outputs_.log(LogLevel::kDebug, service_of(at->first) + " cannot be served: " + failed.reason);
   return true;

@@ -71,18 +71,18 @@ std::optional<TimePoint> MirroredService::wait_to_appear(const Feed& feed, const
   Account& account = *feed.link().account;
   if (account.service_places.room() == 0) {
     note_waiting(feed);
-    mirror_at_ = next_turn(now, kPlacePacing);
+    plan_->at = next_turn(now, kPlacePacing);
     mirroring_.outputs.log_once(account.told, LogLevel::kWarn,
                                 "no place is left for more services of " + feed.link().label() +
                                     ": not all of them exist here");
-    return mirror_at_;
+    return plan_->at;
   }
-  if (*mirror_at_ > now.steady) return mirror_at_;
+  if (plan_->at > now.steady) return plan_->at;
   const Duration wait = account.wait_to_appear(account.mirrors, now.steady);
   if (wait == Duration::zero()) return std::nullopt;
   if (wait == Account::kPacing) note_waiting(feed);
-  mirror_at_ = next_turn(now, wait);
-  return mirror_at_;
+  plan_->at = next_turn(now, wait);
+  return plan_->at;
 }
 
 // The feeder stays as long as it can be one.
@@ -170,28 +170,29 @@ void MirroredService::claim(const Now& now) {
       *mirroring_.graph_since + (misses ? kNeighbourDiscovery : kDiscovery);
   if (!alone_at_) alone_at_ = std::max(now.steady, discovered) + kActionTopics;
   if (!follows_topics(false, now)) {
-    if (mirror_at_) mirroring_.claim_changed = true;
-    mirror_at_.reset();
+    if (std::exchange(plan_, std::nullopt)) mirroring_.claim_changed = true;
     mirroring_.settles_at = earliest(mirroring_.settles_at, alone_at_);
-    return;
+  } else if (!plan_ || plan_->waits_for_neighbours != misses) {
+    plan_ = Plan{time_to_appear(discovered, now), misses};
+    mirroring_.claim_changed = true;
   }
-  const bool waited = mirror_at_ && waits_for_neighbours_;
-  if (mirror_at_ && waited == misses) return;
+}
+
+TimePoint MirroredService::time_to_appear(TimePoint discovered, const Now& now) const {
+  const bool waited = plan_ && plan_->waits_for_neighbours;
   // Who waited has not claimed it: a bridge that need not wait must not give way to one that waits.
   const bool settles = !mirroring_.graph.bridges().empty() || (waited && mirroring_.claims.any());
   const Duration settle = settles ? kServiceSettle : Duration::zero();
   // Who was waited for, and started at the same moment, must be heard to serve.
-  const TimePoint at = waited ? std::max(now.steady, discovered) + settle
-                              : std::max(now.steady + settle, discovered);
-  mirror_at_ = mirror_at_ && !waited ? std::max(*mirror_at_, at) : at;
-  waits_for_neighbours_ = misses;
-  mirroring_.claim_changed = true;
+  if (waited) return std::max(now.steady, discovered) + settle;
+  const TimePoint at = std::max(now.steady + settle, discovered);
+  return plan_ ? std::max(plan_->at, at) : at;
 }
 
 std::optional<TimePoint> MirroredService::due(const Now& now) const {
   if (mirror_) return std::nullopt;
   // Without a claim it waits for its action's topics.
-  return mirror_at_ && follows_topics(true, now) ? mirror_at_ : alone_at_;
+  return plan_ && follows_topics(true, now) ? plan_->at : alone_at_;
 }
 
 void MirroredService::create_mirror(const Feed& feed) {
@@ -209,8 +210,7 @@ void MirroredService::create_mirror(const Feed& feed) {
 
 void MirroredService::destroy_mirror() {
   if (Feed* feed = feeding()) feed->end_calls();
-  if (mirror_at_) mirroring_.claim_changed = true;
-  mirror_at_.reset();
+  if (std::exchange(plan_, std::nullopt)) mirroring_.claim_changed = true;
   alone_at_.reset();
   if (!mirror_) return;
   mirroring_.outputs.push(DestroyServiceMirror{mirror_});

@@ -57,7 +57,7 @@ class MirroredService {
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
-  [[nodiscard]] bool is_claimed() const { return mirror_at_ && !waits_for_neighbours_; }
+  [[nodiscard]] bool is_claimed() const { return plan_ && !plan_->waits_for_neighbours; }
   // When to look at it again; nothing: its mirror exists, or nothing is to be expected by time.
   [[nodiscard]] std::optional<TimePoint> due(const Now& now) const;
 
@@ -85,6 +85,8 @@ class MirroredService {
   // Of an action: whether its topics are mirrored here, or `fed`, or were waited for long enough.
   [[nodiscard]] bool follows_topics(bool fed, const Now& now) const;
   void claim(const Now& now);
+  // When a mirror that is claimed now, or waits for neighbours from now on, may be made.
+  [[nodiscard]] TimePoint time_to_appear(TimePoint discovered, const Now& now) const;
   // Until when the mirror that is claimed is to wait; nothing: it may appear, and is counted.
   [[nodiscard]] std::optional<TimePoint> wait_to_appear(const Feed& feed, const Now& now);
   // It is counted once, however long it waits.
@@ -113,12 +115,15 @@ class MirroredService {
   bool any_definition_ = false;  // the rules allowed that when it was made
   bool differs_ = false;         // and it has another one than the peer
   Budget::Hold place_;  // among those of the feeding link's identity, while there is a mirror
-  std::optional<TimePoint> mirror_at_;  // set while claimed: when the mirror may be made
+  struct Plan {
+    TimePoint at;               // the mirror may be made
+    bool waits_for_neighbours;  // a bridge has not been heard: it is not claimed yet
+  };
+  std::optional<Plan> plan_;  // of a mirror that exists or will exist
   // Set while it is attached and has no mirror: when its action's topics need not be waited for.
   std::optional<TimePoint> alone_at_;
-  bool waits_for_neighbours_ = false;  // it is late because a bridge has not been heard
-  bool waits_ = false;                 // because its identity makes too many
-  bool failed_ = false;                // until it is offered again
+  bool waits_ = false;   // it is late because its identity makes too many
+  bool failed_ = false;  // until it is offered again
 };
 
 }  // namespace connect_bridge

@@ -95,14 +95,14 @@ void ServiceImports::on_callers_gone(const CallersGone& gone) {
 
 void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
   if (describers_.on_failed(failed)) return;
-  auto* service = find(failed.mirror);
+  auto* service = find(failed.id);
   if (!service) return;
   service->on_mirror_failed(failed, now);
   mirroring_.update(*service, now);
 }
 
 void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
-  auto* service = find(differs.mirror);
+  auto* service = find(differs.id);
   if (!service) return;
   service->on_type_differs(differs, now);
   mirroring_.update(*service, now);

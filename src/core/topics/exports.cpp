@@ -110,8 +110,7 @@ void Exports::on_lost(const MessagesLost& lost) {
 }
 
 void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
-  if (auto* topic = find(failed.subscription))
-    topic->on_subscription_failed(failed.code, failed.reason);
+  if (auto* topic = find(failed.id)) topic->on_subscription_failed(failed.code, failed.reason);
 }
 
 void Exports::on_time(const Now& now) {

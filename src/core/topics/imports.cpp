@@ -105,14 +105,14 @@ void Imports::on_mirror_made(const MirrorMade& made) {
 }
 
 void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
-  if (Mirror* mirror = find(failed.mirror)) mirror->on_failed(failed, now);
+  if (Mirror* mirror = find(failed.id)) mirror->on_failed(failed, now);
 }
 
 void Imports::on_type_differs(const TypeDiffers& differs, const Now& now) {
-  const Mirror* mirror = find(differs.mirror);
+  const Mirror* mirror = find(differs.id);
   if (!mirror) return;
   if (differs.hash_here.empty())
-    return context_.types.need(mirror->definition(), differs.mirror,
+    return context_.types.need(mirror->definition(), differs.id,
                                context_.graph_options.owner_of(mirror->origin().node));
   context_.tell_used(*mirror, differs.hash_here, now);
 }

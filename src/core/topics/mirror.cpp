@@ -319,7 +319,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
   if (first_.empty()) before_first_ = last_number_;
   last_number_ = std::max(last_number_, number);
   // Samples that the middleware keeps for late subscribers need not wait or be displaced.
-  const bool waits = !id_ || (first_.waits() && !(keeps_samples() && !first_.fits(raw.size())));
+  const bool waits = !id_ || (first_.waits() && (!keeps_samples() || first_.fits(raw.size())));
   if (waits && first_.keep(raw, expires, feeder())) return std::nullopt;
   if (!id_) return DropReason::kNoDemand;
   first_.publish(context_.outputs, id_, feeder(), now);

@@ -149,8 +149,6 @@ void PeerTypes::forget_withdrawn(const Link& link, Questions& questions) {
                 [&](const auto& entry) { return !entry.second && !link.expects(entry.first); });
 }
 
-// Asks one of those who offer it and were not asked before, or were long ago. A peer that leaves
-// its questions unanswered keeps none of them from the others.
 void PeerTypes::ask(const Definition& name, PeerType& type) {
   if (type.asked || !type.text.empty()) return;
   type.next.cancel();
@@ -158,33 +156,42 @@ void PeerTypes::ask(const Definition& name, PeerType& type) {
     leave_line(type);
     return tell(name, {});
   }
-  const Link* full = nullptr;
-  std::optional<TimePoint> again;
+  const Choice choice = choose(type);
+  if (choice.free) return ask(name, type, *choice.free);
+  if (choice.full) return queue(name, type, *choice.full);
+  tell(name, {});
+  if (type.users > 0 && choice.again) type.next = timers_.set(*choice.again, name);
+}
+
+// A peer that leaves its questions unanswered keeps none of them from the others.
+PeerTypes::Choice PeerTypes::choose(PeerType& type) {
+  Choice choice;
   for (auto& [link, source] : type.sources) {
     Questions& questions = questions_[link];
-    const ChannelId channel = *source.channels.begin();
-    if (source.asks >= kAsksMax || questions.open.contains(channel)) continue;
+    if (source.asks >= kAsksMax || questions.open.contains(source.channel())) continue;
     if (source.again > now_) {
-      again = earliest(again, source.again);
+      choice.again = earliest(choice.again, source.again);
       continue;
     }
     forget_withdrawn(*source.link, questions);
-    if (questions.open.size() >= kDescribesMax) {
-      if (!full) full = source.link;
-      continue;
+    if (questions.open.size() < kDescribesMax) {
+      choice.free = &source;
+      break;
     }
-    leave_line(type);
-    ++source.asks;
-    source.again = now_ + kAskAgain;
-    type.asked = {link, channel};
-    type.next = timers_.set(now_ + kPatience, name);
-    questions.open[channel] = name;
-    source.link->send(Describe{{channel}});
-    return;
+    if (!choice.full) choice.full = source.link;
   }
-  if (full) return queue(name, type, *full);
-  tell(name, {});
-  if (type.users > 0 && again) type.next = timers_.set(*again, name);
+  return choice;
+}
+
+void PeerTypes::ask(const Definition& name, PeerType& type, Source& source) {
+  const ChannelId channel = source.channel();
+  leave_line(type);
+  ++source.asks;
+  source.again = now_ + kAskAgain;
+  type.asked = {source.link->id, channel};
+  type.next = timers_.set(now_ + kPatience, name);
+  questions_[source.link->id].open[channel] = name;
+  source.link->send(Describe{{channel}});
 }
 
 void PeerTypes::queue(const Definition& name, PeerType& type, const Link& link) {

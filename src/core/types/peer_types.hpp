@@ -80,6 +80,14 @@ class PeerTypes {
     std::set<ChannelId> channels;
     int asks = 0;       // whatever the answers were
     TimePoint again{};  // not before
+    // The one to ask about.
+    [[nodiscard]] ChannelId channel() const { return *channels.begin(); }
+  };
+  // Whom to ask for a type.
+  struct Choice {
+    Source* free = nullptr;          // not asked before, or long ago
+    const Link* full = nullptr;      // the first one that has enough questions
+    std::optional<TimePoint> again;  // when one that was asked may be asked again
   };
   struct PeerType {
     std::map<LinkId, Source> sources;
@@ -105,7 +113,10 @@ class PeerTypes {
   };
   using Types = std::map<Definition, PeerType>;
 
+  // Asks one of those who offer it, waits in line, or tells that it will not come.
   void ask(const Definition& name, PeerType& type);
+  [[nodiscard]] Choice choose(PeerType& type);
+  void ask(const Definition& name, PeerType& type, Source& source);
   void queue(const Definition& name, PeerType& type, const Link& link);
   void leave_line(PeerType& type);
   void ask_next(Link& link);

@@ -17,7 +17,7 @@ void Types::handle(const Input& input, const Now& now) {
   } else if (const auto* refused = std::get_if<InvocationFailed>(&input)) {
     answers.on_failed(refused->client);
   } else if (const auto* failed = std::get_if<ServiceClientFailed>(&input)) {
-    answers.on_failed(failed->client);
+    answers.on_failed(failed->id);
   } else if (std::holds_alternative<TimePassed>(input)) {
     peers.on_time(now);
     answers.on_time(now);

@@ -15,16 +15,20 @@
 
 namespace connect_bridge {
 
-// Starts a message on a channel and carries its first part (or all of it).
-struct MessageFrame {
-  ChannelId channel;
+// What is said of a message beside its body.
+struct MessageHead {
   Subject subject;
   std::uint32_t sequence = 0;  // counts the messages of the channel on this connection, from 1
   std::uint16_t demand = 0;    // topics: the number of the demand under which it is sent
   Stamp stamp = 0;             // source time of the sample (system clock of the origin's host)
   std::uint64_t number = 0;    // topics: rises with each sample of the origin; 0: not known
   Codec codec = Codec::kNone;
-  std::uint32_t raw_bytes = 0;   // size after decompression
+  std::uint32_t raw_bytes = 0;  // size after decompression
+};
+
+// Starts a message on a channel and carries its first part (or all of it).
+struct MessageFrame : MessageHead {
+  ChannelId channel;
   std::uint32_t body_bytes = 0;  // size of all parts together; equals raw_bytes when codec is kNone
   ByteView part;
 };

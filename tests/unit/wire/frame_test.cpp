@@ -63,14 +63,8 @@ TEST(Frame, EndOfPacketStays) {
 }
 
 TEST(Frame, EveryProperPrefixOfAFrameIsRefused) {
-  Bytes message = header_of(MessageFrame{.channel = {1},
-                                         .subject = {1},
-                                         .sequence = 1,
-                                         .stamp = 1,
-                                         .codec = Codec::kNone,
-                                         .raw_bytes = 5,
-                                         .body_bytes = 5,
-                                         .part = {}});
+  Bytes message = header_of(
+      MessageFrame{{.subject = {1}, .sequence = 1, .stamp = 1, .raw_bytes = 5}, {1}, 5, {}});
   message[40] = 5;  // part_bytes
   message.insert(message.end(), {1, 2, 3, 4, 5});
   for (const Bytes& whole : {message, header_of(AckFrame{1}), header_of(TimeRequest{1}),
