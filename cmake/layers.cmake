@@ -43,6 +43,8 @@ target_include_directories(connect_boost SYSTEM INTERFACE ${Boost_INCLUDE_DIRS})
 # Boost.System is header-only since 1.69; Asio's old interfaces stay out.
 target_compile_definitions(connect_boost INTERFACE BOOST_ERROR_CODE_HEADER_ONLY BOOST_ASIO_NO_DEPRECATED)
 
+# It wants another view of OpenSSL's headers.
+set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/core/base/sha256.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json fmt::fmt OpenSSL::Crypto)
 connect_layer(config connect_core yaml-cpp)
 connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})

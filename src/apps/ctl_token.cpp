@@ -1,7 +1,6 @@
 #include "apps/ctl_token.hpp"
 
 #include <cerrno>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
 
@@ -9,21 +8,16 @@
 #include "auth/secret.hpp"
 #include "auth/token_file.hpp"
 #include "auth/token_table.hpp"
+#include "run/system_now.hpp"
 
 namespace {
-
-using connect_bridge::ByteView;
 
 using connect_bridge::Stamp;
 
 constexpr Stamp kDay = 86'400'000'000'000;
 
-Stamp now() {
-  return std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
-}
-
 std::string date_after(int days) {
-  return connect_bridge::date_text(now() + days * kDay);
+  return connect_bridge::date_text(connect_bridge::system_now() + days * kDay);
 }
 
 int refuse(const std::string& text) {
@@ -32,10 +26,9 @@ int refuse(const std::string& text) {
 }
 
 connect_bridge::TokenEntry entry_of(const TokenRequest& request, const std::string& token) {
-  const ByteView bytes{reinterpret_cast<const std::uint8_t*>(token.data()), token.size()};
   const std::string expires = request.days > 0 ? date_after(request.days) : request.expires;
   return {request.identity, request.groups, expires, request.comment,
-          connect_bridge::sha256(bytes)};
+          connect_bridge::sha256(connect_bridge::view_of(token))};
 }
 
 }  // namespace
@@ -52,7 +45,7 @@ int make_token(const TokenRequest& request) {
       request.expires.empty() ? Stamp{0} : connect_bridge::parse_date(request.expires).value_or(-1);
   if (expires < 0)
     return refuse("--expires: expected a date in UTC, 2027-01-31 or 2027-01-31T12:00:00Z");
-  if (!request.expires.empty() && expires <= now())
+  if (!request.expires.empty() && expires <= connect_bridge::system_now())
     return refuse("--expires: this date has passed");
   const std::string token = connect_bridge::random_token();
   if (token.empty()) return refuse("no random numbers are available");

@@ -12,6 +12,7 @@
 #include "core/policy/policy.hpp"
 #include "core/ports/http.hpp"
 #include "core/ports/inputs.hpp"
+#include "core/ports/login_options.hpp"
 
 namespace connect_bridge {
 
@@ -48,15 +49,6 @@ class Authenticator {
   [[nodiscard]] virtual unsigned threads() const { return 1; }
 };
 
-struct JwtOptions {
-  std::string keys_file;                    // JWKS or PEM; or
-  std::optional<HttpAddress> keys_address;  // a JWKS
-  std::string issuer;                       // "iss" must be this one
-  std::string audience;                     // "aud" must be this one or name it
-  std::vector<std::string> algorithms;      // the accepted ones; never "none"
-  std::string groups_claim = "groups";      // a list of names, or one
-};
-
 // The server pairs with one client by a code.
 struct PairingOptions {
   std::string code;                             // secret; 128 random bits in 32 hexadecimal digits
@@ -64,16 +56,9 @@ struct PairingOptions {
   std::vector<std::string> groups{"paired"};    // of the client
 };
 
-struct AuthOptions {
-  std::string method = "token";           // "token", "jwt", "service", "plugin" or "none"
-  std::string token;                      // one token for everybody who has it
-  std::string token_file;                 // YAML with several, or one token
+struct AuthOptions : LoginOptions {
   std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
-  JwtOptions jwt;
-  HttpAddress service;  // of the method "service"
-  HttpFetch fetch;      // with `service` and `keys_address`
-  std::string plugin;   // the shared library
-  std::string plugin_options;
+  HttpFetch fetch;                        // with `service` and `jwt.keys_address`
 };
 
 // The method, or its problems, each with the file, line and key. Never both.

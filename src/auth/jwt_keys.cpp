@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "auth/secret.hpp"
+#include "core/base/base64.hpp"
 #include "core/base/hex.hpp"
 #include "core/base/json.hpp"
 
@@ -36,14 +37,6 @@ using Owned = std::unique_ptr<T, Free<T, kFree>>;
 
 Key owned(EVP_PKEY* key) {
   return {key, &EVP_PKEY_free};
-}
-
-int value_of(char c) {
-  if (c >= 'A' && c <= 'Z') return c - 'A';
-  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
-  if (c >= '0' && c <= '9') return c - '0' + 52;
-  if (c == '-') return 62;
-  return c == '_' ? 63 : -1;
 }
 
 // The algorithm that a key is for; empty: none that is supported, or the key is too weak.
@@ -211,30 +204,7 @@ Bytes to_der(ByteView signature) {
   return bytes;
 }
 
-const std::uint8_t* data_of(std::string_view text) {
-  return reinterpret_cast<const std::uint8_t*>(text.data());
-}
-
 }  // namespace
-
-std::optional<Bytes> from_base64url(std::string_view text) {
-  if (text.size() % 4 == 1) return std::nullopt;
-  Bytes bytes;
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    const int value = value_of(c);
-    if (value < 0) return std::nullopt;
-    bits = (bits << 6 | static_cast<std::uint32_t>(value)) & 0xffffff;
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
-  }
-  // Only one text for each value is accepted: unused bits must be zero.
-  if ((bits & ((1U << count) - 1)) != 0) return std::nullopt;
-  return bytes;
-}
 
 JwtKey::JwtKey(std::string algorithm, std::string id, std::shared_ptr<EVP_PKEY> key)
     : algorithm_(std::move(algorithm)), id_(std::move(id)), key_(std::move(key)) {
@@ -256,7 +226,7 @@ bool JwtKey::verifies(std::string_view signed_text, ByteView signature) const {
     Digest code{};
     unsigned size = 0;
     return HMAC(EVP_sha256(), secret_.data(), static_cast<int>(secret_.size()),
-                data_of(signed_text), signed_text.size(), code.data(), &size) != nullptr &&
+                view_of(signed_text).data(), signed_text.size(), code.data(), &size) != nullptr &&
            signature.size() == code.size() &&
            CRYPTO_memcmp(code.data(), signature.data(), code.size()) == 0;
   }
@@ -267,8 +237,8 @@ bool JwtKey::verifies(std::string_view signed_text, ByteView signature) const {
   const EVP_MD* const digest = algorithm_ == "EdDSA" ? nullptr : EVP_sha256();
   return context &&
          EVP_DigestVerifyInit(context.get(), nullptr, digest, nullptr, key_.get()) == 1 &&
-         EVP_DigestVerify(context.get(), signature.data(), signature.size(), data_of(signed_text),
-                          signed_text.size()) == 1;
+         EVP_DigestVerify(context.get(), signature.data(), signature.size(),
+                          view_of(signed_text).data(), signed_text.size()) == 1;
 }
 
 std::vector<JwtKey> read_jwt_keys(std::string_view text, const std::string& source,

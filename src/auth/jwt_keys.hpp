@@ -8,7 +8,6 @@
 #include <openssl/types.h>
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,8 +43,5 @@ inline constexpr std::size_t kJwtKeysMax = 64;
 // wrong goes to `problems`: private keys, keys that are too weak, no key at all.
 [[nodiscard]] std::vector<JwtKey> read_jwt_keys(std::string_view text, const std::string& source,
                                                 std::vector<std::string>& problems);
-
-// Base64url without padding (RFC 7515 section 2); nullopt: it is not valid.
-[[nodiscard]] std::optional<Bytes> from_base64url(std::string_view text);
 
 }  // namespace connect_bridge

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "auth/names.hpp"
+#include "core/base/base64.hpp"
 #include "core/base/json.hpp"
 
 namespace connect_bridge {

@@ -41,7 +41,7 @@ std::optional<std::vector<JwtKey>> KeyFile::changed(std::vector<std::string>& pr
   return std::nullopt;
 }
 
-KeyAddress::KeyAddress(HttpAddress address, HttpFetch fetch, std::chrono::milliseconds period_min)
+KeyAddress::KeyAddress(Url address, HttpFetch fetch, std::chrono::milliseconds period_min)
     : address_(std::move(address)),
       fetch_(std::move(fetch)),
       period_min_(period_min),
@@ -60,7 +60,7 @@ KeyAddress::~KeyAddress() {
 }
 
 std::string KeyAddress::name() const {
-  return "auth.jwt_keys " + address_.text();
+  return "auth.jwt_keys " + address_.text("http");
 }
 
 std::optional<std::vector<JwtKey>> KeyAddress::changed(std::vector<std::string>& problems) {
@@ -80,7 +80,7 @@ void KeyAddress::wanted() {
 
 void KeyAddress::ask_for_ever() {
   HttpRequest request;
-  request.address = address_;
+  request.url = address_;
   request.answer_bytes_max = kBytesMax;
   for (;;) {
     const HttpAnswer answer = fetch_(request);

@@ -55,8 +55,7 @@ class KeyAddress : public KeySource {
   // Waits for the first answer, up to the time limit of one request: then most servers know the
   // keys at their first login.
   // `period_min`: for tests.
-  KeyAddress(HttpAddress address, HttpFetch fetch,
-             std::chrono::milliseconds period_min = kPeriodMin);
+  KeyAddress(Url address, HttpFetch fetch, std::chrono::milliseconds period_min = kPeriodMin);
   ~KeyAddress() override;
   [[nodiscard]] std::string name() const override;
   [[nodiscard]] std::optional<std::vector<JwtKey>> changed(
@@ -68,7 +67,7 @@ class KeyAddress : public KeySource {
   void ask_for_ever();
   void take(const HttpAnswer& answer);
 
-  const HttpAddress address_;
+  const Url address_;
   const HttpFetch fetch_;
   const std::chrono::milliseconds period_min_;
   std::mutex mutex_;

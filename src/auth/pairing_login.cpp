@@ -19,10 +19,6 @@ bool is_name_character(char c) {
          c == '_' || c == '.';
 }
 
-Digest digest_of(std::string_view text) {
-  return sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-}
-
 }  // namespace
 
 std::optional<PairingCredential> parse_pairing_credential(ByteView credential) {
@@ -35,7 +31,7 @@ std::optional<PairingCredential> parse_pairing_credential(ByteView credential) {
   if (!token || name.empty() || name.size() > kClientNameMax ||
       !std::all_of(name.begin(), name.end(), is_name_character))
     return std::nullopt;
-  return PairingCredential{digest_of(text.substr(0, first)), *token, std::string{name}};
+  return PairingCredential{sha256(view_of(text.substr(0, first))), *token, std::string{name}};
 }
 
 std::string pairing_credential(const std::string& code, const Digest& token,
@@ -54,7 +50,7 @@ PairingLogin::PairingLogin(PairingOptions options, std::string token_file,
                            std::unique_ptr<TokenLogin> tokens)
     : token_file_(std::move(token_file)),
       tokens_(std::move(tokens)),
-      code_(digest_of(options.code)),
+      code_(sha256(view_of(options.code))),
       groups_(std::move(options.groups)),
       until_(options.until) {
   wipe(options.code);
@@ -77,8 +73,7 @@ Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   }
   if (!paired_) return add(shown->token, shown->name, attempt, now);
   if (*paired_ != shown->token) return {std::nullopt, "the code of the pairing is used up"};
-  TokenTable::Found found = tokens_->find(*paired_, now);
-  return {std::move(found.identity), std::move(found.reason)};
+  return tokens_->find(*paired_, now);
 }
 
 // The file decides: the client's identity is what the file says afterwards.
@@ -101,14 +96,14 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   Refreshed read = tokens_->read_again(now);
   std::move(read.changes.begin(), read.changes.end(), std::back_inserter(untold_.changes));
   std::move(read.problems.begin(), read.problems.end(), std::back_inserter(untold_.problems));
-  TokenTable::Found found = tokens_->find(token, now);
+  Judgement found = tokens_->find(token, now);
   if (found.identity) {
     paired_ = token;
     untold_.news.push_back("paired with '" + entry.identity + "' at " + attempt.peer +
                            ": its token is in " + token_file_ +
                            "; remove that entry to end its access");
   }
-  return {std::move(found.identity), std::move(found.reason)};
+  return found;
 }
 
 // By the steady clock: on a robot without a battery-backed clock the system time may be set during

@@ -59,7 +59,7 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   const std::string credential{attempt.credential.begin(), attempt.credential.end()};
   if (!token_problem(credential).empty()) return service_refused("the credential is not a token");
   HttpRequest request;
-  request.address = service_;
+  request.url = service_;
   request.json = Json{{"credential", credential}, {"peer", attempt.peer}}.dump();
   const HttpAnswer answer = fetch_(request);
   wipe(request.json);

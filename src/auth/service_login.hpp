@@ -11,7 +11,7 @@ namespace connect_bridge {
 // as no judgement.
 class ServiceLogin : public Authenticator {
  public:
-  ServiceLogin(HttpAddress service, HttpFetch fetch)
+  ServiceLogin(Url service, HttpFetch fetch)
       : service_(std::move(service)), fetch_(std::move(fetch)) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
@@ -19,7 +19,7 @@ class ServiceLogin : public Authenticator {
   [[nodiscard]] unsigned threads() const override { return 8; }
 
  private:
-  const HttpAddress service_;
+  const Url service_;
   const HttpFetch fetch_;
 };
 

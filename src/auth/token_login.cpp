@@ -31,11 +31,10 @@ TokenTable read_token_file(const std::string& file, Stamp now, std::vector<std::
 Judgement TokenLogin::judge(const Attempt& attempt, Stamp now) {
   if (attempt.method != "token")
     return {std::nullopt, "login method '" + attempt.method + "' instead of 'token'"};
-  TokenTable::Found found = table_.find(attempt.credential, now);
-  return {std::move(found.identity), std::move(found.reason)};
+  return table_.find(attempt.credential, now);
 }
 
-TokenTable::Found TokenLogin::find(const Digest& token, Stamp now) const {
+Judgement TokenLogin::find(const Digest& token, Stamp now) const {
   return table_.find(token, now);
 }
 

@@ -27,7 +27,7 @@ class TokenLogin : public Authenticator {
   // Reads the file as it is now, changed or not.
   [[nodiscard]] Refreshed read_again(Stamp now);
   // The identity whose token has this digest.
-  [[nodiscard]] TokenTable::Found find(const Digest& token, Stamp now) const;
+  [[nodiscard]] Judgement find(const Digest& token, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const { return table_.knows(identity); }
 
  private:

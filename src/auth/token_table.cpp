@@ -197,7 +197,7 @@ void TokenTable::add_single(std::string_view token, const std::string& source,
   }
   Entry entry;
   entry.plain = true;
-  entry.digest = sha256({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()});
+  entry.digest = sha256(view_of(token));
   entry.identity.name = kSingleIdentity;
   if (!add(std::move(entry))) problems.push_back(source + ": the same token is there twice");
 }
@@ -266,11 +266,11 @@ std::vector<TokenTable::Ending> TokenTable::ending(Stamp from, Stamp to) const {
   return sorted;
 }
 
-TokenTable::Found TokenTable::find(ByteView credential, Stamp now) const {
+Judgement TokenTable::find(ByteView credential, Stamp now) const {
   return find(sha256(credential), now);
 }
 
-TokenTable::Found TokenTable::find(const Digest& digest, Stamp now) const {
+Judgement TokenTable::find(const Digest& digest, Stamp now) const {
   // Compares digests, so that lengths are equal and a partial match reveals nothing; compares all
   // entries, so that the time does not show which one matched.
   std::size_t found = entries_.size();

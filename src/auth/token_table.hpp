@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "auth/authenticator.hpp"
 #include "auth/secret.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/policy.hpp"
@@ -25,11 +26,6 @@ class TokenTable {
   // The identity of every client with the only token.
   static constexpr char kSingleIdentity[] = "token";
 
-  struct Found {
-    std::optional<Identity> identity;
-    std::string reason;  // why there is none
-  };
-
   // All problems and warnings of a text, each beginning with "<source>:<line>: ".
   void read(std::string_view text, const std::string& source, Stamp now,
             std::vector<std::string>& problems, std::vector<std::string>& warnings);
@@ -38,8 +34,8 @@ class TokenTable {
                   std::vector<std::string>& problems);
 
   // Takes the same time for every entry, and if there is none.
-  [[nodiscard]] Found find(ByteView credential, Stamp now) const;
-  [[nodiscard]] Found find(const Digest& digest, Stamp now) const;
+  [[nodiscard]] Judgement find(ByteView credential, Stamp now) const;
+  [[nodiscard]] Judgement find(const Digest& digest, Stamp now) const;
   [[nodiscard]] bool knows(const std::string& identity) const;
   // Its tokens, and their groups together, in the order of their first appearance.
   struct Tokens {

@@ -15,6 +15,9 @@
 namespace connect_bridge {
 namespace {
 
+// What so many seconds allow begins at once.
+constexpr int kHandshakeSecondsAtOnce = 3;
+
 // Makes a Config, check by check; every check adds its problems and goes on.
 class ConfigMaker {
  public:
@@ -26,7 +29,8 @@ class ConfigMaker {
 
   Parsed make(Moment moment) {
     values_.store(config_);
-    config_.auth.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
+    config_.auth.jwt.keys_address = syntax::parse_http_url(config_.auth.jwt.keys_file);
+    config_.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
     check_tls();
     if (is_server()) {
       check_listen();
@@ -74,9 +78,10 @@ class ConfigMaker {
   }
 
   void check_listen() {
-    if (config_.listen.proxy_header != "x_forwarded_for" && config_.listen.trusted_proxies.empty())
+    if (config_.listen.told_by != ToldBy::kXForwardedFor && config_.listen.trusted_proxies.empty())
       add("listen.proxy_header", "", "listen.trusted_proxies too, else it has no effect");
-    const std::string& address = config_.listen.address;
+    const std::string& address = config_.listen_address;
+    config_.listen.addresses = syntax::listen_addresses(address);
     const bool beyond = !syntax::listens_on_loopback(address);
     if (!beyond && config_.listen.trusted_proxies.empty()) return;
     if (config_.auth.method == "none") {
@@ -95,16 +100,16 @@ class ConfigMaker {
     if (!values_.given("url")) {
       add("url", "", "the server to dial, e.g. wss://robot.example/connect");
     }
-    const auto dial = syntax::parse_url(values_.text("url"));
-    if (!dial) return;
-    config_.dial = *dial;
-    config_.dial.proxy = read_http_proxy(values_, *dial, around_.variable, parsed_.problems);
-    if (dial->tls) return;
+    const auto url = syntax::parse_url(values_.text("url"));
+    if (!url) return;
+    config_.dial.url = *url;
+    config_.dial.proxy = read_http_proxy(values_, *url, around_.variable, parsed_.problems);
+    if (url->secure) return;
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
     }
-    if (!syntax::is_loopback(dial->host)) {
-      judge_plaintext("url", syntax::url_to_show(dial->url),
+    if (!syntax::is_loopback(url->host)) {
+      judge_plaintext("url", syntax::url_to_show(values_.text("url")),
                       "wss://, since the server is on another machine; or allow_plaintext: true");
     }
   }
@@ -159,6 +164,13 @@ class ConfigMaker {
     // What a minute allows is answered at once.
     limits.wrong_login_period = kMinute / limits.wrong_logins_at_once;
     limits.address_wrong_login_period = kMinute / limits.address_wrong_logins_at_once;
+    ListenOptions& listen = config_.listen;
+    const auto all = static_cast<int>(values_.whole("limits.handshakes_per_second"));
+    listen.handshakes_at_once = kHandshakeSecondsAtOnce * all;
+    listen.handshake_period = kSecond / all;
+    const auto own = static_cast<int>(values_.whole("limits.address_handshakes_per_second"));
+    listen.address_handshakes_at_once = kHandshakeSecondsAtOnce * own;
+    listen.address_handshake_period = kSecond / own;
     limits.outbox.packet_bytes = std::min(limits.outbox.packet_bytes, limits.outbox.fragment_bytes);
     // As many large messages may be unfinished at a time as with the core's defaults, and not fewer
     // if they are small: a peer sends parts of all topics in turn.

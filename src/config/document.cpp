@@ -24,11 +24,7 @@ std::string code(std::string_view text) {
 }
 
 std::string allowed_text(const KeySpec& spec) {
-  if (!spec.words.empty()) {
-    std::string text;
-    for (const std::string& word : spec.words) text += (text.empty() ? "" : ", ") + code(word);
-    return text;
-  }
+  if (!spec.words.empty()) return fmt::format("`{}`", fmt::join(spec.words, "`, `"));
   if (spec.range) {
     return fmt::format("{:.15g} to {:.15g}{}{}", spec.range->min, spec.range->max,
                        spec.unit.empty() ? "" : " ", spec.unit);

@@ -39,51 +39,53 @@ std::string bytes_text(std::uint64_t bytes) {
 }
 
 std::string listen_text(const Config& config) {
-  const ListenConfig& listen = config.listen;
-  const bool passed = listen.address == "systemd";
-  std::string where = listen.address == "*" ? "every address" : listen.address;
+  const ListenOptions& listen = config.listen;
+  const bool passed = config.listen_address == "systemd";
+  std::string where = config.listen_address == "*" ? "every address" : config.listen_address;
   if (passed) where = "the sockets of systemd";
   std::string port = listen.port == 0 ? "any free port" : fmt::format("port {}", listen.port);
   if (passed) port = "their ports";
-  const std::string reach = syntax::listens_on_loopback(listen.address)
+  const std::string reach = syntax::listens_on_loopback(config.listen_address)
                                 ? "reachable from this machine only"
                                 : "reachable by others";
   std::string tls = "without TLS";
-  if (!config.tls.certificate.empty()) {
-    tls = fmt::format("with TLS (certificate {})", config.tls.certificate);
+  if (!config.tls.certificate_file.empty()) {
+    tls = fmt::format("with TLS (certificate {})", config.tls.certificate_file);
   }
-  if (!config.tls.ca.empty()) tls += fmt::format(", clients show one signed by {}", config.tls.ca);
+  if (!config.tls.ca_file.empty())
+    tls += fmt::format(", clients show one signed by {}", config.tls.ca_file);
   std::string proxies;
   if (!listen.trusted_proxies.empty()) {
-    proxies = fmt::format("; {} gives the client's address by {}",
-                          joined(listen.trusted_proxies, "or"), listen.proxy_header);
+    proxies =
+        fmt::format("; {} gives the client's address by {}", joined(listen.trusted_proxies, "or"),
+                    word_of(syntax::kToldByWords, listen.told_by));
     if (listen.proxies_only) proxies += "; only these may connect";
   }
   return fmt::format("listens: on {}, {}, path {}, {}; {}{}", where, port, listen.path, tls, reach,
                      proxies);
 }
 
-std::string proxy_words(const std::optional<HttpProxyConfig>& proxy) {
+std::string proxy_words(const std::optional<HttpProxy>& proxy) {
   if (!proxy) return {};
   return fmt::format("; through the HTTP proxy {}:{}{}", proxy->host, proxy->port,
                      proxy->login.empty() ? "" : ", with a login");
 }
 
 std::string dial_text(const Config& config) {
-  const std::string url = syntax::url_to_show(config.dial.url);
-  if (!config.dial.tls)
+  const std::string url = syntax::url_to_show(string_at(config.given, "url"));
+  if (!config.dial.url.secure)
     return fmt::format("dials: {}, without TLS{}", url, proxy_words(config.dial.proxy));
   const std::string& name = config.tls.server_name;
   const Names& pins = config.tls.pins;
   std::string text = fmt::format("dials: {}, with TLS; the ", url);
   if (!pins.empty())
     text += fmt::format("server's public key must have the pin {}", joined(pins, "or"));
-  if (!pins.empty() && !config.tls.ca.empty()) text += ", and the ";
-  if (pins.empty() || !config.tls.ca.empty())
-    text += fmt::format("certificate must be for {} and signed by {}",
-                        name.empty() ? config.dial.host : name,
-                        config.tls.ca.empty() ? "an authority the system trusts" : config.tls.ca);
-  if (!config.tls.certificate.empty()) text += "; shows " + config.tls.certificate;
+  if (!pins.empty() && !config.tls.ca_file.empty()) text += ", and the ";
+  if (pins.empty() || !config.tls.ca_file.empty())
+    text += fmt::format(
+        "certificate must be for {} and signed by {}", name.empty() ? config.dial.url.host : name,
+        config.tls.ca_file.empty() ? "an authority the system trusts" : config.tls.ca_file);
+  if (!config.tls.certificate_file.empty()) text += "; shows " + config.tls.certificate_file;
   return text + proxy_words(config.dial.proxy);
 }
 
@@ -96,14 +98,14 @@ std::string login_text(const Config& config) {
                  "its groups (organizations)";
   }
   if (config.role == Role::kServer && config.auth.method == "jwt") {
-    const auto address = syntax::parse_http_url(config.auth.jwt_keys);
-    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}", config.auth.jwt_issuer,
-                       config.auth.jwt_audience, address ? address->text() : config.auth.jwt_keys,
-                       proxy_words(config.auth.https_proxy));
+    const JwtOptions& jwt = config.auth.jwt;
+    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}", jwt.issuer, jwt.audience,
+                       jwt.keys_address ? jwt.keys_address->text("http") : jwt.keys_file,
+                       proxy_words(config.https_proxy));
   }
   if (config.role == Role::kServer && config.auth.method == "service")
-    return "login: as the service " + syntax::parse_http_url(config.auth.service)->text() +
-           " says" + proxy_words(config.auth.https_proxy);
+    return "login: as the service " + config.auth.service.text("http") + " says" +
+           proxy_words(config.https_proxy);
   if (config.role == Role::kServer && config.auth.method == "plugin")
     return "login: as the plugin " + config.auth.plugin + " decides";
   std::string source = "the environment variable CONNECT_BRIDGE_TOKEN";

@@ -61,7 +61,7 @@ bool covers(std::string_view entry, const std::string& host, std::uint16_t port)
 
 }  // namespace
 
-std::optional<HttpProxyConfig> parse_http_proxy(std::string_view text) {
+std::optional<HttpProxy> parse_http_proxy(std::string_view text) {
   if (text.size() > kUrlBytesMax) return std::nullopt;
   const std::size_t scheme = text.find("://");
   if (scheme != std::string_view::npos) {
@@ -69,7 +69,7 @@ std::optional<HttpProxyConfig> parse_http_proxy(std::string_view text) {
     text.remove_prefix(scheme + 3);
   }
   if (text.ends_with('/')) text.remove_suffix(1);
-  HttpProxyConfig proxy;
+  HttpProxy proxy;
   if (const std::size_t at = text.rfind('@'); at != std::string_view::npos) {
     const auto login = percent_decoded(text.substr(0, at));
     if (!login || check_http_proxy_login(*login)) return std::nullopt;
@@ -110,8 +110,8 @@ bool is_exempt(std::string_view no_proxy, std::string_view host, std::uint16_t p
   return false;
 }
 
-std::optional<HttpProxyConfig> environment_proxy(const std::string& host, std::uint16_t port,
-                                                 const Variable& variable, std::string& wrong) {
+std::optional<HttpProxy> environment_proxy(const std::string& host, std::uint16_t port,
+                                           const Variable& variable, std::string& wrong) {
   if (!variable || syntax::is_loopback(host)) return std::nullopt;
   const char* const name = variable("https_proxy").empty() ? "HTTPS_PROXY" : "https_proxy";
   const std::string url = variable(name);
@@ -124,9 +124,8 @@ std::optional<HttpProxyConfig> environment_proxy(const std::string& host, std::u
   return proxy;
 }
 
-std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values, const DialConfig& dial,
-                                               const Variable& variable,
-                                               std::vector<Problem>& problems) {
+std::optional<HttpProxy> read_http_proxy(const CheckedValues& values, const Url& server,
+                                         const Variable& variable, std::vector<Problem>& problems) {
   const std::string given = values.text("http_proxy");
   if (given != "environment" && given != "none") {
     auto proxy = parse_http_proxy(given);
@@ -136,9 +135,9 @@ std::optional<HttpProxyConfig> read_http_proxy(const CheckedValues& values, cons
   if (values.given("http_proxy_login"))
     problems.push_back(
         {"http_proxy_login", "", "http_proxy: http://host:port too, else it has no effect"});
-  if (given == "none" || !dial.tls) return std::nullopt;
+  if (given == "none" || !server.secure) return std::nullopt;
   std::string wrong;
-  auto proxy = environment_proxy(dial.host, dial.port, variable, wrong);
+  auto proxy = environment_proxy(server.host, server.port, variable, wrong);
   if (!wrong.empty())
     problems.push_back({"http_proxy", "",
                         "http://host:port in the environment variable " + wrong +

@@ -29,6 +29,9 @@ constexpr const auto& words_of(Reliability) {
 constexpr const auto& words_of(Durability) {
   return kDurabilityWords;
 }
+constexpr const auto& words_of(ToldBy) {
+  return syntax::kToldByWords;
+}
 
 // Writes the value of a parameter to a field.
 template <class T>
@@ -39,6 +42,8 @@ void store(T& field, const ParameterValue& value) {
     field = syntax::parse_patterns(std::get<Strings>(value));
   } else if constexpr (std::is_same_v<T, Compression>) {
     field = syntax::parse_compression(std::get<std::string>(value)).value_or(Compression{});
+  } else if constexpr (std::is_same_v<T, Url>) {
+    field = syntax::parse_http_url(std::get<std::string>(value)).value_or(Url{});
   } else if constexpr (std::is_enum_v<T>) {
     field = value_of(words_of(T{}), std::get<std::string>(value)).value_or(T{});
   } else if constexpr (std::integral<T> && !std::is_same_v<T, bool>) {
@@ -64,6 +69,14 @@ ParameterValue parameter_of(const T& field) {
   }
 }
 
+// What the parameter of such a field may be.
+template <class T>
+void describe(KeySpec& spec, const ParameterValue& value) {
+  spec.type = type_of(value);
+  if constexpr (std::is_enum_v<T>)
+    for (const auto& entry : words_of(T{})) spec.words.emplace_back(entry.word);
+}
+
 // `field` returns the address of the field in a Config or a Rule. Its present number is the default
 // if the range allows it and the row has no other, and so is an empty list.
 template <class Target, class T>
@@ -71,7 +84,7 @@ void store_in(KeySpec& spec, T* (*field)(Target&)) {
   static Target fresh;
   spec.store = Store<Target>([field](auto& to, auto& value) { store(*field(to), value); });
   ParameterValue initial = parameter_of(*field(fresh));
-  spec.type = type_of(initial);
+  describe<T>(spec, initial);
   if (!spec.fallback && spec.type != ParameterType::kString &&
       fit(spec.type, spec.range, initial) == Fit::kYes)
     spec.fallback = initial;
@@ -81,29 +94,42 @@ template <class Target, class T>
 void store_in(KeySpec& spec, std::optional<T>* (*field)(Target&)) {
   spec.store =
       Store<Target>([field](auto& to, auto& value) { store(field(to)->emplace(), value); });
-  spec.type = type_of(parameter_of(T{}));
-  if constexpr (std::is_enum_v<T>)
-    for (const auto& entry : words_of(T{})) spec.words.emplace_back(entry.word);
+  describe<T>(spec, parameter_of(T{}));
 }
 
 // Adds rows under one heading of docs/config.md; `common` sets what they have in common. A row
 // without a field is looked at by a reader.
 template <class Common>
-auto row_adder(Rows& rows, const char* section, Common common) {
-  return [&rows, section, common](KeySpec spec, auto... field) {
-    spec.section = section;
-    common(spec);
+class RowAdder {
+ public:
+  RowAdder(Rows& rows, const char* section, Common common)
+      : rows_(rows), section_(section), common_(common) {}
+
+  void operator()(KeySpec spec, auto... field) const {
+    spec.section = section_;
+    common_(spec);
     (store_in(spec, +field), ...);
     if (spec.fallback) spec.type = type_of(*spec.fallback);
-    rows.push_back(std::move(spec));
-  };
-}
+    rows_.push_back(std::move(spec));
+  }
+  // A number whose default is the field's. `unit`: may be empty.
+  void operator()(const char* key, NumberRange range, const char* unit, const char* help,
+                  auto field) const {
+    (*this)({.key = key, .range = range, .unit = unit, .help = help}, field);
+  }
+
+ private:
+  Rows& rows_;
+  const char* section_;
+  Common common_;
+};
+
 inline auto row_adder(Rows& rows, const char* section) {
-  return row_adder(rows, section, [](KeySpec&) {});
+  return RowAdder(rows, section, [](KeySpec&) {});
 }
 // Of rows that only this role uses.
 inline auto row_adder(Rows& rows, const char* section, UsedBy used_by) {
-  return row_adder(rows, section, [used_by](KeySpec& spec) { spec.used_by = used_by; });
+  return RowAdder(rows, section, [used_by](KeySpec& spec) { spec.used_by = used_by; });
 }
 
 }  // namespace connect_bridge

@@ -17,10 +17,9 @@ void add_listen(Rows& rows) {
        .syntax = check_listen_address,
        .help = "IP address to listen on, or several with commas; `*`: every one; `systemd`: the "
                "sockets that it passes. Beyond loopback a login and TLS are required."},
-      [](Config& c) { return &c.listen.address; });
-  add({.key = "listen.port",
-       .range = NumberRange{0, 65535},
-       .help = "TCP port to listen on, at all addresses; 0 takes a free one and logs it."},
+      [](Config& c) { return &c.listen_address; });
+  add("listen.port", {0, 65535}, "",
+      "TCP port to listen on, at all addresses; 0 takes a free one and logs it.",
       [](Config& c) { return &c.listen.port; });
   add({.key = "listen.path",
        .fallback = "/",
@@ -35,12 +34,11 @@ void add_listen(Rows& rows) {
       [](Config& c) { return &c.listen.trusted_proxies; });
   add({.key = "listen.proxy_header",
        .fallback = "x_forwarded_for",
-       .words = {"x_forwarded_for", "forwarded", "proxy_protocol"},
        .help = "How these proxies tell the client's address. `x_forwarded_for`: in the header "
                "X-Forwarded-For. `forwarded`: in the header Forwarded (RFC 7239). "
                "`proxy_protocol`: by the PROXY protocol (1 or 2); each of their connections must "
                "then begin with it."},
-      [](Config& c) { return &c.listen.proxy_header; });
+      [](Config& c) { return &c.listen.told_by; });
 }
 
 void add_dial(Rows& rows) {
@@ -88,35 +86,31 @@ void add_login(Rows& rows) {
       [](Config& c) { return &c.auth.token_file; });
 }
 
-void add_jwt(Rows& rows) {
+// Keys of one login method of a server.
+void add_login_methods(Rows& rows) {
   const auto add = row_adder(rows, "Login", UsedBy::kServer);
   add({.key = "auth.jwt_keys",
        .syntax = check_file_or_http_url,
        .help = "`jwt`: the keys that sign tokens: a file, JWKS or public keys in PEM, or the "
                "https:// address of a JWKS. Followed while the program runs."},
-      [](Config& c) { return &c.auth.jwt_keys; });
+      [](Config& c) { return &c.auth.jwt.keys_file; });
   add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."},
-      [](Config& c) { return &c.auth.jwt_issuer; });
+      [](Config& c) { return &c.auth.jwt.issuer; });
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
        .help = "What `aud` must be, or contain."},
-      [](Config& c) { return &c.auth.jwt_audience; });
+      [](Config& c) { return &c.auth.jwt.audience; });
   add({.key = "auth.jwt_algorithms",
        .fallback = Strings{"RS256", "ES256", "EdDSA"},
        .words = {"RS256", "ES256", "EdDSA", "HS256"},
        .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "
                "make one."},
-      [](Config& c) { return &c.auth.jwt_algorithms; });
+      [](Config& c) { return &c.auth.jwt.algorithms; });
   add({.key = "auth.jwt_groups_claim",
        .fallback = "groups",
        .syntax = check_not_empty,
        .help = "The claim that names the groups."},
-      [](Config& c) { return &c.auth.jwt_groups_claim; });
-}
-
-// Keys of one login method of a server.
-void add_login_methods(Rows& rows) {
-  const auto add = row_adder(rows, "Login", UsedBy::kServer);
+      [](Config& c) { return &c.auth.jwt.groups_claim; });
   add({.key = "auth.service",
        .syntax = check_http_url,
        .help = "`service`: the https:// address that is asked about each login."},
@@ -125,7 +119,7 @@ void add_login_methods(Rows& rows) {
        .syntax = check_not_empty,
        .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
                "are trusted by; without it those of the system."},
-      [](Config& c) { return &c.auth.https_ca; });
+      [](Config& c) { return &c.https_ca; });
   add({.key = "auth.plugin",
        .syntax = check_not_empty,
        .help = "`plugin`: the shared library that decides, made with "
@@ -141,16 +135,16 @@ void add_tls(Rows& rows) {
        .syntax = check_not_empty,
        .help = "File with this side's certificate chain (PEM). With it a server speaks "
                "TLS only; a client shows it to servers that ask."},
-      [](Config& c) { return &c.tls.certificate; });
+      [](Config& c) { return &c.tls.certificate_file; });
   add({.key = "tls.private_key",
        .syntax = check_not_empty,
        .help = "File with the private key of the certificate (PEM)."},
-      [](Config& c) { return &c.tls.private_key; });
+      [](Config& c) { return &c.tls.private_key_file; });
   add({.key = "tls.ca",
        .syntax = check_not_empty,
        .help = "File with the certificates to trust (PEM). Client: in place of the "
                "system's. Server: every client must show one that they signed."},
-      [](Config& c) { return &c.tls.ca; });
+      [](Config& c) { return &c.tls.ca_file; });
   add({.key = "tls.server_name",
        .syntax = check_not_empty,
        .used_by = UsedBy::kClient,
@@ -211,7 +205,7 @@ void add_operation(Rows& rows) {
                "the type. `refuse`: only what can be checked reaches a node."});
 }
 
-void add_audit(std::vector<KeySpec>& rows) {
+void add_audit(Rows& rows) {
   const auto add = row_adder(rows, "Audit log");
   add({.key = "audit.file",
        .syntax = check_not_empty,
@@ -219,25 +213,18 @@ void add_audit(std::vector<KeySpec>& rows) {
                "channel, call, goal and change of rules (docs/security.md). Unset: "
                "there is none."},
       [](Config& c) { return &c.audit.file; });
-  add({.key = "audit.file_bytes_max",
-       .range = NumberRange{65536, kGiB},
-       .unit = "bytes",
-       .help = "Largest size of this file. When it is full, it is renamed, with .1 at its end, "
-               "and a new one begins."},
-      [](Config& c) { return &c.audit.file_bytes_max; });
-  add({.key = "audit.files_kept",
-       .range = NumberRange{0, 1000},
-       .unit = "files",
-       .help = "Older files that are kept; the oldest goes."},
+  add("audit.file_bytes_max", {65536, kGiB}, "bytes",
+      "Largest size of this file. When it is full, it is renamed, with .1 at its end, "
+      "and a new one begins.",
+      [](Config& c) { return &c.audit.bytes_max; });
+  add("audit.files_kept", {0, 1000}, "files", "Older files that are kept; the oldest goes.",
       [](Config& c) { return &c.audit.files_kept; });
 }
 
-void add_times(Rows& rows) {
+void add_connection(Rows& rows) {
   const auto add = row_adder(rows, "Connection");
-  add({.key = "dead_after",
-       .range = NumberRange{0.2, 300},
-       .unit = "s",
-       .help = "A peer that was silent for this time counts as gone."},
+  const auto of_client = row_adder(rows, "Connection", UsedBy::kClient);
+  add("dead_after", {0.2, 300}, "s", "A peer that was silent for this time counts as gone.",
       [](Config& c) { return &c.limits.dead_after; });
   add({.key = "resume.seconds",
        .fallback = 60.0,
@@ -246,60 +233,37 @@ void add_times(Rows& rows) {
        .help = "How long after a loss the messages of reliable topics are kept for the "
                "peer's return (see \"After a break\"). 0: not at all."},
       [](Config& c) { return &c.limits.resume_for; });
-  add({.key = "resume.bytes",
-       .range = NumberRange{0, kGiB},
-       .unit = "bytes",
-       .help = "How many bytes of them are kept for one peer. Beyond that the topic "
-               "with the most bytes loses its oldest message."},
+  add("resume.bytes", {0, kGiB}, "bytes",
+      "How many bytes of them are kept for one peer. Beyond that the topic "
+      "with the most bytes loses its oldest message.",
       [](Config& c) { return &c.limits.resume_bytes_max; });
-  add({.key = "retry_min",
-       .range = NumberRange{0.05, 600},
-       .used_by = UsedBy::kClient,
-       .unit = "s",
-       .help = "First wait before dialing again; it doubles with each failure."},
-      [](Config& c) { return &c.limits.retry_min; });
-  add({.key = "retry_max",
-       .range = NumberRange{0.05, 600},
-       .used_by = UsedBy::kClient,
-       .unit = "s",
-       .help = "Longest wait before dialing again; after a refused login it is longer."},
-      [](Config& c) { return &c.limits.retry_max; });
-  add({.key = "dial_timeout",
-       .range = NumberRange{1, 300},
-       .used_by = UsedBy::kClient,
-       .unit = "s",
-       .help = "Time for name look-up, TCP, TLS and WebSocket together."},
-      [](Config& c) { return &c.limits.dial_timeout; });
-  add({.key = "login_timeout",
-       .range = NumberRange{1, 60},
-       .unit = "s",
-       .help = "Server: time that a connection has to log in. Client: how long it waits for the "
-               "answer to its login: no less than its server's."},
+  of_client("retry_min", {0.05, 600}, "s",
+            "First wait before dialing again; it doubles with each failure.",
+            [](Config& c) { return &c.limits.retry_min; });
+  of_client("retry_max", {0.05, 600}, "s",
+            "Longest wait before dialing again; after a refused login it is longer.",
+            [](Config& c) { return &c.limits.retry_max; });
+  of_client("dial_timeout", {1, 300}, "s",
+            "Time for name look-up, TCP, TLS and WebSocket together.",
+            [](Config& c) { return &c.limits.dial_timeout; });
+  add("login_timeout", {1, 60}, "s",
+      "Server: time that a connection has to log in. Client: how long it waits for the "
+      "answer to its login: no less than its server's.",
       [](Config& c) { return &c.limits.login_timeout; });
-}
-
-void add_flow(Rows& rows) {
-  const auto add = row_adder(rows, "Connection");
-  add({.key = "link.bytes_per_second",
-       .range = NumberRange{0, 1e12},
-       .unit = "bytes/s",
-       .help = "The most that this side sends on one link, for connections that are paid "
-               "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
-               "messages count and are never held back. 0: no limit; values below 1000 mean "
-               "1000 (see \"A connection that is paid by the megabyte\")."},
+  add("link.bytes_per_second", {0, 1e12}, "bytes/s",
+      "The most that this side sends on one link, for connections that are paid "
+      "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
+      "messages count and are never held back. 0: no limit; values below 1000 mean "
+      "1000 (see \"A connection that is paid by the megabyte\").",
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });
-  add({.key = "not_sent_bytes",
-       .range = NumberRange{0, 16777216},
-       .unit = "bytes",
-       .help = "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
-               "small value keeps urgent messages fast; 0 leaves it to the host."},
-      [](Config& c) { return &c.socket.not_sent_bytes; });
-  add({.key = "queue_delay_target",
-       .range = NumberRange{0, 1},
-       .unit = "s",
-       .help = "Delay that data which is not urgent may cause in the queues on the path: it "
-               "is sent as fast as the link delivers, no faster (docs/flow.md). "
-               "0 sends as fast as TCP takes it."},
+  add("not_sent_bytes", {0, 16777216}, "bytes",
+      "TCP_NOTSENT_LOWAT: bytes that may wait in the kernel, fewer on a slow link. A "
+      "small value keeps urgent messages fast; 0 leaves it to the host.",
+      [](Config& c) { return &c.socket.unsent_bytes_max; });
+  add("queue_delay_target", {0, 1}, "s",
+      "Delay that data which is not urgent may cause in the queues on the path: it "
+      "is sent as fast as the link delivers, no faster (docs/flow.md). "
+      "0 sends as fast as TCP takes it.",
       [](Config& c) { return &c.limits.outbox.queue_delay_target; });
   add({.key = "congestion_control",
        .fallback = "auto",
@@ -318,14 +282,12 @@ const std::vector<KeySpec>& key_table() {
     add_listen(rows);
     add_dial(rows);
     add_login(rows);
-    add_jwt(rows);
     add_login_methods(rows);
     add_tls(rows);
     add_names(rows);
     add_operation(rows);
     add_audit(rows);
-    add_times(rows);
-    add_flow(rows);
+    add_connection(rows);
     add_limit_rows(rows);
     add_rule_rows(rows);
     return rows;

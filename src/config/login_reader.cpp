@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "config/http_proxy.hpp"
-#include "config/syntax.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -71,16 +70,15 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
 
 }  // namespace
 
-std::optional<HttpProxyConfig> read_https_proxy(const AuthConfig& auth, const Surroundings& around,
-                                                Problems& problems) {
-  const char* const key = auth.method == "service" ? "auth.service" : "auth.jwt_keys";
-  const auto address =
-      syntax::parse_http_url(auth.method == "service" ? auth.service : auth.jwt_keys);
-  if (!address || !address->secure) return std::nullopt;
+std::optional<HttpProxy> read_https_proxy(const LoginOptions& auth, const Surroundings& around,
+                                          Problems& problems) {
+  const bool service = auth.method == "service";
+  const Url address = service ? auth.service : auth.jwt.keys_address.value_or(Url{});
+  if (!address.secure) return std::nullopt;
   std::string wrong;
-  auto proxy = environment_proxy(address->host, address->port, around.variable, wrong);
+  auto proxy = environment_proxy(address.host, address.port, around.variable, wrong);
   if (!wrong.empty())
-    add(problems, key, "",
+    add(problems, service ? "auth.service" : "auth.jwt_keys", "",
         fmt::format("http://host:port in the environment variable {}; or its host in no_proxy, "
                     "if it is reached without a proxy",
                     wrong));

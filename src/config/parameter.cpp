@@ -26,12 +26,9 @@ std::string scalar_text(double value) {
 
 template <class T>
 std::string list_text(const std::vector<T>& values) {
-  std::string text = "[";
-  for (const T& value : values) {
-    if (text.size() > 1) text += ", ";
-    text += scalar_text(value);
-  }
-  return text + "]";
+  std::vector<std::string> texts;
+  for (const auto& value : values) texts.push_back(scalar_text(value));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
 }
 
 }  // namespace
@@ -45,11 +42,6 @@ std::string to_text(const ParameterValue& value) {
           return scalar_text(held);
         } else if constexpr (std::is_same_v<Held, Bytes>) {
           return fmt::format("{} bytes", held.size());
-        } else if constexpr (std::is_same_v<Held, std::vector<bool>>) {
-          // vector<bool> has no real elements to refer to.
-          std::string text;
-          for (const bool bit : held) text += (text.empty() ? "" : ", ") + scalar_text(bit);
-          return "[" + text + "]";
         } else {
           return list_text(held);
         }

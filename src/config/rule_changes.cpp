@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "config/checked_values.hpp"
 #include "config/key_search.hpp"
@@ -31,11 +32,9 @@ ParameterMap keys_of(const Config& config, const std::string& rule) {
 
 std::string told(const std::vector<std::string>& names, const char* what) {
   if (names.empty()) return {};
-  std::string list;
-  for (std::size_t i = 0; i < std::min(names.size(), kNamesTold); ++i)
-    list += (i == 0 ? "" : ", ") + names[i];
-  if (names.size() > kNamesTold) list += ", ...";
-  return fmt::format(", {} {} ({})", names.size(), what, list);
+  const auto first = std::span(names).first(std::min(names.size(), kNamesTold));
+  return fmt::format(", {} {} ({}{})", names.size(), what, fmt::join(first, ", "),
+                     names.size() > first.size() ? ", ..." : "");
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ using namespace syntax;  // NOLINT: a table reads better without the repeated wo
 
 // Of keys without "rule.<name>.".
 auto rule_row_adder(Rows& rows, const char* section) {
-  return row_adder(rows, section, [](KeySpec& spec) {
+  return RowAdder(rows, section, [](KeySpec& spec) {
     spec.key = "rule.<name>." + spec.key;
     spec.changeable = true;
   });
@@ -76,33 +76,23 @@ void add_rule_treatment(Rows& rows) {
                "shrink; not what is urgent), `none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; "
                "`zstd` is level 3)."},
       [](Rule& r) { return &r.treatment.compression; });
-  add({.key = "max_rate",
-       .range = NumberRange{0.001, 1e6},
-       .unit = "Hz",
-       .help =
-           "Messages per second of one topic: what is sent, and what is taken from each peer, its "
-           "last samples of a transient-local topic included; unset: all."},
+  add("max_rate", {0.001, 1e6}, "Hz",
+      "Messages per second of one topic: what is sent, and what is taken from each peer, its "
+      "last samples of a transient-local topic included; unset: all.",
       [](Rule& r) { return &r.treatment.max_rate; });
-  add({.key = "max_bytes_per_second",
-       .range = NumberRange{1, 1e12},
-       .unit = "bytes/s",
-       .help = "Bandwidth of one topic, uncompressed, sent or taken as for max_rate; unset: no "
-               "limit."},
+  add("max_bytes_per_second", {1, 1e12}, "bytes/s",
+      "Bandwidth of one topic, uncompressed, sent or taken as for max_rate; unset: no "
+      "limit.",
       [](Rule& r) { return &r.treatment.bytes_per_second_max; });
-  add({.key = "max_age",
-       .range = NumberRange{0.001, 86400},
-       .unit = "s",
-       .help = "Older messages are dropped rather than delivered late, also those of "
-               "transient-local topics; unset: never."},
+  add("max_age", {0.001, 86400}, "s",
+      "Older messages are dropped rather than delivered late, also those of "
+      "transient-local topics; unset: never.",
       [](Rule& r) { return &r.treatment.max_age; });
-  add({.key = "queue_bytes_max",
-       .range = NumberRange{1024, kGiB},
-       .unit = "bytes",
-       .help =
-           "What may wait to be sent of one topic; one message always fits. Of a transient-local "
-           "topic at least history_bytes_max may. Unset: a quarter of the link's queue_bytes_max, "
-           "but "
-           "1 MiB while the oldest waits for more than 0.25 s: the link is too slow then."},
+  add("queue_bytes_max", {1024, kGiB}, "bytes",
+      "What may wait to be sent of one topic; one message always fits. Of a transient-local "
+      "topic at least history_bytes_max may. Unset: a quarter of the link's queue_bytes_max, "
+      "but "
+      "1 MiB while the oldest waits for more than 0.25 s: the link is too slow then.",
       [](Rule& r) { return &r.treatment.queue_bytes_max; });
 }
 
@@ -121,21 +111,16 @@ void add_rule_clock(Rows& rows) {
        .help = "How often `clock: publish` publishes."});
 }
 
-// What happens to it when a connection is lost.
-void add_rule_resume(Rows& rows) {
-  rule_row_adder(rows, kTreats)(
-      {.key = "resume",
+// After a break, and with another version of its package here.
+void add_rule_exceptions(Rows& rows) {
+  const auto add = rule_row_adder(rows, kTreats);
+  add({.key = "resume",
        .help =
            "Whether messages of reliable volatile topics that a lost connection loses are sent "
            "again (see \"After a break\"). Unset: yes, except for commands, pictures, and what is "
            "urgent or has a max_age."},
       [](Rule& r) { return &r.treatment.resume; });
-}
-
-// What is of another version of its package here.
-void add_rule_types(Rows& rows) {
-  rule_row_adder(rows, kTreats)(
-      {.key = "allow_type_mismatch",
+  add({.key = "allow_type_mismatch",
        .fallback = false,
        .help = "For imports whose type has another definition here than at the peer (another type "
                "hash). `false`: they are declined, and the log says how the definitions differ. "
@@ -147,22 +132,16 @@ void add_rule_types(Rows& rows) {
 // The same for calls of services.
 void add_rule_calls(Rows& rows) {
   const auto add = rule_row_adder(rows, kTreats);
-  add({.key = "calls_max",
-       .range = NumberRange{1, 1000},
-       .unit = "calls",
-       .help = "Calls of one service under way at its server for one peer; later ones wait for "
-               "their turn."},
+  add("calls_max", {1, 1000}, "calls",
+      "Calls of one service under way at its server for one peer; later ones wait for "
+      "their turn.",
       [](Rule& r) { return &r.treatment.calls_max; });
-  add({.key = "server_queue",
-       .range = NumberRange{0, 1000},
-       .unit = "requests",
-       .help = "Depth of the server's request queue: at most so many requests are handed over that "
-               "it may not have taken yet; 0: every request is handed over at once."},
+  add("server_queue", {0, 1000}, "requests",
+      "Depth of the server's request queue: at most so many requests are handed over that "
+      "it may not have taken yet; 0: every request is handed over at once.",
       [](Rule& r) { return &r.treatment.server_queue; });
-  add({.key = "call_timeout",
-       .range = NumberRange{0.01, 86400},
-       .unit = "s",
-       .help = "A call without an answer is given up after this; unset: never."},
+  add("call_timeout", {0.01, 86400}, "s",
+      "A call without an answer is given up after this; unset: never.",
       [](Rule& r) { return &r.treatment.call_timeout; });
 }
 
@@ -172,20 +151,11 @@ void add_rule_qos(Rows& rows) {
       [](Rule& r) { return &r.treatment.qos.reliability; });
   add({.key = "qos.durability", .help = "Durability."},
       [](Rule& r) { return &r.treatment.qos.durability; });
-  add({.key = "qos.depth",
-       .range = NumberRange{1, 100000},
-       .unit = "messages",
-       .help = "Keep-last depth, of the queue too."},
+  add("qos.depth", {1, 100000}, "messages", "Keep-last depth, of the queue too.",
       [](Rule& r) { return &r.treatment.qos.depth; });
-  add({.key = "qos.deadline",
-       .range = NumberRange{0.001, 86400},
-       .unit = "s",
-       .help = "Longest time between two messages."},
+  add("qos.deadline", {0.001, 86400}, "s", "Longest time between two messages.",
       [](Rule& r) { return &r.treatment.qos.deadline; });
-  add({.key = "qos.lifespan",
-       .range = NumberRange{0.001, 86400},
-       .unit = "s",
-       .help = "Messages older than this are not delivered."},
+  add("qos.lifespan", {0.001, 86400}, "s", "Messages older than this are not delivered.",
       [](Rule& r) { return &r.treatment.qos.lifespan; });
 }
 
@@ -202,8 +172,7 @@ void add_rule_rows(std::vector<KeySpec>& rows) {
   add_rule_rights(rows);
   add_rule_treatment(rows);
   add_rule_clock(rows);
-  add_rule_resume(rows);
-  add_rule_types(rows);
+  add_rule_exceptions(rows);
   add_rule_calls(rows);
   add_rule_qos(rows);
 }

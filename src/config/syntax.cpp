@@ -68,25 +68,25 @@ bool is_target(std::string_view text) {
 }
 
 // "host", "host:port", "[ipv6]:port"
-bool read_authority(std::string_view text, DialConfig& dial) {
+bool read_authority(std::string_view text, Url& url) {
   std::string_view port;
   if (!text.empty() && text.front() == '[') {
     const std::size_t end = text.find(']');
     if (end == std::string_view::npos) return false;
-    dial.host = text.substr(1, end - 1);
+    url.host = text.substr(1, end - 1);
     port = text.substr(end + 1);
-    if (!parse_ip(AF_INET6, dial.host)) return false;
+    if (!parse_ip(AF_INET6, url.host)) return false;
   } else {
     const std::size_t colon = text.find(':');
-    dial.host = text.substr(0, colon);
+    url.host = text.substr(0, colon);
     if (colon != std::string_view::npos) port = text.substr(colon);
-    if (dial.host.empty() || !is_host_name(dial.host)) return false;
+    if (url.host.empty() || !is_host_name(url.host)) return false;
   }
-  dial.port = dial.tls ? 443 : 80;
+  url.port = url.secure ? 443 : 80;
   if (port.empty()) return true;
   const auto value = number(port.substr(1), 5, 65535);
   if (port.front() != ':' || !value || *value == 0) return false;
-  dial.port = static_cast<std::uint16_t>(*value);
+  url.port = static_cast<std::uint16_t>(*value);
   return true;
 }
 
@@ -108,27 +108,26 @@ bool is_loopback(std::string_view host) {
   return parse_ip(AF_INET6, host) == loopback;
 }
 
-std::optional<DialConfig> parse_url(std::string_view text) {
-  DialConfig dial;
-  dial.url = text;
+std::optional<Url> parse_url(std::string_view text) {
+  Url url;
   std::string scheme{text.substr(0, std::min(text.find("://"), text.size()))};
   for (char& c : scheme) c = (c >= 'A' && c <= 'Z') ? static_cast<char>(c - 'A' + 'a') : c;
   if ((scheme != "ws" && scheme != "wss") || scheme.size() + 3 > text.size()) return std::nullopt;
-  dial.tls = scheme == "wss";
+  url.secure = scheme == "wss";
   const std::string_view rest = text.substr(scheme.size() + 3);
   const std::size_t slash = rest.find('/');
-  if (!read_authority(rest.substr(0, slash), dial)) return std::nullopt;
-  dial.target = slash == std::string_view::npos ? "/" : rest.substr(slash);
-  if (!is_target(dial.target)) return std::nullopt;
-  return dial;
+  if (!read_authority(rest.substr(0, slash), url)) return std::nullopt;
+  url.target = slash == std::string_view::npos ? "/" : rest.substr(slash);
+  if (!is_target(url.target)) return std::nullopt;
+  return url;
 }
 
-std::optional<HttpAddress> parse_http_url(std::string_view text) {
+std::optional<Url> parse_http_url(std::string_view text) {
   constexpr std::string_view kHttp = "http";
   if (!text.starts_with(kHttp)) return std::nullopt;
-  const auto dial = parse_url("ws" + std::string{text.substr(kHttp.size())});
-  if (!dial || (!dial->tls && !is_loopback(dial->host))) return std::nullopt;
-  return HttpAddress{dial->tls, dial->host, dial->port, dial->target};
+  auto url = parse_url("ws" + std::string{text.substr(kHttp.size())});
+  if (url && !url->secure && !is_loopback(url->host)) return std::nullopt;
+  return url;
 }
 
 std::string url_to_show(std::string_view url) {

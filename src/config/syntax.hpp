@@ -1,19 +1,26 @@
 // How the texts among the parameters are written: addresses, URLs, compressions, remappings.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "config/config.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/pattern.hpp"
 #include "core/policy/policy.hpp"
-#include "core/ports/http.hpp"
+#include "core/ports/net_options.hpp"
 #include "core/wire/codec.hpp"
+#include "core/wire/words.hpp"
 
 namespace connect_bridge::syntax {
+
+inline constexpr std::array<Word<ToldBy>, 3> kToldByWords{{
+    {ToldBy::kXForwardedFor, "x_forwarded_for"},
+    {ToldBy::kForwarded, "forwarded"},
+    {ToldBy::kProxyProtocol, "proxy_protocol"},
+}};
 
 [[nodiscard]] bool is_ip_address(std::string_view text);
 // "localhost", 127.0.0.0/8 or ::1. Other spellings of loopback count as public, which is the safe
@@ -23,9 +30,9 @@ namespace connect_bridge::syntax {
 [[nodiscard]] std::vector<std::string> listen_addresses(std::string_view text);
 // Whether all of them are loopback.
 [[nodiscard]] bool listens_on_loopback(std::string_view text);
-[[nodiscard]] std::optional<DialConfig> parse_url(std::string_view text);
+[[nodiscard]] std::optional<Url> parse_url(std::string_view text);
 // "https://..."; on this machine "http://..." too.
-[[nodiscard]] std::optional<HttpAddress> parse_http_url(std::string_view text);
+[[nodiscard]] std::optional<Url> parse_http_url(std::string_view text);
 [[nodiscard]] std::optional<Compression> parse_compression(std::string_view text);
 [[nodiscard]] std::optional<NameMap::Pair> parse_remap(std::string_view text);
 // Those that are patterns.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "net/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/proxy_header.hpp"
 #include "net/tls.hpp"
 #include "net/transport.hpp"

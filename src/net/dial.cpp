@@ -6,7 +6,6 @@
 #include <boost/beast/websocket/error.hpp>
 
 #include "core/wire/login.hpp"
-#include "net/http_proxy.hpp"
 #include "net/socket_tuning.hpp"
 #include "net/websocket.hpp"
 
@@ -93,7 +92,7 @@ void Dialing::upgrade() {
     request.set(http::field::user_agent, "ROS2 Connect");
     request.set(http::field::sec_websocket_protocol, kSubprotocol);
   }));
-  socket_->async_handshake(response_->http, options_.url.authority(), options_.url.path,
+  socket_->async_handshake(response_->http, options_.url.authority(), options_.url.target,
                            [self = shared_from_this()](ErrorCode error) {
                              if (self->done_) self->on_upgraded(error);
                            });
@@ -140,8 +139,9 @@ void Dialing::cancel(std::string problem) {
 void Dialing::fail(const std::string& problem) {
   if (!done_) return;
   if (socket_) socket_->next_layer().abort();
-  const std::string by = options_.proxy ? " by the proxy " + proxy_text(*options_.proxy) : "";
-  finish(nullptr, options_.url.text() + by + ": " + problem);
+  const auto& proxy = options_.proxy;
+  const std::string by = proxy ? " by the proxy " + host_and_port(proxy->host, proxy->port) : "";
+  finish(nullptr, options_.url.text("ws") + by + ": " + problem);
 }
 
 void Dialing::finish(std::shared_ptr<WebSocket> socket, std::string problem) {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "net/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/tls.hpp"
 #include "net/transport.hpp"
 #include "net/way.hpp"

@@ -1,7 +1,5 @@
 #include "net/http_proxy.hpp"
 
-#include <openssl/evp.h>
-
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
@@ -9,6 +7,7 @@
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/status.hpp>
 
+#include "core/base/base64.hpp"
 #include "net/tls.hpp"
 
 namespace connect_bridge {
@@ -18,20 +17,6 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 
 constexpr std::size_t kAnswerBytesMax = 8192;
-
-std::string host_and_port(const std::string& host, std::uint16_t port) {
-  return (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" +
-         std::to_string(port);
-}
-
-std::string base64(const std::string& text) {
-  std::string encoded(4 * ((text.size() + 2) / 3) + 1, '\0');
-  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(encoded.data()),
-                                   reinterpret_cast<const unsigned char*>(text.data()),
-                                   static_cast<int>(text.size()));
-  encoded.resize(static_cast<std::size_t>(size));
-  return encoded;
-}
 
 struct Asking {
   std::shared_ptr<TcpSocket> socket;
@@ -45,7 +30,8 @@ struct Asking {
 std::string request_text(const HttpProxy& proxy, const std::string& target) {
   std::string text =
       "CONNECT " + target + " HTTP/1.1\r\nHost: " + target + "\r\nUser-Agent: ROS2 Connect\r\n";
-  if (!proxy.login.empty()) text += "Proxy-Authorization: Basic " + base64(proxy.login) + "\r\n";
+  if (!proxy.login.empty())
+    text += "Proxy-Authorization: Basic " + to_base64(view_of(proxy.login)) + "\r\n";
   return text + "\r\n";
 }
 
@@ -79,10 +65,6 @@ void read_answer(const std::shared_ptr<Asking>& asking) {
 }
 
 }  // namespace
-
-std::string proxy_text(const HttpProxy& proxy) {
-  return host_and_port(proxy.host, proxy.port);
-}
 
 void open_way(std::shared_ptr<TcpSocket> socket, const HttpProxy& proxy, const std::string& host,
               std::uint16_t port, std::function<void(std::string)> done) {

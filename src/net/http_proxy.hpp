@@ -6,13 +6,10 @@
 #include <memory>
 #include <string>
 
-#include "net/options.hpp"
+#include "core/ports/url.hpp"
 #include "net/transport.hpp"
 
 namespace connect_bridge {
-
-// "proxy.example:3128", for texts.
-[[nodiscard]] std::string proxy_text(const HttpProxy& proxy);
 
 // On a connection to the proxy, before anything else; after it the bytes go to and come from the
 // server. `done` is called once, with what is wrong (empty if nothing), and not from inside this

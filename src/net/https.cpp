@@ -32,12 +32,6 @@ std::optional<std::chrono::seconds> max_age_of(std::string_view control) {
   return std::chrono::seconds(seconds);
 }
 
-ClientTls trusting(const std::string& ca_file) {
-  ClientTls options;
-  options.ca_file = ca_file;
-  return options;
-}
-
 // One request, on an io_context of its own.
 class Exchange {
  public:
@@ -45,7 +39,7 @@ class Exchange {
       : request_(request),
         tls_(std::move(tls)),
         deadline_(io_),
-        way_(std::make_shared<Way>(io_, request.address.host, request.address.port, proxy)) {}
+        way_(std::make_shared<Way>(io_, request.url.host, request.url.port, proxy)) {}
   ~Exchange() { way_->stop(); }
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
@@ -64,21 +58,21 @@ class Exchange {
  private:
   void on_connected(TcpSocket socket) {
     transport_.emplace(std::move(socket));
-    if (!request_.address.secure) return send();
+    if (!request_.url.secure) return send();
     transport_->start_tls(tls_);
-    expect_server(transport_->tls(), request_.address.host);
+    expect_server(transport_->tls(), request_.url.host);
     transport_->async_tls_handshake(false, [this](ErrorCode failed) {
       if (!failed) return send();
-      fail("TLS: " + failure_text(failed, transport_->tls(), request_.address.host));
+      fail("TLS: " + failure_text(failed, transport_->tls(), request_.url.host));
     });
   }
 
   void send() {
     const bool posts = !request_.json.empty();
     asked_.method(posts ? http::verb::post : http::verb::get);
-    asked_.target(request_.address.target);
+    asked_.target(request_.url.target);
     asked_.version(kHttp11);
-    asked_.set(http::field::host, request_.address.authority());
+    asked_.set(http::field::host, request_.url.authority());
     asked_.set(http::field::user_agent, "ROS2 Connect");
     asked_.set(http::field::accept, "application/json");
     asked_.keep_alive(false);
@@ -88,7 +82,7 @@ class Exchange {
     }
     asked_.prepare_payload();
     http::async_write(*transport_, asked_, [this](ErrorCode error, std::size_t) {
-      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
+      if (error) return fail(failure_text(error, transport_->tls(), request_.url.host));
       receive();
     });
   }
@@ -99,7 +93,7 @@ class Exchange {
     transport_->stop_at_header_end();
     http::async_read(*transport_, buffer_, parser_, [this](ErrorCode error, std::size_t) {
       if (error == http::error::body_limit) return fail("the answer is too large");
-      if (error) return fail(failure_text(error, transport_->tls(), request_.address.host));
+      if (error) return fail(failure_text(error, transport_->tls(), request_.url.host));
       const auto& got = parser_.get();
       answer_.status = static_cast<int>(got.result_int());
       answer_.body = got.body();
@@ -129,7 +123,7 @@ class Exchange {
 }  // namespace
 
 Https::Https(const std::string& ca_file, std::optional<HttpProxy> proxy)
-    : files_(trusting(ca_file)), proxy_(std::move(proxy)) {}
+    : files_({.ca_file = ca_file}, Role::kClient), proxy_(std::move(proxy)) {}
 
 // Reading the system's authorities takes milliseconds: not at every request.
 TlsContext Https::tls(std::string& problem) {
@@ -140,7 +134,7 @@ TlsContext Https::tls(std::string& problem) {
 HttpAnswer Https::fetch(const HttpRequest& request) {
   HttpAnswer answer;
   TlsContext context;
-  if (request.address.secure) {
+  if (request.url.secure) {
     context = tls(answer.problem);
     if (!context) return answer;
   }

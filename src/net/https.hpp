@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/ports/http.hpp"
-#include "net/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/tls_files.hpp"
 
 namespace connect_bridge {

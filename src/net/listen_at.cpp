@@ -6,7 +6,7 @@
 #include <boost/asio/ip/v6_only.hpp>
 #include <boost/system/error_code.hpp>
 
-#include "net/endpoint_text.hpp"
+#include "core/ports/url.hpp"
 #include "net/transport.hpp"
 
 namespace connect_bridge {
@@ -48,9 +48,11 @@ ListenResult listen_at(ListeningSocket& acceptor, const std::string& address, st
   const bool absent = !error && bind_to(acceptor, endpoint, error);
   if (!error) acceptor.listen(ListeningSocket::max_listen_connections, error);
   if (error)
-    return {"cannot listen on " + endpoint_text(parsed, port) + ": " + error.message(), {}};
+    return {"cannot listen on " + host_and_port(parsed.to_string(), port) + ": " + error.message(),
+            {}};
   if (!absent) return {};
-  const std::string told = endpoint_text(parsed, acceptor.local_endpoint(ignored).port());
+  const std::string told =
+      host_and_port(parsed.to_string(), acceptor.local_endpoint(ignored).port());
   return {{},
           "no interface has the address of " + told +
               " now: nobody can connect there before one has it (listen.address)"};

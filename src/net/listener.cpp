@@ -4,7 +4,6 @@
 
 #include "core/wire/control.hpp"
 #include "core/wire/text.hpp"
-#include "net/endpoint_text.hpp"
 #include "net/listen_at.hpp"
 #include "net/site.hpp"
 #include "net/socket_tuning.hpp"
@@ -51,7 +50,7 @@ std::string Listener::open(const ListenOptions& options) {
   }
   if (options.tls) {
     std::string problem;
-    tls_.emplace(*options.tls);
+    tls_.emplace(*options.tls, Role::kServer);
     accept_options->tls = tls_->get(problem);
     if (!accept_options->tls) return problem;
   }
@@ -102,7 +101,7 @@ std::vector<std::string> Listener::addresses() const {
   for (const DoorPtr& door : doors_) {
     ErrorCode ignored;
     const Endpoint endpoint = door->acceptor.local_endpoint(ignored);
-    texts.push_back(endpoint_text(endpoint.address(), endpoint.port()));
+    texts.push_back(host_and_port(endpoint.address().to_string(), endpoint.port()));
   }
   return texts;
 }
@@ -252,7 +251,7 @@ void Listener::admit(TcpSocket socket) {
   const auto address = plain_address(remote.address());
   const auto visitor = std::make_shared<Visitor>();
   ConnectionOpened& from = visitor->from;
-  from.peer = endpoint_text(address, remote.port());
+  from.peer = host_and_port(address.to_string(), remote.port());
   const bool proxy = contain(options_->proxies, address);
   if (proxies_only_ && !proxy) return drop(socket, from, "dropped, it is no trusted proxy");
   set_address(from, address);
@@ -303,8 +302,8 @@ void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
   if (source) {  // who is told of nobody counts as the proxy itself
-    from.peer = source->port == 0 ? host_text(source->address)
-                                  : endpoint_text(source->address, source->port);
+    const std::string host = source->address.to_string();
+    from.peer = source->port == 0 ? bracketed(host) : host_and_port(host, source->port);
     set_address(from, source->address);
   }
   const bool before_tls = options_->tls && options_->told_by == ToldBy::kProxyProtocol;

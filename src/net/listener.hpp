@@ -13,11 +13,11 @@
 #include "core/base/log_limit.hpp"
 #include "core/base/pace.hpp"
 #include "core/base/turns.hpp"
+#include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/accept.hpp"
 #include "net/admission.hpp"
 #include "net/door_counts.hpp"
-#include "net/options.hpp"
 #include "net/refusals.hpp"
 #include "net/tls_files.hpp"
 

@@ -54,7 +54,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::shared_ptr<RouteWatch> routes;  // of who dials
   asio::ip::address dialled;           // the machine that answered last
   std::string route;                   // to it; empty: not known
-  ClientTls dial_options;              // what dial_tls was made of
+  TlsOptions dial_options;             // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   int silent_dials = 0;                // in a row, to which nothing answered
   std::uint64_t last_id = 0;
@@ -90,7 +90,7 @@ TlsContext Network::State::client_tls(const DialOptions& options, std::string& p
   if (!options.url.secure) return nullptr;
   if (!dial_tls || !(dial_options == options.tls)) {
     dial_options = options.tls;
-    dial_tls.emplace(options.tls);
+    dial_tls.emplace(options.tls, Role::kClient);
   }
   return dial_tls->get(problem);
 }

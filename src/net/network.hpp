@@ -10,9 +10,9 @@
 
 #include "core/base/ids.hpp"
 #include "core/flow/outbox.hpp"
+#include "core/ports/net_options.hpp"
 #include "core/ports/ports.hpp"
 #include "net/door_counts.hpp"
-#include "net/options.hpp"
 #include "net/traffic.hpp"
 
 namespace boost::asio {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/asio/ip/network_v4.hpp>
+#include <boost/asio/ip/network_v6.hpp>
 #include <charconv>
 #include <cstring>
 #include <string>
@@ -188,27 +190,22 @@ std::optional<AddressRange> AddressRange::parse(std::string_view text) {
   const std::size_t slash = text.find('/');
   const auto address = address_of(text.substr(0, slash));
   if (!address) return std::nullopt;
-  AddressRange range;
-  range.first_ = *address;
-  range.bits_ = address->is_v4() ? 32 : 128;
-  if (slash == std::string_view::npos) return range;
-  const auto bits = number<unsigned>(text.substr(slash + 1));
-  if (!bits || *bits > range.bits_) return std::nullopt;
-  range.bits_ = *bits;
-  return range;
+  const std::uint16_t bits_max = address->is_v4() ? 32 : 128;
+  const auto bits =
+      slash == std::string_view::npos ? bits_max : number<std::uint16_t>(text.substr(slash + 1));
+  if (!bits || *bits > bits_max) return std::nullopt;
+  return AddressRange(*address, *bits);
 }
 
 bool AddressRange::contains(const ip::address& address) const {
-  const auto same = [this](const auto& a, const auto& b) {
-    const std::size_t whole = bits_ / 8;
-    if (!std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(whole), b.begin()))
-      return false;
-    const unsigned left = bits_ % 8;
-    return left == 0 || ((a[whole] ^ b[whole]) >> (8 - left)) == 0;
+  // Zones ("%eth0") do not matter.
+  const auto same = [](const auto& a, const auto& b) {
+    return a.network().to_bytes() == b.network().to_bytes();
   };
   if (address.is_v4() != first_.is_v4()) return false;
-  if (address.is_v4()) return same(first_.to_v4().to_bytes(), address.to_v4().to_bytes());
-  return same(first_.to_v6().to_bytes(), address.to_v6().to_bytes());
+  if (address.is_v4())
+    return same(ip::network_v4(first_.to_v4(), bits_), ip::network_v4(address.to_v4(), bits_));
+  return same(ip::network_v6(first_.to_v6(), bits_), ip::network_v6(address.to_v6(), bits_));
 }
 
 bool contain(const AddressRanges& ranges, const ip::address& address) {

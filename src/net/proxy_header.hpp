@@ -20,8 +20,11 @@ class AddressRange {
   [[nodiscard]] bool contains(const boost::asio::ip::address& address) const;
 
  private:
+  AddressRange(const boost::asio::ip::address& first, std::uint16_t bits)
+      : first_(first), bits_(bits) {}
+
   boost::asio::ip::address first_;
-  unsigned bits_ = 0;
+  std::uint16_t bits_;
 };
 using AddressRanges = std::vector<AddressRange>;
 

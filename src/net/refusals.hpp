@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/time.hpp"
+#include "core/ports/url.hpp"
 
 namespace connect_bridge {
 
@@ -20,7 +21,7 @@ class Refusals {
   // `peer`: "203.0.113.5:51234"; `why` is text.
   void add(const std::string& peer, std::string why) {
     ++count_;
-    last_from_ = host_of(peer);
+    last_from_ = host_of(peer);  // every connection has another port, which helps nobody
     last_why_ = std::move(why);
   }
 
@@ -36,15 +37,6 @@ class Refusals {
   }
 
  private:
-  // Every connection has another port, which helps nobody.
-  static std::string host_of(const std::string& peer) {
-    const auto colon = peer.rfind(':');
-    const auto bracket = peer.rfind(']');
-    const bool port =
-        colon != std::string::npos && (bracket == std::string::npos || bracket < colon);
-    return port ? peer.substr(0, colon) : peer;
-  }
-
   std::uint64_t count_ = 0;
   std::string last_from_;
   std::string last_why_;

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstring>
 
+#include "core/base/bytes.hpp"
 #include "core/base/hex.hpp"
 
 namespace connect_bridge {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "core/ports/net_options.hpp"
 #include "net/congestion_choice.hpp"
-#include "net/options.hpp"
 #include "net/repair_watch.hpp"
 
 namespace connect_bridge {

@@ -1,13 +1,10 @@
 #include "net/tls.hpp"
 
 #include <openssl/err.h>
-#include <openssl/evp.h>
-#include <openssl/sha.h>
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
 #include <algorithm>
-#include <array>
 #include <boost/asio/error.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ssl/error.hpp>
@@ -15,6 +12,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "core/base/base64.hpp"
+#include "core/base/sha256.hpp"
 #include "net/openssl_owned.hpp"
 
 namespace connect_bridge {
@@ -135,15 +134,15 @@ bool is_tls_reason(const ErrorCode& error, int reason) {
 
 }  // namespace
 
-TlsContext make_server_tls(const ServerTls& options, std::string& problem) {
+TlsContext make_server_tls(const TlsOptions& options, std::string& problem) {
   TlsContext context = make_context(problem);
   if (!context) return nullptr;
   SSL_CTX* const native = context->native_handle();
   problem = load_pair(native, options.certificate_file, options.private_key_file);
-  if (problem.empty() && !options.client_ca_file.empty()) {
-    problem = load_authorities(native, options.client_ca_file);
+  if (problem.empty() && !options.ca_file.empty()) {
+    problem = load_authorities(native, options.ca_file);
     SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
-    SSL_CTX_set_client_CA_list(native, SSL_load_client_CA_file(options.client_ca_file.c_str()));
+    SSL_CTX_set_client_CA_list(native, SSL_load_client_CA_file(options.ca_file.c_str()));
   }
   // Resumption would need a session id context when clients show certificates, and gains little for
   // long connections.
@@ -153,7 +152,7 @@ TlsContext make_server_tls(const ServerTls& options, std::string& problem) {
   return problem.empty() ? context : nullptr;
 }
 
-TlsContext make_client_tls(const ClientTls& options, std::string& problem) {
+TlsContext make_client_tls(const TlsOptions& options, std::string& problem) {
   TlsContext context = make_context(problem);
   if (!context) return nullptr;
   SSL_CTX* const native = context->native_handle();
@@ -200,12 +199,9 @@ std::string pin_of_certificate(const X509* certificate) {
   unsigned char* encoded = nullptr;
   const int size = i2d_X509_PUBKEY(X509_get_X509_PUBKEY(certificate), &encoded);
   if (size <= 0) return {};
-  std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
-  SHA256(encoded, static_cast<std::size_t>(size), digest.data());
+  const Digest digest = sha256({encoded, static_cast<std::size_t>(size)});
   OPENSSL_free(encoded);
-  std::array<unsigned char, 4 * ((SHA256_DIGEST_LENGTH + 2) / 3) + 1> text{};
-  EVP_EncodeBlock(text.data(), digest.data(), static_cast<int>(digest.size()));
-  return reinterpret_cast<const char*>(text.data());
+  return to_base64(digest);
 }
 
 std::string pin_problem(SSL* tls, const std::vector<std::string>& pins) {

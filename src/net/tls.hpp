@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "net/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/transport.hpp"
 
 namespace connect_bridge {
@@ -13,8 +13,8 @@ namespace connect_bridge {
 using TlsContext = std::shared_ptr<asio::ssl::context>;
 
 // Null with `problem` set: the file and what is wrong with it.
-TlsContext make_server_tls(const ServerTls& options, std::string& problem);
-TlsContext make_client_tls(const ClientTls& options, std::string& problem);
+TlsContext make_server_tls(const TlsOptions& options, std::string& problem);
+TlsContext make_client_tls(const TlsOptions& options, std::string& problem);
 
 // Client, before the handshake: the expected server (name or address literal), if verification is
 // on.

@@ -10,11 +10,6 @@
 namespace connect_bridge {
 namespace {
 
-std::vector<std::string> without_empty(std::vector<std::string> files) {
-  std::erase_if(files, [](const std::string& file) { return file.empty(); });
-  return files;
-}
-
 // Where OpenSSL finds the authorities that the system trusts.
 std::string system_store() {
   const char* const given = std::getenv(X509_get_default_cert_file_env());
@@ -23,15 +18,13 @@ std::string system_store() {
 
 }  // namespace
 
-TlsFiles::TlsFiles(ServerTls options)
-    : files_(without_empty(
-          {options.certificate_file, options.private_key_file, options.client_ca_file})),
-      make_([options](std::string& problem) { return make_server_tls(options, problem); }) {}
-
-TlsFiles::TlsFiles(ClientTls options)
-    : files_(without_empty({options.certificate_file, options.private_key_file,
-                            options.ca_file.empty() ? system_store() : options.ca_file})),
-      make_([options](std::string& problem) { return make_client_tls(options, problem); }) {}
+TlsFiles::TlsFiles(const TlsOptions& options, Role role)
+    : files_({options.certificate_file, options.private_key_file, options.ca_file}),
+      make_([options, make = role == Role::kServer ? make_server_tls : make_client_tls](
+                std::string& problem) { return make(options, problem); }) {
+  if (role == Role::kClient && options.ca_file.empty()) files_.back() = system_store();
+  std::erase(files_, "");
+}
 
 TlsFiles::Stamp TlsFiles::stamp() const {
   Stamp stamp;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/link/options.hpp"
 #include "net/certificate_end.hpp"
 #include "net/tls.hpp"
 
@@ -22,8 +23,7 @@ class TlsFiles {
     std::string text;   // what to log
   };
 
-  explicit TlsFiles(ServerTls options);
-  explicit TlsFiles(ClientTls options);
+  TlsFiles(const TlsOptions& options, Role role);
 
   // The context; reads the files if that has not succeeded yet. Null with `problem` set: the file
   // and what is wrong with it.

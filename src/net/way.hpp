@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
+#include "core/ports/url.hpp"
 #include "net/look_up.hpp"
-#include "net/options.hpp"
 #include "net/race.hpp"
 #include "net/transport.hpp"
 

@@ -1,5 +1,6 @@
 #include "run/audit_book.hpp"
 
+#include "core/ports/url.hpp"
 #include "run/audit_json.hpp"
 
 namespace connect_bridge {
@@ -14,12 +15,7 @@ bool is_own(AuditEvent event) {
          event == AuditEvent::kRulesChanged || event == AuditEvent::kRulesRefused;
 }
 
-// Without the port: it has no meaning, and a client may use any number of ports. "[::1]" has none.
-std::string host_of(const std::string& address) {
-  const auto colon = address.rfind(':');
-  return address.ends_with(']') ? address : address.substr(0, colon);
-}
-
+// Without the port: it has no meaning, and a client may use any number of ports.
 std::string key_of(const AuditBook::Entry& entry) {
   Audit same = entry.audit;
   if (!same.link) same.address = host_of(same.address);

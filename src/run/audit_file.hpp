@@ -4,13 +4,9 @@
 #include <cstdint>
 #include <string>
 
-namespace connect_bridge {
+#include "core/ports/audit.hpp"
 
-struct AuditFileOptions {
-  std::string file;              // the newest; older ones are <file>.1, <file>.2 ...
-  std::uint64_t bytes_max = 0;   // of each
-  std::uint32_t files_kept = 0;  // older ones
-};
+namespace connect_bridge {
 
 // Appends lines; when the file is full it becomes the first of the older ones, and the oldest is
 // deleted. Where that is not possible, the file grows to the size that all of them may have.

@@ -3,16 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "net/steady_now.hpp"
+
 namespace connect_bridge {
 namespace {
 
 constexpr auto kLookPeriod = std::chrono::seconds(1);
 // Largest write, so that a file does not exceed its size by much.
 constexpr std::size_t kPieceBytes = 64 << 10;
-
-TimePoint steady_now() {
-  return TimePoint(std::chrono::steady_clock::now().time_since_epoch());
-}
 
 }  // namespace
 

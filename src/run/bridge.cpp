@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <random>
 #include <utility>
 
 #include "core/base/overloaded.hpp"
@@ -23,11 +22,6 @@ double lag_worth_a_line_ms(Duration dead_after) {
   return std::min(500.0, std::chrono::duration<double, std::milli>(dead_after).count() / 3);
 }
 
-std::uint64_t random_word() {
-  std::random_device device;
-  return (std::uint64_t{device()} << 32) | device();
-}
-
 ros::GatewayOptions gateway_options(const BridgeParts& parts) {
   ros::GatewayOptions options;
   options.message_bytes_max = parts.side.reassembly.message_bytes_max;
@@ -40,7 +34,7 @@ ros::GatewayOptions gateway_options(const BridgeParts& parts) {
 Bridge::Bridge(ros::Node& node, BridgeParts parts)
     : node_(node),
       parts_(std::move(parts)),
-      side_(parts_.side, random_word()),
+      side_(parts_.side, parts_.side.secret_random()),
       loop_(io_, node, side_,
             {[this](Action&& action) { carry_out(std::move(action)); }, [this] { send(); }}),
       gateway_(node, gateway_options(parts_),
@@ -96,9 +90,8 @@ std::string Bridge::open() {
 }
 
 std::string Bridge::open_audit_log() {
-  const AuditConfig& audit = parameters_.config().audit;
-  if (audit.file.empty()) return {};
-  const AuditFileOptions options{audit.file, audit.file_bytes_max, audit.files_kept};
+  const AuditFileOptions& options = parameters_.config().audit;
+  if (options.file.empty()) return {};
   if (std::string problem = AuditFile(options).open(); !problem.empty())
     return "audit.file: " + problem;
   audit_log_.emplace(options, [this](bool works, const std::string& problem) {
@@ -114,7 +107,7 @@ void Bridge::note(AuditEvent event, std::string reason) {
   if (!audit_log_) return;
   Audit line;
   line.event = event;
-  line.node = node_.full_name();
+  line.node = node_.facts().full_name;
   line.reason = std::move(reason);
   audit_log_->add(std::move(line));
 }
@@ -257,7 +250,7 @@ void Bridge::write_status(double lag_ms, bool running) {
   if (const Stamp end = network_.certificate_end(); end != 0)
     run.certificate_valid_until = rfc3339(std::chrono::system_clock::time_point(
         std::chrono::duration_cast<std::chrono::system_clock::duration>(Duration(end))));
-  run.node = node_.full_name();
+  run.node = node_.facts().full_name;
   run.role = config.role;
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();

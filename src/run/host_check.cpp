@@ -4,21 +4,15 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <utility>
 
 #include "net/certificate_end.hpp"
 #include "net/tls.hpp"
+#include "run/system_now.hpp"
 
 namespace connect_bridge {
 namespace {
-
-std::string file_at(const ParameterMap& given, const char* key) {
-  const auto found = given.find(key);
-  const auto* file = found == given.end() ? nullptr : std::get_if<std::string>(&found->second);
-  return file ? *file : std::string{};
-}
 
 bool is_readable(const std::string& file) {
   return !file.empty() && ::access(file.c_str(), R_OK) == 0;
@@ -27,8 +21,7 @@ bool is_readable(const std::string& file) {
 // As the log of a program tells it.
 void check_end(asio::ssl::context& own, HostFindings& findings) {
   Now now;
-  now.system =
-      std::chrono::nanoseconds(std::chrono::system_clock::now().time_since_epoch()).count();
+  now.system = system_now();
   CertificateEnd end = end_of_certificate(own);
   if (auto line = end.take_line(now))
     (end.is_over(now.system) ? findings.ended : findings.warnings).push_back(std::move(*line));
@@ -36,19 +29,17 @@ void check_end(asio::ssl::context& own, HostFindings& findings) {
 
 // The certificate and the authorities one after the other, so that both are told.
 void check_tls(const ParameterMap& given, HostFindings& findings) {
-  const std::string certificate = file_at(given, "tls.certificate");
-  const std::string key = file_at(given, "tls.private_key");
-  const std::string authorities = file_at(given, "tls.ca");
+  const std::string certificate = string_at(given, "tls.certificate");
+  const std::string key = string_at(given, "tls.private_key");
+  const std::string authorities = string_at(given, "tls.ca");
   std::string problem;
   if (is_readable(certificate) && is_readable(key)) {
-    if (const TlsContext own = make_server_tls({certificate, key, {}}, problem))
+    if (const TlsContext own = make_server_tls({certificate, key}, problem))
       check_end(*own, findings);
     else
       findings.problems.push_back("tls: " + problem);
   }
-  ClientTls trusting;
-  trusting.ca_file = authorities;
-  if (is_readable(authorities) && !make_client_tls(trusting, problem))
+  if (is_readable(authorities) && !make_client_tls({.ca_file = authorities}, problem))
     findings.problems.push_back("tls: " + problem);
 }
 
@@ -86,11 +77,11 @@ void note(std::vector<std::string>& list, const char* key, const std::string& fi
 HostFindings check_host(const ParameterMap& given) {
   HostFindings findings;
   check_tls(given, findings);
-  if (const std::string file = file_at(given, "audit.file"); !file.empty())
+  if (const std::string file = string_at(given, "audit.file"); !file.empty())
     note(findings.problems, "audit.file", file, audit_problem(file));
   // Each is replaced by a new file, so that its folder decides. Without it the bridge runs on.
   for (const char* key : {"status_file", "usage_file"})
-    if (const std::string file = file_at(given, key); !file.empty())
+    if (const std::string file = string_at(given, key); !file.empty())
       note(findings.warnings, key, file, folder_problem(file));
   return findings;
 }

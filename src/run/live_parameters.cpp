@@ -42,9 +42,9 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
       server_(node, server_options()),
       folder_(std::move(folder)) {
   if (folder_) files_.emplace_back(folder_->parameter_file());
-  for (const auto& file : node_.parameter_files()) files_.emplace_back(file);
+  for (const auto& file : node_.facts().parameter_files) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
-    if (!node_.parameter_overrides().contains(key)) added_.emplace(key, value);
+    if (!node_.facts().parameter_overrides.contains(key)) added_.emplace(key, value);
 }
 
 ros::ParameterServerOptions LiveParameters::server_options() {

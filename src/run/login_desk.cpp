@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "run/system_now.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -12,12 +14,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kRefreshPeriod = std::chrono::seconds(1);
 constexpr std::size_t kProblemsTold = 5;
-
-Stamp system_now() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 std::string joined(const std::vector<std::string>& problems) {
   std::string text;

@@ -11,6 +11,7 @@
 #include "config/syntax.hpp"
 #include "core/base/close_code.hpp"
 #include "core/base/hex.hpp"
+#include "core/ports/url.hpp"
 #include "net/authority.hpp"
 #include "net/own_address.hpp"
 #include "run/pairing_folder.hpp"
@@ -22,20 +23,10 @@ constexpr std::chrono::minutes kMinutes{10};
 constexpr int kCertificateDays = 3650;  // long, as the client checks the key's pin
 constexpr std::int64_t kPort = 9090;
 
-ByteView bytes_of(const std::string& text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 std::string host_name() {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
   return name.data();
-}
-
-std::string text_of(const ParameterMap& parameters, const char* key) {
-  const auto found = parameters.find(key);
-  const auto* text = found == parameters.end() ? nullptr : std::get_if<std::string>(&found->second);
-  return text ? *text : std::string{};
 }
 
 std::string news_of(const PairingFolder& folder) {
@@ -110,13 +101,13 @@ std::string make_server_files(const PairingFolder& folder) {
 
 // Where the client dials, without a port if that is not known before the server listens.
 std::string dialed(const ParameterMap& parameters, const std::string& host) {
-  const std::string path = text_of(parameters, "listen.path");
+  const std::string path = string_at(parameters, "listen.path");
   std::string authority = host;
   if (authority.empty()) {
-    authority = syntax::listen_addresses(text_of(parameters, "listen.address")).front();
+    authority = syntax::listen_addresses(string_at(parameters, "listen.address")).front();
     for (const char* all : {"*", "0.0.0.0", "::", "systemd"})
       if (authority == all) authority = own_address();
-    if (authority.find(':') != std::string::npos) authority = "[" + authority + "]";
+    authority = bracketed(authority);
   }
   return "wss://" + authority + (path.empty() ? "/" : path);
 }
@@ -138,7 +129,7 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
   }
   Invitation invitation;
   if (problem.empty()) {
-    invitation.pin = pin_of_file(text_of(start.parameters, "tls.certificate"), problem);
+    invitation.pin = pin_of_file(string_at(start.parameters, "tls.certificate"), problem);
     invitation.url = dialed(start.parameters, arguments.host);
     invitation.code = random_token().substr(0, kCodeSize);
     if (invitation.code.empty()) problem = "no random numbers are available";
@@ -166,7 +157,7 @@ void pair_server(const Arguments& arguments, const PairingFolder& folder, Start&
 // One for each invitation, so that the same line, given again, continues its pairing.
 std::string token_name(const Invitation& invitation) {
   constexpr std::size_t kDigits = 16;
-  return "token-" + to_hex(sha256(bytes_of(invitation.code))).substr(0, kDigits);
+  return "token-" + to_hex(sha256(view_of(invitation.code))).substr(0, kDigits);
 }
 
 // The token in the file, which is created if needed; empty: `problem` says why.
@@ -190,11 +181,11 @@ std::string kept_token(const PairingFolder& folder, const std::string& name, std
 std::string keep(const PairingFolder& folder, const ParameterMap& parameters) {
   std::string problem;
   const ParameterMap stored = folder.parameters(problem);
-  const std::string former = text_of(stored, "auth.token_file");
+  const std::string former = string_at(stored, "auth.token_file");
   if (problem.empty()) problem = folder.write_parameters(filled(parameters, stored));
   // The token for the server that this client was paired with before.
   if (problem.empty() && former.starts_with(folder.file("token-")) &&
-      former != text_of(parameters, "auth.token_file"))
+      former != string_at(parameters, "auth.token_file"))
     ::unlink(former.c_str());
   return problem;
 }
@@ -212,13 +203,13 @@ void join(const Invitation& invitation, const PairingFolder& folder, Start& star
                             {"auth.token_file", folder.file(name)}};
   std::string problem = folder.make();
   const std::string former =
-      problem.empty() ? text_of(folder.parameters(problem), "auth.token_file") : "";
+      problem.empty() ? string_at(folder.parameters(problem), "auth.token_file") : "";
   const std::string token = problem.empty() ? kept_token(folder, name, problem) : "";
   if (!problem.empty()) return start.problems.push_back("pairing: " + problem);
   start.parameters = filled(start.parameters, paired);
   if (former == folder.file(name)) return;  // it is paired by this invitation already
   start.joining = Joining{
-      pairing_credential(invitation.code, sha256(bytes_of(token)), pairing_name(host_name())),
+      pairing_credential(invitation.code, sha256(view_of(token)), pairing_name(host_name())),
       {token.begin(), token.end()},
       [folder, paired] { return keep(folder, paired); }};
   start.news.push_back("pairing with " + invitation.url);

@@ -41,10 +41,11 @@ int refuse(const std::vector<std::string>& problems, const char* hint = "") {
 
 // A node with another name finds no parameters in a file that is written for the default name.
 std::optional<std::string> other_section(const ros::Node& node, Role role) {
-  for (const auto& other : node.others_with_parameters())
+  const std::string& name = node.facts().full_name;
+  for (const auto& other : node.facts().others_with_parameters)
     if (other.ends_with(default_name(role)))
-      return "the parameter file has nothing for " + node.full_name() + ", only for " + other +
-             ": write " + node.full_name() + " or /** there";
+      return "the parameter file has nothing for " + name + ", only for " + other + ": write " +
+             name + " or /** there";
   return std::nullopt;
 }
 
@@ -94,20 +95,21 @@ struct BeginsLastSteps {
 };
 
 int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_steps) {
-  const Arguments arguments = read_arguments(node.arguments(), role);
-  const Start start = start_with(node.parameter_overrides(), arguments, node.full_name());
+  const ros::NodeFacts& facts = node.facts();
+  const Arguments arguments = read_arguments(facts.arguments, role);
+  const Start start = start_with(facts.parameter_overrides, arguments, facts.full_name);
   if (!start.problems.empty()) return refuse(start.problems);
   std::vector<std::string> problems;
   const auto config = read_config(node, role, start.parameters, problems);
   const HostFindings host = check_host(start.parameters);
   problems.insert(problems.end(), host.problems.begin(), host.problems.end());
-  if (!config && says_nothing(start.parameters) && node.others_with_parameters().empty())
+  if (!config && says_nothing(start.parameters) && facts.others_with_parameters.empty())
     return refuse(problems,
                   role == Role::kServer
                       ? "To start without parameters: server --pair"
                       : "To start without parameters: the invitation that 'server --pair' prints");
   if (!config) return refuse(problems);
-  Assembly assembly = assemble(*config, node.full_name(), start);
+  Assembly assembly = assemble(*config, facts.full_name, start);
   problems.insert(problems.end(), assembly.problems.begin(), assembly.problems.end());
   if (!problems.empty()) return refuse(problems);
   const std::string no_sockets = take_sockets(*assembly.parts);

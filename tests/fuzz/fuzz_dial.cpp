@@ -49,7 +49,7 @@ class World {
     options.url.secure = false;
     options.url.host = "127.0.0.1";
     options.url.port = other_.port();
-    options.url.path = "/";
+    options.url.target = "/";
     if (by_proxy) options.proxy = HttpProxy{"127.0.0.1", other_.port(), ""};
     network_.dial({++last_}, options);
     io_.restart();

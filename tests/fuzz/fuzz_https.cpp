@@ -39,7 +39,7 @@ void answer(const StandIn& service, std::string_view words) {
   ::close(client);
 }
 
-void check_keys(const HttpAddress& address, const HttpFetch& fetch) {
+void check_keys(const Url& address, const HttpFetch& fetch) {
   KeyAddress source(address, fetch);
   std::vector<std::string> problems;
   const auto keys = source.changed(problems);
@@ -50,7 +50,7 @@ void check_keys(const HttpAddress& address, const HttpFetch& fetch) {
   for (const JwtKey& key : *keys) CONNECT_CHECK(key.algorithm() != "HS256");
 }
 
-void check_judgement(const HttpAddress& address, const HttpFetch& fetch, std::string_view words) {
+void check_judgement(const Url& address, const HttpFetch& fetch, std::string_view words) {
   const std::string_view credential = "a-credential-of-somebody";
   ServiceLogin login(address, fetch);
   Attempt attempt;
@@ -71,7 +71,7 @@ void check_judgement(const HttpAddress& address, const HttpFetch& fetch, std::st
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const StandIn service;
   static Https https("", std::nullopt);
-  static const HttpAddress address{false, "127.0.0.1", service.port(), "/"};
+  static const Url address{false, "127.0.0.1", service.port(), "/"};
   if (size == 0) return 0;
   const std::string_view words = words_of(data, size);
   const auto fetch = [](const HttpRequest& request) { return https.fetch(request); };

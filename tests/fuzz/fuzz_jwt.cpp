@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "auth/jwt_login.hpp"
+#include "core/base/base64.hpp"
 #include "core/base/check.hpp"
 
 using namespace connect_bridge;
@@ -18,27 +19,14 @@ namespace {
 constexpr Stamp kNow = 1'800'000'000'000'000'000;
 const Bytes kSecret(32, 7);
 
-std::string base64url(std::string_view text) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-  std::string result;
-  std::uint32_t bits = 0;
-  int count = 0;
-  for (const char c : text) {
-    bits = bits << 8 | static_cast<std::uint8_t>(c);
-    for (count += 8; count >= 6; count -= 6) result += kDigits[bits >> (count - 6) & 63];
-    bits &= 63;
-  }
-  if (count > 0) result += kDigits[bits << (6 - count) & 63];
-  return result;
-}
-
 std::string signed_token(std::string_view payload) {
-  std::string text = base64url(R"({"alg":"HS256"})") + "." + base64url(payload);
+  std::string text =
+      to_base64url(view_of(R"({"alg":"HS256"})")) + "." + to_base64url(view_of(payload));
   unsigned char code[32];
   unsigned size = 0;
-  HMAC(EVP_sha256(), kSecret.data(), static_cast<int>(kSecret.size()),
-       reinterpret_cast<const unsigned char*>(text.data()), text.size(), code, &size);
-  return text + "." + base64url({reinterpret_cast<const char*>(code), size});
+  HMAC(EVP_sha256(), kSecret.data(), static_cast<int>(kSecret.size()), view_of(text).data(),
+       text.size(), code, &size);
+  return text + "." + to_base64url({code, size});
 }
 
 }  // namespace

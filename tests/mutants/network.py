@@ -60,7 +60,7 @@ NETWORK = [
            "SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT", "SSL_VERIFY_PEER"),
     Mutant("a server of any name", "expect_server(transport.tls(), server_name());", ""),
     Mutant("keys come from a server of any name",
-           "expect_server(transport_->tls(), request_.address.host);", ""),
+           "expect_server(transport_->tls(), request_.url.host);", ""),
     Mutant("a part of a name is a wildcard",
            "X509_VERIFY_PARAM_set_hostflags(expected, X509_CHECK_FLAG_NO_PARTIAL_WILDCARDS);", ""),
     Mutant("a pin replaces the authority that is given",

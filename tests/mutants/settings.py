@@ -7,7 +7,7 @@ SETTINGS = [
     Mutant("without TLS anybody may be reached",
            "if (!values_.flag(\"allow_plaintext\")) {", "if (false) {"),
     Mutant("a client dials another machine without TLS",
-           "if (!syntax::is_loopback(dial->host)) {", "if (false) {"),
+           "if (!syntax::is_loopback(url->host)) {", "if (false) {"),
     Mutant("no login is needed beyond this machine",
            "if (config_.auth.method == \"none\") {", "if (false) {", within="check_listen"),
     Mutant("behind proxies no login is needed",
@@ -26,8 +26,7 @@ SETTINGS = [
     Mutant("a key without its certificate",
            "if (key && !certificate) add(\"tls.certificate\", ...);", ""),
     Mutant("keys come without TLS",
-           "if (!dial || (!dial->tls && !is_loopback(dial->host))) return std::nullopt;",
-           "if (!dial) return std::nullopt;"),
+           "if (url && !url->secure && !is_loopback(url->host)) return std::nullopt;", ""),
     Mutant("a pin is any text", "text.size() == 44 && text[43] == '=' &&", ""),
     # rules
     Mutant("a client without rules lets the server call its services",

@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -37,6 +38,13 @@ using ParameterValue =
 
 // Dotted names ("rule.drive.import_topics") with their values.
 using ParameterMap = std::map<std::string, ParameterValue, std::less<>>;
+
+// The text of one; empty: it is not given, or is no text.
+[[nodiscard]] inline std::string string_at(const ParameterMap& parameters, std::string_view name) {
+  const auto found = parameters.find(name);
+  const auto* text = found == parameters.end() ? nullptr : std::get_if<std::string>(&found->second);
+  return text != nullptr ? *text : std::string{};
+}
 
 // One parameter to set; without a value it is to be removed.
 struct Parameter {

@@ -47,6 +47,12 @@ struct AuditChannel {
   std::string rule;  // the rule that opened it; empty: none, or not known here
 };
 
+struct AuditFileOptions {
+  std::string file;                    // the newest; older ones are <file>.1, <file>.2 ...
+  std::uint64_t bytes_max = 10 << 20;  // of each
+  std::uint32_t files_kept = 10;       // older ones
+};
+
 // One line of the audit log. Texts of a peer are in it unchanged, with sizes bounded by the
 // protocol: the writer turns them into valid text.
 struct Audit {

@@ -11,6 +11,7 @@
 
 #include <fstream>
 
+#include "core/base/base64.hpp"
 #include "unit/scratch.hpp"
 
 namespace connect_bridge {
@@ -58,33 +59,17 @@ std::vector<std::string> problems_of(const std::string& text) {
   return problems;
 }
 
-std::string base64url(ByteView bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-  std::string text;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
-    for (std::size_t j = 0; j < 3; ++j) three = three << 8 | (j < n ? bytes[i + j] : 0U);
-    for (std::size_t j = 0; j <= n; ++j) text += kDigits[three >> (18 - 6 * j) & 63];
-  }
-  return text;
-}
-
-ByteView view(std::string_view text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
 // Signed by the octet key.
 std::string token(const std::string& payload,
                   const std::string& header = R"({"alg":"HS256","typ":"JWT"})") {
-  const std::string text = base64url(view(header)) + "." + base64url(view(payload));
+  const std::string text = to_base64url(view_of(header)) + "." + to_base64url(view_of(payload));
   const Bytes secret =
       *from_base64url(std::string_view(kOct).substr(std::string_view(kOct).find("Ay"), 86));
   Bytes code(32);
   unsigned size = 0;
-  HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), view(text).data(), text.size(),
-       code.data(), &size);
-  return text + "." + base64url(code);
+  HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), view_of(text).data(),
+       text.size(), code.data(), &size);
+  return text + "." + to_base64url(code);
 }
 
 JwtOptions options() {
@@ -216,14 +201,6 @@ TEST(JwtKey, IsTakenFromItsLeastSizeOn) {
   EXPECT_THAT(problems_of(jwks({bytes31})), ElementsAre(HasSubstr("less than 32 bytes")));
 }
 
-TEST(Base64url, HasOneTextForEachValue) {
-  EXPECT_EQ(from_base64url("AQID"), (Bytes{1, 2, 3}));
-  EXPECT_EQ(from_base64url("_-8"), (Bytes{0xff, 0xef}));
-  EXPECT_EQ(from_base64url(""), Bytes{});
-  for (const char* wrong : {"A", "AQI=", "A+", "A/", "AR", "AQJ", "AQ==", "A Q", "AQID\n"})
-    EXPECT_FALSE(from_base64url(wrong).has_value()) << wrong;
-}
-
 // ---- tokens
 
 TEST(Jwt, SaysWhoItIs) {
@@ -273,11 +250,11 @@ TEST(Jwt, IsRefusedForWhatItClaims) {
 }
 
 TEST(Jwt, IsRefusedForItsAlgorithm) {
-  const std::string body = base64url(view(claims()));
+  const std::string body = to_base64url(view_of(claims()));
   for (const char* header : {R"({"alg":"none"})", R"({"alg":"None"})", R"({"alg":""})", "{}",
                              R"({"alg":null})", R"({"alg":["HS256"]})", R"({"alg":"HS512"})"}) {
     for (const char* signature : {"", "AAAA"})
-      EXPECT_THAT(refusal_of(base64url(view(header)) + "." + body + "." + signature),
+      EXPECT_THAT(refusal_of(to_base64url(view_of(header)) + "." + body + "." + signature),
                   HasSubstr("algorithm is not in"))
           << header;
   }

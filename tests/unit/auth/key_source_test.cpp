@@ -29,7 +29,7 @@ class Answers {
   HttpFetch fetch() {
     return [this](const HttpRequest& request) {
       const std::lock_guard lock(mutex_);
-      asked_.push_back(request.address.text());
+      asked_.push_back(request.url.text("http"));
       HttpAnswer answer = answers_.front();
       if (answers_.size() > 1) answers_.pop_front();
       return answer;
@@ -46,7 +46,7 @@ class Answers {
   std::vector<std::string> asked_;
 };
 
-HttpAddress address() {
+Url address() {
   return {true, "issuer.example", 443, "/keys?secret=x"};
 }
 

@@ -37,7 +37,7 @@ TEST(ServiceLogin, AsksWithTheCredentialAndTakesTheIdentity) {
   EXPECT_THAT(judged.identity->groups, ElementsAre("ops", "see"));
   EXPECT_EQ(judged.identity->expires, kServiceNow + 60 * kStampSecond);
   ASSERT_EQ(world.asked.size(), 1U);
-  EXPECT_EQ(world.asked[0].address.target, "/check");
+  EXPECT_EQ(world.asked[0].url.target, "/check");
   EXPECT_EQ(world.asked[0].json,
             R"({"credential":"a-token-of-the-service","peer":"192.0.2.7:5123"})");
 }

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -27,7 +29,7 @@ struct Reading {
   explicit Reading(const std::string& text, Stamp now = 0) {
     table.read(text, "f.yaml", now, problems, warnings);
   }
-  [[nodiscard]] TokenTable::Found find(const std::string& token, Stamp now = 0) const {
+  [[nodiscard]] Judgement find(const std::string& token, Stamp now = 0) const {
     return table.find({reinterpret_cast<const std::uint8_t*>(token.data()), token.size()}, now);
   }
   TokenTable table;
@@ -221,6 +223,15 @@ TEST(TokenFile, HasTheEntriesOfAllItsWriters) {
   const Reading all(test::content(file));
   EXPECT_THAT(all.problems, IsEmpty());
   EXPECT_EQ(all.table.size(), std::size_t{kWriters * kEntries});
+}
+
+TEST(TokenFile, WaitsForNoLockWithoutEnd) {
+  const std::string folder = test::scratch_folder();
+  const int other = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(other, LOCK_EX), 0);
+  EXPECT_THAT(append_token_entry(folder + "locked.yaml", {"anna", {}, {}, {}, {}}),
+              HasSubstr("holds the lock"));
+  ::close(other);
 }
 
 }  // namespace

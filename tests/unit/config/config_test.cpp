@@ -20,10 +20,10 @@ rule: {drive: {import_topics: [/cmd_vel], priority: urgent, max_age: 0.3}}
 
 TEST(Config, ServerDefaults) {
   const Config config = config_of({}, Role::kServer);
-  EXPECT_EQ(config.listen.address, "127.0.0.1");
+  EXPECT_EQ(config.listen_address, "127.0.0.1");
   EXPECT_EQ(config.listen.port, 9090);
   EXPECT_EQ(config.listen.path, "/");
-  EXPECT_EQ(config.socket.not_sent_bytes, 16384U);
+  EXPECT_EQ(config.socket.unsent_bytes_max, 16384U);
   EXPECT_EQ(config.socket.congestion_control, "auto");
   EXPECT_TRUE(config.carries_types_not_installed);
   EXPECT_THAT(config.policy.rules(), IsEmpty());
@@ -53,10 +53,10 @@ TEST(Config, ServerDefaults) {
 
 TEST(Config, ClientNeedsOnlyUrlAndToken) {
   const Config config = config_of({{"url", "wss://robot.example/connect"}}, Role::kClient);
-  EXPECT_TRUE(config.dial.tls);
-  EXPECT_EQ(config.dial.host, "robot.example");
-  EXPECT_EQ(config.dial.port, 443);
-  EXPECT_EQ(config.dial.target, "/connect");
+  EXPECT_TRUE(config.dial.url.secure);
+  EXPECT_EQ(config.dial.url.host, "robot.example");
+  EXPECT_EQ(config.dial.url.port, 443);
+  EXPECT_EQ(config.dial.url.target, "/connect");
   EXPECT_TRUE(config.default_rules);
   EXPECT_TRUE(side_options(config).proxy_nodes);
   const Config merged = config_of({{"url", "ws://localhost"}, {"graph", "merged"}}, Role::kClient);
@@ -89,11 +89,11 @@ TEST(Config, ClientNeedsOnlyUrlAndToken) {
 
 TEST(Config, UrlsAreTakenApart) {
   const Config v6 = config_of({{"url", "ws://[::1]:9091"}}, Role::kClient);
-  EXPECT_FALSE(v6.dial.tls);
-  EXPECT_EQ(v6.dial.host, "::1");
-  EXPECT_EQ(v6.dial.port, 9091);
-  EXPECT_EQ(v6.dial.target, "/");
-  EXPECT_EQ(config_of({{"url", "ws://localhost/a?b=c"}}, Role::kClient).dial.target, "/a?b=c");
+  EXPECT_FALSE(v6.dial.url.secure);
+  EXPECT_EQ(v6.dial.url.host, "::1");
+  EXPECT_EQ(v6.dial.url.port, 9091);
+  EXPECT_EQ(v6.dial.url.target, "/");
+  EXPECT_EQ(config_of({{"url", "ws://localhost/a?b=c"}}, Role::kClient).dial.url.target, "/a?b=c");
 }
 
 TEST(Config, RuleReachesTheCore) {

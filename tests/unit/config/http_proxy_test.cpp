@@ -16,7 +16,7 @@ using testing::Not;
 
 using Environment = std::map<std::string, std::string>;
 
-std::string text_of(const std::optional<HttpProxyConfig>& proxy) {
+std::string text_of(const std::optional<HttpProxy>& proxy) {
   return proxy ? proxy->host + " " + std::to_string(proxy->port) + " " + proxy->login : "none";
 }
 
@@ -85,7 +85,7 @@ TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
   const auto taken_by = [](const std::string& service, const Environment& environment) {
     const ParameterMap given{{"auth.method", "service"}, {"auth.service", service}};
     const Parsed made = parsed(given, environment, Role::kServer);
-    return made.config ? text_of(made.config->auth.https_proxy) : to_text(made.problems.at(0));
+    return made.config ? text_of(made.config->https_proxy) : to_text(made.problems.at(0));
   };
   const std::string service = "https://id.example/login";
   const Environment environment{{"https_proxy", "http://me:hush@p:1"}};
@@ -96,12 +96,16 @@ TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
   EXPECT_EQ(taken_by(service, {{"HTTPS_PROXY", "http://me:hush@p:x"}}),
             "auth.service: expected http://host:port in the environment variable HTTPS_PROXY; or "
             "its host in no_proxy, if it is reached without a proxy");
+  const ParameterMap given{{"auth.method", "service"}, {"auth.service", service + "?key=hush"}};
+  EXPECT_THAT(explain(parsed(given, environment, Role::kServer).config.value()),
+              HasSubstr("login: as the service https://id.example/login says; through the HTTP "
+                        "proxy p:1, with a login\n"));
   const ParameterMap keys{{"auth.method", "jwt"},
                           {"auth.jwt_keys", "https://id.example/keys"},
                           {"auth.jwt_issuer", "i"},
                           {"auth.jwt_audience", "a"}};
   const Config config = parsed(keys, environment, Role::kServer).config.value();
-  EXPECT_EQ(text_of(config.auth.https_proxy), "p 1 me:hush");
+  EXPECT_EQ(text_of(config.https_proxy), "p 1 me:hush");
   EXPECT_THAT(explain(config), HasSubstr("/keys; through the HTTP proxy p:1, with a login\n"));
 }
 

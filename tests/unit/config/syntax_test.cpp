@@ -9,10 +9,10 @@ using syntax::parse_url;
 
 // "wss robot 443 /"; empty: no URL.
 std::string parts(std::string_view text) {
-  const auto dial = parse_url(text);
-  if (!dial) return "";
-  return (dial->tls ? "wss " : "ws ") + dial->host + " " + std::to_string(dial->port) + " " +
-         dial->target;
+  const auto url = parse_url(text);
+  if (!url) return "";
+  return (url->secure ? "wss " : "ws ") + url->host + " " + std::to_string(url->port) + " " +
+         url->target;
 }
 
 TEST(ConfigSyntax, ReadsThePartsOfAUrl) {

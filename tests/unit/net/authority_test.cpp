@@ -52,7 +52,7 @@ class AuthorityTest : public testing::Test {
   }
   [[nodiscard]] ListenOptions server() const {
     ListenOptions options;
-    options.tls = ServerTls{file("server.crt"), file("server.key"), ""};
+    options.tls = TlsOptions{file("server.crt"), file("server.key")};
     return options;
   }
 
@@ -84,7 +84,7 @@ TEST_F(AuthorityTest, AServerIsTrustedUnderItsNamesAndAddresses) {
 TEST_F(AuthorityTest, AClientIsOneAndNoServer) {
   ASSERT_EQ(make_certificates(order({"127.0.0.1"}, {"alice"})).problem, "");
   ListenOptions options = server();
-  options.tls->client_ca_file = file("ca.crt");
+  options.tls->ca_file = file("ca.crt");
   Pair pair{options};
   DialOptions dial = pair.dial_options("wss");
   dial.tls.ca_file = file("ca.crt");
@@ -93,7 +93,7 @@ TEST_F(AuthorityTest, AClientIsOneAndNoServer) {
   dial.tls.private_key_file = file("client-alice.key");
   EXPECT_TRUE(pair.connect(dial, {78})) << pair.client.failures[{78}];
   ListenOptions impostor;
-  impostor.tls = ServerTls{file("client-alice.crt"), file("client-alice.key"), ""};
+  impostor.tls = TlsOptions{file("client-alice.crt"), file("client-alice.key")};
   Pair fooled{impostor};
   DialOptions there = fooled.dial_options("wss");
   there.tls.ca_file = file("ca.crt");

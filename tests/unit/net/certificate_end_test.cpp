@@ -118,7 +118,7 @@ Authority::Files chain_of(const std::string& folder, long days, long authority_d
 TEST(CertificateEnd, OfAChainTheFirstCounts) {
   const auto told = [](long days, long authority_days) {
     const auto chain = chain_of(folder_of("chain"), days, authority_days);
-    TlsFiles files{ServerTls{chain.certificate, chain.key, ""}};
+    TlsFiles files{{chain.certificate, chain.key}, Role::kServer};
     std::string problem;
     EXPECT_TRUE(files.get(problem)) << problem;
     EXPECT_NEAR(static_cast<double>(files.certificate().end() - today().system),
@@ -138,7 +138,7 @@ TEST(CertificateEnd, OfAServerIsToldAtTheStartAndWhenTheFilesAreReadAgain) {
   Authority authority{folder_of("server")};
   const auto files = authority.sign("robot.local", "IP:127.0.0.1", -1, 12);
   ListenOptions options;
-  options.tls = ServerTls{files.certificate, files.key, ""};
+  options.tls = TlsOptions{files.certificate, files.key};
   Pair pair{options};
   ASSERT_EQ(pair.problem, "");
   Network& network = pair.server.network;

@@ -26,7 +26,7 @@ class CertifiedTest : public testing::Test {
   static ListenOptions wanting(const std::string& ca) {
     const auto own = authority().sign("robot", "IP:127.0.0.1");
     ListenOptions options;
-    options.tls = ServerTls{own.certificate, own.key, ca};
+    options.tls = TlsOptions{own.certificate, own.key, ca};
     return options;
   }
   // The identity that a server gives a client with this certificate.

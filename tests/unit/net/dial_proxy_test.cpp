@@ -32,7 +32,7 @@ TEST(DialProxy, TlsIsWithTheServer) {
   Authority authority{scratch_folder() + "dial_proxy_"};
   const auto files = authority.sign("robot", "DNS:robot.example");
   ListenOptions listen;
-  listen.tls = ServerTls{files.certificate, files.key, ""};
+  listen.tls = TlsOptions{files.certificate, files.key};
   Pair pair{listen};
   FakeProxy proxy{pair.loop, kDone, pair.server.network.listen_port()};
   DialOptions options;

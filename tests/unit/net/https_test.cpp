@@ -23,7 +23,7 @@ class HttpsTest : public testing::Test {
  protected:
   static ListenOptions listening(const Authority::Files& files) {
     ListenOptions listen;
-    listen.tls = ServerTls{files.certificate, files.key, ""};
+    listen.tls = TlsOptions{files.certificate, files.key};
     return listen;
   }
   // fetch() blocks, the other end is in this test's loop.
@@ -61,8 +61,8 @@ TEST_F(HttpsTest, GoesThroughAProxyThatLooksUpTheName) {
 // A context is made once, and again when the authority's file has changed.
 TEST_F(HttpsTest, FollowsTheFileOfAuthorities) {
   Pair direct{listening(authority.sign("direct", "IP:127.0.0.1"))};
-  request.address.host = "127.0.0.1";
-  request.address.port = direct.server.network.listen_port();
+  request.url.host = "127.0.0.1";
+  request.url.port = direct.server.network.listen_port();
   const Authority other{scratch_folder() + "https_other_", "Another authority"};
   const std::string file = scratch_folder() + "https_followed.pem";
   const auto trust = [&](const std::string& ca) {
@@ -82,8 +82,8 @@ TEST_F(HttpsTest, FollowsTheFileOfAuthorities) {
 }
 
 TEST_F(HttpsTest, ChecksTheName) {
-  request.address.host = "127.0.0.1";
-  request.address.port = pair.server.network.listen_port();
+  request.url.host = "127.0.0.1";
+  request.url.port = pair.server.network.listen_port();
   EXPECT_THAT(fetched(pair.loop, std::nullopt).problem, HasSubstr("not for '127.0.0.1'"));
 }
 
@@ -106,7 +106,7 @@ TEST_F(HttpsTest, IsBoundInSize) {
   for (const std::string& answer : answers) {
     for (const std::size_t limit : {kSize - 1, kSize}) {
       const FakeProxy service{pair.loop, "HTTP/1.1 200 OK\r\n" + answer};
-      request.address = {false, "127.0.0.1", service.proxy().port, "/"};
+      request.url = {false, "127.0.0.1", service.proxy().port, "/"};
       request.answer_bytes_max = limit;
       const HttpAnswer got = fetched(pair.loop, std::nullopt);
       EXPECT_EQ(got.problem, limit < kSize ? "the answer is too large" : "") << answer;
@@ -119,7 +119,7 @@ TEST_F(HttpsTest, IsBoundInSize) {
 TEST_F(HttpsTest, BelievesNoLength) {
   const FakeProxy service{pair.loop,
                           "HTTP/1.1 200 OK\r\nContent-Length: 8198552921648689609\r\n\r\nx"};
-  request.address = {false, "127.0.0.1", service.proxy().port, "/"};
+  request.url = {false, "127.0.0.1", service.proxy().port, "/"};
   EXPECT_EQ(fetched(pair.loop, std::nullopt).problem, "the answer is too large");
 }
 
@@ -128,8 +128,8 @@ TEST_F(HttpsTest, IsBoundInTime) {
   request.timeout = 200ms;
   const HttpProxy proxy{"127.0.0.1", silent.local_endpoint().port(), ""};
   EXPECT_EQ(fetched(pair.loop, proxy).problem, "no answer in time");
-  request.address.host = "127.0.0.1";
-  request.address.port = silent.local_endpoint().port();
+  request.url.host = "127.0.0.1";
+  request.url.port = silent.local_endpoint().port();
   EXPECT_EQ(fetched(pair.loop, std::nullopt).problem, "no answer in time");
 }
 

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "net/endpoint_text.hpp"
+#include "core/ports/url.hpp"
 #include "unit/net/harness.hpp"
 
 namespace connect_bridge::test {
@@ -17,8 +17,7 @@ TEST(ListenAt, AnAddressThatNoInterfaceHasYetKeepsNoOtherClosed) {
     Pair pair{options};
     if (pair.problem.find("not supported") != std::string::npos) continue;  // no IPv6 here
     ASSERT_EQ(pair.problem, "");
-    const std::string there =
-        endpoint_text(boost::asio::ip::make_address(absent), pair.server.network.listen_port());
+    const std::string there = host_and_port(absent, pair.server.network.listen_port());
     EXPECT_EQ(pair.server.network.listen_addresses().front(), there);
     const std::string warning = "no interface has the address of " + there +
                                 " now: nobody can connect there before one has it (listen.address)";

@@ -376,7 +376,7 @@ TEST(Dial, ReportsTheStatusOfAServerThatDeclines) {
   EXPECT_NE(pair.client.failures[kDial].find("HTTP 404 Not Found: This is a ROS2 Connect server"),
             std::string::npos);
   DialOptions right = pair.dial_options();
-  right.url.path = "/connect?x=1";
+  right.url.target = "/connect?x=1";
   EXPECT_TRUE(pair.connect(right, {78}));
 }
 

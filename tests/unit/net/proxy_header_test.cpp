@@ -112,6 +112,10 @@ TEST(AddressRange, HasTheFirstBits) {
   EXPECT_FALSE(has("0.0.0.0/0", "::1"));
   EXPECT_TRUE(has("fd00::/8", "fdff::1"));
   EXPECT_FALSE(has("fd00::/8", "fe80::1"));
+  EXPECT_TRUE(has("fe80::/10", "fe80::1%1"));
+  EXPECT_TRUE(has("2001:db8:0:80::/57", "2001:db8:0:ff::1"));
+  EXPECT_FALSE(has("2001:db8:0:80::/57", "2001:db8:0:7f::1"));
+  EXPECT_TRUE(has("::/0", "::1"));
   for (const char* text :
        {"", "10.0.0.0/33", "10.0.0.0/", "10.0.0.0/x", "robot", "::/129", "1.2.3"})
     EXPECT_FALSE(AddressRange::parse(text)) << text;

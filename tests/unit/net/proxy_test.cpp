@@ -134,7 +134,7 @@ ListenOptions behind_header(const std::string& name) {
   Authority authority{scratch_folder() + name};
   const auto files = authority.sign("robot", "IP:127.0.0.1");
   ListenOptions options = trusting(ToldBy::kProxyProtocol);
-  options.tls = ServerTls{files.certificate, files.key, ""};
+  options.tls = TlsOptions{files.certificate, files.key};
   return options;
 }
 

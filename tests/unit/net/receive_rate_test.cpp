@@ -150,7 +150,7 @@ TEST(ReceiveRate, NorWhileAStrangerIsRefused) {
 
 TEST(ReceiveRate, AConnectionThatIsHeldCanBeClosed) {
   SocketOptions sockets = two_thousand();
-  sockets.receive_packets_per_second = 0.1;
+  sockets.receive_packets_per_second = 1;
   Pair pair{{}, sockets};
   RawPeer peer(pair.server.network.listen_port());
   peer.send(upgrade_request());

@@ -66,7 +66,7 @@ class TlsFilesTest : public testing::Test {
     ListenOptions made;
     copy(first.certificate, files.certificate);
     copy(first.key, files.key);
-    made.tls = ServerTls{files.certificate, files.key, ""};
+    made.tls = TlsOptions{files.certificate, files.key};
     return made;
   }
 
@@ -151,7 +151,7 @@ TEST_F(TlsFilesTest, ANewAuthorityOfClientsHoldsForTheNextOnes) {
   ListenOptions wanting = options();
   const std::string ca = scratch("clients.pem");
   copy(authority().ca, ca);
-  wanting.tls->client_ca_file = ca;
+  wanting.tls->ca_file = ca;
   Pair strict{wanting};
   DialOptions dial = strict.dial_options("wss");
   dial.tls.ca_file = authority().ca;

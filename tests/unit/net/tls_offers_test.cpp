@@ -24,7 +24,7 @@ class TlsOffers : public testing::Test {
   static ListenOptions server_of(const Key& key) {
     const auto files = authority().sign(key, "robot", "IP:127.0.0.1");
     ListenOptions options;
-    options.tls = ServerTls{files.certificate, files.key, ""};
+    options.tls = TlsOptions{files.certificate, files.key};
     options.address_handshakes_at_once = options.handshakes_at_once = 100000;
     return options;
   }

@@ -24,7 +24,7 @@ class Tls : public testing::Test {
 
   static ListenOptions server_of(const Authority::Files& files) {
     ListenOptions options;
-    options.tls = ServerTls{files.certificate, files.key, ""};
+    options.tls = TlsOptions{files.certificate, files.key};
     return options;
   }
 
@@ -183,7 +183,7 @@ TEST_F(Tls, TellsPlainClientsAndServersApart) {
 
 TEST_F(Tls, WantsClientCertificatesIfAskedTo) {
   ListenOptions options = server_of(good());
-  options.tls->client_ca_file = authority().ca;
+  options.tls->ca_file = authority().ca;
   Pair pair{options};
   DialOptions dial = trusting(pair);
   EXPECT_FALSE(pair.connect(dial));

@@ -1,4 +1,5 @@
-// Options of the network layer. `config` fills these; every limit has a default.
+// Options of the network layer: `config` reads them, `run` adds what is computed. Every limit has a
+// default.
 #pragma once
 
 #include <chrono>
@@ -9,28 +10,24 @@
 #include <vector>
 
 #include "core/base/time.hpp"
-#include "net/url.hpp"
+#include "core/ports/url.hpp"
 
 namespace connect_bridge {
 
-// The listener's own certificate, and whose client certificates it wants.
-struct ServerTls {
-  std::string certificate_file;  // PEM, the whole chain, our own certificate first
-  std::string private_key_file;  // PEM
-  std::string client_ca_file;    // empty: clients show no certificate; else every client must
-};
+// Of a server or a client. Files are PEM; a pair is the first two, or none of them.
+struct TlsOptions {
+  std::string certificate_file{};  // the whole chain, our own certificate first
+  std::string private_key_file{};
+  // Who is trusted. Empty: for a client the system's authorities; a server wants no certificate of
+  // clients, else every client must show one.
+  std::string ca_file{};
+  // Client: name or address in the server's certificate; empty: the URL's host.
+  std::string server_name{};
+  // Client: SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With
+  // pins and without `ca_file` the key alone decides: name, dates and authority are not checked.
+  std::vector<std::string> pins{};
 
-// How a client decides that it talks to the right server.
-struct ClientTls {
-  std::string ca_file;           // PEM; empty: the system's store
-  std::string server_name;       // name or address in the certificate; empty: the URL's host
-  std::string certificate_file;  // PEM, shown to a server that wants one; empty: none
-  std::string private_key_file;  // PEM
-  // SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With pins
-  // and without `ca_file` the key alone decides: name, dates and authority are not checked.
-  std::vector<std::string> pins;
-
-  bool operator==(const ClientTls&) const = default;
+  bool operator==(const TlsOptions&) const = default;
 };
 
 // Treatment of every TCP connection.
@@ -46,9 +43,9 @@ struct SocketOptions {
   std::string congestion_control;
   // What is read from a connection per second; beyond it reading pauses, and the sender has to
   // wait. 0: no limit. A burst of receive_burst passes at once.
-  double receive_packets_per_second = 50'000;
-  double receive_bytes_per_second = 0;
-  double receive_text_bytes_per_second = 4 << 20;  // control messages, which cost the most
+  std::int64_t receive_packets_per_second = 50'000;
+  std::int64_t receive_bytes_per_second = 0;
+  std::int64_t receive_text_bytes_per_second = 4 << 20;  // control messages, which cost the most
   std::chrono::milliseconds receive_burst{4000};
   std::chrono::milliseconds user_timeout{20000};  // unacknowledged data ends the connection
   std::chrono::seconds keepalive{15};             // first probe after this idle time; 0: off
@@ -66,7 +63,7 @@ struct ListenOptions {
   // the listener's from now on.
   std::vector<int> sockets;
   std::string path = "/";  // the only path that upgrades; others get 404
-  std::optional<ServerTls> tls;
+  std::optional<TlsOptions> tls;
   // Addresses and ranges ("10.0.0.0/8") of proxies that are trusted to give the client's address:
   // the limits for an address then use that. With ToldBy::kProxyProtocol all their connections must
   // begin with such a header; connections of others must not.
@@ -87,18 +84,10 @@ struct ListenOptions {
   std::chrono::milliseconds handshake_timeout{5000};  // TCP accepted to WebSocket open
 };
 
-// An HTTP proxy on the way to the server (CONNECT), over plain HTTP.
-struct HttpProxy {
-  std::string host;  // name or address literal, IPv6 without its brackets
-  std::uint16_t port = 80;
-  std::string login;                           // "user:password"; empty: none
-  std::string login_key = "http_proxy_login";  // where a person sets the login
-};
-
 struct DialOptions {
   Url url;
   std::optional<HttpProxy> proxy;
-  ClientTls tls;
+  TlsOptions tls;
   std::chrono::milliseconds timeout{10000};  // from the name look-up to the open WebSocket
   bool slow = false;  // nothing has answered for long: it is tried less often (Race)
 };

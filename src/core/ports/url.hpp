@@ -1,0 +1,50 @@
+// Addresses of servers and proxies, in their parts; src/config reads them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace connect_bridge {
+
+// "robot", "[2001:db8::1]"
+[[nodiscard]] inline std::string bracketed(const std::string& host) {
+  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+}
+
+// "robot:9090", "[2001:db8::1]:9090"
+[[nodiscard]] inline std::string host_and_port(const std::string& host, std::uint16_t port) {
+  return bracketed(host) + ":" + std::to_string(port);
+}
+
+// "robot", "[2001:db8::1]": of an address as host_and_port() writes it, or of one without a port.
+[[nodiscard]] inline std::string host_of(const std::string& address) {
+  return address.ends_with(']') ? address : address.substr(0, address.rfind(':'));
+}
+
+struct Url {
+  bool secure = false;       // wss or https
+  std::string host{};        // name or address literal, IPv6 without its brackets
+  std::uint16_t port = 80;   // if secure 443
+  std::string target = "/";  // path and query
+
+  // The value of the HTTP header "Host".
+  [[nodiscard]] std::string authority() const {
+    return port == (secure ? 443 : 80) ? bracketed(host) : host_and_port(host, port);
+  }
+  // For logs and messages: without the query, which may hold a secret. `scheme`: "ws" or "http".
+  [[nodiscard]] std::string text(std::string_view scheme) const {
+    return std::string{scheme} + (secure ? "s://" : "://") + authority() +
+           target.substr(0, target.find('?'));
+  }
+};
+
+// An HTTP proxy on the way to a server (CONNECT), over plain HTTP.
+struct HttpProxy {
+  std::string host{};  // name or address literal, IPv6 without its brackets
+  std::uint16_t port = 80;
+  std::string login{};                         // "user:password", secret; empty: none
+  std::string login_key = "http_proxy_login";  // where a person sets the login
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,14 @@
+// The clock that tells the date: for the ends of tokens and certificates.
+#pragma once
+
+#include <chrono>
+
+#include "core/base/time.hpp"
+
+namespace connect_bridge {
+
+[[nodiscard]] inline Stamp system_now() {
+  return Duration(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace connect_bridge
