@@ -17,6 +17,26 @@ function(connect_quickly_compiled name)
   set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
 endfunction()
 
+# connect_gtest(<program> LABEL <label> SHARDS <n> PROCESSORS <places> [FILTER <tests>] [SERIAL] [ENVIRONMENT <variables>]):
+# an entry of ctest for each test. To start a program with a sanitizer takes as long as most tests do: there each entry is a
+# shard, an n-th of the tests in one process.
+function(connect_gtest name)
+  cmake_parse_arguments(PARSE_ARGV 1 of "SERIAL" "LABEL;SHARDS;PROCESSORS;FILTER" "ENVIRONMENT")
+  set(properties LABELS ${of_LABEL} PROCESSORS ${of_PROCESSORS} RUN_SERIAL ${of_SERIAL})
+  if(NOT CONNECT_SANITIZE)
+    gtest_discover_tests(${name} TEST_FILTER "${of_FILTER}" DISCOVERY_MODE PRE_TEST
+      PROPERTIES ${properties} TIMEOUT 120 ENVIRONMENT "${of_ENVIRONMENT}")
+    return()
+  endif()
+  string(MAKE_C_IDENTIFIER "${name}${of_FILTER}" entry)
+  math(EXPR last "${of_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    add_test(NAME ${entry}_${shard} COMMAND ${name} --gtest_filter=${of_FILTER})
+    set_tests_properties(${entry}_${shard} PROPERTIES ${properties} TIMEOUT 900
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${of_SHARDS};GTEST_SHARD_INDEX=${shard};${of_ENVIRONMENT}")
+  endforeach()
+endfunction()
+
 # unit: tests/unit mirrors src; a folder with the name of a layer needs that layer, all others belong to core. Core has a
 # program of its own: it has no threads, so the thread sanitizer has nothing to look for in it, and mutants of the core need
 # no other. Mutants of auth and net have a tree with the tests of these alone: they come first, so that there mostly the same
@@ -41,14 +61,14 @@ endif()
 # A path in virtual time: without optimization two thirds of what the core's tests compute.
 set_source_files_properties("${tests}/unit/flow/path_bed.cpp" PROPERTIES COMPILE_OPTIONS -O2 SKIP_UNITY_BUILD_INCLUSION ON)
 
-# connect_unit_tests(<program> <layer>...): from the sources in the variable of that name.
-function(connect_unit_tests name)
+# connect_unit_tests(<program> <shards> <layer>...): from the sources in the variable of that name.
+function(connect_unit_tests name shards)
   connect_available(layers ${ARGN})
   add_executable(${name} ${${name}})
   target_link_libraries(${name} PRIVATE ${layers} connect_options GTest::gmock GTest::gtest_main)
   target_include_directories(${name} PRIVATE "${tests}")
   connect_quickly_compiled(${name})
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 120 PROCESSORS ${slots})
+  connect_gtest(${name} LABEL unit SHARDS ${shards} PROCESSORS ${slots})
 endfunction()
 
 # Login plugins: the example, one that misbehaves, and one of another version of the interface.
@@ -60,7 +80,7 @@ function(connect_test_plugin name source)
 endfunction()
 
 if(core_tests AND TARGET connect_core)
-  connect_unit_tests(core_tests connect_core)
+  connect_unit_tests(core_tests 4 connect_core)
 endif()
 if(unit_tests)
   connect_test_plugin(auth_plugin examples/auth_plugin.c)
@@ -69,7 +89,7 @@ if(unit_tests)
   target_compile_definitions(late_plugin PRIVATE ODD_ABI=2)
   set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
-  connect_unit_tests(unit_tests connect_run connect_ros connect_net connect_auth connect_config connect_core)
+  connect_unit_tests(unit_tests 6 connect_run connect_ros connect_net connect_auth connect_config connect_core)
   add_dependencies(unit_tests auth_plugin odd_plugin late_plugin)
 endif()
 
@@ -121,9 +141,9 @@ if(ros_sources AND TARGET connect_ros)
   connect_quickly_compiled(ros_tests)
   # Those that measure what something costs run by themselves.
   set(measure "*Cost*:*Cheap*")
-  set(properties LABELS ros TIMEOUT 120 ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
-  gtest_discover_tests(ros_tests TEST_FILTER "-${measure}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties})
-  gtest_discover_tests(ros_tests TEST_FILTER "${measure}" DISCOVERY_MODE PRE_TEST PROPERTIES ${properties} RUN_SERIAL ON)
+  set(local ENVIRONMENT "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST")
+  connect_gtest(ros_tests LABEL ros SHARDS 3 PROCESSORS 1 FILTER "-${measure}" ${local})
+  connect_gtest(ros_tests LABEL ros SHARDS 1 PROCESSORS 1 FILTER "${measure}" SERIAL ${local})
 endif()
 
 # bench: one program per file.

@@ -16,7 +16,11 @@ BESIDE_BRIDGES = [
            "if (!before.contains(bridge.publisher) || after.contains(bridge.publisher))"
            " return false;"),
     Mutant("a service is a node's as soon as its bridge ends it",
-           "return claimed(service) || served_.contains(service);", "return claimed(service);"),
+           "return services_.contains(service) || served_.contains(service);",
+           "return services_.contains(service);"),
+    Mutant("an origin stands for a service",
+           "add(claim.services, smaller, services_);",
+           "add(claim.services, smaller, services_);\n    add(claim.origins, smaller, services_);"),
     Mutant("mirrors that were forgotten count as claims", "return silent > 0 || served;",
            "return silent > 0 || served || mirrors > 0;"),
     Mutant("mirrors named by claims are exported",

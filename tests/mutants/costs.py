@@ -25,4 +25,12 @@ COSTS = [
     Mutant("a long pattern ends at its 64th character",
            "std::exchange(carry, places >> (kPlacesOfWord - 1))",
            "0 * std::exchange(carry, places >> (kPlacesOfWord - 1))"),
+    Mutant("call numbers are used up without a pace",
+           "!link_.account->attaches.take(now.steady)", "false", within="Attachment::on_message"),
+    Mutant("a service has types without end", "return others >= kTypesMax;",
+           "return others >= 1000;"),
+    Mutant("a publisher takes another's place in the queue",
+           "queue.depth = of_all(origins.size(), depth);", "queue.depth = depth;"),
+    Mutant("compressed bodies larger than any",
+           "frame.body_bytes > compressed_bytes_max(frame.raw_bytes)", "false"),
 ]

@@ -65,6 +65,7 @@ def decode_packet(data):
             require(codec < len(CODECS) and channel and origin and sequence, "message frame")
             require(p <= body and (p or not body), "size of the part")
             require(raw == body if codec == 0 else raw and body, "sizes of the message")
+            require(codec == 0 or body <= raw + raw // 128 + 128, "size of a compressed body")
             require(codec < 3 or raw <= BASE_MAX, "size of a base")
             _stamps(stamp)
             part, at = _take_part(data, at, p)

@@ -12,11 +12,12 @@
 namespace connect_bridge {
 namespace {
 
-constexpr std::string_view kMark = "connect_bridge claims 3";
+constexpr std::string_view kMark = "connect_bridge claims 4";
 // The words after the side's id: an origin, which may end in kFeeds, or one of these and an id.
 constexpr char kFeeds = '+';
 constexpr char kMirror = '=';
 constexpr char kPeer = '@';
+constexpr char kService = '/';       // may end in kFeeds, too
 constexpr char kGoodFor = '~';       // milliseconds
 constexpr std::uint8_t kDebug = 10;  // rcl_interfaces/msg/Log
 
@@ -58,18 +59,21 @@ bool take(std::string_view word, Claim& claim) {
   if (kind == kMirror) return take(word.substr(1), claim.mirrors);
   if (kind == kPeer) return take(word.substr(1), claim.peers);
   if (kind == kGoodFor) return take_time(word.substr(1), claim.good_for);
-  ClaimedOrigin origin;
-  origin.feeds = word.ends_with(kFeeds);
-  if (origin.feeds) word.remove_suffix(1);
-  if (!from_hex(word, origin.gid.bytes)) return false;
-  if (claim.origins.size() < kClaimOriginsMax) claim.origins.push_back(origin);
+  if (kind == kService) word.remove_prefix(1);
+  Claimed claimed;
+  claimed.feeds = word.ends_with(kFeeds);
+  if (claimed.feeds) word.remove_suffix(1);
+  if (!from_hex(word, claimed.gid.bytes)) return false;
+  if (claim.origins.size() + claim.services.size() < kClaimOriginsMax)
+    (kind == kService ? claim.services : claim.origins).push_back(claimed);
   return true;
 }
 
 }  // namespace
 
 std::size_t claim_bytes(const Claim& claim) {
-  return 256 + 50 * (claim.peers.size() + claim.mirrors.size() + claim.origins.size());
+  return 256 + 50 * (claim.peers.size() + claim.mirrors.size() + claim.origins.size()) +
+         51 * claim.services.size();
 }
 
 Payload serialize(const Claim& claim, Stamp stamp) {
@@ -81,10 +85,11 @@ Payload serialize(const Claim& claim, Stamp stamp) {
     text += std::string(" ") + kPeer + to_hex(side.bytes) + to_hex(place.bytes);
   for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
     text += std::string(" ") + kMirror + to_hex(mirror.bytes);
-  for (const auto& [gid, feeds] : first_of(claim.origins, kClaimOriginsMax)) {
-    text += ' ' + to_hex(gid.bytes);
-    if (feeds) text += kFeeds;
-  }
+  const auto services = first_of(claim.services, kClaimOriginsMax);
+  for (const auto& [gid, feeds] : services)
+    text += std::string(" ") + kService + to_hex(gid.bytes) + (feeds ? "+" : "");
+  for (const auto& [gid, feeds] : first_of(claim.origins, kClaimOriginsMax - services.size()))
+    text += ' ' + to_hex(gid.bytes) + (feeds ? "+" : "");
   return CdrWriter()
       .u32(static_cast<std::uint32_t>(stamp / 1'000'000'000))
       .u32(static_cast<std::uint32_t>(stamp % 1'000'000'000))

@@ -15,10 +15,11 @@
 
 namespace connect_bridge {
 
-// A claim names no more, so that its message is no larger than this.
+// A claim names no more (origins and services together, and as many mirrors), so that its message
+// is no larger than this.
 inline constexpr std::size_t kClaimOriginsMax = 65536;
 inline constexpr std::size_t kClaimPeersMax = 256;
-inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimPeersMax + 100 * kClaimOriginsMax;
+inline constexpr std::size_t kClaimBytesMax = 256 + 50 * kClaimPeersMax + 101 * kClaimOriginsMax;
 
 // For how long a claim may say that it is good.
 inline constexpr Duration kClaimGoodMax = std::chrono::hours(1);
@@ -39,18 +40,21 @@ struct ClaimedPeer {
   auto operator<=>(const ClaimedPeer&) const = default;
 };
 
-struct ClaimedOrigin {
-  Gid gid;
+// An origin or a service that has a mirror, or will have one.
+struct Claimed {
+  Gid gid;             // of a service: service_gid
   bool feeds = false;  // its mirror has settled; a bridge whose mirror has not gives way
 
-  friend bool operator==(const ClaimedOrigin&, const ClaimedOrigin&) = default;
+  friend bool operator==(const Claimed&, const Claimed&) = default;
 };
 
 struct Claim {
   Token128 side;
-  std::vector<ClaimedOrigin> origins;
+  std::vector<Claimed> origins;
   std::vector<Gid> mirrors = {};  // ids in this graph of its own publishers
   std::vector<ClaimedPeer> peers = {};
+  // Apart from the origins, whose ids peers choose: none of them may stand for a service.
+  std::vector<Claimed> services = {};
   // Without another message it is good for so long: whole milliseconds, up to kClaimGoodMax.
   // Longer: not said (in a message), or for ever.
   Duration good_for = kForever;

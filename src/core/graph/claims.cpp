@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "core/base/fnv.hpp"
+#include "core/base/sha256.hpp"
 #include "core/base/timers.hpp"
 
 namespace connect_bridge {
@@ -21,12 +21,10 @@ constexpr Duration kServedTurn = std::chrono::milliseconds(100);
 }  // namespace
 
 Gid service_gid(std::string_view service) {
+  const Digest digest =
+      sha256({reinterpret_cast<const std::uint8_t*>(service.data()), service.size()});
   Gid result;
-  for (std::size_t word = 0; word < 3; ++word) {
-    const std::uint64_t hash = fnv1a(service, fnv1a("service:", kFnvBasis + word));
-    for (std::size_t i = 0; i < 8; ++i)
-      result.bytes[8 * word + i] = static_cast<std::uint8_t>(hash >> (8 * i));
-  }
+  std::copy_n(digest.begin(), result.bytes.size(), result.bytes.begin());
   return result;
 }
 
@@ -106,8 +104,8 @@ void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint n
     ended_.emplace_back(shown, mirror);
   }
   std::unordered_set<Gid> goes_on;
-  for (const auto& [gid, feeds] : next.origins) goes_on.insert(gid);
-  for (const auto& [gid, feeds] : claim.origins) {
+  for (const auto& [gid, feeds] : next.services) goes_on.insert(gid);
+  for (const auto& [gid, feeds] : claim.services) {
     if (!feeds || goes_on.contains(gid) || served_.size() >= kClaimOriginsMax) continue;
     const TimePoint until = silent ? shown : now + kServerShown;
     served_[gid] = {until, silent};
@@ -151,26 +149,31 @@ void Claims::hear(const Token128& side) {
   }
 }
 
-bool Claims::taken(const Gid& origin, bool feeds) const {
-  const auto it = claimed_.find(origin);
-  if (it == claimed_.end()) return false;
-  const Others& others = it->second;
-  if (feeds) return others.smaller_feeding;
-  return others.feeding || others.smaller;
+bool Claims::is_better(const OthersOf& others, const Gid& gid, bool feeds) {
+  const auto it = others.find(gid);
+  if (it == others.end()) return false;
+  if (feeds) return it->second.smaller_feeding;
+  return it->second.feeding || it->second.smaller;
+}
+
+void Claims::add(const std::vector<Claimed>& claimed, bool smaller, OthersOf& to) {
+  for (const auto& [gid, feeds] : claimed) {
+    Others& others = to[gid];
+    others.feeding |= feeds;
+    others.smaller |= smaller;
+    others.smaller_feeding |= smaller && feeds;
+  }
 }
 
 void Claims::rebuild() {
-  claimed_.clear();
+  origins_.clear();
+  services_.clear();
   mirrors_.clear();
   for (const auto& [side, bridge] : by_side_) {
     const Claim& claim = bridge.claim;
     const bool smaller = claim.side < own_;
-    for (const auto& [gid, feeds] : claim.origins) {
-      Others& others = claimed_[gid];
-      others.feeding |= feeds;
-      others.smaller |= smaller;
-      others.smaller_feeding |= smaller && feeds;
-    }
+    add(claim.origins, smaller, origins_);
+    add(claim.services, smaller, services_);
     mirrors_.insert(claim.mirrors.begin(), claim.mirrors.end());
   }
   for (const auto& [until, mirror] : ended_) mirrors_.insert(mirror);

@@ -20,7 +20,8 @@
 
 namespace connect_bridge {
 
-// What stands for a mirrored service in a claim: the same 24 bytes in every process.
+// What stands for a mirrored service in a claim: the same 24 bytes in every process, and others for
+// each name, whoever chooses the names.
 Gid service_gid(std::string_view service);
 
 // The claims of the other bridges in this graph, by the ids of their sides: nothing here depends on
@@ -48,23 +49,29 @@ class Claims {
   // The bridge of this side id is in our own graph.
   [[nodiscard]] bool is_here(const Token128& side) const { return by_side_.contains(side); }
   // Another bridge mirrors this, whatever its side id.
-  [[nodiscard]] bool claimed(const Gid& origin) const { return claimed_.contains(origin); }
+  [[nodiscard]] bool claimed(const Gid& origin) const { return origins_.contains(origin); }
   // The same of a service (service_gid), or another bridge did just now: the graph may show its
   // server for a moment longer.
   [[nodiscard]] bool serves(const Gid& service) const {
-    return claimed(service) || served_.contains(service);
+    return services_.contains(service) || served_.contains(service);
   }
   // Another bridge claims it, or did and fell silent: its server may be shown, and is no reason not
   // to take over. (One that was ended in order is soon gone, or gave way to a real one.)
   [[nodiscard]] bool is_left_behind(const Gid& service) const {
     const auto it = served_.find(service);
-    return claimed(service) || (it != served_.end() && it->second.silent);
+    return services_.contains(service) || (it != served_.end() && it->second.silent);
   }
   // The graph shows that these services of bridges have servers, and no others of those that ended.
   void retain_served(const std::unordered_set<Gid>& shown);
   [[nodiscard]] bool any_served() const { return !served_.empty(); }
   // Another bridge has the better claim to this origin. `feeds`: our own claim says that we feed.
-  [[nodiscard]] bool taken(const Gid& origin, bool feeds) const;
+  [[nodiscard]] bool taken(const Gid& origin, bool feeds) const {
+    return is_better(origins_, origin, feeds);
+  }
+  // The same of a service.
+  [[nodiscard]] bool service_taken(const Gid& service, bool feeds) const {
+    return is_better(services_, service, feeds);
+  }
   // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
   // stays for a moment: the graph may show it longer.
   [[nodiscard]] const std::unordered_set<Gid>& mirrors() const { return mirrors_; }
@@ -88,13 +95,14 @@ class Claims {
   [[nodiscard]] bool misses() const { return !missed_.empty(); }
 
  private:
-  // The bridges that claim an origin: whether one of them feeds, has a smaller side id than ours,
+  // The bridges that claim something: whether one of them feeds, has a smaller side id than ours,
   // or both.
   struct Others {
     bool feeding = false;
     bool smaller = false;
     bool smaller_feeding = false;
   };
+  using OthersOf = std::unordered_map<Gid, Others>;
   struct Bridge {
     Claim claim;
     Gid publisher;
@@ -104,6 +112,8 @@ class Claims {
 
   void hear(const Token128& side);
   void rebuild();
+  static void add(const std::vector<Claimed>& claimed, bool smaller, OthersOf& to);
+  [[nodiscard]] static bool is_better(const OthersOf& others, const Gid& gid, bool feeds);
   // What the claim named is still in the graph for a moment, but for what `next` names. `silent`:
   // its bridge has not said that it ends.
   void end(const Claim& claim, const Claim& next, bool silent, TimePoint now);
@@ -113,14 +123,15 @@ class Claims {
 
   Token128 own_;
   std::map<Token128, Bridge> by_side_;
-  std::unordered_map<Gid, Others> claimed_;
+  OthersOf origins_;
+  OthersOf services_;
   std::unordered_set<Gid> mirrors_;
   std::deque<std::pair<TimePoint, Gid>> ended_;  // mirrors, until when the graph may show them
   struct Served {
     TimePoint until;  // the graph may show it
     bool silent = false;
   };
-  std::unordered_map<Gid, Served> served_;       // services (and origins) that ended
+  std::unordered_map<Gid, Served> served_;       // services that ended
   std::optional<TimePoint> served_ends_;         // the first of them
   std::map<LinkId, std::set<Token128>> missed_;  // by whose peer names them; no set is empty
   bool peers_changed_ = false;

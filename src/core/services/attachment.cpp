@@ -222,9 +222,12 @@ Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
     return Nothing{};
   }
   seen_ = id;
+  const bool used_up = id.value >= kCallNumbersMax;
+  if (used_up && !link_.account->attaches.take(now.steady))
+    return Error{CloseCode::kTooLarge, "call numbers are used up too often"};
   take(std::move(message), now);
   // The peer has used up its call numbers; the calls of others go on.
-  if (id.value >= kCallNumbersMax) service_.renew(link_.id, now);
+  if (used_up) service_.renew(link_.id, now);
   return Nothing{};
 }
 

@@ -138,7 +138,7 @@ void MirroredService::take_over() {
 bool MirroredService::may_exist(const Feed& feed) {
   if (!mirroring_.graph_since || failed_ || feed.is_unfit()) return false;
   const Gid gid = service_gid(key_.first);
-  if (mirroring_.claims.taken(gid, bool(mirror_))) return false;
+  if (mirroring_.claims.service_taken(gid, bool(mirror_))) return false;
   // Our own services are not in our view of the graph.
   if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node ||
       key_.first == mirroring_.own_node + "/" + std::string(kDescriptionService))

@@ -39,6 +39,10 @@ class MirroredService {
   // ---- links. The caller updates it afterwards
   // False: the link offers it already.
   [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision);
+  [[nodiscard]] bool is_offered_by(LinkId link) const {
+    const auto feed = feeds_.find(link);
+    return feed != feeds_.end() && feed->second.is_offered();
+  }
   // Asks the rules again; a feed that they do not allow any longer ends.
   void on_policy();
   void on_link_lost(LinkId link);

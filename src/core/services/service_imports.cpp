@@ -4,6 +4,21 @@
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// Of a service of this name, what else the link offers under it. A real service has one type, or
+// for a moment two; the services of an action are looked at together, each with all its types.
+constexpr std::size_t kTypesMax = 4;
+
+bool offers_too_many_types(const Mirroring& mirroring, LinkId link, const ServiceKey& key) {
+  std::size_t others = 0;
+  for (auto it = mirroring.services.lower_bound({key.first, ""});
+       it != mirroring.services.end() && it->first.first == key.first; ++it)
+    if (it->first != key && it->second->is_offered_by(link)) ++others;
+  return others >= kTypesMax;
+}
+
+}  // namespace
 
 void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& now) {
   const NameMap& names = mirroring_.graph_options.names;
@@ -21,6 +36,8 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
   if (names.to_wire(names.to_local(offer.name)) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");
   const ServiceKey key{names.to_local(offer.name), offer.type};
+  if (offers_too_many_types(mirroring_, link.id, key))
+    return no("limit", "its name is offered with too many types");
   auto& service = mirroring_.services[key];
   if (!service) service = std::make_unique<MirroredService>(key, mirroring_);
   const std::string rule = decision->rule;
@@ -136,9 +153,10 @@ bool ServiceImports::take_claim_change() {
   return changed;
 }
 
-void ServiceImports::add_mirrored(std::vector<ClaimedOrigin>& claim) const {
+void ServiceImports::add_mirrored(Claim& claim) const {
   for (const auto& [key, service] : mirroring_.services)
-    if (service->is_claimed()) claim.push_back({service_gid(key.first), bool(service->mirror())});
+    if (service->is_claimed())
+      claim.services.push_back({service_gid(key.first), bool(service->mirror())});
 }
 
 void ServiceImports::add_status(const Link& link, LinkStatus& status) const {

@@ -48,7 +48,7 @@ class ServiceImports {
   // The entries of our own claim for the services mirrored here. take_claim_change(), after every
   // input: true once after every change.
   bool take_claim_change();
-  void add_mirrored(std::vector<ClaimedOrigin>& claim) const;
+  void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
   void add_status(const Link& link, LinkStatus& status) const;

@@ -84,7 +84,7 @@ void Side::publish_claim(const Now& now) {
   Claim claim{side_, {}};
   claim.peers = peers_of(links_.all());
   imports_.add_mirrored(claim);
-  service_imports_.add_mirrored(claim.origins);
+  service_imports_.add_mirrored(claim);
   claims_topic_.publish(std::move(claim), now);
 }
 

@@ -33,18 +33,25 @@ Result<Nothing> Exports::on_listeners(Link& link, const Listeners& change, const
 }
 
 void Exports::update_listened(const Now& now) {
+  std::set<std::string> left;
   for (const TopicKey& key : context_.listeners.take_changes()) {
     const auto topic = topics_.try_emplace(key, context_, key).first;
     topic->second.on_listeners(now);
-    if (topic->second.is_over()) erase(topic, now);
+    if (topic->second.is_over()) left.insert(erase(topic));
   }
+  update_subscriptions(left, now);
 }
 
-// Another type of its name may be subscribed now.
-void Exports::erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now) {
-  const std::string name = topic->first.first;
+std::string Exports::erase(std::map<TopicKey, ExportedTopic>::iterator topic) {
+  std::string name = topic->first.first;
   topics_.erase(topic);
-  update_subscriptions(name, now);
+  return name;
+}
+
+// Another type of a name that was left may be subscribed now. Once for each name: a peer that says
+// at once that it listens to a thousand types no more has them looked at once.
+void Exports::update_subscriptions(const std::set<std::string>& names, const Now& now) {
+  for (const std::string& name : names) update_subscriptions(name, now);
 }
 
 void Exports::update_subscriptions(const std::string& name, const Now& now) {
@@ -89,16 +96,11 @@ ExportedTopic* Exports::find(SubscriptionId subscription) const {
   return it == context_.by_subscription.end() ? nullptr : it->second;
 }
 
+// A subscription asks for no more than the weakest of the publishers that the graph shows: it is
+// made again for this one, unless that is a bridge's.
 void Exports::on_incompatible(const QosIncompatible& found) const {
-  if (stands(found.subscription)) return;  // it is made again for its first publisher
-  context_.outputs.log_once(LogLevel::kWarn, found.topic +
-                                                 ": a publisher here offers an incompatible " +
-                                                 found.policy + "; its messages are not received");
-}
-
-bool Exports::stands(SubscriptionId subscription) const {
-  const auto* topic = find(subscription);
-  return topic && topic->origins().empty();
+  context_.outputs.log_once(
+      LogLevel::kDebug, found.topic + ": a publisher here offers an incompatible " + found.policy);
 }
 
 void Exports::on_taken(MessageTaken taken, const Now& now) {
@@ -116,11 +118,13 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 void Exports::on_time(const Now& now) {
   context_.listeners.on_time(now);
   update_listened(now);
+  std::set<std::string> left;
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;
     topic.on_time(now);
-    if (topic.is_over()) erase(topics_.find(topic.key()), now);
+    if (topic.is_over()) left.insert(erase(topics_.find(topic.key())));
   }
+  update_subscriptions(left, now);
 }
 
 void Exports::add_status(const Link& link, LinkStatus& status) const {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,9 +49,7 @@ class Exports {
   void on_subscription_failed(const SubscriptionFailed& failed);
   void on_time(const Now& now);
 
-  // Whether it exists for listeners alone, with no publisher known yet.
-  [[nodiscard]] bool stands(SubscriptionId subscription) const;
-  // Logs that a publisher here cannot serve our subscription, unless that is made again for it.
+  // A publisher here does not serve our subscription as it is.
   void on_incompatible(const QosIncompatible& found) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
@@ -63,8 +62,10 @@ class Exports {
 
  private:
   void update_listened(const Now& now);
-  void erase(std::map<TopicKey, ExportedTopic>::iterator topic, const Now& now);
+  // Returns its name, for update_subscriptions().
+  std::string erase(std::map<TopicKey, ExportedTopic>::iterator topic);
   // Of all types.
+  void update_subscriptions(const std::set<std::string>& names, const Now& now);
   void update_subscriptions(const std::string& name, const Now& now);
   // Null: the subscription has ended.
   [[nodiscard]] ExportedTopic* find(SubscriptionId subscription) const;

@@ -1,5 +1,8 @@
 #include "core/topics/far_listeners.hpp"
 
+#include <cstdint>
+#include <limits>
+
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -7,6 +10,8 @@ namespace {
 
 // What the subscription to a topic that nobody publishes costs the middleware, roughly.
 constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
+
+constexpr ListenerId kLastListener{std::numeric_limits<std::uint32_t>::max()};
 
 }  // namespace
 
@@ -147,9 +152,12 @@ QosOverride FarListeners::rules_of(const TopicKey& topic,
   QosOverride weakest;
   const auto known = topics_.find(topic);
   if (known == topics_.end()) return weakest;
-  for (const auto& [key, listener] : known->second.listeners) {
-    if (!count(key.first)) continue;
-    const QosOverride& rule = listener->rule;
+  const auto& listeners = known->second.listeners;
+  // The rule is the same for all listeners of a link.
+  for (auto at = listeners.begin(); at != listeners.end();
+       at = listeners.upper_bound({at->first.first, kLastListener})) {
+    if (!count(at->first.first)) continue;
+    const QosOverride& rule = at->second->rule;
     if (rule.reliability == Reliability::kBestEffort) weakest.reliability = rule.reliability;
     if (rule.durability == Durability::kVolatile) weakest.durability = rule.durability;
   }

@@ -22,8 +22,13 @@ struct ImportContext : SideView {
   Timers<Mirror*> timers{};
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
-  // The ids in the graph of the mirrors that exist; all zero: not told, or not needed by others.
-  std::map<MirrorId, Gid> gids{};
+  // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by
+  // others.
+  struct Made {
+    Mirror* mirror;
+    Gid gid = {};
+  };
+  std::map<MirrorId, Made> made{};
   std::map<MirrorKey, Mirror> mirrors{};
 
   // The mirror of this origin that the link offers, made if need be. Null: there are too many.

@@ -91,16 +91,15 @@ void Imports::expect_goal(const std::string& action, const Now& now) {
 }
 
 Mirror* Imports::find(MirrorId id) {
-  for (auto& [key, mirror] : context_.mirrors)
-    if (mirror.id() == id) return &mirror;
-  return nullptr;
+  const auto it = context_.made.find(id);
+  return it == context_.made.end() ? nullptr : it->second.mirror;
 }
 
 // It may have been destroyed just now.
 void Imports::on_mirror_made(const MirrorMade& made) {
-  const auto it = context_.gids.find(made.mirror);
-  if (it == context_.gids.end()) return;
-  it->second = made.gid;
+  const auto it = context_.made.find(made.mirror);
+  if (it == context_.made.end()) return;
+  it->second.gid = made.gid;
   context_.claim_changed = true;
 }
 
@@ -142,8 +141,8 @@ void Imports::send_demands() {
 void Imports::add_mirrored(Claim& claim) const {
   for (const auto& [key, mirror] : context_.mirrors)
     if (mirror.is_claimed()) claim.origins.push_back({key.second, mirror.feeds()});
-  for (const auto& [id, gid] : context_.gids)
-    if (gid != Gid{}) claim.mirrors.push_back(gid);
+  for (const auto& [id, made] : context_.made)
+    if (made.gid != Gid{}) claim.mirrors.push_back(made.gid);
 }
 
 void Imports::add_status(const Link& link, LinkStatus& status) const {

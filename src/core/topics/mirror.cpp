@@ -182,7 +182,7 @@ void Mirror::create(const Now& now) {
   id_ = context_.outputs.new_mirror();
   candidates_.front().declined = false;
   last_number_ = sample_bytes_ = 0;
-  context_.gids.try_emplace(id_);
+  context_.made[id_] = {this};
   const bool resumes = candidates_.front().link->arrived.contains(key_.first);
   settling_.begin(id_, resumes ? kMatching : Duration::zero(), now);
   if (context_.options.matching > Duration::zero() || !first_.empty())
@@ -211,7 +211,7 @@ void Mirror::vanish(bool exists) {
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
   context_.types.release(id_);
-  context_.gids.erase(id_);
+  context_.made.erase(id_);
   id_ = {};
   settling_.end();
   kept_.release();

@@ -29,23 +29,31 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   queue.newest_only = is_clock(key);
   queue.lifespan = Duration::zero();
   std::uint32_t depth = 0;
+  bool reliable = false;
   bool keep_all = false;
   std::uint32_t latched = 0;
   for (const auto& [gid, origin] : origins) {
     const Qos qos = with_override(origin.qos, treatment.qos);
     depth = std::max(depth, qos.depth);
+    reliable = reliable || qos.reliability == Reliability::kReliable;
     keep_all = keep_all || qos.history == History::kKeepAll;
     if (qos.durability == Durability::kTransientLocal) ++latched;
     queue.lifespan = std::max(queue.lifespan, qos.lifespan);
   }
-  const std::uint32_t untold = options.default_depth;
-  queue.depth = depth > 0 ? depth : untold;
-  // Several origins share the queue of a transient-local topic, and all that is kept of each must
-  // get through at once when demand begins.
-  if (latched > 0) {
+  // The origins share the queue: what one of them says must not take the place of another's.
+  const auto of_all = [](std::uint64_t count, std::uint64_t depth_of_each) {
     constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
-    const auto all = std::min(std::uint64_t{latched} * history_depth, kMost);
-    queue.depth = std::max(static_cast<std::uint32_t>(all), untold);
+    return static_cast<std::uint32_t>(std::min(count * depth_of_each, kMost));
+  };
+  // A reliable publisher that keeps few may say more at once, and all of it would arrive in one
+  // graph. Not every middleware tells the depth.
+  const bool wants_more = reliable || depth == 0;
+  queue.depth = of_all(origins.size(), depth);
+  if (wants_more) queue.depth = std::max(queue.depth, options.default_depth);
+  if (treatment.qos.depth) queue.depth = *treatment.qos.depth;
+  // All that is kept of each must get through at once when demand begins.
+  if (latched > 0) {
+    queue.depth = std::max(of_all(latched, history_depth), options.default_depth);
     queue.queue_bytes_max = std::max(queue.queue_bytes_max, options.history_bytes_max);
   }
   if (keep_all) queue.depth = 0;

@@ -20,6 +20,13 @@ constexpr bool makes_base(Codec codec) {
   return codec == Codec::kZstdBase || codec == Codec::kZstdDelta;
 }
 
+// No body that a codec makes of so many bytes is larger, whatever they are: lz4 needs up to 1/255
+// and 16 bytes more, zstd 1/256 and 64. What a receiver computes follows the bytes that it is
+// given, so it need not look at others (docs/protocol.md section 6).
+constexpr std::uint64_t compressed_bytes_max(std::uint32_t raw_bytes) {
+  return raw_bytes + std::uint64_t{raw_bytes} / 128 + 128;
+}
+
 struct Compression {
   Codec codec = Codec::kNone;
   int level = 3;           // zstd only: 1 to 19

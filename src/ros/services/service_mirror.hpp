@@ -40,8 +40,9 @@ class ServiceMirror final : public Entity {
   std::vector<RequestId> look_for_callers();
   // Whether a request came from a caller that was not in the graph when we last looked.
   [[nodiscard]] bool has_new_callers() const { return new_callers_; }
-  // A caller that was never seen in the graph may still be on its way there: look again after this.
-  static constexpr auto kDoubt = std::chrono::seconds(1);
+  // A caller that was never seen in the graph may still be on its way there (Fast DDS knows it by
+  // its reader, whose announcement may have to be sent again): look again after this.
+  static constexpr auto kDoubt = std::chrono::seconds(5);
   [[nodiscard]] bool has_doubtful_callers() const { return doubtful_callers_; }
 
   [[nodiscard]] std::size_t requests() const { return requests_.size(); }

@@ -27,7 +27,7 @@ const Members& members_of(const rosidl_message_type_support_t& type) {
   return *static_cast<const Members*>(type.data);
 }
 
-// The bytes of a primitive, which are its alignment too; 0: not a primitive.
+// The bytes of a primitive, which are its alignment too, up to kAlignmentMax; 0: not a primitive.
 std::size_t primitive_size(std::uint8_t type) {
   switch (type) {
     case rosidl_typesupport_introspection_c__ROS_TYPE_BOOLEAN:
@@ -43,9 +43,13 @@ std::size_t primitive_size(std::uint8_t type) {
     case rosidl_typesupport_introspection_c__ROS_TYPE_DOUBLE:
     case rosidl_typesupport_introspection_c__ROS_TYPE_UINT64:
     case rosidl_typesupport_introspection_c__ROS_TYPE_INT64: return 8;
+    case rosidl_typesupport_introspection_c__ROS_TYPE_LONG_DOUBLE: return 16;
     default: return 0;
   }
 }
+
+// CDR 1 knows no alignment beyond that.
+constexpr std::size_t kAlignmentMax = 8;
 
 class Walk {
  public:
@@ -93,7 +97,8 @@ class Walk {
 
   bool elements(const Member& field, std::size_t count) {
     if (const std::size_t size = primitive_size(field.type_id_)) {
-      return count == 0 || (align(size) && count <= left() / size && skip(count * size));
+      return count == 0 ||
+             (align(std::min(size, kAlignmentMax)) && count <= left() / size && skip(count * size));
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (!element(field)) return false;

@@ -43,18 +43,24 @@ TEST(Claims, RoundTrip) {
 }
 
 TEST(Claims, ARoundTripOfAllItsWords) {
-  Claim claim{
-      side(0xab), {{filled(1), true}, {filled(2)}}, {filled(3)}, {{side(4)}, {side(5), {{1, 2}}}}};
+  Claim claim{side(0xab),
+              {{filled(1), true}, {filled(2)}},
+              {filled(3)},
+              {{side(4)}, {side(5), {{1, 2}}}},
+              {{filled(6), true}, {filled(1)}}};
   claim.good_for = 4321ms;
   EXPECT_EQ(through(claim), claim);
   EXPECT_GE(claim_bytes(claim), serialize(claim, 0).size());
 }
 
 TEST(Claims, NamesSoManyOriginsAtMost) {
-  const Claim claim{side(1), std::vector<ClaimedOrigin>(kClaimOriginsMax + 1, {filled(1), true})};
+  const std::vector<Claimed> many(kClaimOriginsMax - 1, {filled(1), true});
+  const Claim claim{side(1), many, {}, {}, many};
   const auto payload = serialize(claim, 0);
   EXPECT_LE(payload.size(), kClaimBytesMax);
-  EXPECT_EQ(parse_claim(payload.view())->origins.size(), kClaimOriginsMax);
+  const auto parsed = parse_claim(payload.view());
+  EXPECT_EQ(parsed->services.size(), many.size());
+  EXPECT_EQ(parsed->origins.size(), 1);
 }
 
 TEST(Claims, IsALogMessageInCdr) {
@@ -101,7 +107,7 @@ TEST(Claims, AnotherLogOrAnotherVersionIsNone) {
     return parse_claim(bytes).has_value();
   };
   EXPECT_FALSE(changed(1, 0));          // big-endian
-  EXPECT_FALSE(changed(20 + 22, '4'));  // "connect_bridge claims 4"
+  EXPECT_FALSE(changed(20 + 22, '5'));  // "connect_bridge claims 5"
   EXPECT_FALSE(changed(16, 0));         // an empty string has length 1
   EXPECT_FALSE(changed(19, 0xff));      // a length beyond everything
   EXPECT_FALSE(changed(48, 'A'));       // upper case
@@ -191,10 +197,9 @@ TEST(Claims, TheMirrorsOfABridgeThatLeftAreItsOwnForAWhile) {
   claims.update(filled(100), {side(4), {{filled(1), true}}, {filled(7)}}, kNow);
   EXPECT_TRUE(claims.retain({filled(100)}, {}, kNow));
   EXPECT_FALSE(claims.claimed(filled(1)));
+  EXPECT_FALSE(claims.expire(kNow + 1s));  // no claim has changed
   EXPECT_TRUE(claims.mirrors().contains(filled(7)));
-  EXPECT_TRUE(claims.expire(kNow + 1s));  // of the service that it may have been
-  EXPECT_TRUE(claims.mirrors().contains(filled(7)));
-  EXPECT_FALSE(claims.expire(kNow + 31s));  // no claim has changed
+  EXPECT_FALSE(claims.expire(kNow + 31s));
   EXPECT_TRUE(claims.mirrors().empty());
   EXPECT_EQ(claims.deadline(), std::nullopt);
 }
@@ -202,12 +207,12 @@ TEST(Claims, TheMirrorsOfABridgeThatLeftAreItsOwnForAWhile) {
 TEST(Claims, AServiceIsABridgesForAMomentLonger) {
   Claims claims(side(5));
   const Gid service = service_gid("/s");
-  Claim claim{side(4), {{service, true}, {service_gid("/only_claimed")}}};
+  Claim claim{side(4), {}, {}, {}, {{service, true}, {service_gid("/only_claimed")}}};
   claim.good_for = 4s;
   claims.update({}, claim, kNow);
   EXPECT_TRUE(claims.serves(service));
   claims.update({}, {side(4), {}}, kNow);
-  EXPECT_FALSE(claims.claimed(service));
+  EXPECT_FALSE(claims.service_taken(service, false));
   EXPECT_TRUE(claims.serves(service));
   EXPECT_FALSE(claims.serves(service_gid("/only_claimed")));
   claims.retain_served({service});
@@ -226,8 +231,8 @@ TEST(Claims, AServiceIsABridgesForAMomentLonger) {
 TEST(Claims, EachServiceThatEndedHasATimeOfItsOwn) {
   Claims claims(side(5));
   const Gid first = service_gid("/first"), second = service_gid("/second");
-  const auto say = [&](std::vector<ClaimedOrigin> origins, Duration at) {
-    Claim claim{side(4), std::move(origins)};
+  const auto say = [&](std::vector<Claimed> services, Duration at) {
+    Claim claim{side(4), {}, {}, {}, std::move(services)};
     claim.good_for = 4s;
     claims.update({}, std::move(claim), kNow + at);
   };
@@ -304,11 +309,23 @@ TEST(Claims, OfAnyBridgeIsWhatItMirrors) {
   EXPECT_FALSE(claims.claimed(filled(3)));
 }
 
+// Peers choose the ids of origins.
+TEST(Claims, NoOriginStandsForAService) {
+  Claims claims(side(5));
+  const Gid service = service_gid("/s");
+  claims.update({}, {side(4), {{service, true}}}, kNow);
+  EXPECT_FALSE(claims.service_taken(service, false));
+  EXPECT_FALSE(claims.serves(service));
+  EXPECT_FALSE(claims.is_left_behind(service));
+  claims.update({}, {side(4), {}}, kNow);
+  EXPECT_FALSE(claims.serves(service));
+}
+
 TEST(Claims, AServiceHasTheSameNumberInEveryProcess) {
   EXPECT_EQ(service_gid("/s"), service_gid("/s"));
   EXPECT_NE(service_gid("/s"), service_gid("/t"));
   const Gid gid = service_gid("/map_server/load");
-  EXPECT_EQ(to_hex(gid.bytes), "80c0717fd9ab6dcb7f03a227e45a151c7ee3be0d673e15df");
+  EXPECT_EQ(to_hex(gid.bytes), "dbfc2832abd5d1e4dabfbef20d28521c8512de92bf203137");
 }
 
 }  // namespace

@@ -92,6 +92,15 @@ TEST(Attachment, WhoAttachesWithoutEndIsEnded) {
   EXPECT_EQ(attach(5, 20), CloseCode::kNormal);
 }
 
+// Each time the service is offered anew, to this link and the others.
+TEST(Attachment, WhoUsesUpCallNumbersWithoutEndIsEnded) {
+  Served s;
+  s.peer.link.account->attaches = Pace(1, std::chrono::milliseconds(20));
+  s.attach();
+  EXPECT_FALSE(s.request(0xF0000000, "last"));
+  EXPECT_EQ(s.did(), "");
+}
+
 TEST(Attachment, ARequestIsExecutedOnce) {
   Served s;
   s.attach();

@@ -200,7 +200,7 @@ TEST(ServiceExports, NothingOfAnotherBridgeIsExported) {
   Script s(server({callable()}));
   s.join(1);
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")}, {});
-  s.claim(9, 200, {service_gid("/proxied")});
+  s.claim_service(9, 200, "/proxied");
   auto its_own = service("/its", {0});
   its_own.servers[0].node_name = "bridge";
   s.graph({topic(kClaimsTopic).pub(9, {}, "bridge")},

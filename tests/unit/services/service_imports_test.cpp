@@ -155,7 +155,7 @@ TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrorsUnlessTheOtherDoes) {
   s.say(1, Offer{{service_channel(1, "/s")}, true});
   s.say(1, Attached{{1}, {1}, {0}});
   s.did();
-  s.claim(9, 0, {service_gid("/s")});  // within the time that others have to object
+  s.claim_service(9, 0, "/s");  // within the time that others have to object
   EXPECT_EQ(s.did(), "claim []\n");
   EXPECT_EQ(s.said(1), "attach 1 1\nwithdraw 1\n");
   s.claim(9, 0, {});
@@ -165,11 +165,11 @@ TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrorsUnlessTheOtherDoes) {
   EXPECT_EQ(s.did(), "");
   s.pass(1);
   EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
-  s.claim(9, 255, {service_gid("/s")}, true);  // a larger id: it is the one to give way
+  s.claim_service(9, 255, "/s", true);  // a larger id: it is the one to give way
   EXPECT_EQ(s.did(), "");
-  s.claim(9, 0, {service_gid("/s")});  // it has no mirror yet
+  s.claim_service(9, 0, "/s");  // it has no mirror yet
   EXPECT_EQ(s.did(), "");
-  s.claim(9, 0, {service_gid("/s")}, true);
+  s.claim_service(9, 0, "/s", true);
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
 }
 

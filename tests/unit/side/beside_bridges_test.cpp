@@ -35,7 +35,7 @@ struct Beside : Script {
   void offer(std::uint32_t connection) {
     say(connection, Offer{{channel(1, "/a", {origin(1, 11)})}, true});
   }
-  void claim_of_other(std::vector<ClaimedOrigin> origins) {
+  void claim_of_other(std::vector<Claimed> origins) {
     give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(255), std::move(origins)}, 0)});
   }
 
@@ -133,7 +133,7 @@ TEST(BesideBridges, AServiceThatABridgeHasEndedIsNotTakenForANodes) {
   s.pass(1000);
   const auto claim = [&](bool serves) {
     Claim told{side_id(9), {}};
-    if (serves) told.origins = {{service_gid("/s"), true}};
+    if (serves) told.services = {{service_gid("/s"), true}};
     s.give(MessageTaken{{1}, Gid{}, 0, serialize(told, 0)});
   };
   claim(true);
@@ -151,7 +151,8 @@ TEST(BesideBridges, AServerThatTakesTheNameOfAnEndedOneIsSoonReal) {
   s.graph({bridge()});
   s.join(1);
   s.pass(1000);
-  s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {{service_gid("/s"), true}}}, 0)});
+  s.give(MessageTaken{
+      {1}, Gid{}, 0, serialize(Claim{side_id(9), {}, {}, {}, {{service_gid("/s"), true}}}, 0)});
   s.graph({bridge()}, {service("/s", {0})});
   s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {}}, 0)});
   s.pass(1000);

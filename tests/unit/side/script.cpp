@@ -58,6 +58,14 @@ void Script::claim(std::uint8_t publisher, std::uint8_t side_id, const std::vect
   give(MessageTaken{{1}, gid(publisher), 0, serialize(claim, 0)});
 }
 
+void Script::claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service,
+                           bool feeds) {
+  Claim claim;
+  claim.side.bytes.fill(side_id);
+  claim.services = {{service_gid(service), feeds}};
+  give(MessageTaken{{1}, gid(publisher), 0, serialize(claim, 0)});
+}
+
 void Script::binary(std::uint32_t connection, const Bytes& packet) {
   give(PacketReceived{{connection}, false, Payload::copy_of(packet)});
 }

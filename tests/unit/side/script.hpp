@@ -34,6 +34,9 @@ class Script {
   // Another bridge's claim to origins that it feeds, or does not feed yet.
   void claim(std::uint8_t publisher, std::uint8_t side_id, const std::vector<Gid>& origins,
              bool feeds = false);
+  // The same to a service.
+  void claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service,
+                     bool feeds = false);
   void binary(std::uint32_t connection, const Bytes& packet);
   void say(std::uint32_t connection, const Control& control);
   void demand(std::uint32_t connection, std::uint32_t channel, bool on = true);

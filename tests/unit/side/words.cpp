@@ -33,10 +33,11 @@ std::string text_of(ByteView raw) {
 
 namespace {
 
-std::string words_of(const std::vector<ClaimedOrigin>& claimed) {
+std::string words_of(const Claim& claim) {
   std::string words;
-  for (const auto& [gid, feeds] : claimed)
-    words += (words.empty() ? "" : " ") + std::to_string(gid.bytes[0]) + (feeds ? "" : "?");
+  for (const auto& claimed : {claim.origins, claim.services})
+    for (const auto& [gid, feeds] : claimed)
+      words += (words.empty() ? "" : " ") + std::to_string(gid.bytes[0]) + (feeds ? "" : "?");
   return words;
 }
 
@@ -58,7 +59,7 @@ std::string word_of(const Action& action) {
           [&](const Publish& a) {
             const auto claim = parse_claim(a.payload.view());
             if (!claim) return "publish " + id(a.mirror) + " " + text_of(a.payload.view());
-            return "claim [" + words_of(claim->origins) + "]" +
+            return "claim [" + words_of(*claim) + "]" +
                    (claim->good_for == Duration::zero() ? " and ends" : "");
           },
           [&](const CreateServiceMirror& a) {
@@ -202,7 +203,7 @@ std::string line_of(const Packet& packet) {
     const auto control =
         decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (!control) return "MALFORMED";
-    // Who listens is a matter of its own (topics/listeners_test.cpp).
+    // Who listens is a matter of its own (topics/told_listeners_test.cpp).
     return std::holds_alternative<Listeners>(control.value()) ? "" : word_of(control.value());
   }
   std::string line;

@@ -242,10 +242,28 @@ TEST(SideExportsData, DemandThatEndsDuringTheJobDropsTheSample) {
 
 TEST(SideExportsData, ASlowPeerGetsTheNewest) {
   auto s = demanding({});
-  begin(s, qos(2));
+  begin(s, best_effort(2));
   for (const char* text : {"a", "b", "c", "d"}) s.take(2, 1, text);
   EXPECT_EQ(s.said(1), "1.1 c, 1.1 d\n");
   EXPECT_EQ(s.dropped(DropReason::kQueueDepth), 2U);
+}
+
+// As with a middleware that does not tell the depth.
+TEST(SideExportsData, WhatAReliablePublisherSaysAtOnceIsNotLostForItsDepth) {
+  auto s = demanding({});
+  begin(s, qos(2));
+  for (const char* text : {"a", "b", "c", "d"}) s.take(2, 1, text);
+  EXPECT_EQ(s.said(1), "1.1 a, 1.1 b, 1.1 c, 1.1 d\n");
+}
+
+TEST(SideExportsData, OnePublisherDoesNotTakeTheOthersPlace) {
+  auto s = demanding({});
+  s.graph({topic("/a").pub(1, best_effort(1)).pub(2, best_effort(1))});
+  s.join(1);
+  s.demand(1, 1);
+  s.take(2, 1, "a");
+  s.take(2, 2, "b");
+  EXPECT_EQ(s.said(1), "1.1 a, 1.2 b\n");
 }
 
 TEST(SideExportsData, TheClockKeepsItsNewestOnly) {

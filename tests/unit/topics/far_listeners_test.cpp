@@ -1,4 +1,4 @@
-// What each side reports about the subscriptions in its graph, and what the other does with it.
+// What a side does with the listeners that its peers report.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,89 +22,6 @@ ListenerTold listener(std::uint32_t number, std::string name, std::string node =
 }
 Listeners listening(std::uint32_t number, const std::string& name) {
   return {{listener(number, name)}, {}};
-}
-
-// The listeners sent to the peer, without other messages.
-std::string reports(Script& s, std::uint32_t connection = 1) {
-  std::string lines;
-  while (const auto packet = s.side.next_packet({connection}, flow_test::now_ms(s.at))) {
-    const Bytes bytes = flow_test::joined(*packet);
-    if (!packet->text) continue;
-    const auto control =
-        decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    if (control && std::holds_alternative<Listeners>(control.value()))
-      lines += word_of(control.value()) + "\n";
-  }
-  return lines;
-}
-
-struct ToldListenersTest : testing::Test {
-  ToldListenersTest() { s.join(1); }
-
-  Script s{server({rule({"/scan"}, {"/cmd_vel", "/fib/**"})})};
-};
-
-TEST_F(ToldListenersTest, WhoListensToWhatThePeerMaySend) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6)});
-  EXPECT_EQ(reports(s), "listeners +1/cmd_vel@/base -[]\n");
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(7, qos(), "arm"), topic("/scan").sub(6)});
-  EXPECT_EQ(reports(s), "listeners +2/cmd_vel@/arm -[]\n");
-  s.graph({topic("/cmd_vel").sub(7, qos(), "arm")});
-  EXPECT_EQ(reports(s), "listeners -[1]\n");
-}
-
-TEST_F(ToldListenersTest, TwoSubscriptionsOfANodeAreOne) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(6, best_effort(), "base")});
-  EXPECT_EQ(reports(s), "listeners +1/cmd_vel@/base -[]\n");
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});  // it asks for more now
-  EXPECT_EQ(reports(s), "listeners +2/cmd_vel@/base -[1]\n");
-}
-
-TEST_F(ToldListenersTest, ANameThatComesLate) {
-  Topic unnamed = topic("/cmd_vel").sub(5);
-  unnamed.subscribers[0].node_name = "_NODE_NAME_UNKNOWN_";
-  s.graph({unnamed});
-  EXPECT_EQ(reports(s), "listeners +1/cmd_vel@ -[]\n");
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});
-  EXPECT_EQ(reports(s), "listeners +2/cmd_vel@/base -[1]\n");
-}
-
-TEST_F(ToldListenersTest, WhatABridgeSubscribesToIsNoListener) {
-  s.graph({topic(kClaimsTopic).pub(9, latched(), "other_bridge"),
-           topic("/cmd_vel").sub(5, qos(), "other_bridge")});
-  EXPECT_EQ(reports(s), "");
-}
-
-TEST_F(ToldListenersTest, AnActionsTopicsHaveNone) {
-  s.graph({topic("/fib/_action/feedback").sub(5)});
-  EXPECT_EQ(reports(s), "");
-}
-
-TEST_F(ToldListenersTest, RulesThatChange) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base"), topic("/scan").sub(6, qos(), "slam")});
-  reports(s);
-  s.give(PolicyChanged{Policy({rule({}, {"/scan"})})});
-  EXPECT_EQ(reports(s), "listeners +2/scan@/slam -[1]\n");
-}
-
-TEST_F(ToldListenersTest, ANewConnectionIsToldAll) {
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base")});
-  reports(s);
-  s.lose(1);
-  s.login(2);
-  s.graph({topic("/cmd_vel").sub(5, qos(), "base").sub(6, qos(), "arm")});
-  EXPECT_EQ(reports(s, 2), "listeners +1/cmd_vel@/base -[]\nlisteners +2/cmd_vel@/arm -[]\n");
-}
-
-TEST_F(ToldListenersTest, NoMoreThanThePeerTakes) {
-  Topic crowded = topic("/cmd_vel");
-  for (int i = 0; i < 1100; ++i) crowded.sub(5, qos(), "n" + std::to_string(i));
-  s.graph({crowded});
-  const std::string lines = reports(s);
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '+'), 1024);
-  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 4);
-  s.did();
-  EXPECT_NE(s.logged.find("not all who listen here"), std::string::npos);
 }
 
 struct FarListenersTest : testing::Test {
@@ -245,7 +162,6 @@ TEST_F(FarListenersTest, APublisherOfAnotherQosMakesItAnew) {
   listen(listening(1, "/cmd_vel"));
   s.did();
   s.logged.clear();
-  s.give(QosIncompatible{{2}, "/cmd_vel", "reliability"});
   s.graph({topic("/cmd_vel").pub(7, best_effort())});
   EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /cmd_vel best_effort volatile 100\n");
   EXPECT_EQ(s.logged, "");
@@ -285,6 +201,21 @@ TEST_F(FarListenersTest, OfTwoTypesTheFirstStands) {
   other.type = "p/msg/Other";
   listen({{other}, {}});
   EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+}
+
+TEST_F(FarListenersTest, WhenTheTypesBeforeItLeaveTheLastOneStands) {
+  Listeners many, gone;
+  for (std::uint32_t n = 1; n <= 8; ++n) {
+    many.added.push_back(listener(n, "/cmd_vel"));
+    many.added.back().type = "p/msg/T" + std::to_string(n);
+    if (n != 5) gone.removed.push_back({n});
+  }
+  listen(many);
+  EXPECT_EQ(s.did(), "subscribe 2 /cmd_vel reliable volatile 100\n");
+  listen(gone);
+  EXPECT_EQ(s.did(), "unsubscribe 2\nsubscribe 3 /cmd_vel reliable volatile 100\n");
+  listen({{}, {{5}}});
+  EXPECT_EQ(s.did(), "unsubscribe 3\n");
 }
 
 TEST_F(FarListenersTest, ATypeThatIsNotThere) {
