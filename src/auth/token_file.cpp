@@ -8,12 +8,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <string_view>
-#include <thread>
 
 #include "auth/token_table.hpp"
 #include "core/base/hex.hpp"
@@ -31,9 +29,6 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-constexpr auto kLockWait = std::chrono::seconds(3);
-constexpr auto kLockTry = std::chrono::milliseconds(10);
-
 // The folder that a file is in. Without one nothing can be written either.
 class Folder {
  public:
@@ -48,15 +43,9 @@ class Folder {
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
 
-  // One writer after the other, as long as it is held. False: another one holds it for longer than
-  // any needs. Everybody who can read the folder can do so, and must not stop a server's logins.
-  [[nodiscard]] bool lock() const {
-    const auto end = std::chrono::steady_clock::now() + kLockWait;
-    while (handle_ >= 0 && ::flock(handle_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      if (std::chrono::steady_clock::now() > end) return false;
-      std::this_thread::sleep_for(kLockTry);
-    }
-    return true;
+  // One writer after the other, as long as it is held.
+  void lock() const {
+    if (handle_ >= 0) ::flock(handle_, LOCK_EX);
   }
   // What was renamed in it survives a loss of power. A file system that cannot promise that says
   // EINVAL.
@@ -132,7 +121,7 @@ std::string token_entries_problem(const std::string& text, const std::string& na
 std::string append_token_entry(const std::string& named, const TokenEntry& entry) {
   const std::string file = target_of(named);
   const Folder folder(file);
-  if (!folder.lock()) return file + ": another process holds the lock of its folder";
+  folder.lock();
   std::string text, problem;
   if (::access(file.c_str(), F_OK) == 0) {
     auto before = read_secret_file(file, problem);

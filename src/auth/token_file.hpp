@@ -28,8 +28,8 @@ struct TokenEntry {
 // owner alone. Returns what is wrong, empty if nothing.
 [[nodiscard]] std::string write_secret_file(const std::string& file, const std::string& text);
 
-// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other, up to 3 s.
-// Returns what is wrong, empty if nothing; then the file is as it was.
+// Adds an entry at the end, as write_secret_file() does. Two writers wait for each other. Returns
+// what is wrong, empty if nothing; then the file is as it was.
 [[nodiscard]] std::string append_token_entry(const std::string& file, const TokenEntry& entry);
 
 }  // namespace connect_bridge

@@ -14,7 +14,7 @@ bool offers_too_many_types(const Mirroring& mirroring, LinkId link, const Servic
   std::size_t others = 0;
   for (auto it = mirroring.services.lower_bound({key.first, ""});
        it != mirroring.services.end() && it->first.first == key.first; ++it)
-    if (it->first != key && it->second->is_offered_by(link)) ++others;
+    if (it->first != key && it->second->has_feed_of(link)) ++others;
   return others >= kTypesMax;
 }
 

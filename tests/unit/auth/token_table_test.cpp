@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -223,15 +221,6 @@ TEST(TokenFile, HasTheEntriesOfAllItsWriters) {
   const Reading all(test::content(file));
   EXPECT_THAT(all.problems, IsEmpty());
   EXPECT_EQ(all.table.size(), std::size_t{kWriters * kEntries});
-}
-
-TEST(TokenFile, WaitsForNoLockWithoutEnd) {
-  const std::string folder = test::scratch_folder();
-  const int other = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  ASSERT_EQ(::flock(other, LOCK_EX), 0);
-  EXPECT_THAT(append_token_entry(folder + "locked.yaml", {"anna", {}, {}, {}, {}}),
-              HasSubstr("holds the lock"));
-  ::close(other);
 }
 
 }  // namespace
