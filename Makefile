@@ -104,7 +104,7 @@ asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minu
 # Neither core nor the simulator has threads.
 tsan: setup ## what has threads: unit tests but the core's, gateway tests and an end-to-end smoke under the thread sanitizer
 	@$(in_env) TARGETS="$(or $(TARGETS),unit_tests ros_tests server client)" $(call compile,$(BUILD)-tsan,-DCONNECT_SANITIZE=thread)
-	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke) -j $(JOBS))
+	@$(in_env) export TSAN_OPTIONS="suppressions=$(CURDIR)/tests/tsan.supp $(tsan_options)"; $(call ctest,$(BUILD)-tsan,-L 'unit|ros' -E '^core_tests' -j $(places)); $(call ctest,$(BUILD)-tsan,$(smoke) -j $(JOBS))
 
 clang: setup ## build everything with the other compiler
 	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))

@@ -29,10 +29,13 @@ function(connect_gtest name)
     return()
   endif()
   string(MAKE_C_IDENTIFIER "${name}${of_FILTER}" entry)
+  if(NOT of_FILTER)
+    set(of_FILTER "*")  # an empty filter has no tests
+  endif()
   math(EXPR last "${of_SHARDS} - 1")
   foreach(shard RANGE ${last})
     add_test(NAME ${entry}_${shard} COMMAND ${name} --gtest_filter=${of_FILTER})
-    set_tests_properties(${entry}_${shard} PROPERTIES ${properties} TIMEOUT 900
+    set_tests_properties(${entry}_${shard} PROPERTIES ${properties} TIMEOUT 900 FAIL_REGULAR_EXPRESSION "Running 0 tests"
       ENVIRONMENT "GTEST_TOTAL_SHARDS=${of_SHARDS};GTEST_SHARD_INDEX=${shard};${of_ENVIRONMENT}")
   endforeach()
 endfunction()

@@ -27,8 +27,8 @@ void add_link_limits(Rows& rows) {
       "Transient-local samples of one topic kept for links that come later.",
       [](Config& c) { return &c.limits.history_bytes_max; });
   add("default_depth", {1, 100000}, "messages",
-      "Queue depth of a topic whose publishers show none in the graph; with most "
-      "middlewares none does.",
+      "Queue depth of a topic whose publishers show none in the graph (with most middlewares "
+      "none does), and the least one of a topic with a reliable publisher, but for commands.",
       [](Config& c) { return &c.limits.default_depth; });
   add("latched_depth", {1, 100000}, "messages",
       "The same for transient-local topics (see \"Latched topics\").",

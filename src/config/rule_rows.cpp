@@ -149,7 +149,9 @@ void add_rule_qos(Rows& rows) {
   const auto add = rule_row_adder(rows, "Keys of a rule: QoS in place of the origin's");
   add({.key = "qos.reliability", .help = "Reliability."},
       [](Rule& r) { return &r.treatment.qos.reliability; });
-  add({.key = "qos.durability", .help = "Durability."},
+  add({.key = "qos.durability",
+       .help = "Durability. At the exporting side only a weaker one than the publisher has: what "
+               "it said is kept for late subscribers at the importing side."},
       [](Rule& r) { return &r.treatment.qos.durability; });
   add("qos.depth", {1, 100000}, "messages", "Keep-last depth, of the queue too.",
       [](Rule& r) { return &r.treatment.qos.depth; });

@@ -27,7 +27,7 @@ COSTS = [
            "0 * std::exchange(carry, places >> (kPlacesOfWord - 1))"),
     Mutant("call numbers are used up without a pace",
            "!link_.account->attaches.take(now.steady)", "false", within="Attachment::on_message"),
-    Mutant("a service has types without end", "return others >= kTypesMax;",
+    Mutant("a service has types without end", "return others >= kTypesOfServiceMax;",
            "return others >= 1000;"),
     Mutant("a publisher takes another's place in the queue",
            "queue.depth = of_all(origins.size(), depth);", "queue.depth = depth;"),

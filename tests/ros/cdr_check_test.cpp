@@ -1,7 +1,10 @@
 #include "ros/types/cdr_check.hpp"
 
+#include <rosidl_typesupport_introspection_c/field_types.h>
 #include <rosidl_typesupport_introspection_c/identifier.h>
+#include <rosidl_typesupport_introspection_c/message_introspection.h>
 
+#include <algorithm>
 #include <chrono>
 #include <iostream>
 #include <random>
@@ -33,6 +36,31 @@ TEST(CdrCheck, TakesWhatIsRight) {
   EXPECT_EQ(std::nullopt, check("/msg/Nothing", {0, 0, 0, 0, 0, 0, 0, 0}));  // longer, big endian
   EXPECT_EQ(std::nullopt, check("/srv/Upload_Request", Cdr{}.u32(5).zeros(5).bytes()));
   EXPECT_EQ(std::nullopt, check("/srv/Upload_Request", {0, 0, 0, 0, 0, 0, 0, 1, 9}));
+}
+
+// Only types from IDL have one. CDR 1 aligns it to 8.
+TEST(CdrCheck, ALongDoubleHasSixteenBytes) {
+  rosidl_typesupport_introspection_c__MessageMember fields[2]{};
+  fields[0].name_ = "flag";
+  fields[0].type_id_ = rosidl_typesupport_introspection_c__ROS_TYPE_UINT8;
+  fields[1].name_ = "value";
+  fields[1].type_id_ = rosidl_typesupport_introspection_c__ROS_TYPE_LONG_DOUBLE;
+  rosidl_typesupport_introspection_c__MessageMembers members{};
+  members.message_name_ = "Precise";
+  members.member_count_ = 2;
+  members.members_ = fields;
+  rosidl_message_type_support_t type{};
+  type.data = &members;
+  const Bytes whole = Cdr{}.u8(1).zeros(7).zeros(16).bytes();
+  EXPECT_EQ(std::nullopt, check_cdr(whole, type, {}));
+  EXPECT_NE(std::nullopt, check_cdr(Bytes(whole.begin(), whole.end() - 1), type, {}));
+#if defined(__x86_64__)
+  Bytes dirty(whole.size(), 0xff);
+  std::copy_n(whole.begin(), kCdrHeaderSize, dirty.begin());
+  std::string problem;
+  EXPECT_TRUE(clear_padding(dirty, type, problem)) << problem;
+  EXPECT_EQ(std::count(dirty.begin() + kCdrHeaderSize, dirty.end(), 0xff), 1 + 10);
+#endif
 }
 
 TEST(CdrCheck, EveryMissingByteIsMissed) {

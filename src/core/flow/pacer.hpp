@@ -85,7 +85,8 @@ class Pacer {
     TimePoint since{};
     Duration queue{};
   };
-  // Since when the queue is too long and not half as long as it was, and how long it was at most.
+  // Since when the queue has been too long, and has not fallen below half of its longest; and that
+  // longest.
   Episode full_;
   TimePoint empty_at_{};  // when the path was last seen nearly empty
   PathShare share_;

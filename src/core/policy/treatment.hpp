@@ -34,6 +34,14 @@ inline Qos with_override(Qos qos, const QosOverride& o) {
   return qos;
 }
 
+// What an exporter offers of a publisher. What a volatile one has said is kept nowhere here,
+// whatever the rule says: who wants it latched says so at the importing side, which keeps it.
+inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
+  Qos result = with_override(qos, o);
+  if (qos.durability == Durability::kVolatile) result.durability = Durability::kVolatile;
+  return result;
+}
+
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;

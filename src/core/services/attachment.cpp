@@ -221,10 +221,10 @@ Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
     ++counts_.duplicates;
     return Nothing{};
   }
-  seen_ = id;
   const bool used_up = id.value >= kCallNumbersMax;
   if (used_up && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "call numbers are used up too often"};
+  seen_ = id;
   take(std::move(message), now);
   // The peer has used up its call numbers; the calls of others go on.
   if (used_up) service_.renew(link_.id, now);

@@ -39,7 +39,7 @@ class MirroredService {
   // ---- links. The caller updates it afterwards
   // False: the link offers it already.
   [[nodiscard]] bool on_offer(Link& link, const ChannelOffer& offer, Decision decision);
-  [[nodiscard]] bool has_feed_of(LinkId link) const { return feeds_.contains(link); }
+  [[nodiscard]] const std::map<LinkId, Feed>& feeds() const { return feeds_; }
   // Asks the rules again; a feed that they do not allow any longer ends.
   void on_policy();
   void on_link_lost(LinkId link);

@@ -1,21 +1,28 @@
 #include "core/services/service_imports.hpp"
 
+#include <algorithm>
+
 #include "core/link/link_audit.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 namespace {
 
-// Of a service of this name, what else the link offers under it. A real service has one type, or
-// for a moment two; the services of an action are looked at together, each with all its types.
-constexpr std::size_t kTypesMax = 4;
+// Types with which an identity may offer a service of one name. A real one has one type, or for a
+// moment two; the services of an action are looked at together, each with all its types.
+constexpr std::size_t kTypesOfServiceMax = 4;
 
-bool offers_too_many_types(const Mirroring& mirroring, LinkId link, const ServiceKey& key) {
+bool has_too_many_types(const Mirroring& mirroring, const Link& link, const ServiceKey& key) {
   std::size_t others = 0;
   for (auto it = mirroring.services.lower_bound({key.first, ""});
-       it != mirroring.services.end() && it->first.first == key.first; ++it)
-    if (it->first != key && it->second->has_feed_of(link)) ++others;
-  return others >= kTypesMax;
+       it != mirroring.services.end() && it->first.first == key.first; ++it) {
+    const auto& feeds = it->second->feeds();
+    if (it->first != key && std::any_of(feeds.begin(), feeds.end(), [&](const auto& feed) {
+          return feed.second.link().account == link.account;
+        }))
+      ++others;
+  }
+  return others >= kTypesOfServiceMax;
 }
 
 }  // namespace
@@ -36,7 +43,7 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
   if (names.to_wire(names.to_local(offer.name)) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");
   const ServiceKey key{names.to_local(offer.name), offer.type};
-  if (offers_too_many_types(mirroring_, link.id, key))
+  if (has_too_many_types(mirroring_, link, key))
     return no("limit", "its name is offered with too many types");
   auto& service = mirroring_.services[key];
   if (!service) service = std::make_unique<MirroredService>(key, mirroring_);

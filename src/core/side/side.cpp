@@ -71,6 +71,7 @@ void Side::settle(const Now& now) {
   if (std::exchange(follows_clock_, clock) != clock) outputs_.push(FollowClock{clock});
   if (imports_.take_claim_change()) claims_topic_.change();
   if (service_imports_.take_claim_change()) claims_topic_.change();
+  if (clock_publisher_.take_claim_change()) claims_topic_.change();
   if (claims_topic_.take_due(now)) publish_claim(now);
 }
 
@@ -81,8 +82,8 @@ void Side::hold_actions(const Now& now) {
 }
 
 void Side::publish_claim(const Now& now) {
-  Claim claim{side_, {}};
-  claim.peers = peers_of(links_.all());
+  Claim claim{side_, {}, {}, peers_of(links_.all())};
+  clock_publisher_.add_mirrored(claim);
   imports_.add_mirrored(claim);
   service_imports_.add_mirrored(claim);
   claims_topic_.publish(std::move(claim), now);
@@ -186,7 +187,7 @@ void Side::on(TimePassed&, const Now& now) {
   imports_.on_time(now);
   service_exports_.on_time(now);
   service_imports_.on_time(now);
-  clock_publisher_.on_time(outputs_, now);
+  clock_publisher_.on_time(outputs_, local_.claims, now);
   links_.dial_if_due(now);
 }
 

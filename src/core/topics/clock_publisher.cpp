@@ -28,6 +28,8 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
   // Reliable, since that serves subscribers of both kinds; as deep as a subscriber's default.
   qos.depth = 10;
   outputs.push(CreateMirror{mirror_, topic, kClockType, "", qos, "", true});
+  claimed_ = service_gid("time on " + topic);  // no service has such a name
+  claim_changed_ = true;
   next_ = now.steady;
   sample_.reset();
   rate_ = 1.0;
@@ -36,7 +38,12 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
 
 void ClockPublisher::stop(Outputs& outputs) {
   if (mirror_) outputs.push(DestroyMirror{mirror_});
+  if (mirror_) claim_changed_ = true;
   mirror_ = {};
+}
+
+void ClockPublisher::add_mirrored(Claim& claim) const {
+  if (mirror_) claim.services.push_back({claimed_, true});
 }
 
 void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {
@@ -63,10 +70,10 @@ Stamp ClockPublisher::ros_at(Stamp local) const {
                                                        std::max<Stamp>(local - sample_->local, 0)));
 }
 
-void ClockPublisher::on_time(Outputs& outputs, const Now& now) {
+void ClockPublisher::on_time(Outputs& outputs, const Claims& claims, const Now& now) {
   if (!mirror_ || now.steady < next_) return;
   next_ = std::max(next_ + period_, now.steady);
-  if (!sample_) return;
+  if (!sample_ || claims.service_taken(claimed_, true)) return;
   Stamp ros = ros_at(now.system);
   if (ros < last_published_ && last_published_ - ros < kStampSecond) ros = last_published_;
   last_published_ = ros;

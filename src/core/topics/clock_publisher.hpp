@@ -1,10 +1,14 @@
 // Publishes the peer's ROS time as /clock at a set rate (rule key `clock: publish`), with the
-// link's delay corrected, so that it does not depend on every tick crossing the link.
+// link's delay corrected, so that it does not depend on every tick crossing the link. Of several
+// bridges in one graph that do so one publishes.
 #pragma once
 
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "core/base/bytes.hpp"
+#include "core/graph/claims.hpp"
 #include "core/graph/graph_view.hpp"
 #include "core/graph/options.hpp"
 #include "core/link/link.hpp"
@@ -28,8 +32,12 @@ class ClockPublisher {
   void stop(Outputs& outputs);
   // `t4`: our system clock at the reply's arrival.
   void on_reply(const TimeReply& reply, Stamp t4);
-  void on_time(Outputs& outputs, const Now& now);
+  void on_time(Outputs& outputs, const Claims& claims, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
+
+  // The entry of our own claim for it. take_claim_change(): true once after every change.
+  [[nodiscard]] bool take_claim_change() { return std::exchange(claim_changed_, false); }
+  void add_mirrored(Claim& claim) const;
 
  private:
   struct Sample {
@@ -40,6 +48,8 @@ class ClockPublisher {
 
   Duration period_;
   MirrorId mirror_;
+  Gid claimed_;  // what stands for it in a claim
+  bool claim_changed_ = false;
   TimePoint next_{};
   std::optional<Sample> sample_;
   double rate_ = 1.0;

@@ -32,6 +32,12 @@ struct ExportContext : SideView {
   SubscribedNames names{};
   Pace subscriptions{10, std::chrono::milliseconds(1)};  // that are made
   bool offers_due = false;                               // what is offered is to be looked at again
+
+  // Another bridge's mirror. One with our node's name is not in our view of the graph, but in its
+  // claim.
+  [[nodiscard]] bool is_of_bridge(const Gid& publisher) const {
+    return graph.bridge_publishers().contains(publisher) || claims.mirrors().contains(publisher);
+  }
 };
 
 }  // namespace connect_bridge

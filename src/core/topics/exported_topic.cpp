@@ -290,7 +290,7 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
   Origin* origin = origins_.find(taken.origin, subscription_qos_.durability);
   if (origin && !parked_.empty()) unpark(now);  // they are older
   if (origin) return forward(*origin, std::move(taken), now);
-  if (!context_.graph.bridge_publishers().contains(taken.origin)) park(std::move(taken), now);
+  if (!context_.is_of_bridge(taken.origin)) park(std::move(taken), now);
 }
 
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
@@ -304,8 +304,7 @@ void ExportedTopic::unpark(const Now& now) {
       now, [&](const Gid& gid) { return origins_.find(gid, subscription_qos_.durability); },
       [&](Origin& origin, MessageTaken taken) { forward(origin, std::move(taken), now); },
       [&](const MessageTaken& taken) {
-        if (!context_.graph.bridge_publishers().contains(taken.origin))
-          drop_demanded(DropReason::kUnknownOrigin);
+        if (!context_.is_of_bridge(taken.origin)) drop_demanded(DropReason::kUnknownOrigin);
       });
 }
 

@@ -11,7 +11,18 @@ namespace {
 // What the subscription to a topic that nobody publishes costs the middleware, roughly.
 constexpr std::uint64_t kSubscriptionBytes = 20 << 10;
 
-constexpr ListenerId kLastListener{std::numeric_limits<std::uint32_t>::max()};
+// Types of one name for which listeners of an identity count. With some middlewares one of them can
+// be subscribed, and when it ends the others are looked at.
+constexpr std::size_t kTypesOfTopicMax = 4;
+
+// Calls `visit` with each link and one of its listeners.
+template <class Listeners, class Visit>
+void for_each_link(const Listeners& listeners, const Visit& visit) {
+  constexpr ListenerId kLast{std::numeric_limits<std::uint32_t>::max()};
+  for (auto at = listeners.begin(); at != listeners.end();
+       at = listeners.upper_bound({at->first.first, kLast}))
+    visit(at->first.first, *at->second);
+}
 
 }  // namespace
 
@@ -91,7 +102,7 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   const bool is_new = listener.permitted && !listener.counts;
   OfLink& of_link = links_.at(key.first);
   if (is_new) {
-    const Duration wait = wait_to_count(of_link, now);
+    const Duration wait = wait_to_count(of_link, *listener.topic, now);
     if (wait == Account::kPacing && !std::exchange(listener.waits, true))
       ++of_link.link->mirrors_waited;
     if (wait > Duration::zero()) {
@@ -104,16 +115,30 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   set(key, listener, listener.permitted);
 }
 
-Duration FarListeners::wait_to_count(const OfLink& of_link, const Now& now) {
+Duration FarListeners::wait_to_count(const OfLink& of_link, const TopicKey& topic, const Now& now) {
   Account& account = *of_link.link->account;
   const char* lacking = nullptr;
   if (of_link.counting >= options_.listeners_max) lacking = "limits.listeners_max";
   if (account.memory.room() < kSubscriptionBytes)
     lacking = "no memory is left in its share (memory_max)";
+  if (has_too_many_types(account, topic)) lacking = "a name has too many types";
   if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
   side_.outputs.log_once(account.told, LogLevel::kWarn,
                          "not all listeners of a peer are subscribed for: " + std::string(lacking));
   return Account::kPacing;
+}
+
+bool FarListeners::has_too_many_types(const Account& account, const TopicKey& topic) const {
+  std::size_t others = 0;
+  for (auto it = topics_.lower_bound({topic.first, ""});
+       it != topics_.end() && it->first.first == topic.first; ++it) {
+    bool is_its_own = false;
+    for_each_link(it->second.listeners, [&](LinkId link, const Listener&) {
+      is_its_own = is_its_own || links_.at(link).link->account.get() == &account;
+    });
+    if (it->first != topic && is_its_own) ++others;
+  }
+  return others >= kTypesOfTopicMax;
 }
 
 void FarListeners::set(Key key, Listener& listener, bool counts) {
@@ -152,15 +177,13 @@ QosOverride FarListeners::rules_of(const TopicKey& topic,
   QosOverride weakest;
   const auto known = topics_.find(topic);
   if (known == topics_.end()) return weakest;
-  const auto& listeners = known->second.listeners;
   // The rule is the same for all listeners of a link.
-  for (auto at = listeners.begin(); at != listeners.end();
-       at = listeners.upper_bound({at->first.first, kLastListener})) {
-    if (!count(at->first.first)) continue;
-    const QosOverride& rule = at->second->rule;
+  for_each_link(known->second.listeners, [&](LinkId link, const Listener& listener) {
+    if (!count(link)) return;
+    const QosOverride& rule = listener.rule;
     if (rule.reliability == Reliability::kBestEffort) weakest.reliability = rule.reliability;
     if (rule.durability == Durability::kVolatile) weakest.durability = rule.durability;
-  }
+  });
   return weakest;
 }
 

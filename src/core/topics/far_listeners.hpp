@@ -83,7 +83,10 @@ class FarListeners {
   // Counts the listener if it is allowed, now or later.
   void admit(Key key, Listener& listener, const Now& now);
   // Zero: it may be subscribed for now; else when to ask again.
-  [[nodiscard]] Duration wait_to_count(const OfLink& of_link, const Now& now);
+  [[nodiscard]] Duration wait_to_count(const OfLink& of_link, const TopicKey& topic,
+                                       const Now& now);
+  // Whether listeners of this identity count for so many other types of the name as may be.
+  [[nodiscard]] bool has_too_many_types(const Account& account, const TopicKey& topic) const;
   void set(Key key, Listener& listener, bool counts);
   void show(Listener& listener, bool on);
 

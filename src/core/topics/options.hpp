@@ -8,7 +8,8 @@
 namespace connect_bridge {
 
 struct TopicOptions {
-  std::uint32_t default_depth = 100;            // queue and mirror depth where the graph gives none
+  // Queue and mirror depth where the graph gives none, and the least one of reliable publishers.
+  std::uint32_t default_depth = 100;
   std::uint32_t latched_depth = 10;             // the same for transient local
   std::uint64_t resume_bytes_max = 16 << 20;    // of what is kept for one lost link
   std::uint64_t history_bytes_max = 64 << 20;   // transient-local samples kept for later links

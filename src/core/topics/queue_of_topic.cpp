@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/topics/command.hpp"
+
 namespace connect_bridge {
 
 bool is_clock(const TopicKey& key) {
@@ -33,7 +35,7 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   bool keep_all = false;
   std::uint32_t latched = 0;
   for (const auto& [gid, origin] : origins) {
-    const Qos qos = with_override(origin.qos, treatment.qos);
+    const Qos qos = qos_to_offer(origin.qos, treatment.qos);
     depth = std::max(depth, qos.depth);
     reliable = reliable || qos.reliability == Reliability::kReliable;
     keep_all = keep_all || qos.history == History::kKeepAll;
@@ -46,8 +48,8 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
     return static_cast<std::uint32_t>(std::min(count * depth_of_each, kMost));
   };
   // A reliable publisher that keeps few may say more at once, and all of it would arrive in one
-  // graph. Not every middleware tells the depth.
-  const bool wants_more = reliable || depth == 0;
+  // graph. Of commands the newest counts. Not every middleware tells the depth.
+  const bool wants_more = (reliable && !is_command(key)) || depth == 0;
   queue.depth = of_all(origins.size(), depth);
   if (wants_more) queue.depth = std::max(queue.depth, options.default_depth);
   if (treatment.qos.depth) queue.depth = *treatment.qos.depth;

@@ -121,7 +121,7 @@ std::optional<ChannelType> TopicOffer::type() const {
 // A node outside our prefix has no name on the wire but its own.
 OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
   return {origin.id, gid, context_.wire_name(origin.node),
-          with_override(origin.qos, treatment().qos)};
+          qos_to_offer(origin.qos, treatment().qos)};
 }
 
 void TopicOffer::configure_queue() {

@@ -42,7 +42,13 @@ std::optional<Refusal> Subscription::open() {
   // Where ids do not show which endpoints are ours, we would treat it as a real node's.
   if (is_shown_only() && !middleware().tells_servers()) return std::nullopt;
   auto type = shared_.types.message(create_.type, create_.type_hash);
-  if (auto* refusal = std::get_if<Refusal>(&type)) return std::move(*refusal);
+  if (auto* refusal = std::get_if<Refusal>(&type)) {
+    if (refusal->code == "type_mismatch")
+      refusal->reason = "the nodes that use it have another definition of " + create_.type + " (" +
+                        create_.type_hash + ") than this bridge (" + refusal->hash_here +
+                        "): start it with the workspace that they use";
+    return std::move(*refusal);
+  }
   type_ = std::move(std::get<MessageType>(type));
   node_ = shared_.proxies.get(create_.node);
   rcl_subscription_options_t options = rcl_subscription_get_default_options();

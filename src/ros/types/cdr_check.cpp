@@ -97,8 +97,11 @@ class Walk {
 
   bool elements(const Member& field, std::size_t count) {
     if (const std::size_t size = primitive_size(field.type_id_)) {
-      return count == 0 ||
-             (align(std::min(size, kAlignmentMax)) && count <= left() / size && skip(count * size));
+      if (count == 0) return true;
+      if (!align(std::min(size, kAlignmentMax)) || count > left() / size) return false;
+      if (field.type_id_ == rosidl_typesupport_introspection_c__ROS_TYPE_LONG_DOUBLE)
+        clear_unused(count);
+      return skip(count * size);
     }
     for (std::size_t i = 0; i < count; ++i) {
       if (!element(field)) return false;
@@ -160,6 +163,14 @@ class Walk {
     return skip(padding);
   }
 
+  // An x86 processor uses ten of the sixteen bytes of a long double.
+  void clear_unused([[maybe_unused]] std::size_t count) {
+#if defined(__x86_64__)
+    for (std::size_t i = 0; clear != nullptr && i < count; ++i)
+      std::fill_n(clear + place_ + 16 * i + 10, 6, std::uint8_t{0});
+#endif
+  }
+
   bool skip(std::size_t count) {
     if (count > left()) return false;
     place_ += count;
@@ -190,7 +201,9 @@ class Walk {
     return true;
   }
 
-  [[nodiscard]] std::size_t left() const { return body_.size() - place_; }
+  [[nodiscard]] std::size_t left() const {
+    return body_.size() - place_;
+  }
 
   const ByteView body_;
   const bool little_;

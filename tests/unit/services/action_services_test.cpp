@@ -69,7 +69,6 @@ TEST_F(ActionServices, WhoHasNoGoalsHereIsNotAskedToCancelThem) {
   EXPECT_EQ(s_.said(2), "attach 1 1\n");
 }
 
-// Goals whose definition differs go nowhere, and bind nobody.
 // All types of a part are looked at together: a peer that names thousands makes no work for this
 // side.
 TEST_F(ActionServices, APartHasFewTypes) {
@@ -82,13 +81,14 @@ TEST_F(ActionServices, APartHasFewTypes) {
   s_.say(1, Offer{types, true});
   EXPECT_EQ(s_.said(1),
             "attach 1 1\nattach 2 2\nattach 3 3\nattach 4 4\ndecline 5 limit\ndecline 6 limit\n");
-  s_.say(2, Offer{{types[5]}, true});  // each link has its own
-  EXPECT_EQ(s_.said(2), "attach 6 1\n");
+  s_.say(2, Offer{{types[0], types[5]}, true});  // another link of the same identity
+  EXPECT_EQ(s_.said(2), "decline 6 limit\n");
   s_.say(1, Withdraw{{{2}}});
   s_.say(1, Offer{{part(7, "send_goal")}, false});
   EXPECT_EQ(s_.said(1), "withdraw 2\nattach 7 5\n");
 }
 
+// Goals whose definition differs go nowhere, and bind nobody.
 TEST_F(ActionServices, GoalsThatCannotBeTakenBindNobody) {
   s_.say(1, Offer{{part(1, "send_goal")}, true});
   s_.say(1, Attached{{1}, {1}, {0}, {}, "there"});

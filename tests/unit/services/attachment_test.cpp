@@ -92,13 +92,14 @@ TEST(Attachment, WhoAttachesWithoutEndIsEnded) {
   EXPECT_EQ(attach(5, 20), CloseCode::kNormal);
 }
 
-// Each time the service is offered anew, to this link and the others.
+// Each time the service is offered anew, and all that there is is looked at again.
 TEST(Attachment, WhoUsesUpCallNumbersWithoutEndIsEnded) {
   Served s;
   s.peer.link.account->attaches = Pace(1, std::chrono::milliseconds(20));
   s.attach();
   EXPECT_FALSE(s.request(0xF0000000, "last"));
   EXPECT_EQ(s.did(), "");
+  EXPECT_TRUE(s.request(1, "a"));  // the refused one has not been seen
 }
 
 TEST(Attachment, ARequestIsExecutedOnce) {

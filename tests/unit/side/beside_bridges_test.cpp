@@ -125,6 +125,20 @@ TEST(BesideBridges, AShortLivedMirrorIsNoOrigin) {
   EXPECT_EQ(s.said(1), "");
 }
 
+// One with our node's name is not in our view of the graph.
+TEST(BesideBridges, WhatABridgeThatTheGraphDoesNotShowPublishesIsNotKept) {
+  Script s(server());
+  s.graph({topic("/b").pub(40, {}, "talker")});
+  s.join(1);
+  s.demand(1, 1);
+  s.give(MessageTaken{{1}, Gid{}, 0, serialize(Claim{side_id(9), {}, {gid(41)}}, 0)});
+  s.did();
+  s.take(2, 41, "its own");
+  EXPECT_EQ(s.did(), "");
+  s.take(2, 42, "of somebody");
+  EXPECT_EQ(s.did(), "refresh /b\n");
+}
+
 // The graph shows its server a moment longer than the bridge claims it.
 TEST(BesideBridges, AServiceThatABridgeHasEndedIsNotTakenForANodes) {
   Script s(server({callable()}));

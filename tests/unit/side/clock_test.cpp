@@ -14,7 +14,9 @@ TEST(SideClock, ThePeersClockIsPublishedWhereTheRuleSaysSo) {
   s.give(TimePassed{});
   s.did();
   s.be_welcomed(1);
-  EXPECT_EQ(s.did(), "gate 1\nmirror 2 /robot/clock reliable volatile 10\n");
+  const int told = service_gid("time on /robot/clock").bytes[0];  // to other bridges
+  EXPECT_EQ(s.did(), "gate 1\nmirror 2 /robot/clock reliable volatile 10\nclaim [" +
+                         std::to_string(told) + "]\n");
   s.lose(1, 4008);
   s.pass(2900);
   EXPECT_EQ(s.did().find("unmirror"), std::string::npos);

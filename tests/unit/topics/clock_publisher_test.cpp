@@ -22,7 +22,7 @@ struct ClockScript {
   std::vector<std::int64_t> pass(std::int64_t until) {
     while (*clock.deadline() <= now_ms(until).steady) {
       const auto at = (*clock.deadline() - TimePoint{}) / std::chrono::milliseconds(1);
-      clock.on_time(outputs, now_ms(at));
+      clock.on_time(outputs, claims, now_ms(at));
     }
     std::vector<std::int64_t> published;
     while (const auto action = outputs.next())
@@ -38,10 +38,37 @@ struct ClockScript {
   }
 
   Outputs outputs;
+  Claims claims{Token128{{5}}};
   ClockPublisher clock{std::chrono::milliseconds(10)};
 };
 
 using Times = std::vector<std::int64_t>;
+
+// The time of one would be a little before that of the other, and step back.
+TEST(ClockPublisher, OfTwoBridgesTheSmallerSideIdPublishes) {
+  ClockScript s, other;
+  s.reply(0, 1000);
+  EXPECT_EQ(s.pass(10), (Times{1000, 1010}));
+  Claim claim{Token128{{4}}, {}};
+  other.clock.add_mirrored(claim);
+  s.claims.update({}, claim, TimePoint{});
+  EXPECT_EQ(s.pass(30), Times{});
+  claim.side = {{6}};  // it is the one to be silent
+  s.claims.update({}, {Token128{{4}}, {}}, TimePoint{});
+  s.claims.update({}, claim, TimePoint{});
+  EXPECT_EQ(s.pass(40), Times{1040});
+}
+
+TEST(ClockPublisher, AClaimSaysThatItIsThere) {
+  ClockScript s;
+  EXPECT_TRUE(s.clock.take_claim_change());
+  EXPECT_FALSE(s.clock.take_claim_change());
+  s.clock.stop(s.outputs);
+  EXPECT_TRUE(s.clock.take_claim_change());
+  Claim claim;
+  s.clock.add_mirrored(claim);
+  EXPECT_TRUE(claim.services.empty());
+}
 
 TEST(ClockPublisher, ItsMirrorComesAndGoes) {
   Outputs outputs;
@@ -163,7 +190,7 @@ TEST(ClockPublisher, AHeldUpLoopPublishesOnceAndGoesOn) {
   ClockScript script;
   script.reply(0, 5000);
   script.pass(0);
-  script.clock.on_time(script.outputs, now_ms(500));
+  script.clock.on_time(script.outputs, script.claims, now_ms(500));
   EXPECT_EQ(script.pass(500), (Times{5500, 5500}));
   EXPECT_EQ(script.clock.deadline(), now_ms(510).steady);
 }

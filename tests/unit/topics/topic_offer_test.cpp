@@ -38,6 +38,16 @@ TEST(TopicOffer, OpensAChannelForWhatThePeerMayHave) {
   EXPECT_TRUE(s.offer.is_current());
 }
 
+// What it said is kept nowhere.
+TEST(TopicOffer, ARuleMakesNoVolatilePublisherLatched) {
+  auto latching = everything();
+  latching.treatment.qos.durability = Durability::kTransientLocal;
+  Offering s(latching);
+  const auto offered = s.offer.open();
+  ASSERT_TRUE(offered);
+  EXPECT_EQ(offered->origins.at(0).qos.durability, Durability::kVolatile);
+}
+
 TEST(TopicOffer, WithoutARightThereIsNone) {
   Offering s(rule({"/b"}, {"/**"}));
   EXPECT_FALSE(s.offer.open());

@@ -56,6 +56,23 @@ TEST(Frame, FramesBeforeAnErrorAreReadAndTheErrorStays) {
   EXPECT_FALSE(reader.next().ok());
 }
 
+TEST(Frame, ACompressedBodyIsNotMuchLargerThanItsSample) {
+  const Bytes body(133);
+  for (const std::uint32_t size : {132, 133}) {
+    MessageFrame frame;
+    frame.channel = {1};
+    frame.subject = OriginId{1};
+    frame.sequence = 1;
+    frame.codec = Codec::kZstd;
+    frame.raw_bytes = 4;
+    frame.body_bytes = size;
+    frame.part = ByteView{body}.first(size);
+    Bytes packet = header_of(frame);
+    packet.insert(packet.end(), frame.part.begin(), frame.part.end());
+    EXPECT_EQ(FrameReader{packet}.next().ok(), size == 132) << size;
+  }
+}
+
 TEST(Frame, EndOfPacketStays) {
   FrameReader reader{ByteView{}};
   EXPECT_FALSE(reader.next().value().has_value());
