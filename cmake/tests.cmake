@@ -74,7 +74,8 @@ function(connect_unit_tests name shards)
   connect_gtest(${name} LABEL unit SHARDS ${shards} PROCESSORS ${slots})
 endfunction()
 
-# Login plugins: the example, one that misbehaves, and one of another version of the interface.
+# Login plugins: the example, one that misbehaves, one of another version of the interface, and one that shows that it
+# was loaded.
 function(connect_test_plugin name source)
   add_library(${name} MODULE "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
   target_include_directories(${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
@@ -90,10 +91,12 @@ if(unit_tests)
   connect_test_plugin(odd_plugin tests/plugins/odd_plugin.cpp)
   connect_test_plugin(late_plugin tests/plugins/odd_plugin.cpp)
   target_compile_definitions(late_plugin PRIVATE ODD_ABI=2)
-  set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" PROPERTIES
+  connect_test_plugin(marking_plugin tests/plugins/odd_plugin.cpp)
+  target_compile_definitions(marking_plugin PRIVATE ODD_MARKS)
+  set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" "${tests}/unit/run/check_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
   connect_unit_tests(unit_tests 6 connect_run connect_ros connect_net connect_auth connect_config connect_core)
-  add_dependencies(unit_tests auth_plugin odd_plugin late_plugin)
+  add_dependencies(unit_tests auth_plugin odd_plugin late_plugin marking_plugin)
 endif()
 
 # rule_tuples: the rules against the simulator's second implementation of them.
@@ -164,14 +167,15 @@ foreach(source ${bench_sources})
 endforeach()
 
 # Python tests: the programs with real nodes, and a peer written from the specification alone. A ctest entry per file. A file
-# that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own, which runs by itself.
+# that says "PARTS = n" is divided into so many; what is marked "alone" is an entry of its own: these come last, no
+# more of them at a time than there are processors (-1: after all whose time is known).
 function(connect_python_test name file)
-  cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;SERIAL" "ARGS;ENV")
+  cmake_parse_arguments(PARSE_ARGV 2 test "" "COST;PROCESSORS" "ARGS;ENV")
   add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B -m pytest "${file}" ${test_ARGS}
     WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
   set(environment CONNECT_BUILD_DIR=${CMAKE_BINARY_DIR} CONNECT_SANITIZE=${CONNECT_SANITIZE}
     ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ${test_ENV})
-  set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 COST ${test_COST} RUN_SERIAL ${test_SERIAL}
+  set_tests_properties(${name} PROPERTIES LABELS e2e TIMEOUT 600 COST ${test_COST} PROCESSORS ${test_PROCESSORS}
     ENVIRONMENT "${environment}")
 endfunction()
 
@@ -181,12 +185,12 @@ if(TARGET server AND TARGET client)
     string(REGEX REPLACE ".*/([a-z0-9]+)/test_([a-z0-9_]+)\\.py$" "\\1_\\2" name "${file}")
     file(READ "${file}" text)
     if(text MATCHES "\npytestmark = pytest.mark.alone\n")
-      connect_python_test(${name} "${file}" SERIAL ON COST 1)
+      connect_python_test(${name} "${file}" PROCESSORS ${slots} COST -1)
       continue()
     endif()
     set(others)
     if(text MATCHES "\n@pytest.mark.alone\n")
-      connect_python_test(${name}_alone "${file}" SERIAL ON COST 1 ARGS -m alone)
+      connect_python_test(${name}_alone "${file}" PROCESSORS ${slots} COST -1 ARGS -m alone)
       set(others -m "not alone")
     endif()
     # The long ones first; later ctest knows how long each took.
@@ -203,7 +207,7 @@ if(TARGET server AND TARGET client)
       if(parts GREATER 1)
         set(suffix _${part})
       endif()
-      connect_python_test(${name}${suffix} "${file}" SERIAL OFF COST ${cost} ARGS ${others} --part ${part}/${parts})
+      connect_python_test(${name}${suffix} "${file}" PROCESSORS 1 COST ${cost} ARGS ${others} --part ${part}/${parts})
     endforeach()
   endforeach()
   # Once more with a bridge that lacks the packages of the messages (tests/e2e/lacking.py). Not what the type of a message
@@ -216,7 +220,7 @@ if(TARGET server AND TARGET client)
     if(lacking_of_${name})
       set(of_these -k "${lacking_of_${name}}")
     endif()
-    connect_python_test(e2e_${name}_lacking "${tests}/e2e/test_${name}.py" SERIAL OFF COST 60 ENV CONNECT_LACKING=all
+    connect_python_test(e2e_${name}_lacking "${tests}/e2e/test_${name}.py" PROCESSORS 1 COST 60 ENV CONNECT_LACKING=all
       ARGS -m "not alone" ${of_these})
   endforeach()
 endif()

@@ -76,7 +76,7 @@ class KeyAddress : public KeySource {
   bool wanted_ = false;
   bool answered_ = false;                    // or failed, once
   std::optional<std::vector<JwtKey>> keys_;  // not yet reported
-  std::vector<std::string> problems_;        // likewise
+  std::vector<std::string> problems_;        // not yet reported
   std::string text_;                         // of the last answer
   std::string told_;                         // the last problem reported
   std::chrono::seconds wait_{0};             // until the next request

@@ -31,10 +31,8 @@ std::string loader_says() {
 }
 
 const connect_bridge_auth_functions* functions_in(const std::string& file, std::string& problem) {
-  if (exposure_of(file).writable) {
-    problem = "every user of this machine may change '" + file + "'";
-    return nullptr;
-  }
+  problem = plugin_exposure(file);
+  if (!problem.empty()) return nullptr;
   void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) {
     problem = loader_says();
@@ -58,6 +56,10 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
 }
 
 }  // namespace
+
+std::string plugin_exposure(const std::string& file) {
+  return exposure_of(file).writable ? "every user of this machine may change '" + file + "'" : "";
+}
 
 std::unique_ptr<PluginLogin> PluginLogin::load(const std::string& file, const std::string& options,
                                                std::string& problem) {

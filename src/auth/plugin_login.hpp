@@ -10,6 +10,9 @@ struct connect_bridge_auth_functions;
 
 namespace connect_bridge {
 
+// Why the library must not be loaded; empty: it may. Does not load it.
+[[nodiscard]] std::string plugin_exposure(const std::string& file);
+
 class PluginLogin : public Authenticator {
  public:
   // Null with what is wrong in `problem`: the file, its permissions, its interface, or its own

@@ -9,7 +9,8 @@
 
 namespace connect_bridge {
 
-// Whose token ends is cut off at that moment, mostly far from anybody who could make another one.
+// Somebody whose token ends is cut off at that moment, mostly far from anybody who could make
+// another one.
 // One thread.
 class TokenEnds {
  public:

@@ -256,7 +256,7 @@ std::vector<TokenTable::Ending> TokenTable::ending(Stamp from, Stamp to) const {
     const auto known = first.try_emplace(identity.name, end).first;
     known->second = std::min(known->second, end);
   }
-  // Whoever has a later one needs none.
+  // An identity that has a later token needs no warning.
   for (const auto& [digest, identity, plain] : entries_)
     if (identity.expires == 0 || identity.expires > to) first.erase(identity.name);
   std::vector<Ending> sorted;

@@ -25,7 +25,7 @@ struct Config {
   // Server: IP addresses (IPv6 without brackets) with commas, "*" for every one, or "systemd".
   std::string listen_address;
   ListenOptions listen;  // without TLS
-  DialOptions dial;      // client; likewise
+  DialOptions dial;      // client; without TLS
   // Server: with a certificate it speaks TLS only.
   TlsOptions tls;
   // Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the
@@ -39,7 +39,7 @@ struct Config {
   std::string prefix;
   std::vector<NameMap::Pair> remap;
   std::string status_file;  // empty: none is written
-  std::string usage_file;   // likewise
+  std::string usage_file;   // empty: none is written
   AuditFileOptions audit;   // without a file there is no audit log
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <span>
 
-#include "config/checked_values.hpp"
 #include "config/key_search.hpp"
 
 namespace connect_bridge {
@@ -63,11 +62,15 @@ std::string to_text(const RuleChanges& changes) {
   return text.substr(2);
 }
 
-FileChanges file_changes(const Config& current, const ParameterMap& file) {
+FileChanges file_changes(const Config& current, const ParameterMap& file,
+                         const Surroundings& surroundings) {
   FileChanges found;
-  const CheckedValues checked(file, current.role, found.problems);
-  if (!found.problems.empty()) return found;
-  const ParameterMap& now = checked.values();
+  Surroundings around = surroundings;
+  around.token_in_environment |= current.token_in_environment;
+  const Parsed whole = parse_config(file, current.role, around);
+  found.problems = whole.problems;
+  if (!whole.config) return found;
+  const ParameterMap& now = whole.config->given;
   const auto compare = [&](const std::string& key, std::optional<ParameterValue> value) {
     const KeySpec* spec = find_key(key);
     const auto known = current.given.find(key);

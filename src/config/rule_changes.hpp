@@ -25,9 +25,11 @@ struct RuleChanges {
 struct FileChanges {
   std::vector<Parameter> changes;  // for apply_change(); without a value: not in the file now
   std::vector<std::string> fixed;  // keys that differ and need a restart
-  std::vector<Problem> problems;   // keys that are unknown or wrong: nothing is to be changed
+  std::vector<Problem> problems;   // why it would not start: nothing is to be changed
 };
 
-[[nodiscard]] FileChanges file_changes(const Config& current, const ParameterMap& file);
+// The file is checked as a whole, as at a start, with the token as it was then.
+[[nodiscard]] FileChanges file_changes(const Config& current, const ParameterMap& file,
+                                       const Surroundings& surroundings);
 
 }  // namespace connect_bridge

@@ -154,7 +154,7 @@ bool Acceptance::read_forwarded() {
   const auto source = forwarded_source(
       standard ? ForwardedBy::kForwarded : ForwardedBy::kXForwardedFor, lines, options_->proxies);
   if (!source)
-    notice_ = std::string{"this trusted proxy tells by no "} + name +
+    notice_ = std::string{"this trusted proxy does not say in "} + name +
               " for whom it connects: limits count its own address";
   return identified(source);
 }

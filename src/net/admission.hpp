@@ -1,4 +1,4 @@
-// Who may connect: how many may be open, and how many have not logged in yet.
+// How many connections may be open, and how many of them may be without a login.
 #pragma once
 
 #include <cstddef>

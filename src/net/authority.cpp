@@ -14,6 +14,7 @@
 #include <cstring>
 #include <optional>
 
+#include "core/base/hex.hpp"
 #include "net/certified.hpp"
 #include "net/openssl_owned.hpp"
 #include "net/tls.hpp"
@@ -220,11 +221,8 @@ Signed new_authority() {
   // signatures apart.
   unsigned char random[4];
   must(RAND_bytes(random, sizeof random) == 1, "make random numbers");
-  char text[2 * sizeof random + 1];
-  for (std::size_t i = 0; i < sizeof random; ++i)
-    std::snprintf(text + 2 * i, 3, "%02x", static_cast<unsigned>(random[i]));
   CertificateSubject subject;
-  subject.common_name = std::string{"ROS2 Connect authority "} + text;
+  subject.common_name = "ROS2 Connect authority " + to_hex(random);
   subject.usage = nullptr;
   subject.days = kAuthorityDays;
   return sign(subject, nullptr);

@@ -4,6 +4,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/ports/net_options.hpp"
@@ -34,6 +35,8 @@ class Dialing : public std::enable_shared_from_this<Dialing> {
   [[nodiscard]] bool answered() const { return stage_ != nullptr; }
   // Whether its time ended without that.
   [[nodiscard]] bool was_silent() const { return was_silent_; }
+  // See Way.
+  [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return way_->tried(); }
 
  private:
   struct Response;

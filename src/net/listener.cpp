@@ -25,7 +25,7 @@ std::string network_of(const asio::ip::address& address, int bytes) {
   return asio::ip::make_address_v6(all).to_string();
 }
 
-// Whom limits count: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
+// Limits count by network: an IPv6 customer has at least a /64 of addresses, and mostly a /56.
 void set_address(ConnectionOpened& from, const asio::ip::address& address) {
   from.address = network_of(address, 8);
   from.customer = network_of(address, 7);
@@ -256,7 +256,7 @@ void Listener::admit(TcpSocket socket) {
   if (proxies_only_ && !proxy) return drop(socket, from, "dropped, it is no trusted proxy");
   set_address(from, address);
   if (proxy) from.share = kProxyShare;
-  // Whom a proxy brings is limited when that is known, if it is before TLS.
+  // A client behind a proxy is limited when its address is known, if that is before TLS.
   if (options_->tls && !proxy && !take_handshake(from))
     return drop(socket, from, "dropped, too many handshakes");
   visitor->slot =
@@ -301,7 +301,7 @@ void Listener::abandon(const std::weak_ptr<Acceptance>& acceptance) {
 
 bool Listener::identify(Visitor& visitor, const std::optional<Source>& source) {
   ConnectionOpened& from = visitor.from;
-  if (source) {  // who is told of nobody counts as the proxy itself
+  if (source) {  // without one it counts as the proxy itself
     const std::string host = source->address.to_string();
     from.peer = source->port == 0 ? bracketed(host) : host_and_port(host, source->port);
     set_address(from, source->address);

@@ -36,6 +36,7 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
                   std::string problem);
   void abandon();
   void watch_routes();
+  void watch_route_to(const asio::ip::address& to);
   void on_routes_changed();
   void on_held(const std::string& peer);
   void forget(ConnectionId id);
@@ -52,8 +53,8 @@ struct Network::State : std::enable_shared_from_this<Network::State> {
   std::unordered_map<ConnectionId, std::shared_ptr<Socket>> connections;
   std::unordered_map<ConnectionId, std::shared_ptr<Dialing>> dials;
   std::shared_ptr<RouteWatch> routes;  // of who dials
-  asio::ip::address dialled;           // the machine that answered last
-  std::string route;                   // to it; empty: not known
+  asio::ip::address dialled;           // the last that was tried, or one far away
+  std::string route;                   // to it, when `routes` last reported; empty: not known
   TlsOptions dial_options;             // what dial_tls was made of
   std::optional<TlsFiles> dial_tls;    // empty: no secure URL was dialed yet
   int silent_dials = 0;                // in a row, to which nothing answered
@@ -155,9 +156,11 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   const auto dial = dials.find(id);
   const bool answered = dial != dials.end() && dial->second->answered();
   const bool silent = dial != dials.end() && dial->second->was_silent();
+  const auto tried = dial != dials.end() ? dial->second->tried() : std::nullopt;
   dials.erase(id);
   silent_dials = silent ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
+    if (tried) watch_route_to(*tried);
     events.input(DialFailed{id, std::move(problem), answered});
     return;
   }
@@ -166,8 +169,7 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   const auto remote = socket->next_layer().socket().remote_endpoint(error);
   // Behind a proxy it is not known where the server is.
   if (!error && !options.proxy) opened.site = site_of(remote.address());
-  dialled = remote.address();
-  route = error ? std::string{} : route_to(dialled);
+  if (!error) watch_route_to(remote.address());
   add(std::move(opened), std::move(socket), nullptr, nullptr);
 }
 
@@ -177,14 +179,22 @@ void Network::State::watch_routes() {
   const std::string problem = routes->open();
   if (!problem.empty() && events.log)
     events.log(Log{LogLevel::kDebug, "changes of the network are not noticed: " + problem});
+  watch_route_to(asio::ip::make_address(kFarAway));
+}
+
+// Of the same address only on_routes_changed() takes a new route: one that has come a moment ago is
+// still to be reported.
+void Network::State::watch_route_to(const asio::ip::address& to) {
+  if (to == dialled) return;
+  dialled = to;
+  route = route_to(to);
 }
 
 void Network::State::on_routes_changed() {
   const auto now_open = connections;  // one that ends takes itself out
   for (const auto& entry : now_open) entry.second->check_address();
   // Most changes concern others: containers that come and go, addresses that are renewed.
-  const bool known = !dialled.is_unspecified();
-  const std::string before = std::exchange(route, known ? route_to(dialled) : std::string{});
+  const std::string before = std::exchange(route, route_to(dialled));
   events.input(NetworkChanged{before.empty() || before != route});
 }
 
@@ -254,7 +264,7 @@ void Network::check_files() {
     state_->events.log(Log{news->used ? LogLevel::kInfo : LogLevel::kWarn, news->text});
 }
 
-// Whoever has set the clock may have brought the end nearer, so it is compared each time.
+// Setting the clock may have brought the end nearer, so it is compared each time.
 void Network::every_second(const Now& now) {
   for (TlsFiles* const files : state_->tls_files()) {
     const auto line = files->certificate().take_line(now);
@@ -299,12 +309,6 @@ void Network::stop() {
 bool Network::all_closed() const {
   return std::all_of(state_->connections.begin(), state_->connections.end(),
                      [](const auto& entry) { return entry.second->has_ended(); });
-}
-
-std::optional<SocketFacts> Network::facts(ConnectionId connection) const {
-  const auto found = state_->find(connection);
-  if (!found || !found->is_open()) return std::nullopt;
-  return found->facts();
 }
 
 Certified Network::certified(ConnectionId connection) const {

@@ -36,13 +36,6 @@ struct NetworkEvents {
   std::function<void(Log&&)> log;
 };
 
-// What one open connection runs on.
-struct SocketFacts {
-  std::string tls;                 // "TLSv1.3 TLS_AES_256_GCM_SHA384"; empty: none
-  std::string congestion_control;  // as the kernel names it
-  std::uint32_t unsent_bytes = 0;  // handed to the kernel and not yet on the wire
-};
-
 struct NetworkCounts : DoorCounts {
   std::size_t pending = 0;  // in a handshake now
   std::size_t open = 0;     // open WebSockets now
@@ -105,7 +98,6 @@ class Network {
   // Whether ConnectionClosed was delivered for every connection.
   [[nodiscard]] bool all_closed() const;
 
-  [[nodiscard]] std::optional<SocketFacts> facts(ConnectionId connection) const;
   // The identity of an open connection's peer by its certificate.
   [[nodiscard]] Certified certified(ConnectionId connection) const;
   [[nodiscard]] NetworkCounts counts() const;

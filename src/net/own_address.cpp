@@ -6,17 +6,16 @@
 #include <boost/asio/ip/udp.hpp>
 #include <memory>
 
+#include "net/route.hpp"
 #include "net/transport.hpp"
 
 namespace connect_bridge {
 namespace {
 
-// For documentation (RFC 5737, RFC 3849): connect() on UDP only looks up the route and sends
-// nothing.
-constexpr char kFarAway[] = "192.0.2.1";
-constexpr char kFarAwayIpv6[] = "2001:db8::1";
+constexpr char kFarAwayIpv6[] = "2001:db8::1";  // for documentation (RFC 3849)
 constexpr std::uint16_t kAnyPort = 9;
 
+// connect() on UDP only looks up the route and sends nothing.
 std::string address_of_route_to(const char* far_away) {
   asio::io_context io;
   asio::ip::udp::socket socket(io);
@@ -32,7 +31,9 @@ std::string address_of_first_interface() {
   const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(found, &::freeifaddrs);
   for (const ifaddrs* at = found; at != nullptr; at = at->ifa_next) {
     if (at->ifa_addr == nullptr || at->ifa_addr->sa_family != AF_INET) continue;
-    if ((at->ifa_flags & IFF_LOOPBACK) != 0 || (at->ifa_flags & IFF_UP) == 0) continue;
+    // Without a carrier, as the bridge of containers when none runs, nobody comes by it.
+    constexpr unsigned int kCarries = IFF_UP | IFF_RUNNING;
+    if ((at->ifa_flags & (IFF_LOOPBACK | kCarries)) != kCarries) continue;
     const auto* address = reinterpret_cast<const sockaddr_in*>(at->ifa_addr);
     return asio::ip::make_address_v4(ntohl(address->sin_addr.s_addr)).to_string();
   }
@@ -43,8 +44,8 @@ std::string address_of_first_interface() {
 
 std::string own_address() {
   std::string address = address_of_route_to(kFarAway);
-  if (address.empty()) address = address_of_first_interface();
   if (address.empty()) address = address_of_route_to(kFarAwayIpv6);
+  if (address.empty()) address = address_of_first_interface();
   return address.empty() ? "127.0.0.1" : address;
 }
 

@@ -5,8 +5,8 @@
 
 namespace connect_bridge {
 
-// That of the interface with the default route; without one, of the first interface that is no
-// loopback; where there is no IPv4, that of the default route of IPv6; else 127.0.0.1. Sends
+// That of the interface with the default route, of IPv4 or else of IPv6; without one, the IPv4
+// address of the first interface that has a carrier and is no loopback; else 127.0.0.1. Sends
 // nothing. Behind a NAT or a proxy others dial another address.
 [[nodiscard]] std::string own_address();
 

@@ -6,6 +6,9 @@
 
 namespace connect_bridge {
 
+// For documentation (RFC 5737), so nobody has it: packets there take the default route.
+inline constexpr char kFarAway[] = "192.0.2.1";
+
 // The interface, whether it is up and has a carrier, the gateway and the own address that the
 // kernel's routes give for `to` now (rtnetlink(7), RTM_GETROUTE), as text that is equal if and only
 // if these are. Empty: not known. Does not wait for the network. Any thread.

@@ -361,10 +361,4 @@ Traffic Socket::traffic() {
   return traffic_.total();
 }
 
-SocketFacts Socket::facts() const {
-  Transport& transport = socket_->next_layer();
-  const int native = transport.socket().native_handle();
-  return {tls_text(transport.tls()), congestion_control_of(native), unsent_bytes(native)};
-}
-
 }  // namespace connect_bridge

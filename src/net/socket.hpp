@@ -59,7 +59,6 @@ class Socket : public std::enable_shared_from_this<Socket> {
   [[nodiscard]] bool is_open() const { return state_ == State::kOpen; }
   // ConnectionClosed was delivered.
   [[nodiscard]] bool has_ended() const { return state_ == State::kEnding; }
-  [[nodiscard]] SocketFacts facts() const;
   // Until now, or until its end.
   [[nodiscard]] Traffic traffic();
   [[nodiscard]] std::uint64_t extra_frames() const { return extra_frames_.total(); }

@@ -7,7 +7,6 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
 #include <string_view>
@@ -99,13 +98,6 @@ Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now) {
 
 void note_read(int socket, RepairWatch& watch) {
   if (watch.misses()) watch.has_read(tcp_losses_of(socket));
-}
-
-std::string congestion_control_of(int socket) {
-  std::array<char, 32> name{};
-  socklen_t size = name.size() - 1;
-  if (::getsockopt(socket, IPPROTO_TCP, TCP_CONGESTION, name.data(), &size) != 0) return {};
-  return name.data();
 }
 
 }  // namespace connect_bridge

@@ -30,7 +30,6 @@ void retune(int socket, CongestionChoice& choice, TimePoint now);
 [[nodiscard]] std::chrono::milliseconds longest_retry(std::chrono::microseconds round_trip);
 // Sets it (TCP_RTO_MAX_MS, since Linux 6.15). Once a second: round trips change.
 void limit_retry(int socket);
-std::string congestion_control_of(int socket);
 
 // What TCP repairs; the kernel is asked when that is due.
 [[nodiscard]] Repairs repairs_of(int socket, RepairWatch& watch, TimePoint now);

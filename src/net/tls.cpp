@@ -264,9 +264,4 @@ std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& na
   return error.message();
 }
 
-std::string tls_text(SSL* tls) {
-  if (tls == nullptr) return {};
-  return std::string{SSL_get_version(tls)} + " " + SSL_get_cipher_name(tls);
-}
-
 }  // namespace connect_bridge

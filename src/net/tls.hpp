@@ -37,9 +37,6 @@ std::string certificate_text(asio::ssl::context& context);
 // Why a connection failed. `tls` may be null; `name`: as for expect_server().
 std::string failure_text(const ErrorCode& error, SSL* tls, const std::string& name);
 
-// "TLSv1.3 TLS_AES_256_GCM_SHA384"
-std::string tls_text(SSL* tls);
-
 // A plain HTTP request arrived where a TLS hello was expected.
 bool is_plain_http(const ErrorCode& error);
 

@@ -71,7 +71,7 @@ class Transport {
   void stop_at_header_end() { header_end_ = 0; }
 
   // Asked before each read: until when it is to wait, if at all. Beast reads frames without content
-  // for ever before it has a message to tell of.
+  // without end before it has a message to report.
   void limit_reads(std::function<std::optional<Clock::time_point>()> wait_until) {
     wait_until_ = std::move(wait_until);
   }
@@ -102,7 +102,7 @@ class Transport {
   }
 
  private:
-  // TLS handles messages of its own (new keys, sessions) for ever before it has something for a
+  // TLS handles messages of its own (new keys, sessions) without end before it has something for a
   // read. An honest peer sends some at the beginning, then one in millions of records.
   static constexpr std::uint64_t kTlsMessages = 16;
   static constexpr std::uint64_t kBytesOfTlsMessage = 1 << 20;

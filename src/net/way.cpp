@@ -32,6 +32,7 @@ void Way::start(Done done) {
 
 void Way::race(const std::vector<Race::Endpoint>& addresses) {
   stage_ = "TCP connect";
+  tried_ = addresses.front().address();
   race_->start(addresses, [self = shared_from_this()](auto socket, const ErrorCode& error) {
     if (!socket) return self->finish({}, failure_text(error, nullptr, {}));
     if (self->proxy_) return self->ask_proxy(std::move(*socket));

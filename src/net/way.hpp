@@ -33,6 +33,8 @@ class Way : public std::enable_shared_from_this<Way> {
   void stop();
   // What is being waited for, for messages.
   [[nodiscard]] const char* stage() const { return stage_; }
+  // The first address, once it is known.
+  [[nodiscard]] const std::optional<asio::ip::address>& tried() const { return tried_; }
 
  private:
   void race(const std::vector<Race::Endpoint>& addresses);
@@ -45,6 +47,7 @@ class Way : public std::enable_shared_from_this<Way> {
   LookUp look_up_;
   const std::shared_ptr<Race> race_;
   std::shared_ptr<TcpSocket> asking_;  // the connection to the proxy, during CONNECT
+  std::optional<asio::ip::address> tried_;
   const char* stage_ = "the name look-up";
   Done done_;
 };

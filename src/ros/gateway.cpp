@@ -21,8 +21,8 @@ Gateway::Gateway(Node& node, const GatewayOptions& options, std::function<void()
       }) {
   if (!middleware().tells_origins())
     node.log(LogLevel::kWarn,
-             "Cyclone DDS does not tell here whose a sample is: where a topic has several "
-             "publishers, the other side gets samples of one under the name of another");
+             "Cyclone DDS does not show here which publisher sent a sample: where a topic has "
+             "several publishers, the other side gets samples of one under the name of another");
 }
 
 bool Gateway::drain(const std::function<void(Input&&)>& sink) {

@@ -63,20 +63,20 @@ std::string AuditFile::append(const std::string& lines) {
     if (n <= 0) {
       std::string problem = cannot("write", options_.file);
       // A half-written line would damage the next one.
-      if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) close();
+      if (written > 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) close();
       return problem;
     }
     written += static_cast<std::size_t>(n);
   }
-  bytes_ += lines.size();
   return {};
 }
 
-bool AuditFile::is_current() const {
+bool AuditFile::is_current() {
   struct stat named {};
   struct stat opened {};
-  return ::stat(options_.file.c_str(), &named) == 0 && ::fstat(file_, &opened) == 0 &&
-         named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+  if (::stat(options_.file.c_str(), &named) != 0 || ::fstat(file_, &opened) != 0) return false;
+  bytes_ = static_cast<std::uint64_t>(opened.st_size);
+  return named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
 }
 
 std::string AuditFile::rotate() {

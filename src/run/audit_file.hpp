@@ -29,7 +29,9 @@ class AuditFile {
   [[nodiscard]] Written write(const std::string& lines);
 
  private:
-  [[nodiscard]] bool is_current() const;
+  // Whether the open file has its name still. Others may have written to it, or cut it: takes its
+  // length.
+  [[nodiscard]] bool is_current();
   [[nodiscard]] bool has_room(const std::string& lines, std::uint64_t bytes_max) const {
     return bytes_ == 0 || bytes_ + lines.size() <= bytes_max;
   }
@@ -39,7 +41,7 @@ class AuditFile {
 
   const AuditFileOptions options_;
   int file_ = -1;
-  std::uint64_t bytes_ = 0;
+  std::uint64_t bytes_ = 0;  // before what is being written
 };
 
 }  // namespace connect_bridge

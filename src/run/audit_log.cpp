@@ -1,6 +1,7 @@
 #include "run/audit_log.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "net/steady_now.hpp"
@@ -12,11 +13,18 @@ constexpr auto kLookPeriod = std::chrono::seconds(1);
 // Largest write, so that a file does not exceed its size by much.
 constexpr std::size_t kPieceBytes = 64 << 10;
 
+constexpr char kLost[] = "it cannot be written, its lines are lost: ";
+constexpr char kHangs[] = "the disk does not keep up";
+
 }  // namespace
 
-AuditLog::AuditLog(AuditFileOptions options,
-                   std::function<void(bool works, const std::string&)> tell)
-    : file_(std::move(options)), tell_(std::move(tell)), thread_([this] { run(); }) {}
+AuditLog::AuditLog(AuditFileOptions options, Tell tell)
+    : AuditLog([file = std::make_shared<AuditFile>(std::move(options))](
+                   const std::string& lines) { return file->write(lines); },
+               std::move(tell)) {}
+
+AuditLog::AuditLog(Write write, Tell tell)
+    : write_(std::move(write)), tell_(std::move(tell)), thread_([this] { run(); }) {}
 
 AuditLog::~AuditLog() {
   {
@@ -28,20 +36,26 @@ AuditLog::~AuditLog() {
 }
 
 void AuditLog::add(Audit audit) {
+  bool is_news = false;
   {
     const std::lock_guard lock(mutex_);
-    if (waiting_.size() >= kWaitingMax) {
+    if (waiting_.size() < kWaitingMax) {
+      waiting_.push_back({std::move(audit), std::chrono::system_clock::now(), steady_now()});
+    } else {
       ++not_kept_;
-      return;
+      is_news = !std::exchange(overflows_, true) && counts_.problem != kHangs;
+      if (is_news) counts_.problem = kHangs;  // until the thread writes again
     }
-    waiting_.push_back({std::move(audit), std::chrono::system_clock::now(), steady_now()});
   }
   changed_.notify_one();
+  if (is_news) tell_(false, std::string(kLost) + kHangs);
 }
 
 AuditLog::Counts AuditLog::counts() const {
   const std::lock_guard lock(mutex_);
-  return counts_;
+  Counts counts = counts_;
+  counts.lost += not_kept_;
+  return counts;
 }
 
 void AuditLog::run() {
@@ -51,6 +65,7 @@ void AuditLog::run() {
       std::unique_lock lock(mutex_);
       changed_.wait_for(lock, kLookPeriod, [this] { return ending_ || !waiting_.empty(); });
       entries = std::exchange(waiting_, {});
+      overflows_ = false;
       ending = ending_;
     }
     std::string text;
@@ -60,13 +75,13 @@ void AuditLog::run() {
     }
     write(text + book_.take_due(steady_now(), ending));
     const std::lock_guard lock(mutex_);
-    counts_.lost = book_.lost() + not_kept_;
+    counts_.lost = book_.lost();
   }
 }
 
 void AuditLog::write(const std::string& lines) {
   if (lines.empty()) return;
-  const auto [whole, problem] = file_.write(lines);
+  const auto [whole, problem] = write_(lines);
   const auto count = static_cast<std::uint64_t>(std::count(lines.begin(), lines.end(), '\n'));
   bool changed = false;
   {
@@ -76,8 +91,7 @@ void AuditLog::write(const std::string& lines) {
     counts_.problem = problem;
   }
   if (!changed) return;
-  const char* const what = whole ? "no older files can be made, it grows: "
-                                 : "it cannot be written, its lines are lost: ";
+  const char* const what = whole ? "no older files can be made, it grows: " : kLost;
   tell_(problem.empty(), problem.empty() ? "" : what + problem);
 }
 

@@ -25,9 +25,14 @@ class AuditLog {
     std::string problem;      // why nothing, or no older file, can be written; empty: none
   };
 
-  // `tell` is called from the log's thread, when writing begins to fail (with what fails, for
-  // people) or works again.
-  AuditLog(AuditFileOptions options, std::function<void(bool works, const std::string&)> tell);
+  using Tell = std::function<void(bool works, const std::string&)>;
+  using Write = std::function<AuditFile::Written(const std::string& lines)>;
+
+  // `tell` is called when writing begins to fail (with what fails, for people) or works again: from
+  // the log's thread, or from that of add() when the disk hangs and the queue is full.
+  AuditLog(AuditFileOptions options, Tell tell);
+  // For tests: `write` instead of a file's.
+  AuditLog(Write write, Tell tell);
   // Writes what waits.
   ~AuditLog();
   AuditLog(const AuditLog&) = delete;
@@ -41,14 +46,15 @@ class AuditLog {
   void run();
   void write(const std::string& lines);
 
-  AuditFile file_;
+  const Write write_;
   AuditBook book_;
-  const std::function<void(bool works, const std::string&)> tell_;
+  const Tell tell_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<AuditBook::Entry> waiting_;
-  Counts counts_;
-  std::uint64_t not_kept_ = 0;  // because the queue or the disk was full
+  bool overflows_ = false;      // since the thread last took what waits
+  Counts counts_;               // `lost`: by the book alone
+  std::uint64_t not_kept_ = 0;  // lost because the queue or the disk was full
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

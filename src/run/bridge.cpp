@@ -186,7 +186,7 @@ bool Bridge::ends_by(const ConnectionClosed& closed) {
   return true;
 }
 
-// The network tells of the end only after a peer that may take its time.
+// The network reports the end only when the peer has answered, which may take its time.
 void Bridge::close_connection(const CloseConnection& end) {
   login_desk_.cancel(end.connection);
   network_.close(end.connection, end.code, end.reason);

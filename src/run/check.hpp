@@ -8,9 +8,9 @@
 namespace connect_bridge {
 
 // Prints as what it was checked, all problems, also those that only this machine shows, and, if
-// possible, what each rule allows to whom. `role`: "server", "client", or empty: found from the
-// file. Exit code: 0 in order, 2 not. A certificate that has ended is not in order here, although
-// a program starts with it.
+// possible, what each rule allows to whom. Executes no login plugin and sends nothing. `role`:
+// "server", "client", or empty: found from the file. Exit code: 0 in order, 2 not. A certificate
+// that has ended is not in order here, although a program starts with it.
 int check_file(const std::string& file, const std::string& role);
 
 // `ctl explain`: prints why the file's rules allow an interface or not. An identity without groups

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "config/describe.hpp"
+#include "config/key_search.hpp"
 #include "config/rule_changes.hpp"
+#include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
 #include "run/pairing_folder.hpp"
 
@@ -31,6 +35,22 @@ std::string joined(const List& list) {
                               : text + "; and " + std::to_string(list.size() - kTold) + " more";
 }
 
+// Not of a pipe. A file that is missing may come.
+bool can_be_read_again(const FileWatch& watch) {
+  std::error_code failed;
+  return std::filesystem::is_regular_file(watch.file(), failed) ||
+         !std::filesystem::exists(watch.file(), failed);
+}
+
+bool has_parameters_for(const std::string& node, const std::string& file) {
+  const ros::ParameterFile read = ros::read_parameter_file(file);
+  return std::any_of(read.sections.begin(), read.sections.end(), [&](const auto& section) {
+    return ros::node_name_matches(section.node, node) &&
+           !std::all_of(section.parameters.begin(), section.parameters.end(),
+                        [](const auto& parameter) { return is_ros_key(parameter.first); });
+  });
+}
+
 }  // namespace
 
 LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Config config,
@@ -40,11 +60,15 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
       config_(std::move(config)),
       changes_(std::move(changes)),
       server_(node, server_options()),
-      folder_(std::move(folder)) {
+      folder_(std::move(folder)),
+      speaking_(node.facts().parameter_files) {
   if (folder_) files_.emplace_back(folder_->parameter_file());
   for (const auto& file : node_.facts().parameter_files) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
     if (!node_.facts().parameter_overrides.contains(key)) added_.emplace(key, value);
+  // They were read seconds ago: only who reads them once more sees a change since then.
+  if (std::all_of(files_.begin(), files_.end(), can_be_read_again))
+    for (auto& file : files_) static_cast<void>(file.failed({}));
 }
 
 ros::ParameterServerOptions LiveParameters::server_options() {
@@ -98,24 +122,51 @@ ParameterMap LiveParameters::read_again(std::string& problem) const {
   return filled(given.parameters, stored ? folder_->parameters(problem) : added_);
 }
 
+// On a full disk, or while it is copied, a file may be empty, which is valid for rcl; without its
+// rules a client would have the default ones.
+std::string LiveParameters::emptied_file(const ParameterMap& again) const {
+  const bool lost = std::any_of(config_.given.begin(), config_.given.end(),
+                                [&](const auto& entry) { return !again.contains(entry.first); });
+  if (!lost) return {};
+  const std::vector<std::string> speaking = speaking_files();
+  for (const auto& file : speaking_)
+    if (std::find(speaking.begin(), speaking.end(), file) == speaking.end())
+      return file + " has nothing for " + node_.facts().full_name + " any longer";
+  return {};
+}
+
+std::vector<std::string> LiveParameters::speaking_files() const {
+  std::vector<std::string> speaking = node_.facts().parameter_files;
+  std::erase_if(speaking, [&](const auto& file) {
+    return !has_parameters_for(node_.facts().full_name, file);
+  });
+  return speaking;
+}
+
 void LiveParameters::reload(bool changed) {
   if (files_.empty())
     return node_.log(LogLevel::kWarn,
                      "no parameter file was given: there is nothing to read again");
   std::string unread;
   const ParameterMap again = read_again(unread);
+  if (unread.empty() && changed && !std::exchange(has_looked_, true) &&
+      again == filled(node_.facts().parameter_overrides, added_)) {
+    speaking_ = speaking_files();
+    return;
+  }
+  if (unread.empty()) unread = emptied_file(again);
   if (!unread.empty()) {
     bool news = !changed;
     for (auto& file : files_) news = file.failed(unread) || news;
     return news ? refuse(unread) : void();
   }
-  FileChanges found = file_changes(config_, again);
-  if (found.problems.empty()) {
-    Surroundings around = surroundings();
-    around.readable = {};  // not checked: files of keys that need a restart
+  Surroundings around = surroundings();
+  around.readable = {};  // not checked: files of keys that need a restart
+  FileChanges found = file_changes(config_, again, around);
+  if (found.problems.empty())
     found.problems = apply_change(config_, found.changes, around).problems;
-  }
   if (!found.problems.empty()) return refuse("in the parameter file: " + joined(found.problems));
+  speaking_ = speaking_files();
   if (!found.fixed.empty())
     node_.log(LogLevel::kWarn,
               joined(found.fixed) + ": changed in the parameter file; this needs a restart");

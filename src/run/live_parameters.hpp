@@ -31,8 +31,8 @@ class LiveParameters {
                  std::optional<PairingFolder> folder, Changes changes);
 
   [[nodiscard]] const Config& config() const { return config_; }
-  // Reads the parameter files again if one of them has changed and is not being written. Blocks as
-  // long as the disk does.
+  // Reads the parameter files again if one of them has changed and is not being written, and once
+  // after the start, quietly if they are as they were then. Blocks as long as the disk does.
   void check_files();
   // Reads them in any case. Rules change as a whole or not at all; the log says which rules
   // changed, what is wrong, and what else has changed and needs a restart.
@@ -48,6 +48,10 @@ class LiveParameters {
   // Those of the node's files and arguments, and of the pairing. `problem`: why they cannot be
   // read.
   [[nodiscard]] ParameterMap read_again(std::string& problem) const;
+  // Says which file has nothing for this node any longer, if keys in use are gone.
+  [[nodiscard]] std::string emptied_file(const ParameterMap& again) const;
+  // The files of --params-file that have something for this node.
+  [[nodiscard]] std::vector<std::string> speaking_files() const;
 
   boost::asio::io_context& io_;
   ros::Node& node_;
@@ -57,6 +61,9 @@ class LiveParameters {
   const std::optional<PairingFolder> folder_;
   std::vector<FileWatch> files_;
   ParameterMap added_;  // what the pairing has added at the start to files and -p
+  // Those that had something for this node when they were last used; before that is known, all.
+  std::vector<std::string> speaking_;
+  bool has_looked_ = false;  // whether a change since the program read them was looked for
 };
 
 }  // namespace connect_bridge

@@ -1,5 +1,6 @@
 #include "run/program.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -40,13 +41,16 @@ int refuse(const std::vector<std::string>& problems, const char* hint = "") {
 }
 
 // A node with another name finds no parameters in a file that is written for the default name.
-std::optional<std::string> other_section(const ros::Node& node, Role role) {
-  const std::string& name = node.facts().full_name;
-  for (const auto& other : node.facts().others_with_parameters)
-    if (other.ends_with(default_name(role)))
-      return "the parameter file has nothing for " + name + ", only for " + other + ": write " +
-             name + " or /** there";
-  return std::nullopt;
+bool has_default_section(const ros::NodeFacts& facts, Role role) {
+  const auto& others = facts.others_with_parameters;
+  return std::any_of(others.begin(), others.end(),
+                     [&](const auto& other) { return other.ends_with(default_name(role)); });
+}
+
+// All of them: one may be ours, with a misspelt name.
+std::string other_sections(const ros::NodeFacts& facts) {
+  return fmt::format("the parameter file has nothing for {0}, only for {1}: write {0} or /** there",
+                     facts.full_name, fmt::join(facts.others_with_parameters, ", "));
 }
 
 bool says_nothing(const ParameterMap& given) {
@@ -55,11 +59,15 @@ bool says_nothing(const ParameterMap& given) {
 
 std::optional<Config> read_config(const ros::Node& node, Role role, const ParameterMap& given,
                                   std::vector<std::string>& problems) {
-  const auto other = other_section(node, role);
+  const ros::NodeFacts& facts = node.facts();
+  const bool has_default = has_default_section(facts, role);
   const bool is_empty = says_nothing(given);
   Parsed parsed = parse_config(given, role, surroundings());
-  if (other && (is_empty || !parsed.problems.empty())) problems.push_back(*other);
-  if (other && is_empty) return std::nullopt;  // what is missing is in that section
+  const bool is_wrong = !parsed.problems.empty();
+  const bool is_for_others = is_empty && !facts.others_with_parameters.empty();
+  if (has_default ? is_empty || is_wrong : is_for_others && is_wrong)
+    problems.push_back(other_sections(facts));
+  if (has_default && is_empty) return std::nullopt;  // what is missing is in that section
   for (const auto& problem : parsed.problems) problems.push_back(to_text(problem));
   return problems.empty() ? std::move(parsed.config) : std::nullopt;
 }

@@ -19,7 +19,7 @@ class Drive {
   explicit Drive(std::uint64_t seed) : random_(seed) {}
 
   // A file of the Mahimahi form: a line for each 1500 bytes that can be carried, ms since the
-  // begin; it begins anew at its end. Throws std::runtime_error if there is nothing in it.
+  // begin; it begins again at its end. Throws std::runtime_error if there is nothing in it.
   static Drive recorded(const std::string& path) {
     constexpr std::size_t kMsMax = 10'000'000;
     Drive drive(0);

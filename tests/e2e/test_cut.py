@@ -108,7 +108,7 @@ def test_a_break_reconnects_at_once(relayed):
         relay.break_connections()
         assert back_after(publisher, collector) < 2
     (same,) = pair.operator.publishers("/t/steady")
-    assert list(same.endpoint_gid) == list(mirror.endpoint_gid), "the mirror was made anew"
+    assert list(same.endpoint_gid) == list(mirror.endpoint_gid), "the mirror was made again"
 
 
 @pytest.mark.slow

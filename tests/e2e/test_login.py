@@ -230,6 +230,15 @@ def test_a_file_that_is_for_another_name(domains, make_side, more):
     assert len(lines) == (3 if more else 2), lines
 
 
+def test_a_file_whose_node_is_misspelt(domains, make_side):
+    parameters = {"url": "ws://127.0.0.1:1", "auth": {"token": "a-token-for-one-run"}}
+    side = make_side("client", domains(1)[0], parameters, node="connect_cleint")
+    assert (
+        "nothing for /connect_client, only for connect_cleint: write /connect_client or /** there"
+        in refusal(side)
+    )
+
+
 def test_a_public_address_needs_login_and_tls(domains, make_side):
     domain, port = domains(1)[0], free_port()
     public = {"listen": {"address": "0.0.0.0", "port": port}}

@@ -1,4 +1,4 @@
-"""What the programs say without a ROS graph: their version, and what is wrong with a file."""
+"""What the programs say without a ROS graph: version, help, and what is wrong with a file."""
 
 import re
 import subprocess
@@ -18,6 +18,16 @@ def test_version(name):
     told = run(name, "--version")
     assert told.returncode == 0 and told.stdout.startswith("connect_bridge 0."), told.stderr
     assert len(told.stdout.splitlines()) == 1
+
+
+# A file that cannot be opened would be told if anything began.
+@pytest.mark.parametrize("name", ["server", "client"])
+@pytest.mark.parametrize("word", ["--help", "-h"])
+def test_help(name, word):
+    told = run(name, word, "--ros-args", "--params-file", "/nowhere.yaml")
+    assert told.returncode == 0 and told.stderr == ""
+    assert told.stdout.startswith(f"Usage: ros2 run connect_bridge {name} ")
+    assert f"named connect_{name}." in told.stdout and "auth.token_file" in told.stdout
 
 
 @pytest.mark.parametrize(
@@ -40,3 +50,15 @@ def test_a_file_that_cannot_be_used_is_told(tmp_path, text, said):
         assert refused.returncode == 2, refused.stderr
         assert refused.stderr.startswith("Not started: 1 problem")
         assert re.search(said, refused.stderr), refused.stderr
+
+
+def test_a_file_without_its_token_is_explained_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.delenv("CONNECT_BRIDGE_TOKEN", raising=False)
+    file = tmp_path / "robot.yaml"
+    file.write_text("connect_server:\n  ros__parameters:\n    listen: {port: 4711}\n",
+                    encoding="ascii")
+    checked = run("ctl", "check", file)
+    assert checked.returncode == 2
+    assert f"{file}: 1 problem\n  auth.token_file: expected a token" in checked.stderr
+    assert checked.stdout.startswith("The rest of the file means:\nlistens: on ")
+    assert ", port 4711, " in checked.stdout

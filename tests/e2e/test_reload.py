@@ -3,6 +3,7 @@
 import os
 import pty
 import signal
+import socket
 import subprocess
 import time
 
@@ -81,6 +82,49 @@ def test_a_wrong_file_changes_nothing(world):
     world.server.set_parameters(with_rules(world, AFTER))
     expect(world, ["a", "c"])
     check_links_stay(world)
+
+
+@pytest.mark.parametrize("left", ["", "connect_cleint: {ros__parameters: {rules: [drive]}}\n"])
+def test_a_file_without_anything_for_the_node_changes_nothing(domains, make_side, left):
+    """The address is no key of the file, so that a client could start without it: too freely."""
+    parameters = {
+        "rules": ["drive"],
+        "rule": {"drive": {"export_topics": ["/t/a"]}},
+    }
+    url = ("-p", f"url:=ws://127.0.0.1:{free_port()}")
+    token = {"CONNECT_BRIDGE_TOKEN": "a-token-for-one-run"}
+    side = make_side(
+        "client", domains(1)[0], parameters, env=token, arguments=("--ros-args", *url)
+    )
+    side.start()
+    until(lambda: side.status_file.exists(), "it runs", 20)
+    side.parameters_file.write_text(left, encoding="ascii")
+    side.wait_for(r"the rules stay as they were: .* has nothing for /connect_client any longer", 10)
+    side.process.send_signal(signal.SIGHUP)
+    until(lambda: side.text().count("any longer") == 2, "it says so again", 10)
+    assert "rules: 1" not in side.text()
+    changed = {**parameters, "rule": {"drive": {"export_topics": ["/t/b"]}}}
+    side.set_parameters(changed)
+    side.wait_for(r"rules: 1 changed \(drive\)", 10)
+
+
+def test_a_change_while_it_starts_is_noticed(domains, make_side):
+    """The login waits for an address that does not answer, and the file was read before."""
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        login = {
+            "method": "jwt",
+            "jwt_keys": f"http://127.0.0.1:{silent.getsockname()[1]}/keys",
+            "jwt_issuer": "issuer",
+            "jwt_audience": "robot",
+        }
+        parameters = {"listen": {"port": free_port()}, "auth": login, **BEFORE}
+        side = make_side("server", domains(1)[0], parameters).start()
+        silent.settimeout(20)
+        connection, _ = silent.accept()
+        with connection:
+            side.set_parameters({**parameters, **AFTER})
+            side.wait_for(r"rules: 1 added \(more\), 1 changed \(see\)", 20)
+    assert side.text().index("listening on") < side.text().index("rules: 1 added")
 
 
 def test_what_needs_a_restart_is_named_and_rules_change(world):

@@ -54,8 +54,8 @@ class StandIn {
 
   [[nodiscard]] std::uint16_t port() const { return port_; }
 
-  // Who has dialed, or -1. It ends with a reset: ports in TIME-WAIT would soon be all that there
-  // are.
+  // The socket of the client that has dialed, or -1. It ends with a reset: ports in TIME-WAIT would
+  // soon be all that there are.
   [[nodiscard]] int accepted() const {
     const int taken = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     const linger at_once{1, 0};

@@ -56,7 +56,7 @@ async def resets(attack):
 
 
 async def wrong_logins(attack):
-    """Who is not answered soon is too late for this attacker, and makes room for the next."""
+    """A connection that is not answered soon is given up, and makes room for the next."""
 
     async def log_in():
         async with attack.logged_in(b"a wrong token of some length", patience=0.05):

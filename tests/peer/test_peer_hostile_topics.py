@@ -108,7 +108,7 @@ def test_a_mirror_keeps_no_more_bytes_than_its_peer_may(world, mine):
     def sample(number):
         return cdr_bytes(bytes([number]) * (256 << 10))
 
-    # The mirror is made anew for such a large one, and demands all again.
+    # The mirror is made again for such a large one, and demands all again.
     arrived(mine, channel, sample(0), collector)
     for number in range(1, 17):
         mine.publish(channel, sample(number), part=300_000)

@@ -114,7 +114,7 @@ def test_session_continues(world, peer):
     new = peer(session=old.welcome["session"])
     assert old.wait_closed() == 4005
     assert new.welcome["session"] == old.welcome["session"]
-    new.until(lambda: new.complete, "the opening done anew")
+    new.until(lambda: new.complete, "the opening done again")
 
 
 def test_session_continues_after_a_loss(world, peer):

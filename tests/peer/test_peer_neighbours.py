@@ -139,7 +139,7 @@ def test_one_peers_jobs_do_not_stand_before_anothers(world, login, collect):
 
 
 def test_a_restarted_client_need_not_wait_for_its_own_ghost(world, login, collect):
-    """B15. The old connection hangs, as after a cut in the network; the same node comes anew."""
+    """B15. The old connection hangs, as after a cut in the network; the same node comes again."""
     collector = collect(String, "/o/joystick")
     offered = {"origins": [origin(1, gid_of("the joystick"), "/joystick")]}
     old = login("calm")

@@ -56,7 +56,7 @@ def test_without_a_hash_the_name_decides_which_is_said_once(tmp_path):
         for number in range(2):
             mine.offer(f"/o/unhashed{number}", "std_msgs/msg/String")
             own.graph.wait_publishers(f"/o/unhashed{number}", 1)
-        said = "no hash tells whether std_msgs/msg/String is here what it is at the peer"
+        said = "no hash shows whether std_msgs/msg/String is the same here and at the peer"
         assert own.server.text().count(said) == 1, own.server.text()
         mine.close()
     finally:

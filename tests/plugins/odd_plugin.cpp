@@ -2,6 +2,7 @@
 #include <connect_bridge/auth_plugin.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 
 #ifndef ODD_ABI
@@ -11,6 +12,14 @@
 namespace {
 
 int self;
+
+#ifdef ODD_MARKS
+// Makes the file of this variable: what a library does when it is loaded.
+[[gnu::constructor]] void mark() {
+  const char* const name = std::getenv("ODD_MARK");
+  if (std::FILE* const file = name ? std::fopen(name, "w") : nullptr) std::fclose(file);
+}
+#endif
 
 void* open_plugin(const char* options, char* problem, size_t problem_size) {
   if (std::strcmp(options, "full") == 0) std::memset(problem, 'x', problem_size);

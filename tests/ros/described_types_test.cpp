@@ -142,7 +142,7 @@ TEST_F(DescribedTypesTest, FieldsAreFreedWithTheLastUserOfTheirHash) {
     types.describe(kMadeUp, hash, text);
     EXPECT_EQ(types.described(), 1U);
     EXPECT_NE(std::get<0>(first).fields(), nullptr);
-    // Who comes later knows them, too.
+    // A node that comes later knows them, too.
     EXPECT_NE(std::get<0>(types.message(kMadeUp, hash)).fields(), nullptr);
   }
   EXPECT_EQ(types.made(), 1U);
@@ -198,7 +198,7 @@ TEST_F(DescribedTypesTest, AnswersAreCheckedFromThenOn) {
   EXPECT_EQ(made->response->read_from(right, 1000), std::nullopt);
   EXPECT_NE(made->request->read_from(Cdr{}.u32(1).bytes(), 1000), std::nullopt);
   EXPECT_EQ(other->response->read_from(huge, 1000), std::nullopt);
-  // Who comes later knows it, too; with the last one it is forgotten.
+  // A node that comes later knows it, too; with the last one it is forgotten.
   EXPECT_NE(std::get<0>(types.service(type, hash))->response->read_from(huge, 1000), std::nullopt);
 }
 

@@ -1,7 +1,9 @@
 #include "ros/rcl/fastdds_profile.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rmw/rmw.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +13,12 @@
 
 namespace connect_bridge::ros {
 namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kVariables[] = {"FASTDDS_DEFAULT_PROFILES_FILE",
                                       "FASTRTPS_DEFAULT_PROFILES_FILE"};
@@ -77,6 +85,33 @@ TEST_F(FastDdsProfileTest, ThereIsMoreSharedMemoryWhereThatIsWantedAndThere) {
   setenv(kTransports, "UDPv4", 1);
   EXPECT_FALSE(segment_is_given(1 << 20));
   unsetenv(kTransports);
+}
+
+TEST_F(FastDdsProfileTest, WithoutAFolderForTemporaryFilesThereIsAnother) {
+  if (!rmw.starts_with("rmw_fastrtps")) GTEST_SKIP() << rmw;
+  const char* const before = std::getenv("TMPDIR");
+  const std::string old = before ? before : "";
+  for (const char* folder : {"/nonexistent", "/proc"}) {  // the latter is one, but for nobody
+    setenv("TMPDIR", folder, 1);
+    const FastDdsProfile profile(true, 0);
+    EXPECT_NE(text_given().find("heartbeat"), std::string::npos) << folder;
+    EXPECT_THAT(profile.problems(), Not(Contains(HasSubstr("cannot write")))) << folder;
+  }
+  unsetenv("TMPDIR");
+  if (before) setenv("TMPDIR", old.c_str(), 1);
+}
+
+TEST_F(FastDdsProfileTest, ThatNoFileCanBeWrittenIsSaid) {
+  if (!rmw.starts_with("rmw_fastrtps")) GTEST_SKIP() << rmw;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const FastDdsProfile profile(true, 0);
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(given(), "");
+  EXPECT_THAT(profile.problems(), ElementsAre(AllOf(HasSubstr("cannot write a file with settings"),
+                                                    HasSubstr("/dev/shm: Too many open files"))));
 }
 
 TEST_F(FastDdsProfileTest, WhereNoMiddlewareIsLoadedNothingHappens) {

@@ -36,7 +36,7 @@ Bytes string_message(const std::string& text);
 Qos qos_of_depth(std::uint32_t depth);
 Bytes bytes_of(const Payload& payload);
 std::size_t resident_kilobytes();  // of this process
-std::size_t threads();             // likewise
+std::size_t threads();             // of this process
 // rmw_zenoh_cpp 0.6.7 blocks its thread for ever when an entity is destroyed while its callback
 // runs (ros2/rmw_zenoh#993).
 bool may_block_when_destroying();

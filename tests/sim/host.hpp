@@ -35,7 +35,7 @@ struct HostPlan {
   Duration graph_delay_max{};    // until a change of the graph is told
 };
 
-// Who may log in, and as whom.
+// The credentials that are accepted, and their identities.
 using Accounts = std::map<std::string, Identity>;  // by credential
 
 class Checker;
@@ -132,7 +132,7 @@ class Host : public Party {
   [[nodiscard]] TimePoint last_packet() const { return last_packet_; }
   [[nodiscard]] TimePoint last_network_change() const { return last_network_change_; }
   [[nodiscard]] TimePoint last_open() const { return last_open_; }
-  // Who logged in on a connection (server).
+  // The identities that logged in, by connection (server).
   [[nodiscard]] const Identity* identity_on(ConnectionId id) const;
   // Whether a login ends later than any did when it was made: the clock was set back meanwhile.
   [[nodiscard]] bool has_late_login() const;

@@ -72,7 +72,7 @@ void Hostile::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
   if (strict_ && welcome_ && !offended_ && code &&
       std::find(faults.begin(), faults.end(), *code) != faults.end()) {
     violated("a side ends a connection with " + std::to_string(*code) +
-             " for what it has to bear, lately:" + last_steps_);
+             " for what it must tolerate, lately:" + last_steps_);
   }
   connection_ = {};
   queue_.clear();

@@ -18,7 +18,7 @@ std::string_view text_of(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Who the host takes its peer for.
+// The identity that the host takes its peer for.
 Identity identity_of(const Host& host, ConnectionId id) {
   const Identity* who = host.identity_on(id);
   return who == nullptr ? Identity{} : *who;

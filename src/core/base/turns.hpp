@@ -11,8 +11,8 @@
 
 namespace connect_bridge {
 
-// Who finds no place is the newest of a line: of its own if that is full; where all places are
-// taken, of the longest. A line is found by looking at all of them. Not thread-safe.
+// Without room the newest item of a line is rejected: of its own line if that is full, else of the
+// longest. A line is found by looking at all of them. Not thread-safe.
 template <class Key, class Item>
 class Turns {
  public:

@@ -36,7 +36,7 @@ struct QueueOptions {
   // its own bound.
   std::uint64_t burst_bytes_max = 0;
   Duration lifespan = kForever;  // against the message's stamp, checked again when sending
-  Duration max_age = kForever;   // likewise
+  Duration max_age = kForever;   // as lifespan
   bool newest_only = false;      // depth 1; what a newer one displaces is kNewerAvailable
   // Nothing is dropped when the queue is full, neither here nor by the outbox's budget: the owner
   // limits what it pushes. Depth and bytes have no effect then.
@@ -124,8 +124,9 @@ class ChannelQueue {
   void forget_sent() { sent_.clear(); }
   // Of what was sent and is kept until the peer has it (SentMessages).
   [[nodiscard]] std::uint64_t resend_bytes() const { return sent_.bytes(); }
-  // The messages that resume and that may not have arrived, in order. Here they count as never
-  // accepted: the next connection's queue counts them.
+  // The messages that resume and that may not have arrived, in the order of the channel: those that
+  // are sent, the one that is partly sent, those that wait. Here they count as never accepted: the
+  // next connection's queue counts them, so that each counts once.
   std::deque<OutMessage> take_unarrived();
   // Queues such messages of the connection before, ahead of all, and with them what comes before
   // `until` while some still wait (Replay).
@@ -178,7 +179,7 @@ class ChannelQueue {
     std::uint32_t offset = 0;  // body bytes handed out
     TimePoint since{};
     Payload raw;        // of what was prepared smaller
-    Budget::Hold room;  // likewise (DeltaEncoder::Body)
+    Budget::Hold room;  // of that (DeltaEncoder::Body)
   };
   // The first of those that wait, prepared.
   struct Front {

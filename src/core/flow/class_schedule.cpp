@@ -72,6 +72,9 @@ const std::deque<ChannelQueue*>& ClassSchedule::light() const {
   return classes_[kLight].turns;
 }
 
+// Start-time fair queueing, as class_schedule.hpp describes it: of the classes that share, the one
+// whose clock is behind goes next. `present_` is the clock at which the last part began, from which
+// a class that was idle starts (add_turn).
 std::size_t ClassSchedule::next_class() const {
   for (std::size_t i = 0; i < kStrict; ++i)
     if (!classes_[i].turns.empty()) return i;

@@ -26,7 +26,7 @@ class ClassSchedule {
   void remove(ChannelQueue& queue);
 
   [[nodiscard]] bool empty() const { return front() == nullptr; }
-  // Whose turn it is; null when there is none.
+  // The queue whose turn it is; null when there is none.
   [[nodiscard]] ChannelQueue* front() const;
   // The front queue has sent so many bytes; the next of its class is on turn. If it rests now it
   // has no turn until wake().

@@ -7,9 +7,9 @@
 
 namespace connect_bridge {
 
-// Who publishes camera images faster than the link carries them loses some of them in any case.
-// Were as many to wait as fit, each would arrive late by what the others take; so only the newest
-// of a publisher waits then. One burst is no overload, however large: what fits of it may all wait.
+// If camera images are published faster than the link carries them, some of them are lost in any
+// case. If as many as fit waited, each would be late by what the others take; so only the newest of
+// a publisher waits then. One burst is no overload, however large: what fits of it may all wait.
 class Overload {
  public:
   // A message was sent, in this time from its first part to its last. A single slow one may have

@@ -12,7 +12,7 @@ constexpr double kGrowth = 1.5;
 constexpr double kArrives = 0.75;  // of what leaves, at least; 1 / kGrowth is no more than before
 constexpr double kHeldBack = 0.9;
 constexpr Duration kStays = 3s;  // without need
-// So long a queue of somebody else is never short.
+// Another sender's queue never stays short for this long.
 constexpr Duration kSeenAlone = 2s;
 // By more than half of what it was, as far as TCP empties it after a loss, and this.
 constexpr Duration kQueueGrows = 30ms;

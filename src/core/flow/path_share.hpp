@@ -7,11 +7,11 @@
 
 namespace connect_bridge {
 
-// Who fills the queue leaves nothing to a sender that holds back for every queue. So from begin()
-// on at least rate() leaves, whatever the queue. It grows as long as what leaves arrives: had the
-// path itself become slower, it would not. It ends at half of what the path carried alone; where
-// that was never seen, at half of what arrives when more does not. It is given up when the queue
-// grows: that of somebody else is as long as the path's buffer, ours as what we send.
+// A sender that fills the queue leaves nothing to one that holds back for every queue. So from
+// begin() on at least rate() leaves, whatever the queue. It grows as long as what leaves arrives:
+// had the path itself become slower, it would not. It ends at half of what the path carried alone;
+// where that was never seen, at half of what arrives when more does not. It is given up when the
+// queue grows: that of somebody else is as long as the path's buffer, ours as what we send.
 //
 // Rates in bytes per second. Belongs to one connection.
 class PathShare {

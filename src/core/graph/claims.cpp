@@ -56,7 +56,7 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   return true;
 }
 
-// Whose publisher is not told ends by its last word or by its silence alone.
+// A bridge whose publisher is not known ends by its last word or by its silence alone.
 bool Claims::retain(const std::unordered_set<Gid>& before, const std::unordered_set<Gid>& after,
                     TimePoint now) {
   const auto gone = std::erase_if(by_side_, [&](const auto& entry) {
@@ -94,6 +94,10 @@ std::optional<TimePoint> Claims::deadline() const {
   return first;
 }
 
+// The graph shows what a bridge has ended for a while longer: its publishers are mirrors until
+// then, its servers no real ones. A bridge that fell silent leaves its servers behind for as long
+// as the middleware takes to miss it. They must keep nobody from taking over (is_left_behind),
+// while one that ended in order has removed them, or gave way to a real server.
 void Claims::end(const Claim& claim, const Claim& next, bool silent, TimePoint now) {
   // A whole second: what ends one by one is not to be forgotten one by one.
   const TimePoint shown = std::chrono::ceil<std::chrono::seconds>(now + kMirrorShown);
@@ -149,6 +153,9 @@ void Claims::hear(const Token128& side) {
   }
 }
 
+// A bridge that feeds loses only to another one that feeds and has a smaller side id; one that does
+// not yet feed loses to every bridge that feeds, and to smaller ids. All bridges judge the same
+// claims by the same rule, so they agree without asking each other.
 bool Claims::is_better(const OthersOf& others, const Gid& gid, bool feeds) {
   const auto it = others.find(gid);
   if (it == others.end()) return false;

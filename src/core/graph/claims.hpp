@@ -25,7 +25,7 @@ namespace connect_bridge {
 Gid service_gid(std::string_view service);
 
 // The claims of the other bridges in this graph, by the ids of their sides: nothing here depends on
-// what a middleware tells of a sample's publisher. Single-threaded.
+// what a middleware shows of a sample's publisher. Single-threaded.
 class Claims {
  public:
   explicit Claims(Token128 own) : own_(own) {}
@@ -75,15 +75,15 @@ class Claims {
   // The publishers here that are other bridges' mirrors, as they say. One that a bridge has ended
   // stays for a moment: the graph may show it longer.
   [[nodiscard]] const std::unordered_set<Gid>& mirrors() const { return mirrors_; }
-  // The sides at the other ends of the other bridges' links: to whom we are linked as well, may
-  // have them in its graph. `since`: when that was said first; the beginning of time, if it was the
+  // The sides at the other ends of the other bridges' links. A peer of ours may have them in its
+  // graph. `since`: when that was said first; the beginning of time, if it was the
   // first that was heard of the bridge.
   struct FarPeer {
     ClaimedPeer peer;
     TimePoint since;
   };
   [[nodiscard]] std::vector<FarPeer> peers() const;
-  // Who they are, or which bridges are here, has changed: true once after every change.
+  // These sides, or the bridges that are here, have changed: true once after every change.
   bool take_peers_change() { return std::exchange(peers_changed_, false); }
 
   // The peer of this link says now that these bridges may be in our graph. Those that are not known

@@ -10,13 +10,13 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint32_t kBridgesDepth = 100;  // one sample each of so many bridges
-// A claim is told again, as a sign of life, and ends after so many that are missing. Where no other
-// bridge is known it is told for those that come.
+// A claim is repeated as a sign of life, and ends after kMissingMax missed repetitions. Where no
+// other bridge is known it is repeated for those that come.
 constexpr Duration kBesideOthers = std::chrono::seconds(1);
 constexpr Duration kAlone = std::chrono::seconds(3);
 constexpr int kMissingMax = 3;
 constexpr Duration kAfterDead = std::chrono::seconds(1);
-// A large claim is told less often: that takes so many bytes per period at the most.
+// A large claim is repeated less often, so that this is about what it costs per shortest period.
 constexpr std::size_t kPeriodBytes = 50'000;
 
 }  // namespace
@@ -56,7 +56,7 @@ void ClaimsTopic::publish(Claim claim, const Now& now) {
   told_at_ = now.steady;
   told_bytes_ = claim_bytes(claim);
   period_ = period_of(told_bytes_);
-  // Who is silent may still serve calls while its peer does not know that.
+  // A bridge that has fallen silent may still serve calls until its peer notices.
   const Duration good = std::max<Duration>(kMissingMax * period_, dead_after_ + kAfterDead);
   claim.good_for = std::chrono::ceil<std::chrono::milliseconds>(std::min(good, kClaimGoodMax));
   outputs_.push(Publish{mirror_, serialize(claim, now.system)});

@@ -19,11 +19,11 @@ class ClaimsTopic {
 
   // What this side mirrors has changed.
   void change() { changed_ = true; }
-  // Whether the others are to be told of it now, or told again: then the caller publishes it. A
-  // claim names all that is mirrored, so where much comes and goes it is told now and then.
+  // Whether a claim is due, because of a change or as a sign of life: then the caller publishes it.
+  // A claim names all that is mirrored, so many changes are published together.
   [[nodiscard]] bool take_due(const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const;
-  // Tells the others. The last claim reaches those that come later.
+  // To the other bridges. The last claim reaches those that come later, too.
   void publish(Claim claim, const Now& now);
   // Our last word: we mirror nothing any longer.
   void end(const Token128& side, const Now& now);

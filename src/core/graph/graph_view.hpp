@@ -83,7 +83,7 @@ class GraphView {
 // section 2.2.3).
 std::string incompatible_policy(const Qos& offered, const Qos& requested);
 
-// Who can get nothing from a publisher of this QoS at this node.
+// The subscribers that can get nothing from a publisher of this QoS at this node.
 struct IncompatibleSubscribers {
   std::vector<std::string> lines;  // for people, one for each
   bool unnamed = false;            // of others the name, or the publisher's, is not known yet

@@ -7,6 +7,10 @@
 
 namespace connect_bridge {
 
+// Samples leave in the order in which they came, whatever their sizes: one at a time is with a
+// worker, and none behind it begins, not even a small one. A sample begins only when next() asks
+// for it. So what the links cannot carry is displaced here, before it has cost processor time.
+
 std::vector<OutSample> Encoder::push(OutSample sample) {
   waiting_bytes_ += sample.raw.size();
   waiting_.push_back(std::move(sample));
@@ -41,6 +45,8 @@ Encoder::Encoded Encoder::pass() {
   return whole(take_waiting(), std::nullopt);
 }
 
+// A sample that a worker has stays at work, though perhaps for no link any more: the job is on its
+// way, and the next sample follows its result.
 std::vector<OutSample> Encoder::forget(LinkId link) {
   std::vector<OutSample> forgotten;
   const auto leave = [&](OutSample& sample) {

@@ -65,7 +65,7 @@ struct CallLines {
 // It outlives the links, so that logging in again and again, or with many links, does not give
 // more. Single-threaded.
 struct Account {
-  // Who must wait for its pace asks again after this time.
+  // What must wait for a pace asks again after this time.
   static constexpr Duration kPacing = std::chrono::milliseconds(100);
 
   explicit Account(const AccountOptions& options = {}, Shares* all = nullptr)

@@ -122,6 +122,9 @@ Result<Nothing> Connection::on_control(ByteView text, const Now& now) {
   return user_->on_control(control.value(), now);
 }
 
+// Frames take effect one after the other, until one is wrong. The packet is acknowledged as a whole
+// and last, since the count includes it. One that holds only acknowledgements and time frames makes
+// none due by its age: two idle sides would acknowledge each other's acknowledgements for ever.
 Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   FrameReader reader(packet.view());
   Acknowledger::Contents contents;

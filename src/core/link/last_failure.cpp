@@ -32,13 +32,18 @@ void LastFailure::tell(Line line, const Now& now) {
     before_until_ = now.steady + kTurn;
   }
   const bool same = line.reason == reason_;
-  if (same && now.steady < next_) return;
+  const bool is_news = !same && news_ < kNews;
+  if (!is_news && now.steady < next_) {
+    reason_ = line.reason;
+    return;
+  }
+  news_ = same ? 0 : news_ + 1;
   set(line.reason, now);
-  if (same) {
+  if (is_news) {
+    outputs_.log(line.level, line.what + line.reason + line.hint);
+  } else {
     outputs_.log(LogLevel::kWarn, "still cannot connect, for " + long_time(now.steady - *since_) +
                                       ": " + line.reason + line.hint);
-  } else {
-    outputs_.log(line.level, line.what + line.reason + line.hint);
   }
 }
 

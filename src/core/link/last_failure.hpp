@@ -12,12 +12,14 @@
 namespace connect_bridge {
 
 // A client dials again and again, for as long as it takes. The log has a line about it when the
-// reason is another one, and every ten minutes while it stays the same or two take turns.
-// Single-threaded; owned by Links.
+// reason is another one, and every ten minutes while it stays the same or two take turns. After
+// kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only,
+// until a reason stays. Single-threaded; owned by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);
   static constexpr Duration kTurn = std::chrono::minutes(2);  // of two reasons that take turns
+  static constexpr int kNews = 10;
 
   // A line of the log is `what`, the reason and `hint`.
   struct Line {
@@ -40,6 +42,7 @@ class LastFailure {
     reason_.clear();
     before_.clear();
     since_.reset();
+    news_ = 0;
   }
 
  private:
@@ -49,6 +52,7 @@ class LastFailure {
   TimePoint before_until_{};        // until then it takes turns
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not told again
+  int news_ = 0;                    // told, since a reason has stayed
 };
 
 }  // namespace connect_bridge

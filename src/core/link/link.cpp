@@ -120,8 +120,8 @@ Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
 }
 
-// The peer keeps the mirrors of before the connection for 30 s (protocol.md section 7): it has the
-// first offers long before, however many are looked at before it.
+// The peer keeps the mirrors of an earlier connection for 30 s (protocol.md section 7): the first
+// offers reach it long before that, however many other lists are compared before its own.
 TimePoint Link::accepts_due(const Now& now) const {
   const TimePoint due = std::max(accepts_pace_.ready_at(), account->accepts.ready_at());
   return std::max(now.steady, accepts ? due : std::min(due, opened_at + kFirstAcceptsMax));

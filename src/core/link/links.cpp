@@ -146,6 +146,10 @@ void Links::on(CredentialChanged& input, const Now& now) {
   dial_if_due(now);
 }
 
+// A session secret is no credential: a login continues only a link of its own identity. Without one
+// it needs a place: among the links of its identity, so that one token cannot take all places, and
+// among all. The oldest link that is lost gives way, because a peer that is here counts for more
+// than one that may return.
 Link* Links::continued_by(const Connection& connection, const Identity& identity) {
   for (auto& [id, link] : links_)
     if (connection.peer().session && link.session == connection.peer().session &&
@@ -292,12 +296,12 @@ void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.orphans_end_at.reset();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
-  // A peer that accepts the login and then ends the link is not dialed in a hurry for ever.
+  // A peer that accepts the login and then ends the link is not dialed in a hurry again and again.
   if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
   dial_later(failure, now);
 }
 
-// Without anything to go on with it need not wait.
+// If nothing can resume, the link is forgotten at once.
 void Links::end(Link& link, const Now& now) {
   link.dead_at.reset();
   user_.on_link_dead(link, now);

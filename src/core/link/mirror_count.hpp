@@ -11,7 +11,7 @@
 namespace connect_bridge {
 
 // Counted as they come and go, in all and by topic (local name and type): to search for them at
-// each origin that a peer tells of would let it keep this side busy with little.
+// each origin that a peer offers would let it keep this side busy with few bytes.
 class MirrorCount {
  public:
   using Topic = std::pair<std::string, std::string>;

@@ -18,8 +18,8 @@ namespace connect_bridge {
 void note_offence(Link& link, CloseCode code, const Now& now);
 // Fails the links in whose place others of their identities were let through (TextLimit).
 void end_loudest(LinkTable& links);
-// Server: when this identity may log in; `continued`: the link that goes on with that, or null. Who
-// has no name shares its fate with nobody.
+// Server: when this identity may log in; `continued`: the link that goes on with that, or null.
+// Links without an identity are judged singly.
 [[nodiscard]] TimePoint may_log_in_at(const Identity& identity, const Link* continued,
                                       Accounts& accounts);
 

@@ -44,7 +44,7 @@ class Strangers {
   // wrong one, to the end, where there are too many of them: of its address, or of all.
   [[nodiscard]] bool puts_off(Authenticated& answer, TimePoint not_before, const Now& now);
   std::optional<Authenticated> take_due(const Now& now);
-  // The login method tells of its own accord: that holds for the logins that wait, too.
+  // The login method reports changes by itself: they hold for the logins that wait, too.
   void take_changes(const IdentitiesChanged& changed);
 
   void on_time(const Now& now);

@@ -18,7 +18,7 @@ namespace connect_bridge {
 
 enum class Direction : std::uint8_t { kExport, kImport };
 
-// Who the peer is, as the login method found.
+// The identity of a peer, as the login method found it.
 struct Identity {
   std::string name;  // empty: nobody (no login required)
   std::vector<std::string> groups;

@@ -18,8 +18,8 @@ namespace connect_bridge {
 struct TlsOptions {
   std::string certificate_file{};  // the whole chain, our own certificate first
   std::string private_key_file{};
-  // Who is trusted. Empty: for a client the system's authorities; a server wants no certificate of
-  // clients, else every client must show one.
+  // The authorities to trust. Empty: for a client the system's authorities; a server wants no
+  // certificate of clients, else every client must show one.
   std::string ca_file{};
   // Client: name or address in the server's certificate; empty: the URL's host.
   std::string server_name{};

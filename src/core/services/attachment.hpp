@@ -75,7 +75,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void on_failed(ServedCall& call, const std::string& reason, const Now& now);
   void on_timeout(ServedCall& call, const Now& now);
   // Ends the calls that were handed over before that time: only servers that are gone could answer
-  // them, so they would keep their places for ever.
+  // them, so they would never give up their places.
   void end_lost(TimePoint before, const Now& now);
   [[nodiscard]] bool has_calls() const { return !calls_.empty(); }
 

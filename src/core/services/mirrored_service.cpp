@@ -12,7 +12,7 @@
 namespace connect_bridge {
 namespace {
 
-// Who finds no place asks again after this time: places become free rarely, and many may wait.
+// A service without a place asks again after this time: places become free rarely.
 constexpr Duration kPlacePacing = std::chrono::seconds(2);
 
 // All that wait for the same reason look again together.
@@ -180,10 +180,10 @@ void MirroredService::claim(const Now& now) {
 
 TimePoint MirroredService::time_to_appear(TimePoint discovered, const Now& now) const {
   const bool waited = plan_ && plan_->waits_for_neighbours;
-  // Who waited has not claimed it: a bridge that need not wait must not give way to one that waits.
+  // While this bridge waited it claimed nothing: one that need not wait must not give way to it.
   const bool settles = !mirroring_.graph.bridges().empty() || (waited && mirroring_.claims.any());
   const Duration settle = settles ? kServiceSettle : Duration::zero();
-  // Who was waited for, and started at the same moment, must be heard to serve.
+  // A bridge that was waited for, and that started at the same moment, must be heard to serve.
   if (waited) return std::max(now.steady, discovered) + settle;
   const TimePoint at = std::max(now.steady + settle, discovered);
   return plan_ ? std::max(plan_->at, at) : at;

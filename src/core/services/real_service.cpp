@@ -103,7 +103,7 @@ void RealService::recheck(Link& link, const Now& now) {
   }
   const bool whole =
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
-  Ending why{"its action is not whole any longer"};
+  Ending why{"a part of its action no longer exists"};
   // The peer knows what it does not accept any longer.
   if (whole && permission(link, Asking::kOwnRules))
     why = {"the peer does not accept it any longer"};

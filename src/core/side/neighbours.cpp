@@ -13,7 +13,7 @@
 namespace connect_bridge {
 namespace {
 
-// What comes at the same time came before: a claim of another bridge takes so long to arrive.
+// A claim takes up to this long to arrive, so a bridge that is heard within it counts as earlier.
 constexpr Duration kMeanwhile = std::chrono::milliseconds(50);
 // A client that lives is mostly heard within this time: it acknowledges what it gets.
 constexpr Duration kHeard = std::chrono::milliseconds(250);
@@ -101,7 +101,7 @@ std::vector<ClaimedPeer> peers_of(const LinkTable& links) {
   return peers;
 }
 
-// A client that was started again is not told of the link that it had before. But two clients may
+// The link that a client had before it was started again is not its neighbour. But two clients may
 // have one identity and one name: the same launch file on two machines.
 Neighbours::Told& Neighbours::look(const Link& link, const LinkTable& links, const Claims& claims,
                                    const Now& now) {
@@ -120,7 +120,7 @@ Neighbours::Told& Neighbours::look(const Link& link, const LinkTable& links, con
   return told;
 }
 
-// A link that is heard after the newer one opened was not that client's. True: it is told of more.
+// A link that is heard after the newer one opened was not that client's. True: some were added.
 bool Neighbours::take_living(Told& told, const Link& link, const LinkTable& links,
                              const Claims& claims) {
   bool added = false;

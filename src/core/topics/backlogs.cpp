@@ -74,6 +74,9 @@ void Backlogs::miss() {
     if (!backlog.is_over()) backlog.drop(DropReason::kResumeBound);
 }
 
+// What was kept goes on only where the topic is still offered with the treatment and the type that
+// it was kept under: the peer's demand and the rules of both sides were for these. The peer's list
+// may not be compared yet (long ones are compared a little at a time); until then it stays.
 bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
@@ -86,6 +89,9 @@ bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   return false;
 }
 
+// The first demand on the new connection decides. `after` says what had arrived: that counts as
+// sent, although it was never acknowledged, and the rest is sent. Without `after` the peer does not
+// know where it was: to send what was kept could repeat messages, so it is dropped.
 bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand, const Now& now) {
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return false;
@@ -146,7 +152,7 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& no
   // A peer that comes and goes causes it as often.
   if (const auto end = link.account->lines.take(now))
     context_.outputs.log(lost > 0 ? LogLevel::kWarn : LogLevel::kInfo,
-                         "of the break of the link with " + link.label() + " " +
+                         "after the break of the link with " + link.label() + " " +
                              std::to_string(resumed) + " messages come late, " +
                              std::to_string(lost) + " are lost" + *end);
 }

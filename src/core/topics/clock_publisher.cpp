@@ -87,15 +87,19 @@ std::optional<TimePoint> ClockPublisher::deadline() const {
 
 bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOptions& options,
                  const Policy& policy, bool follows) {
+  const auto asks = [](const auto& entry) {
+    const Link& link = entry.second;
+    return link.open() && link.accepts && link.accepts->told().ros_time;
+  };
+  // Nearly always nobody does, and this is looked at after each input.
+  if (std::none_of(links.begin(), links.end(), asks)) return false;
   const TopicState* clock = graph.find({"/clock", kClockType});
   const auto wire_name = options.names.to_wire("/clock");
   const bool exists = clock && !clock->publishers.empty();
   if ((!exists && !follows) || !wire_name) return false;
   return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
-    const Link& link = entry.second;
-    return link.open() && link.accepts && link.accepts->told().ros_time &&
-           policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name, kClockType,
-                         link.identity);
+    return asks(entry) && policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
+                                        kClockType, entry.second.identity);
   });
 }
 

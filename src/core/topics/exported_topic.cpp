@@ -179,7 +179,7 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 // ---- the subscription
 
 Qos ExportedTopic::wanted_qos() const {
-  // Whoever listens will demand it: to subscribe in another way then would lose a first message.
+  // A listener will demand it: to subscribe in another way then would lose a first message.
   QosOverride weakest = early_.rules_of_awaited();
   if (is_command(key_) || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);

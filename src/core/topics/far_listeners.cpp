@@ -123,8 +123,9 @@ Duration FarListeners::wait_to_count(const OfLink& of_link, const TopicKey& topi
     lacking = "no memory is left in its share (memory_max)";
   if (has_too_many_types(account, topic)) lacking = "a name has too many types";
   if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
-  side_.outputs.log_once(account.told, LogLevel::kWarn,
-                         "not all listeners of a peer are subscribed for: " + std::string(lacking));
+  side_.outputs.log_once(
+      account.told, LogLevel::kWarn,
+      "not all listeners of a peer have a subscription here: " + std::string(lacking));
   return Account::kPacing;
 }
 

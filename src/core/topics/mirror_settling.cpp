@@ -40,7 +40,7 @@ void MirrorSettling::release(bool silent, const Now& now) {
   released_ = released;
   context_.claim_changed = true;
   if (released) {
-    // Who has not fed must claim it first when the link is back.
+    // A mirror that has not fed must claim its origin first when the link is back.
     released_at_ = feeds_ ? now.steady : TimePoint::max() - kTopicSettle;
     settles_.cancel();
     return set_feeds(false);
@@ -85,7 +85,8 @@ bool MirrorSettling::on_time(const Now& now) {
 
 void MirrorSettling::settle_at(TimePoint settled, const Now& now) {
   settles_.cancel();
-  // Who waits has claimed nothing, so it does not settle before that is over (on_claims()).
+  // A bridge that waits has claimed nothing, so it does not settle before that is over
+  // (on_claims()).
   if (waits_for_neighbours_) settled = std::max(settled, now.steady + kTopicSettle);
   if (settled > now.steady) settles_ = context_.timers.set(settled, &mirror_);
   set_feeds(!settles_);

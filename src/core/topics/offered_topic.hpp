@@ -20,7 +20,9 @@ namespace connect_bridge {
 class PeerTopics;
 
 // Demands the topic while one of the mirrors that it feeds wants data; receives its messages,
-// decompresses them in order, and gives them to the mirrors of their origins.
+// decompresses them in order, and gives them to the mirrors of their origins. While a worker has
+// one, all later messages wait behind it, of any origin, also those that need no worker: so the
+// order of each origin is that of the channel.
 class OfferedTopic final : public IncomingChannel, private JobOwner {
  public:
   // `key` has the local name; the rest as the peer offers it.

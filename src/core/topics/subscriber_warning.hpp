@@ -26,7 +26,7 @@ class SubscriberWarning {
  private:
   ImportContext& context_;
   Mirror& mirror_;
-  Timers<Mirror*>::Timer unnamed_;  // then what has no name yet is told without
+  Timers<Mirror*>::Timer unnamed_;  // then those without a name yet are logged, too
 };
 
 }  // namespace connect_bridge

@@ -65,9 +65,9 @@ void ToldListeners::tell(Link& link) {
   for (const auto& [key, listener] : present) {
     if (told.listeners.contains(key)) continue;
     if (told.listeners.size() >= kListenersMax) {
-      side_.outputs.log_once(link.account->told, LogLevel::kWarn,
-                             "not all who listen here are told to " + link.node +
-                                 ": no more than " + std::to_string(kListenersMax));
+      side_.outputs.log_once(
+          link.account->told, LogLevel::kWarn,
+          "only " + std::to_string(kListenersMax) + " listeners are reported to " + link.node);
       break;
     }
     const ListenerId id{++told.last};

@@ -144,7 +144,7 @@ void TopicOffer::withdraw(const Ending& why) {
 void TopicOffer::withdraw_outdated() {
   const auto& [name, type] = topic_.key();
   if (!context_.actions.type_of(InterfaceKind::kTopic, name, type))
-    return withdraw({"its action is not whole any longer"});
+    return withdraw({"a part of its action no longer exists"});
   if (own_permission())
     return withdraw({"rules here, its type, or what the peer accepts have changed"});
   withdraw({"no rule allows exporting it any longer", "not_permitted"});

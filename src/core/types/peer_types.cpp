@@ -163,7 +163,10 @@ void PeerTypes::ask(const Definition& name, PeerType& type) {
   if (type.users > 0 && choice.again) type.next = timers_.set(*choice.again, name);
 }
 
-// A peer that leaves its questions unanswered keeps none of them from the others.
+// One peer is asked at a time, because any of them gives the same text: the first that was not
+// asked lately and has room for a question. If all that may be asked have enough questions open,
+// the type waits in the line of the first; if all were asked lately, until one may be asked again.
+// After kPatience the next is asked, so a peer that does not answer keeps no type from the others.
 PeerTypes::Choice PeerTypes::choose(PeerType& type) {
   Choice choice;
   for (auto& [link, source] : type.sources) {

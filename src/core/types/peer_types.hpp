@@ -19,19 +19,19 @@
 
 namespace connect_bridge {
 
-// Who needs a description: the mirror of a topic, or of a service.
+// The mirror, of a topic or of a service, that needs a description.
 using TypeUser = std::variant<MirrorId, ServiceMirrorId>;
 
 // Asks the peers for the descriptions that something here needs, checks them against their hashes,
 // and keeps them as long as a channel with that type and hash is offered, or a mirror here has it.
-// Whoever gives one of them first gives it for all links: it is the same for all that have the
-// hash. What is kept counts in the memory of the link that gave it. Single-threaded; owned by the
-// side.
+// The first peer that gives one of them gives it for all links: it is the same for all that have
+// the hash. What is kept counts in the memory of the link that gave it. Single-threaded; owned by
+// the side.
 class PeerTypes {
  public:
-  // Whoever has not answered by then is not waited for; another one is asked.
+  // A peer that has not answered by then is not waited for; another one is asked.
   static constexpr Duration kPatience = std::chrono::seconds(5);
-  // Who did not know it may know it later: its node may not have been discovered yet.
+  // A peer that did not know it may know it later: it may not have discovered the node yet.
   static constexpr Duration kAskAgain = std::chrono::seconds(10);
   static constexpr int kAsksMax = 3;  // one connection about one type
 
@@ -83,7 +83,7 @@ class PeerTypes {
     // The one to ask about.
     [[nodiscard]] ChannelId channel() const { return *channels.begin(); }
   };
-  // Whom to ask for a type.
+  // The peer to ask for a type.
   struct Choice {
     Source* free = nullptr;          // not asked before, or long ago
     const Link* full = nullptr;      // the first one that has enough questions

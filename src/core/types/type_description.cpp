@@ -39,8 +39,10 @@ bool has_string_capacity(FieldKind kind) {
   return kind >= FieldKind::kFixedString;
 }
 
-// Reads the canonical form and nothing else, which takes a hundredth of the time of any JSON: a
-// hostile text may have its full length. After the first problem the rest is skipped.
+// The canonical form is the one text of a description that is hashed: members in this order, one
+// blank behind each ':' and ',', no escapes, the nested types in the order of their names. It reads
+// that and nothing else, which takes a hundredth of the time of any JSON: a hostile text may have
+// its full length. After the first problem the rest is skipped.
 class Reading {
  public:
   explicit Reading(std::string_view text) : rest_(text) {}
@@ -87,7 +89,7 @@ class Reading {
     literal("]");
   }
 
-  // Up to the end of a string. Whoever uses it checks that it is a name, without escapes.
+  // Up to the end of a string. The caller checks that it is a name, without escapes.
   std::string_view text() {
     const auto end = rest_.find('"');
     if (end == std::string_view::npos) {

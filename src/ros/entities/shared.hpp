@@ -60,9 +60,10 @@ struct Shared {
     if ((distro::kTypeHashes && !hash_there.empty()) || std::exchange(told_unhashed, true)) return;
     const std::string silent = distro::kTypeHashes ? "the peer" : "this side";
     node.log(LogLevel::kInfo,
-             "no hash tells whether " + type + " is here what it is at the peer: where " + silent +
-                 " knows none (in ROS 2 Humble; of services it lacks), the name of a type decides "
-                 "alone; said once");
+             "no hash shows whether " + type + " is the same here and at the peer: where " +
+                 silent +
+                 " knows none (in ROS 2 Humble; of services it lacks), only the names of types are "
+                 "compared; said once");
   }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }

@@ -1,4 +1,4 @@
-// Whose the servers of services are where the middleware shows no ids of them (middleware.hpp).
+// The owners of services' servers where the middleware shows no ids of them (middleware.hpp).
 #pragma once
 
 #include <cstddef>

@@ -86,7 +86,7 @@ struct Node::State {
   OwnEndpoints own{middleware().participant_bytes};
   std::optional<PublisherIds> publisher_ids;
   bool logging = false;
-  std::string no_log_file;                 // why; empty: there is one, or none is wanted
+  std::vector<std::string> warnings;       // of the start, for the log
   std::vector<std::string> all_arguments;  // as they were: main() may scrub secrets in its own
   NodeFacts facts;
 
@@ -131,11 +131,15 @@ void Node::State::open(const NodeOptions& options) {
   ask_for_whole_graph(is_loaded);
   const FastDdsProfile profile(is_loaded,
                                options.publishes_images ? FastDdsProfile::kLargeSegment : 0);
+  warnings = profile.problems();
   open_context(options);
   read_arguments(options);
   all_arguments.assign(options.argv, options.argv + options.argc);
-  no_log_file = begin_log(context.global_arguments, all_arguments);
+  const std::string no_file = begin_log(context.global_arguments, all_arguments);
   logging = true;
+  if (!no_file.empty())
+    warnings.push_back(no_file +
+                       "; so no log file is written, as with --disable-external-lib-logs");
   // Until Iron rcl_node_init() opens /rosout if it may, since Jazzy it does not.
   rcl_node_options_t node_options = rcl_node_get_default_options();
   node_options.enable_rosout = false;
@@ -222,9 +226,7 @@ Node::State::~State() {
 
 Node::Node(const NodeOptions& options) : state_(std::make_unique<State>()) {
   state_->open(options);
-  if (!state_->no_log_file.empty())
-    log(LogLevel::kWarn,
-        state_->no_log_file + "; so no log file is written, as with --disable-external-lib-logs");
+  for (const auto& warning : state_->warnings) log(LogLevel::kWarn, warning);
 }
 
 Node::~Node() = default;

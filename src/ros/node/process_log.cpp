@@ -27,8 +27,8 @@ void write_log(const rcutils_log_location_t* location, int severity, const char*
   rcl_logging_multiple_output_handler(location, severity, name, stamp, format, arguments);
 }
 
-// What is wrong, or nothing. After a failure it can be called again: rcl begins its list of outputs
-// anew, and keeps what it has for /rosout.
+// What is wrong, or nothing. After a failure it can be called again: rcl begins a new list of
+// outputs, and keeps what it has for /rosout.
 std::string set_up(const rcl_arguments_t& arguments) {
   const auto allocator = rcl_get_default_allocator();
   try {

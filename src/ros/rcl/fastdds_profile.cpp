@@ -4,10 +4,13 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
+
+#include "ros/rcl/shared_memory.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -43,6 +46,13 @@ bool user_has_profiles() {
     if (std::getenv(version.variable)) return true;
   return access("DEFAULT_FASTDDS_PROFILES.xml", F_OK) == 0 ||
          access("DEFAULT_FASTRTPS_PROFILES.xml", F_OK) == 0;
+}
+
+bool shares_memory() {
+  const char* const transports = std::getenv("FASTDDS_BUILTIN_TRANSPORTS");
+  if (transports == nullptr) return true;
+  const std::string_view chosen(transports);
+  return !chosen.starts_with("UDP") && chosen != "NONE";
 }
 
 // Other participants need room, too, and a segment without memory behind it ends the process.
@@ -82,16 +92,24 @@ std::string text_for(const Version& version, std::size_t segment_bytes) {
 )";
 }
 
-// A new file with this text, readable for its owner alone; empty: it could not be written.
-std::string new_file(const std::string& text) {
+// A new file with this text, readable for its owner alone; empty: `problem` says why there is none.
+// Not one without a name (memfd_create): Fast DDS 3 wants a path that realpath() knows.
+std::string new_file(const std::string& text, std::string& problem) {
   std::error_code error;
-  std::string path = std::filesystem::temp_directory_path(error) / "connect_bridge_XXXXXX.xml";
-  const int file = error ? -1 : mkstemps(path.data(), 4);
-  if (file < 0) return {};
-  const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
-  close(file);
-  if (written) return path;
-  unlink(path.c_str());
+  const auto temporary = std::filesystem::temp_directory_path(error);
+  const std::filesystem::path folders[] = {error ? "/tmp" : temporary, "/dev/shm"};
+  for (const auto& folder : folders) {
+    std::string path = folder / "connect_bridge_XXXXXX.xml";
+    const int file = mkstemps(path.data(), 4);
+    if (file >= 0) errno = ENOSPC;  // in case that a part is written
+    const bool written =
+        file >= 0 && write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    problem += (problem.empty() ? "" : ", ") + folder.string() + ": " +
+               std::generic_category().message(errno);
+    if (file >= 0) close(file);
+    if (written) return path;
+    if (file >= 0) unlink(path.c_str());
+  }
   return {};
 }
 
@@ -100,8 +118,18 @@ std::string new_file(const std::string& text) {
 FastDdsProfile::FastDdsProfile(bool is_loaded, std::size_t segment_bytes) {
   const Version* const version = is_loaded ? loaded_version() : nullptr;
   if (!version || user_has_profiles()) return;
-  path_ = new_file(text_for(*version, segment_bytes));
-  if (path_.empty()) return;
+  if (shares_memory()) {
+    const std::string of_users = problem_of_users(shared_files(), geteuid());
+    if (!of_users.empty()) problems_.push_back(of_users);
+  }
+  std::string problem;
+  path_ = new_file(text_for(*version, segment_bytes), problem);
+  if (path_.empty()) {
+    problems_.push_back("cannot write a file with settings for Fast DDS (" + problem +
+                        "): beside large messages commands may be up to 3 s late, and images may "
+                        "be lost; TMPDIR can name another folder");
+    return;
+  }
   variable_ = version->variable;
   setenv(variable_, path_.c_str(), 1);
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace connect_bridge::ros {
 
@@ -21,8 +22,9 @@ namespace connect_bridge::ros {
 // The only way to it through rmw is the environment: while this object lives, the variable for the
 // file of default profiles names a file of ours, which is deleted in the end. Fast DDS reads it
 // when the process makes its first node. Where there is another middleware, where the user has
-// given profiles, by the variable or in the working directory, or where no file can be written,
-// nothing happens. Thread: not beside others that read or change the environment.
+// given profiles, by the variable or in the working directory, nothing happens. The file is in the
+// folder for temporary files, else in /dev/shm. Thread: not beside others that read or change the
+// environment.
 class FastDdsProfile {
  public:
   static constexpr std::size_t kLargeSegment = 8 << 20;  // an uncompressed image of 1080 lines
@@ -34,14 +36,18 @@ class FastDdsProfile {
   FastDdsProfile& operator=(const FastDdsProfile&) = delete;
   ~FastDdsProfile();
 
+  // Warnings for the log: no file can be written; nodes of another user share memory.
+  [[nodiscard]] const std::vector<std::string>& problems() const { return problems_; }
+
  private:
   const char* variable_ = nullptr;
   std::string path_;  // empty: none
+  std::vector<std::string> problems_;
 };
 
-// With a discovery server (ROS_DISCOVERY_SERVER) a process is told of those endpoints alone that
-// match its own: a bridge, which has none yet, would find nothing to bridge. So it asks to be told
-// of all, as a "super client", unless the user has chosen (ROS_SUPER_CLIENT). For Fast DDS; before
+// With a discovery server (ROS_DISCOVERY_SERVER) a process discovers only the endpoints that match
+// its own: a bridge, which has none yet, would find nothing to bridge. So it asks for all of them,
+// as a "super client", unless the user has chosen (ROS_SUPER_CLIENT). For Fast DDS; before
 // the process makes its first node. Thread: not beside others that read or change the environment.
 void ask_for_whole_graph(bool is_loaded);
 

@@ -47,7 +47,7 @@ TEST(AddressPaces, AShareIsSoManyTimesAsMuch) {
   EXPECT_TRUE(paces.take("127.0.0.1", 8, at(10)));
 }
 
-// Addresses are free: they must not fill the memory. Who was known stays limited.
+// Addresses are free: they must not fill the memory. A known one stays limited.
 TEST(AddressPaces, KnowsNoMoreThanSoMany) {
   AddressPaces paces(1, milliseconds(5000));
   for (std::size_t i = 0; i < AddressPaces::kAddressesMax; ++i)

@@ -24,7 +24,7 @@ rule:
 
 // The Config that the file makes of the one before.
 Config after(const Config& before, const std::string& text) {
-  FileChanges found = file_changes(before, yaml(text));
+  FileChanges found = file_changes(before, yaml(text), {});
   EXPECT_THAT(found.problems, IsEmpty());
   const Parsed parsed = apply_change(before, found.changes, {});
   EXPECT_EQ(problems_text(parsed), "");
@@ -52,7 +52,7 @@ rule:
 
 TEST(RuleChanges, TheSameFileChangesNothing) {
   const Config before = config_of(yaml(kBefore), Role::kServer);
-  const FileChanges found = file_changes(before, yaml(kBefore));
+  const FileChanges found = file_changes(before, yaml(kBefore), {});
   EXPECT_THAT(found.changes, IsEmpty());
   EXPECT_THAT(found.fixed, IsEmpty());
   EXPECT_EQ(to_text(rule_changes(before, before)), "none changed");
@@ -74,7 +74,8 @@ listen: {port: 9091}
 max_message_size: 100000
 rules: [a]
 rule: {a: {export_topics: [/z]}}
-)"));
+)"),
+                                         {});
   EXPECT_THAT(found.fixed, ElementsAre("listen.port", "max_message_size"));
   const Parsed parsed = apply_change(before, found.changes, {});
   ASSERT_TRUE(parsed.config) << "rules change all the same";
@@ -87,7 +88,8 @@ TEST(RuleChanges, AWrongFileChangesNothing) {
   const FileChanges found = file_changes(before, yaml(R"(
 rules: [a]
 rule: {a: {export_topic: [/a], import_topics: [a/b]}}
-)"));
+)"),
+                                         {});
   EXPECT_THAT(found.changes, IsEmpty());
   ASSERT_EQ(found.problems.size(), 2U);
   EXPECT_THAT(to_text(found.problems[0]) + to_text(found.problems[1]),
@@ -96,8 +98,26 @@ rule: {a: {export_topic: [/a], import_topics: [a/b]}}
 
 TEST(RuleChanges, AMissingRuleIsFoundWithTheWhole) {
   const Config before = config_of(yaml(kBefore), Role::kServer);
-  const FileChanges found = file_changes(before, yaml("rules: [nobody]"));
-  EXPECT_THAT(problems_text(apply_change(before, found.changes, {})), HasSubstr("nobody"));
+  const FileChanges found = file_changes(before, yaml("rules: [nobody]"), {});
+  EXPECT_THAT(found.changes, IsEmpty());
+  ASSERT_EQ(found.problems.size(), 1U);
+  EXPECT_THAT(to_text(found.problems[0]), HasSubstr("nobody"));
+}
+
+// An empty file is valid for rcl, and a client without rules has the default ones.
+TEST(RuleChanges, AFileThatAClientCouldNotStartWithDropsNoRules) {
+  const std::string url = "url: 'ws://localhost'\n";
+  const Config before =
+      config_of(yaml(url + "rules: [a]\nrule: {a: {import_topics: [/a]}}"), Role::kClient);
+  const FileChanges emptied = file_changes(before, {}, {});
+  EXPECT_THAT(emptied.changes, IsEmpty());
+  EXPECT_THAT(emptied.fixed, IsEmpty());
+  ASSERT_EQ(emptied.problems.size(), 1U);
+  EXPECT_THAT(to_text(emptied.problems[0]), HasSubstr("url"));
+  const FileChanges unlisted =
+      file_changes(before, yaml(url + "rule: {a: {import_topics: [/a]}}"), {});
+  EXPECT_THAT(unlisted.changes, IsEmpty());
+  EXPECT_THAT(unlisted.problems, testing::SizeIs(1));
 }
 
 TEST(RuleChanges, SecretsAreOfNoConcern) {
@@ -105,7 +125,7 @@ TEST(RuleChanges, SecretsAreOfNoConcern) {
   map["auth.token"] = "a-token-of-some-length";
   const Config before = config_of(map, Role::kServer);
   map["auth.token"] = "another-token-of-some-length";
-  const FileChanges found = file_changes(before, map);
+  const FileChanges found = file_changes(before, map, {});
   EXPECT_THAT(found.fixed, ElementsAre("auth.token"));
   EXPECT_THAT(found.changes, IsEmpty());
 }

@@ -200,7 +200,7 @@ TEST(OutboxResume, WhatGoesOnLeavesOneByOneAndHoldsUpNobodyElse) {
   EXPECT_EQ(drain(outbox), "2#3:22\n");
   EXPECT_EQ(pauses(outbox, now_ms(0).steady), "2000 2000 2000 ");
   EXPECT_EQ(outbox.counts(kA).sent, 4U);
-  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(6));  // as ever
+  for (int i = 0; i < 3; ++i) outbox.push(kA, resuming(40), now_ms(6));  // as usual
   EXPECT_EQ(drain(outbox, now_ms(6)), "1#5:40\n1#6:40\n1#7:40\n");
 }
 

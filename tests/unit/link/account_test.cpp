@@ -61,7 +61,7 @@ TEST(Account, TheLargerABombTheFewerBytesItMayBecome) {
   EXPECT_EQ(bombs(64'000), 16'000);  // no more than usual
 }
 
-// Who sends a large map goes on with small ones.
+// A peer that sends a large map goes on with small ones.
 TEST(Account, AfterOneOfTheLargestSmallOnesPass) {
   Account account;
   EXPECT_TRUE(account.may_inflate(64 << 20, 2000, at(0)));
@@ -101,7 +101,7 @@ TEST(Account, BesideBombsOfOthersEachHasItsPart) {
   EXPECT_FALSE(accounts.of("0")->may_inflate(2 << 20, 2000, at(1)));
 }
 
-// Who comes again after names of others is who it was.
+// An identity that comes again after others is the same as before.
 TEST(Account, WhoOwesIsNotForgotten) {
   Accounts accounts{AccountOptions{}};
   while (accounts.of("one")->may_inflate(kMiddling, 2000, at(0))) {

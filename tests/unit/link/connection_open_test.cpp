@@ -186,7 +186,7 @@ TEST(ConnectionOpen, AfterAChangeOfTheNetworkAPeerIsHeardSoonOrGone) {
   EXPECT_EQ(script.sent(), "ask\n");
   EXPECT_EQ(script.pass(2600), "-");
   EXPECT_EQ(script.binary({}), "-");
-  EXPECT_EQ(script.pass(5599), "-");  // as ever
+  EXPECT_EQ(script.pass(5599), "-");  // as usual
 }
 
 TEST(ConnectionOpen, WhoIsSilentAfterAChangeOfTheNetworkIsGone) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <variant>
 
 #include "unit/flow/script.hpp"
@@ -63,6 +64,22 @@ TEST(LastFailure, TwoReasonsThatTakeTurnsAreToldOnce) {
   EXPECT_EQ(t.fail(14, "no complete login in time"),
             "cannot connect: no complete login in time; trying again")
       << "it has not been the reason for long";
+}
+
+// A gateway's answer may contain the time, or a number of the request.
+TEST(LastFailure, OfReasonsThatNeverRepeatFewAreTold) {
+  ToldFailures t;
+  int lines = 0;
+  for (int dial = 0; dial < 100; ++dial)
+    if (!t.fail(dial / 10, "HTTP 503: request " + std::to_string(dial)).empty()) ++lines;
+  EXPECT_EQ(lines, LastFailure::kNews);
+  EXPECT_EQ(t.failure.reason(), "HTTP 503: request 99") << "the status has the last one";
+  EXPECT_EQ(t.fail(10, "HTTP 503: request 100"),
+            "still cannot connect, for 10 min: HTTP 503: request 100; trying again");
+  EXPECT_EQ(t.fail(19, "HTTP 503: request 101"), "");
+  EXPECT_EQ(t.fail(20, "refused"), "still cannot connect, for 20 min: refused; trying again");
+  EXPECT_EQ(t.fail(30, "refused"), "still cannot connect, for 30 min: refused; trying again");
+  EXPECT_EQ(t.fail(31, "no route"), "cannot connect: no route; trying again");
 }
 
 TEST(LastFailure, WhatWasToldElsewhereIsNotToldAgainSoon) {

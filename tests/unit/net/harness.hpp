@@ -185,6 +185,12 @@ class RawPeer {
       return;
     }
   }
+  [[nodiscard]] sockaddr_in address() const {
+    sockaddr_in own{};
+    socklen_t size = sizeof own;
+    ::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size);
+    return own;
+  }
   bool ends(Loop& loop, std::chrono::milliseconds limit = 5s) {
     return loop.until([&] { return poll(), ended; }, limit);
   }

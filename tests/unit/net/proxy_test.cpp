@@ -75,7 +75,7 @@ std::string told(const ListenOptions& options, const std::string& said) {
   }
   std::string all;
   for (const std::string& line : pair.server.logs)
-    if (line.find("listen.") != std::string::npos || line.find("tells by") != std::string::npos)
+    if (line.find("listen.") != std::string::npos || line.find("does not say in") != std::string::npos)
       all += line.substr(line.find(": ") + 2) + "\n";
   return all;
 }
@@ -92,9 +92,10 @@ TEST(Proxy, WhatIsNotHeardIsToldNowAndThen) {
     EXPECT_EQ(told(strangers, header + upgrade_request()),
               "its header of the PROXY protocol is refused: listen.trusted_proxies does not name "
               "it, or listen.proxy_header is not proxy_protocol\n");
-  EXPECT_EQ(told(trusting(ToldBy::kXForwardedFor), upgrade_request()),
-            "this trusted proxy tells by no X-Forwarded-For for whom it connects: limits count its "
-            "own address\n");
+  EXPECT_EQ(
+      told(trusting(ToldBy::kXForwardedFor), upgrade_request()),
+      "this trusted proxy does not say in X-Forwarded-For for whom it connects: limits count its "
+      "own address\n");
   EXPECT_EQ(told(trusting(ToldBy::kXForwardedFor), forwarded_for("203.0.113.5")), "");
   EXPECT_EQ(told({}, upgrade_request()), "");
 }
@@ -166,7 +167,7 @@ TEST(Proxy, ItsHeaderComesBeforeTls) {
   EXPECT_FALSE(shakes(pair, "")) << "there is no header";
 }
 
-// Whom the proxy brings is known only behind its header; then it waits as all others do.
+// A client behind the proxy is known only after its header; then it waits as all others do.
 TEST(Proxy, HandshakesOfAllAreSpreadOverTime) {
   ListenOptions options = behind_header("paced_");
   options.handshakes_at_once = 1;

@@ -1,4 +1,4 @@
-// Who was refused before a login, in a line of the log now and then.
+// Connections that were refused before a login, in a line of the log now and then.
 #include "net/refusals.hpp"
 
 #include <gmock/gmock.h>

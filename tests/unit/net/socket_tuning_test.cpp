@@ -5,6 +5,8 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include <boost/asio/ip/tcp.hpp>
+
 #include "unit/net/harness.hpp"
 
 namespace connect_bridge::test {
@@ -19,8 +21,8 @@ TEST(SocketTuning, TcpSendsAgainSoonButNotBeforeAnAnswerCanCome) {
 
 TEST(SocketTuning, EachConnectionHasIt) {
   constexpr int kRtoMaxMs = 44;  // TCP_RTO_MAX_MS
-  asio::io_context io;
-  asio::ip::tcp::socket socket(io, asio::ip::tcp::v4());
+  boost::asio::io_context io;
+  boost::asio::ip::tcp::socket socket(io, boost::asio::ip::tcp::v4());
   const int native = socket.native_handle();
   int value = 0;
   socklen_t size = sizeof value;

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl.hpp>
 #include <set>
 
 #include "unit/net/certificates.hpp"
@@ -108,6 +110,28 @@ TEST_F(TlsOffers, NoOldVersion) {
     if (client.shakes(pair.loop)) accepted.insert(SSL_get_version(client.tls()));
   }
   EXPECT_EQ(accepted, (Names{"TLSv1.2", "TLSv1.3"}));
+}
+
+TEST_F(TlsOffers, OurClientTakesTheNewestVersion) {
+  const auto own = authority().sign("robot", "IP:127.0.0.1");
+  Loop loop;
+  boost::asio::ssl::context context(boost::asio::ssl::context::tls_server);
+  context.use_certificate_chain_file(own.certificate);
+  context.use_private_key_file(own.key, boost::asio::ssl::context::pem);
+  boost::asio::ip::tcp::acceptor acceptor(loop.io, {boost::asio::ip::address_v4::loopback(), 0});
+  boost::asio::ssl::stream<boost::asio::ip::tcp::socket> server(loop.io, context);
+  bool shaken = false;
+  acceptor.async_accept(server.next_layer(), [&](const auto&) {
+    server.async_handshake(boost::asio::ssl::stream_base::server,
+                           [&](const auto& error) { shaken = !error; });
+  });
+  Side client(loop);
+  DialOptions options;
+  options.url = {true, "127.0.0.1", acceptor.local_endpoint().port(), "/"};
+  options.tls.ca_file = authority().ca;
+  client.network.dial(kDial, options);
+  ASSERT_TRUE(loop.until([&] { return shaken; }));
+  EXPECT_STREQ(SSL_get_version(server.native_handle()), "TLSv1.3");
 }
 
 TEST_F(TlsOffers, TheClientsOrderHolds) {

@@ -1,4 +1,4 @@
-// Whose servers are, where the middleware only counts them.
+// The owners of servers, where the middleware only counts them.
 #include "ros/graph/counted_servers.hpp"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,11 @@
 // The audit log: its lines, which of them are written, and its files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <condition_variable>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
@@ -206,6 +208,27 @@ TEST_F(AuditFiles, AreMadeAnewWhenOthersTakeThemAway) {
   EXPECT_EQ(test::content(file), line);
 }
 
+// As by `copytruncate` of logrotate, or by another process that writes to it.
+TEST_F(AuditFiles, HaveTheLengthThatOthersGaveThem) {
+  AuditFile audit({file, 1000, 2});
+  for (int i = 0; i < 5; ++i) ASSERT_EQ(audit.write(line).problem, "");
+  std::filesystem::resize_file(file, line.size());
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full{line.size() + 50, before.rlim_max};
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
+  const auto cut = audit.write(line);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(cut.whole);
+  EXPECT_EQ(test::content(file), line) << "neither half a line nor zeros";
+  std::ofstream(file, std::ios::app) << "of others\n";
+  std::filesystem::resize_file(file, 950);
+  ASSERT_EQ(audit.write(line).problem, "");
+  EXPECT_EQ(test::content(file), line) << "what others have written counts for its size";
+}
+
 TEST_F(AuditFiles, AreRegularFiles) {
   std::filesystem::create_symlink("/dev/null", file);
   EXPECT_THAT(AuditFile({file, 1000, 2}).open(), HasSubstr("cannot open " + file));
@@ -259,6 +282,45 @@ TEST_F(AuditFiles, WhatCannotBeWrittenIsCountedAndToldOnce) {
     return told.size() == 2;
   });
   EXPECT_EQ(told.back(), "works");
+}
+
+// The thread that writes says nothing then, so the one that adds does.
+TEST(AuditLog, ADiskThatHangsIsToldOnce) {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::string> told;
+  bool begun = false;
+  bool hangs = true;
+  const auto write = [&](const std::string&) {
+    std::unique_lock lock(mutex);
+    begun = true;
+    changed.notify_all();
+    changed.wait(lock, [&] { return !hangs; });
+    return AuditFile::Written{true, ""};
+  };
+  AuditLog log(AuditLog::Write(write), [&](bool works, const std::string& problem) {
+    const std::lock_guard lock(mutex);
+    told.push_back(works ? "works" : problem);
+    changed.notify_all();
+  });
+  log.add(call_of("/first"));
+  {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return begun; });
+  }
+  for (std::size_t i = 0; i < AuditLog::kWaitingMax; ++i) log.add(call_of("/s"));
+  EXPECT_EQ(log.counts().lost, 0U);
+  for (int i = 0; i < 3; ++i) log.add(call_of("/s"));
+  EXPECT_EQ(log.counts().lost, 3U);
+  EXPECT_THAT(log.counts().problem, HasSubstr("does not keep up"));
+  std::unique_lock lock(mutex);
+  EXPECT_THAT(told, testing::ElementsAre(HasSubstr("its lines are lost: the disk does not")));
+  hangs = false;
+  changed.notify_all();
+  changed.wait(lock, [&] { return told.size() == 2; });
+  EXPECT_EQ(told.back(), "works");
+  lock.unlock();
+  EXPECT_EQ(log.counts().problem, "");
 }
 
 }  // namespace

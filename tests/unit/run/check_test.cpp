@@ -5,9 +5,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
+#include "auth/plugin_login.hpp"
 #include "unit/net/certificates.hpp"
 #include "unit/scratch.hpp"
 
@@ -113,6 +116,39 @@ TEST(Check, AKeyThatIsGivenTwiceIsRefused) {
   const Printed wrong = check(std::string(kToken) + "    rules: [a]\n    rules: []\n");
   EXPECT_EQ(wrong.code, 2);
   EXPECT_THAT(wrong.error, HasSubstr("checked.yaml:5: \"rules\" is given twice, first in line 4"));
+}
+
+// It may be root who checks somebody else's file.
+TEST(Check, LoadsNoPlugin) {
+  const std::string plugin = test::scratch_folder() + "plugin.so";
+  const std::string mark = test::scratch_folder() + "mark";
+  std::filesystem::copy_file(CONNECT_PLUGINS "marking_plugin.so", plugin);
+  std::filesystem::permissions(plugin, std::filesystem::perms{0755});
+  ASSERT_EQ(::setenv("ODD_MARK", mark.c_str(), 1), 0);
+  const std::string login = "    auth: {method: plugin, plugin: " + plugin + "}\n";
+  const Printed checked = check(login);
+  EXPECT_EQ(checked.code, 0) << checked.error;
+  EXPECT_THAT(checked.out, HasSubstr("auth.plugin: not loaded by ctl check\n"));
+  EXPECT_FALSE(std::filesystem::exists(mark));
+  std::filesystem::permissions(plugin, std::filesystem::perms{0777});
+  EXPECT_THAT(check(login).error, HasSubstr("auth.plugin: every user of this machine may change"));
+  std::filesystem::permissions(plugin, std::filesystem::perms{0755});
+  std::string problem;
+  EXPECT_TRUE(PluginLogin::load(plugin, "", problem)) << problem;
+  EXPECT_TRUE(std::filesystem::exists(mark)) << "a server loads it";
+  ::unsetenv("ODD_MARK");
+  const Printed missing = check("    auth: {method: plugin, plugin: /nowhere/plugin.so}\n");
+  EXPECT_EQ(missing.code, 2);
+}
+
+TEST(Check, SendsNothing) {
+  const Printed checked = check(
+      "    auth: {method: jwt, jwt_keys: \"http://127.0.0.1:1/keys\", jwt_issuer: i, "
+      "jwt_audience: a}\n");
+  EXPECT_EQ(checked.code, 0) << checked.error;
+  EXPECT_THAT(checked.out, HasSubstr("auth.jwt_keys: not loaded by ctl check\n"));
+  EXPECT_THAT(checked.out, Not(HasSubstr("warning: auth")))
+      << "as of an address that does not answer";
 }
 
 // ---- explain

@@ -39,7 +39,7 @@ class Doorman : public Authenticator {
   void release() {
     if (!std::exchange(is_released_, true)) release_.set_value();
   }
-  // Whom it was asked about.
+  // The logins that it was asked about.
   std::vector<std::string> who() {
     const std::lock_guard lock(mutex_);
     return who_;
@@ -155,7 +155,7 @@ struct Rush {
     request.renewal = renewal;
     desk.ask(std::move(request));
   }
-  // Who is judged, in that order, once the slow one is done.
+  // The logins that are judged, in that order, once the slow one is done.
   std::string order() {
     doorman.release();
     for (std::uint64_t i = 1; i <= last; ++i) ears.answer(i);

@@ -120,7 +120,7 @@ TEST_F(PairingStart, AServerStartsTheSameWayLater) {
   EXPECT_EQ(serve({}).parameters, moved.parameters);
 }
 
-// Who pairs to operate is in a group more, for which the same parameters have a rule.
+// A client that pairs to operate is in one more group, for which the same parameters have a rule.
 TEST_F(PairingStart, AClientMayLookUnlessItIsToOperate) {
   const Start look = serve({"--pair"});
   EXPECT_THAT(look.pairing->groups, ElementsAre("paired"));

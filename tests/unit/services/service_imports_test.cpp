@@ -28,21 +28,6 @@ TEST(ServiceImports, TheMirrorExistsWhenTheServiceCanBeCalled) {
   EXPECT_EQ(s.said(1), "withdraw 1\n");  // of the requests
 }
 
-TEST(ServiceImports, NoMirrorBeforeTheGraphIsDiscovered) {
-  Script s(server({callable()}));
-  s.join(1);
-  s.say(1, Offer{{service_channel(1, "/s")}, true});
-  EXPECT_EQ(s.said(1), "");
-  s.graph({});
-  EXPECT_EQ(s.said(1), "attach 1 1\n");
-  s.say(1, Attached{{1}, {1}, {0}});
-  s.did();
-  s.pass(kDiscovered - 1);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did(), "mirror_service 1 /s\n" + claim(true));
-}
-
 TEST(ServiceImports, OnlyWhatARuleAllowsIsImported) {
   Script s(server({rule({"/**"}, {"/**"})}));
   s.graph({});
@@ -53,25 +38,6 @@ TEST(ServiceImports, OnlyWhatARuleAllowsIsImported) {
   s.say(1, Attached{{1}, {1}, {0}});  // of an attachment that crossed, as far as anybody knows
   s.say(1, Withdraw{{{1}}});
   EXPECT_EQ(s.did(), "");
-}
-
-TEST(ServiceImports, AnotherEpochIsAnotherServer) {
-  Script s(server({callable()}));
-  s.graph({});
-  const Token128 session = s.join(1);
-  s.pass(kDiscovered);
-  s.say(1, Offer{{service_channel(1, "/s", 7)}, true});
-  s.say(1, Attached{{1}, {1}, {0}});
-  request(s, 11, "q");
-  s.did();
-  s.lose(1);
-  s.join(2, session);
-  s.say(2, Offer{{service_channel(1, "/s", 8)}, true});
-  s.said(2);
-  EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
-  s.say(2, Attached{{1}, {2}, {0}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
-  EXPECT_EQ(s.said(2), "");  // the call is gone
 }
 
 TEST(ServiceImports, ADeadLinkTakesTheMirrorWithIt) {
@@ -98,53 +64,6 @@ TEST(ServiceImports, WhatIsNotOfferedAgainEnds) {
   s.join(2, session);
   s.say(2, Offer{{}, true});
   EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
-}
-
-TEST(ServiceImports, ARealServerHereMakesTheMirrorGo) {
-  Script s(server({callable()}));
-  mirrored(s);
-  request(s, 11, "q");
-  s.said(1);
-  s.graph({}, {service("/s", {0})});
-  EXPECT_EQ(s.did(), "unmirror_service 1\nclaim []\n");
-  EXPECT_EQ(s.said(1), "offer 2/s[]\nwithdraw 1\n");  // of the requests
-  EXPECT_NE(s.logged.find("is not mirrored"), std::string::npos);
-  s.graph({}, {});
-  EXPECT_EQ(s.said(1), "withdraw 2\nattach 1 3\n");
-  s.say(1, Attached{{1}, {1}, {1}});  // the answer to the first one
-  s.did();
-  s.say(1, Attached{{1}, {3}, {1}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
-}
-
-TEST(ServiceImports, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
-  Script s(server({callable()}));
-  mirrored(s);
-  s.join(2);
-  s.say(2, Offer{{service_channel(1, "/s")}, true});
-  EXPECT_EQ(s.said(2), "");
-  EXPECT_EQ(s.did(), "");
-  EXPECT_NE(s.logged.find("several links offer"), std::string::npos);
-  s.say(1, Withdraw{{{1}}});
-  s.did();
-  EXPECT_EQ(s.said(2), "attach 1 1\n");
-  s.say(2, Attached{{1}, {1}, {0}});
-  EXPECT_EQ(s.did(), "mirror_service 2 /s\n" + claim(true));
-}
-
-TEST(ServiceImports, ARestartedClientTakesOverFromItsOldConnection) {
-  Script s(server({callable()}));
-  s.graph({});
-  s.pass(kDiscovered);
-  for (const std::uint32_t n : {1, 2}) {
-    s.login(n, {}, {"ops", {}, 0});
-    s.said(n);
-    s.did();
-    s.say(n, Offer{{service_channel(1, "/s")}, true});
-    EXPECT_EQ(s.said(n), "attach 1 1\n");
-    s.say(n, Attached{{1}, {1}, {0}});
-  }
-  EXPECT_EQ(s.did(), "unmirror_service 1\n" + claim(false) + "mirror_service 2 /s\n" + claim(true));
 }
 
 TEST(ServiceImports, OfTwoBridgesTheSmallerSideIdMirrorsUnlessTheOtherDoes) {
@@ -202,26 +121,6 @@ TEST(ServiceImports, BesideAnotherBridgeAnActionIsReadyWhenItsFeedbackFlows) {
   EXPECT_EQ(s.said(1).substr(0, 14), "demand 1 3 on\n");
 }
 
-// Its topics may be declined, or find no place. Nothing else happens meanwhile.
-TEST(ServiceImports, AnActionWithoutItsTopicsIsThereAfterAWhile) {
-  Rule acting = callable();
-  acting.import_actions = {Pattern::parse("/**").value()};
-  Script s(server({acting}));
-  s.graph({});
-  s.join(1);
-  s.pass(1000);
-  ChannelOffer goals = service_channel(1, "/fib/_action/send_goal");
-  goals.type = "p/action/Fib_SendGoal";
-  goals.action_type = "p/action/Fib";
-  s.say(1, Offer{{goals}, true});
-  s.say(1, Attached{{1}, {1}, {0}});
-  s.did();
-  s.pass(1999);
-  EXPECT_EQ(s.did(), "");
-  s.pass(1);
-  EXPECT_EQ(s.did().substr(0, 17), "mirror_service 1 ");
-}
-
 TEST(ServiceImports, AMirrorThatFailsIsDeclined) {
   Script s(server({callable()}));
   mirrored(s);
@@ -256,24 +155,6 @@ TEST(ServiceImports, MirrorsBelongToANodeOfTheirOwnIfAsked) {
   while (const auto action = s.side.next_action())
     if (const auto* create = std::get_if<CreateServiceMirror>(&*action)) node = create->node;
   EXPECT_EQ(node, "/robot1/robot/peer_node");
-}
-
-TEST(ServiceImports, ItsOwnParametersAreNotMirrored) {
-  auto options = server({callable()});
-  Rule rule;
-  rule.export_parameters = rule.import_parameters = {Pattern::parse("/**").value()};
-  options.policy = Policy({rule});
-  options.node = "/connect";
-  Script s(options);
-  s.graph({});
-  s.join(1);
-  s.pass(kDiscovered);
-  Offer offer{
-      {service_channel(1, "/connect/get_parameters"), service_channel(2, "/other/get_parameters")},
-      true};
-  for (auto& channel : offer.channels) channel.type = "rcl_interfaces/srv/GetParameters";
-  s.say(1, offer);
-  EXPECT_EQ(s.said(1), "attach 2 1\n");
 }
 
 TEST(ServiceImports, WhatComesAndGoesWithoutEndIsClosed) {
@@ -350,31 +231,6 @@ TEST(ServiceImports, AnotherDefinitionIsNotUsedWhenItIsAllowedNoLonger) {
   EXPECT_EQ(s.did(), "");
   s.give(ServiceTypeDiffers{{1}, "hash_here"});
   EXPECT_NE(s.did().find("unmirror_service 1\n"), std::string::npos);
-}
-
-TEST(ServiceImports, WhatAnotherLinkOffersMayFit) {
-  Script s(server({callable()}));
-  mirrored(s);
-  s.join(2);
-  s.say(2, Offer{{service_channel(1, "/s")}, true});
-  s.give(ServiceMirrorFailed{{1}, "type_mismatch", "other hash", "hash_here"});
-  EXPECT_EQ(s.said(1), "describe 1\ndecline 1 type_mismatch\nwithdraw 1\n");
-  EXPECT_EQ(s.said(2), "attach 1 1\n");
-  s.say(2, Attached{{1}, {1}, {0}, {}, "hash_here"});
-  EXPECT_NE(s.did().find("mirror_service 2 /s\n"), std::string::npos);
-  // The first is not tried again.
-  s.say(2, Withdraw{{{1}}});
-  s.did();
-  EXPECT_EQ(s.said(1), "");
-}
-
-TEST(ServiceImports, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
-  Script s(server({callable()}));
-  mirrored(s);
-  s.join(2);
-  s.say(2, Offer{{service_channel(1, "/s")}, true});
-  s.give(ServiceMirrorFailed{{1}, "failed", "no memory"});
-  EXPECT_EQ(s.said(2), "");
 }
 
 // The peer has not withdrawn what was declined.

@@ -6,19 +6,6 @@
 namespace connect_bridge::side_test {
 namespace {
 
-TEST(ServiceOffersAgain, AServiceThatCanBeCalledAfterAllIsOfferedToAllAgain) {
-  Script s(server({callable()}));
-  s.graph({}, {service("/s", {1})});
-  s.join(1);
-  s.say(1, Attach{{1}, {1}});
-  s.give(ServiceClientFailed{{1}, "type_unknown", "no such type"});
-  s.said(1);
-  s.join(2);
-  s.say(2, Attach{{1}, {1}});
-  s.give(ServiceReady{{2}, true, {}});
-  EXPECT_EQ(s.said(1), "offer 2/s[]\n");
-}
-
 // The peer's rules were changed and changed back before its first list was compared.
 TEST(ServiceOffersAgain, WhatWasDeclinedUnderAnotherListIsOfferedAgain) {
   Script s(server({callable()}));

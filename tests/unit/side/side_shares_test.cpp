@@ -272,7 +272,7 @@ TEST(Shares, MemoryIsSharedByIdentitiesAndByLinks) {
   EXPECT_EQ(s.status().shared_bytes, 30'000'000U);
 }
 
-// Who logs in with many links has no more publishers here than the others leave.
+// An identity with many links has no more publishers here than the others leave.
 TEST(Shares, PlacesOfMirrorsAreSharedByIdentities) {
   auto options = server();
   options.account.mirrors_max = 12;

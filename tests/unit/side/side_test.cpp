@@ -342,7 +342,7 @@ TEST(Side, AClientThatStopsDialsNoMore) {
   EXPECT_EQ(s.did(), "");
 }
 
-TEST(Side, InputsOfNobodyAreBorne) {
+TEST(Side, InputsOfUnknownConnectionsAreIgnored) {
   Script s(server());
   s.give(TimePassed{});
   s.did();

@@ -203,7 +203,7 @@ std::string line_of(const Packet& packet) {
     const auto control =
         decode_control({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     if (!control) return "MALFORMED";
-    // Who listens is a matter of its own (topics/told_listeners_test.cpp).
+    // Listeners have a test of their own (topics/told_listeners_test.cpp).
     return std::holds_alternative<Listeners>(control.value()) ? "" : word_of(control.value());
   }
   std::string line;

@@ -188,7 +188,7 @@ TEST(Mirror, WhatCouldNotBeMadeIsTriedAgain) {
   EXPECT_EQ(s.did(), "");
 }
 
-// Who offers it again finds it tried at once, and is told if that is in vain.
+// When a peer offers it again it is tried at once, and the peer is told if that fails.
 TEST(Mirror, WhatIsOfferedAgainDoesNotWaitForItsNextAttempt) {
   MirrorScript s;
   s.offer(s.one, {origin(1, 7)});

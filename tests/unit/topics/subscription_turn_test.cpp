@@ -19,7 +19,7 @@ TEST(SubscriptionTurn, ManyTopicsAreSubscribedOneAfterTheOther) {
   for (int i = 0; i < 5; ++i) topics.emplace_back(all);
   const Duration turns[] = {0ms, 0ms, 1ms, 2ms, 3ms};
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(topics[i].take(moment(0ms)), moment(turns[i]));
-  // Who asks too early keeps its turn.
+  // A topic that asks too early keeps its turn.
   EXPECT_EQ(topics[4].take(moment(1ms)), moment(3ms));
   EXPECT_EQ(topics[2].take(moment(1ms)), moment(1ms));
   EXPECT_EQ(topics[3].take(moment(10ms)), moment(10ms));

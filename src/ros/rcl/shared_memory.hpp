@@ -1,0 +1,24 @@
+// Whose files Fast DDS has in shared memory.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace connect_bridge::ros {
+
+struct SharedFile {
+  std::string name;
+  uid_t owner = 0;
+};
+
+// The files in /dev/shm that only their owner may write; empty: it cannot be read. Any thread.
+[[nodiscard]] std::vector<SharedFile> shared_files();
+
+// Fast DDS sends to a process on the same machine by writing into files of that process, and makes
+// them writable for their owner alone: between two users the endpoints match, and no message
+// arrives. The warning of that, if `files` has one of Fast DDS that is not of `own`; empty: none.
+[[nodiscard]] std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own);
+
+}  // namespace connect_bridge::ros

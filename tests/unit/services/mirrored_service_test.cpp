@@ -1,0 +1,293 @@
+// A service of peers: which of them feeds its mirror, and when there is one.
+#include "core/services/mirrored_service.hpp"
+
+#include "unit/services/fed.hpp"
+
+namespace connect_bridge::side_test {
+namespace {
+
+using topics_test::picture;
+
+Rule importing_actions() {
+  Rule rule = callable();
+  rule.import_actions = {Pattern::parse("/**").value()};
+  return rule;
+}
+
+Token128 another_side() {
+  Token128 side;
+  side.bytes.fill(9);
+  return side;
+}
+
+// Another bridge's claim to /s.
+Claim claim_to_s() {
+  Claim claim;
+  claim.side = another_side();
+  claim.services = {{service_gid("/s"), true}};
+  return claim;
+}
+
+// ---- the link that feeds it
+
+TEST(MirroredService, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
+  OneLink other(2);
+  Fed s;
+  s.offer(other, service_channel(1, "/s"));
+  EXPECT_EQ(other.said(), "");
+  EXPECT_EQ(s.did(), "");
+  EXPECT_NE(s.logged.find("several links offer /s"), std::string::npos);
+  s.withdraw(s.peer);
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_EQ(other.said(), "attach 1 1\n");
+  EXPECT_TRUE(s.attached(other, {{1}, {1}, {}}));
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+}
+
+TEST(MirroredService, ARestartedClientTakesOverFromItsOldConnection) {
+  OneLink successor(2);
+  successor.link.peer_side = another_side();
+  Fed s;
+  s.peer.link.identity = successor.link.identity = called("ops");
+  s.offer(successor, service_channel(1, "/s"));
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(), "withdraw 1\n");
+  EXPECT_EQ(successor.said(), "attach 1 1\n");
+  EXPECT_TRUE(s.attached(successor, {{1}, {1}, {}}));
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+}
+
+TEST(MirroredService, WhatAnotherLinkOffersMayFit) {
+  OneLink other(2);
+  Fed s;
+  s.offer(other, service_channel(1, "/s"));
+  s.subject->on_mirror_failed({{1}, "type_mismatch", "other hash", "hash_here"}, ms(0));
+  s.update();
+  EXPECT_EQ(s.said(), "decline 1 type_mismatch\nwithdraw 1\n");
+  EXPECT_EQ(other.said(), "attach 1 1\n");
+  EXPECT_TRUE(s.attached(other, {{1}, {1}, {}, {}, "hash_here"}));
+  EXPECT_NE(s.did().find("mirror_service 2 /s\n"), std::string::npos);
+  // The first is not tried again.
+  s.withdraw(other);
+  EXPECT_EQ(s.did(), "unmirror_service 2\n");
+  EXPECT_EQ(s.said(), "");
+}
+
+TEST(MirroredService, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
+  OneLink other(2);
+  Fed s;
+  s.offer(other, service_channel(1, "/s"));
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(0));
+  s.update();
+  EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
+  EXPECT_EQ(other.said(), "");
+}
+
+TEST(MirroredService, AMirrorThatFailedIsTriedAgainWhenItIsOfferedAgain) {
+  OneLink other(2);
+  Fed s;
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(0));
+  s.update();
+  EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
+  s.update();
+  EXPECT_EQ(s.said(), "");
+  s.offer(other, service_channel(1, "/s"));
+  EXPECT_EQ(s.said(), "attach 1 2\n");
+}
+
+TEST(MirroredService, AnotherEpochIsAnotherServer) {
+  Fed s;
+  s.request(7, "a");
+  s.lose();
+  s.offer(8);
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(), "attach 1 2\n");
+  EXPECT_TRUE(s.attached({}, {}, 2));
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+  EXPECT_EQ(s.said(), "");  // the call is gone
+  EXPECT_EQ(s.held(), "0 0");
+}
+
+TEST(MirroredService, TheMirrorOutlivesAConnectionButNotItsLink) {
+  Fed s;
+  s.lose();
+  s.update();
+  EXPECT_EQ(s.did(), "");
+  EXPECT_TRUE(s.subject->on_link_dead({1}));
+  s.update();
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_TRUE(s.mirroring.services.empty());
+}
+
+// ---- when the mirror appears
+
+TEST(MirroredService, NoMirrorBeforeTheGraphIsDiscovered) {
+  OfferedServices s;
+  s.mirroring.graph_since.reset();
+  s.offer(s.peer, service_channel(1, "/s"));
+  EXPECT_EQ(s.said(), "");
+  s.mirroring.graph_since = ms(0).steady;
+  s.update();
+  EXPECT_EQ(s.said(), "attach 1 1\n");
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  s.pass_to(499);
+  EXPECT_EQ(s.did(), "");
+  s.pass_to(500);
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+}
+
+TEST(MirroredService, BesideAnotherBridgeItIsClaimedBeforeItAppears) {
+  OfferedServices s;
+  s.graph = picture({topic(kClaimsTopic).pub(9, {}, "bridge")});
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
+  EXPECT_TRUE(service.is_claimed());
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  s.pass_to(149);
+  EXPECT_EQ(s.did(), "");
+  EXPECT_EQ(service.due(ms(149)), ms(150).steady);
+  s.pass_to(150);
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+  EXPECT_FALSE(service.due(ms(150)));
+}
+
+TEST(MirroredService, ItIsNotClaimedWhileABridgeHasNotBeenHeard) {
+  OfferedServices s;
+  s.mirroring.graph_since = ms(0).steady;
+  s.claims.expect({1}, {another_side()});
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  EXPECT_FALSE(service.is_claimed());
+  EXPECT_EQ(service.due(ms(0)), ms(3500).steady);
+  s.claims.expect_nobody();
+  s.at = 1000;
+  s.update();
+  EXPECT_TRUE(service.is_claimed());
+  EXPECT_EQ(s.did(), "mirror_service 1 /s\n");
+}
+
+TEST(MirroredService, OfAnActionItAppearsWhenTheActionsTopicsFeed) {
+  OfferedServices s(importing_actions());
+  const MirroredService& goals = s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal));
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  EXPECT_FALSE(goals.is_claimed());
+  s.mirror_topics(false);
+  s.update();
+  EXPECT_TRUE(goals.is_claimed());
+  EXPECT_EQ(s.did(), "");
+  s.mirror_topics(true);
+  s.update();
+  EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/send_goal\n");
+}
+
+// Its topics may be declined, or find no place. Nothing else happens meanwhile.
+TEST(MirroredService, OfAnActionWithoutTopicsItAppearsAfterAWhile) {
+  OfferedServices s(importing_actions());
+  s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal));
+  EXPECT_TRUE(s.attached(s.peer, {{1}, {1}, {}}));
+  s.pass_to(1999);
+  EXPECT_EQ(s.did(), "");
+  s.pass_to(2000);
+  EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/send_goal\n");
+}
+
+// ---- the link that its action's goals go to
+
+TEST(MirroredService, ACancelGoesWhereGoalsAreTakenRatherThanOnlyOffered) {
+  OneLink other(2);
+  OfferedServices s(importing_actions());
+  s.mirror_topics(true);
+  s.offer(s.peer, offer_of_part(1, ActionPart::kSendGoal, "p/action/A"));
+  s.offer(other, offer_of_part(1, ActionPart::kSendGoal, "p/action/B"));
+  EXPECT_TRUE(s.attached(other, {{1}, {1}, {}}));
+  EXPECT_EQ(s.did(), "mirror_service 1 /go/_action/send_goal\n");
+  EXPECT_EQ(s.said(), "attach 1 1\n");
+  EXPECT_EQ(other.said(), "attach 1 1\n");
+  for (OneLink* const peer : {&s.peer, &other})
+    s.offer(*peer, offer_of_part(2, ActionPart::kCancelGoal));
+  EXPECT_EQ(s.said(), "");
+  EXPECT_EQ(other.said(), "attach 2 2\n");
+}
+
+TEST(MirroredService, WithTheGoalsTheMirrorOfACancelMoves) {
+  OneLink other(2);
+  OfferedServices s(importing_actions());
+  s.mirror_topics(true);
+  for (OneLink* const peer : {&s.peer, &other}) {
+    s.offer(*peer, offer_of_part(1, ActionPart::kSendGoal));
+    s.offer(*peer, offer_of_part(2, ActionPart::kCancelGoal));
+  }
+  for (const std::uint32_t n : {1U, 2U}) EXPECT_TRUE(s.attached(s.peer, {{n}, {n}, {}}));
+  EXPECT_EQ(s.did(),
+            "mirror_service 1 /go/_action/send_goal\nmirror_service 2 /go/_action/cancel_goal\n");
+  EXPECT_EQ(other.said(), "");
+  s.withdraw(s.peer, 1);
+  EXPECT_EQ(s.did(), "unmirror_service 1\nunmirror_service 2\n");
+  EXPECT_EQ(other.said(), "attach 1 1\nattach 2 2\n");
+}
+
+// ---- why there is none
+
+TEST(MirroredService, ARealServerHereMakesTheMirrorGo) {
+  Fed s;
+  s.request(7, "a");
+  s.said();
+  GraphChanged real;
+  real.services = {service("/s", {0})};
+  s.graph = GraphView(real);
+  s.update();
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(), "withdraw 1\n");  // of the requests
+  EXPECT_EQ(s.held(), "0 0");
+  EXPECT_NE(s.logged.find("is not mirrored"), std::string::npos);
+  s.graph = GraphView();
+  s.update();
+  EXPECT_EQ(s.said(), "attach 1 2\n");
+  EXPECT_TRUE(s.attached({1}, {}, 1));  // the answer to the first one
+  EXPECT_EQ(s.did(), "");
+  EXPECT_TRUE(s.attached({1}, {}, 2));
+  EXPECT_EQ(s.did(), "mirror_service 2 /s\n");
+}
+
+TEST(MirroredService, WhatAnotherBridgeFeedsIsLeftToIt) {
+  OfferedServices s;
+  const MirroredService& service = s.offer(s.peer, service_channel(1, "/s"));
+  EXPECT_EQ(s.said(), "attach 1 1\n");
+  s.claims.update(gid(9), claim_to_s(), ms(0).steady);
+  s.update();
+  EXPECT_FALSE(service.is_claimed());
+  EXPECT_EQ(s.said(), "withdraw 1\n");
+}
+
+// Its id is the larger one.
+TEST(MirroredService, AMirrorDoesNotGiveWayToABridgeThatComesLater) {
+  Fed s;
+  s.claims.update(gid(9), claim_to_s(), ms(0).steady);
+  s.update();
+  EXPECT_EQ(s.did(), "");
+}
+
+TEST(MirroredService, APeerInOurOwnGraphHasNoMirror) {
+  Fed s;
+  Claim its_own;
+  its_own.side = s.peer.link.connection->peer().side;
+  s.claims.update(gid(9), its_own, ms(0).steady);
+  s.update();
+  EXPECT_EQ(s.did(), "unmirror_service 1\n");
+  EXPECT_EQ(s.said(), "withdraw 1\n");
+}
+
+TEST(MirroredService, TheParametersOfOurOwnNodeHaveNone) {
+  Rule rule;
+  rule.import_parameters = {Pattern::parse("/**").value()};
+  OfferedServices s(rule);
+  std::uint32_t channel = 0;
+  for (const char* name : {"/connect/get_parameters", "/other/get_parameters"}) {
+    ChannelOffer offer = service_channel(++channel, name);
+    offer.type = "rcl_interfaces/srv/GetParameters";
+    s.offer(s.peer, offer);
+  }
+  EXPECT_EQ(s.said(), "attach 2 1\n");
+}
+
+}  // namespace
+}  // namespace connect_bridge::side_test
