@@ -75,7 +75,8 @@ std::string told(const ListenOptions& options, const std::string& said) {
   }
   std::string all;
   for (const std::string& line : pair.server.logs)
-    if (line.find("listen.") != std::string::npos || line.find("does not say in") != std::string::npos)
+    if (line.find("listen.") != std::string::npos ||
+        line.find("does not say in") != std::string::npos)
       all += line.substr(line.find(": ") + 2) + "\n";
   return all;
 }
