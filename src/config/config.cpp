@@ -273,6 +273,10 @@ Parsed parse_config(const ParameterMap& parameters, Role role, const Surrounding
   return ConfigMaker(parameters, role, surroundings).make(Moment::kStart);
 }
 
+Parsed parse_again(const ParameterMap& parameters, Role role, const Surroundings& surroundings) {
+  return ConfigMaker(parameters, role, surroundings).make(Moment::kRunning);
+}
+
 Parsed apply_change(const Config& current, const std::vector<Parameter>& changes,
                     const Surroundings& surroundings) {
   ParameterMap next = current.given;

@@ -66,6 +66,10 @@ struct Parsed {
 [[nodiscard]] Parsed parse_config(const ParameterMap& parameters, Role role,
                                   const Surroundings& surroundings);
 
+// The same for a file that is read again, less strict in the point that apply_change() is.
+[[nodiscard]] Parsed parse_again(const ParameterMap& parameters, Role role,
+                                 const Surroundings& surroundings);
+
 // A change at run time (the token in the environment counts as at start: a program may have
 // scrubbed it). All or nothing; only changeable keys. Apply the result
 // by giving PolicyChanged{config->policy} to the Side: nothing else of it differs. Less strict than

@@ -67,9 +67,12 @@ FileChanges file_changes(const Config& current, const ParameterMap& file,
   FileChanges found;
   Surroundings around = surroundings;
   around.token_in_environment |= current.token_in_environment;
-  const Parsed whole = parse_config(file, current.role, around);
+  const Parsed whole = parse_again(file, current.role, around);
   found.problems = whole.problems;
-  if (!whole.config) return found;
+  // To take the list away is not to ask for the rules that a client has by default.
+  if (current.role == Role::kClient && current.given.contains("rules") && !file.contains("rules"))
+    found.problems.push_back({"rules", "", "a list: without one the default rules would hold"});
+  if (!found.problems.empty()) return found;
   const ParameterMap& now = whole.config->given;
   const auto compare = [&](const std::string& key, std::optional<ParameterValue> value) {
     const KeySpec* spec = find_key(key);

@@ -160,7 +160,11 @@ void Network::State::on_dialled(ConnectionId id, const DialOptions& options,
   dials.erase(id);
   silent_dials = silent ? std::min(silent_dials + 1, kSilentDials) : 0;
   if (!socket) {
-    if (tried) watch_route_to(*tried);
+    if (tried) {
+      watch_route_to(*tried);
+    } else {
+      dialled = asio::ip::address();  // a network that comes may be the one that knows the name
+    }
     events.input(DialFailed{id, std::move(problem), answered});
     return;
   }
@@ -194,7 +198,8 @@ void Network::State::on_routes_changed() {
   const auto now_open = connections;  // one that ends takes itself out
   for (const auto& entry : now_open) entry.second->check_address();
   // Most changes concern others: containers that come and go, addresses that are renewed.
-  const std::string before = std::exchange(route, route_to(dialled));
+  const std::string now = dialled.is_unspecified() ? "" : route_to(dialled);
+  const std::string before = std::exchange(route, now);
   events.input(NetworkChanged{before.empty() || before != route});
 }
 

@@ -44,8 +44,8 @@ std::string address_of_first_interface() {
 
 std::string own_address() {
   std::string address = address_of_route_to(kFarAway);
-  if (address.empty()) address = address_of_route_to(kFarAwayIpv6);
   if (address.empty()) address = address_of_first_interface();
+  if (address.empty()) address = address_of_route_to(kFarAwayIpv6);
   return address.empty() ? "127.0.0.1" : address;
 }
 

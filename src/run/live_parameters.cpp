@@ -60,8 +60,8 @@ LiveParameters::LiveParameters(boost::asio::io_context& io, ros::Node& node, Con
       config_(std::move(config)),
       changes_(std::move(changes)),
       server_(node, server_options()),
-      folder_(std::move(folder)),
-      speaking_(node.facts().parameter_files) {
+      folder_(std::move(folder)) {
+  speaking_ = speaking_files();
   if (folder_) files_.emplace_back(folder_->parameter_file());
   for (const auto& file : node_.facts().parameter_files) files_.emplace_back(file);
   for (const auto& [key, value] : config_.given)
@@ -135,10 +135,13 @@ std::string LiveParameters::emptied_file(const ParameterMap& again) const {
   return {};
 }
 
+// What is no regular file cannot be read without taking something from it: that counts as one.
 std::vector<std::string> LiveParameters::speaking_files() const {
   std::vector<std::string> speaking = node_.facts().parameter_files;
   std::erase_if(speaking, [&](const auto& file) {
-    return !has_parameters_for(node_.facts().full_name, file);
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(file, ignored) &&
+           !has_parameters_for(node_.facts().full_name, file);
   });
   return speaking;
 }
@@ -154,7 +157,8 @@ void LiveParameters::reload(bool changed) {
     speaking_ = speaking_files();
     return;
   }
-  if (unread.empty()) unread = emptied_file(again);
+  if (unread.empty())
+    if (const std::string emptied = emptied_file(again); !emptied.empty()) return refuse(emptied);
   if (!unread.empty()) {
     bool news = !changed;
     for (auto& file : files_) news = file.failed(unread) || news;

@@ -24,6 +24,7 @@ void LastFailure::set(std::string reason, const Now& now) {
     before_until_ = now.steady + kTurn;
   }
   next_ = now.steady + kPeriod;
+  told_ = true;
 }
 
 void LastFailure::tell(Line line, const Now& now) {
@@ -32,12 +33,18 @@ void LastFailure::tell(Line line, const Now& now) {
     before_until_ = now.steady + kTurn;
   }
   const bool same = line.reason == reason_;
-  const bool is_news = !same && news_ < kNews;
+  // One that was not told, and stays, is told the second time.
+  const bool is_news = same ? !told_ : news_ < kNews;
   if (!is_news && now.steady < next_) {
+    if (!same) told_ = false;
     reason_ = line.reason;
     return;
   }
-  news_ = same ? 0 : news_ + 1;
+  if (is_news) {
+    ++news_;
+  } else if (same) {
+    news_ = 0;
+  }
   set(line.reason, now);
   if (is_news) {
     outputs_.log(line.level, line.what + line.reason + line.hint);

@@ -13,8 +13,8 @@ namespace connect_bridge {
 
 // A client dials again and again, for as long as it takes. The log has a line about it when the
 // reason is another one, and every ten minutes while it stays the same or two take turns. After
-// kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only,
-// until a reason stays. Single-threaded; owned by Links.
+// kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only, and
+// when a reason comes twice in a row. Single-threaded; owned by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);
@@ -53,6 +53,7 @@ class LastFailure {
   std::optional<TimePoint> since_;  // since then no link is open
   TimePoint next_{};                // until then the same reason is not told again
   int news_ = 0;                    // told, since a reason has stayed
+  bool told_ = true;                // the last one was
 };
 
 }  // namespace connect_bridge

@@ -113,13 +113,19 @@ std::string new_file(const std::string& text, std::string& problem) {
   return {};
 }
 
+// As rcl reads it.
+unsigned int domain() {
+  const char* variable = std::getenv("ROS_DOMAIN_ID");
+  return variable ? static_cast<unsigned int>(std::strtoul(variable, nullptr, 10)) : 0;
+}
+
 }  // namespace
 
 FastDdsProfile::FastDdsProfile(bool is_loaded, std::size_t segment_bytes) {
   const Version* const version = is_loaded ? loaded_version() : nullptr;
   if (!version || user_has_profiles()) return;
   if (shares_memory()) {
-    const std::string of_users = problem_of_users(shared_files(), geteuid());
+    const std::string of_users = problem_of_users(shared_files(), geteuid(), domain());
     if (!of_users.empty()) problems_.push_back(of_users);
   }
   std::string problem;

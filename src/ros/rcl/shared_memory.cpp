@@ -3,7 +3,9 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 namespace connect_bridge::ros {
@@ -22,16 +24,25 @@ std::vector<SharedFile> shared_files() {
   return files;
 }
 
-std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own) {
-  const auto other = std::find_if(files.begin(), files.end(), [own](const SharedFile& file) {
-    const bool is_ours = file.owner == own;
-    return !is_ours && (file.name.starts_with("fastdds_") || file.name.starts_with("fastrtps_"));
+std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own, unsigned int domain) {
+  // Each domain has 250 ports (DDSI-RTPS, section 9.6.1.1).
+  constexpr unsigned int kFirst = 7400, kPorts = 250;
+  const auto is_of_domain = [&](std::string_view name) {
+    const auto at = name.find("_port");
+    if (!name.starts_with("fast") || at == std::string_view::npos) return false;
+    unsigned int port = 0;
+    name.remove_prefix(at + std::string_view("_port").size());
+    std::from_chars(name.data(), name.data() + name.size(), port);
+    return port >= kFirst && (port - kFirst) / kPorts == domain;
+  };
+  const auto other = std::find_if(files.begin(), files.end(), [&](const SharedFile& file) {
+    return file.owner != own && is_of_domain(file.name);
   });
   if (other == files.end()) return {};
-  return "nodes of another user use Fast DDS's shared memory here (/dev/shm/" + other->name +
+  return "Fast DDS's shared memory here has files of another user (/dev/shm/" + other->name +
          " is of the user id " + std::to_string(other->owner) +
-         "): their messages may not arrive; run this as their user, or with "
-         "FASTDDS_BUILTIN_TRANSPORTS=UDPv4";
+         "): messages of nodes that run as that user may not arrive; run this as their user, or "
+         "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4";
 }
 
 }  // namespace connect_bridge::ros

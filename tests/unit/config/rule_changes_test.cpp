@@ -112,12 +112,17 @@ TEST(RuleChanges, AFileThatAClientCouldNotStartWithDropsNoRules) {
   const FileChanges emptied = file_changes(before, {}, {});
   EXPECT_THAT(emptied.changes, IsEmpty());
   EXPECT_THAT(emptied.fixed, IsEmpty());
-  ASSERT_EQ(emptied.problems.size(), 1U);
+  ASSERT_EQ(emptied.problems.size(), 2U);
   EXPECT_THAT(to_text(emptied.problems[0]), HasSubstr("url"));
+  EXPECT_THAT(to_text(emptied.problems[1]), HasSubstr("rules"));
   const FileChanges unlisted =
       file_changes(before, yaml(url + "rule: {a: {import_topics: [/a]}}"), {});
   EXPECT_THAT(unlisted.changes, IsEmpty());
   EXPECT_THAT(unlisted.problems, testing::SizeIs(1));
+  const FileChanges other = file_changes(
+      before, yaml(url + "rules: [b]\nrule: {a: {import_topics: [/a]}, b: {import_topics: [/b]}}"),
+      {});
+  EXPECT_THAT(other.problems, IsEmpty()) << "a rule that is not used is a warning while it runs";
 }
 
 TEST(RuleChanges, SecretsAreOfNoConcern) {

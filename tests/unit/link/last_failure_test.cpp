@@ -76,10 +76,12 @@ TEST(LastFailure, OfReasonsThatNeverRepeatFewAreTold) {
   EXPECT_EQ(t.failure.reason(), "HTTP 503: request 99") << "the status has the last one";
   EXPECT_EQ(t.fail(10, "HTTP 503: request 100"),
             "still cannot connect, for 10 min: HTTP 503: request 100; trying again");
+  EXPECT_EQ(t.fail(18, "wrong certificate"), "");
+  EXPECT_EQ(t.fail(18, "wrong certificate"), "cannot connect: wrong certificate; trying again");
   EXPECT_EQ(t.fail(19, "HTTP 503: request 101"), "");
-  EXPECT_EQ(t.fail(20, "refused"), "still cannot connect, for 20 min: refused; trying again");
-  EXPECT_EQ(t.fail(30, "refused"), "still cannot connect, for 30 min: refused; trying again");
-  EXPECT_EQ(t.fail(31, "no route"), "cannot connect: no route; trying again");
+  EXPECT_EQ(t.fail(28, "refused"), "still cannot connect, for 28 min: refused; trying again");
+  EXPECT_EQ(t.fail(38, "refused"), "still cannot connect, for 38 min: refused; trying again");
+  EXPECT_EQ(t.fail(39, "no route"), "cannot connect: no route; trying again");
 }
 
 TEST(LastFailure, WhatWasToldElsewhereIsNotToldAgainSoon) {

@@ -12,17 +12,21 @@ namespace connect_bridge::ros {
 namespace {
 
 TEST(SharedMemory, OfAnotherUserIsAProblem) {
-  EXPECT_EQ(problem_of_users({{"fastdds_port7411", 1000}, {"fastdds_0123", 0}}, 1000),
-            "nodes of another user use Fast DDS's shared memory here (/dev/shm/fastdds_0123 is of "
-            "the user id 0): their messages may not arrive; run this as their user, or with "
-            "FASTDDS_BUILTIN_TRANSPORTS=UDPv4");
-  EXPECT_NE(problem_of_users({{"fastrtps_port7411", 1000}}, 0), "") << "before Kilted";
+  EXPECT_EQ(problem_of_users({{"fastdds_port7411", 1000}, {"fastdds_port7413", 0}}, 1000, 0),
+            "Fast DDS's shared memory here has files of another user (/dev/shm/fastdds_port7413 is "
+            "of the user id 0): messages of nodes that run as that user may not arrive; run this "
+            "as their user, or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4");
+  EXPECT_NE(problem_of_users({{"fastrtps_port7411", 1000}}, 0, 0), "") << "before Kilted";
+  EXPECT_NE(problem_of_users({{"fastdds_port17911_el", 1000}}, 0, 42), "");
 }
 
 TEST(SharedMemory, OfTheSameUserOrOfOthersThanFastDdsIsNone) {
-  EXPECT_EQ(problem_of_users({}, 0), "");
-  EXPECT_EQ(problem_of_users({{"fastdds_port7411", 1000}}, 1000), "");
-  EXPECT_EQ(problem_of_users({{"sem.other", 1000}, {"my_fastdds_file", 1000}}, 0), "");
+  EXPECT_EQ(problem_of_users({}, 0, 0), "");
+  EXPECT_EQ(problem_of_users({{"fastdds_port7411", 1000}}, 1000, 0), "");
+  EXPECT_EQ(problem_of_users({{"sem.other", 1000}, {"my_fastdds_port7411", 1000}}, 0, 0), "");
+  // Of another domain, or without one.
+  for (const char* name : {"fastdds_port7399", "fastdds_port7650", "fastdds_0123", "fastdds_port"})
+    EXPECT_EQ(problem_of_users({{name, 1000}}, 0, 0), "") << name;
 }
 
 TEST(SharedMemory, FilesThatEverybodyMayWriteAreNotListed) {
