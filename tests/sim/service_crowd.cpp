@@ -5,13 +5,7 @@
 #include <utility>
 
 namespace connect_bridge::sim {
-namespace {
-
 using namespace std::chrono_literals;
-
-constexpr std::size_t kServiceEndpointsMax = 24;
-
-}  // namespace
 
 std::string ServiceCrowd::local_name(int graph, const std::string& wire) const {
   for (const auto& host : scenario_.hosts) {
@@ -147,27 +141,40 @@ void ServiceCrowd::restart_servant() {
 
 void ServiceCrowd::churn() {
   if (calm_) return;
+  if (!paused_) change();
+  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void ServiceCrowd::change() {
   const auto what = rng_.below(6);
   const ServicePlan& plan = rng_.pick(scenario_.services);
-  if (what == 0 && servants_.size() < kServiceEndpointsMax) {
+  if (what == 0 && servants_.size() < endpoints_max_) {
     add_servant(plan, rng_.pick(plan.graphs), "servant" + std::to_string(++last_node_));
   } else if (what == 1 && !servants_.empty()) {
     remove_servant(rng_.below(servants_.size()), "is gone");
   } else if (what == 2 && !servants_.empty()) {
     restart_servant();
-  } else if (what <= 4 && callers_.size() < kServiceEndpointsMax) {
+  } else if (what <= 4 && callers_.size() < endpoints_max_) {
     add_caller(plan, static_cast<int>(rng_.below(scenario_.graphs.size())));
   } else if (!callers_.empty()) {
     remove_caller(rng_.below(callers_.size()));
   }
-  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void ServiceCrowd::forget(TimePoint before) {
+  work_.forget(before);
+  const auto is_old = [before](const auto& endpoint) {
+    return !endpoint.alive && endpoint.destroyed < before;
+  };
+  std::erase_if(servant_plans_, [&](const auto& p) { return is_old(services_.servant(p.first)); });
+  std::erase_if(caller_plans_, [&](const auto& p) { return is_old(services_.caller(p.first)); });
 }
 
 // A burst of calls, then a pause.
 void ServiceCrowd::tick(int caller) {
   if (calm_ || !services_.caller(caller).alive) return;
   const ServicePlan& plan = plan_of_caller(caller);
-  if (services_.is_ready(caller)) {
+  if (!paused_ && services_.is_ready(caller)) {
     const auto burst = rng_.chance(700) ? 1 : rng_.between(2, plan.burst_max);
     for (int i = 0; i < burst; ++i) call(caller);
   }
