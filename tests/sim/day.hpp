@@ -5,9 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/crowd.hpp"
@@ -47,10 +48,12 @@ class Day {
 
  private:
   void run_for(Duration how_long);
-  void disturb();
+  void disturb(bool restarts);
   void check_linked() const;
   void rest();
   void check_empty(const Host& host) const;
+  // Calls do not wait for places that are free.
+  void watch_places();
   void weigh();
   // All that was judged long ago.
   void forget();
@@ -61,7 +64,8 @@ class Day {
   bool over_ = false;
   DayWeather weather_;
   StreamCheck streams_;
-  std::vector<std::size_t> heap_;  // bytes in use, at each rest
+  std::map<std::pair<int, std::string>, TimePoint> waits_;  // (host, service): since when
+  std::vector<std::size_t> heap_;                           // bytes in use, at each rest
 };
 
 }  // namespace connect_bridge::sim

@@ -27,14 +27,15 @@ constexpr std::array<const char*, 8> kWords = {"cuts",
 
 DayWeather::DayWeather(const World& world, Rng rng, bool verbose)
     : world_(world), rng_(rng), verbose_(verbose) {
-  draw();
+  draw(true);
 }
 
-void DayWeather::draw() {
+void DayWeather::draw(bool restarts) {
   unsigned left = static_cast<unsigned>(rng_.below(1000));
   std::size_t kind = 0;
   for (; left >= kPermille[kind]; ++kind) left -= kPermille[kind];
   next_ = static_cast<Kind>(kind);
+  if (!restarts && ends_process()) next_ = Kind::kCut;
 }
 
 void DayWeather::run_for(Duration how_long) {
@@ -45,7 +46,7 @@ bool DayWeather::ends_process() const {
   return next_ == Kind::kClientRestart || next_ == Kind::kServerRestart;
 }
 
-void DayWeather::disturb() {
+void DayWeather::disturb(bool restarts) {
   const auto kind = static_cast<std::size_t>(next_);
   ++counts_[kind];
   if (verbose_) std::printf("%9.4f weather: %s\n", seconds(world_.schedule.now()), kWords[kind]);
@@ -62,7 +63,7 @@ void DayWeather::disturb() {
       break;
     default: world_.hosts[rng_.below(2)]->report_trouble();
   }
-  draw();
+  draw(restarts);
 }
 
 // 1 to 60 s; as many from 1 to 8 as from 8 to 60.

@@ -31,8 +31,8 @@ class DayWeather {
 
   // Whether the next disturbance ends a process, and with it what that one remembers.
   [[nodiscard]] bool ends_process() const;
-  // Lasts until it is over.
-  void disturb();
+  // Lasts until it is over. `restarts`: whether the one after it may end a process.
+  void disturb(bool restarts);
   // The path is well, until the next disturbance.
   void rest();
 
@@ -55,7 +55,7 @@ class DayWeather {
   };
   static constexpr std::size_t kKinds = static_cast<std::size_t>(Kind::kCount);
 
-  void draw();
+  void draw(bool restarts);
   void run_for(Duration how_long);
   [[nodiscard]] Duration outage();
   void cut();

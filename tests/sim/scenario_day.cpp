@@ -42,7 +42,7 @@ void add_topics(Rng& rng, Scenario& scenario) {
   add(topic("/cmd_vel", "geometry_msgs/msg/Twist", 1, 100, 4s));
   add(topic("/scan", "sensor_msgs/msg/LaserScan", 0, 3000, 8s));
   add(topic("/camera/front/image", "sensor_msgs/msg/Image", 0, 60'000, 40s));
-  latched(topic("/map", "nav_msgs/msg/OccupancyGrid", 0, 20'000, 90s));
+  latched(topic("/map", "nav_msgs/msg/OccupancyGrid", 0, 8000, 90s));
   latched(topic("/robot/status", "std_msgs/msg/String", 0, 300, 20s));
   latched(topic("/goals", "std_msgs/msg/String", 1, 300, 30s));
 }
@@ -90,10 +90,14 @@ void limit(Rng& rng, SideOptions& options) {
   options.outbox.unacknowledged_bytes_max = 400'000;
   options.outbox.data_bytes_max = 1'500'000;
   options.reassembly.message_bytes_max = usual.reassembly.message_bytes_max;
-  options.history_bytes_max = 8 << 20;
+  options.history_bytes_max = 1 << 20;
   options.resume_for = 90s;  // the longest cut, and what it takes to be linked again
-  options.resume_bytes_max = 2 << 20;
+  options.resume_bytes_max = 600'000;
+  options.calls_max = 16;
+  options.calls_waiting_max = 60;
+  options.call_bytes_max = 300'000;
   options.account = usual.account;
+  options.account.memory_bytes_max = 32 << 20;
   // What TCP repairs, on a long path, neither looks like silence nor ends a login.
   options.dead_after = rng.between(3s, 5s);
   options.login_timeout = usual.login_timeout;
