@@ -293,7 +293,7 @@ bool CallCheck::is_lost(const Services& services, const Invocation& invocation) 
     const Servant& gone = services.servant(id);
     if (gone.alive) return false;
     if (!ledger_.middleware().graph(gone.spec.graph).tells_servers) return true;
-    return std::ranges::any_of(services.servants().all(), [&](const Servant& other) {
+    return services.servants().any([&](const Servant& other) {
       return other.id != id && other.spec.graph == gone.spec.graph &&
              other.spec.topic == gone.spec.topic && other.created < gone.destroyed &&
              (other.alive || other.destroyed >= gone.destroyed);

@@ -12,7 +12,7 @@ namespace connect_bridge::sim {
 
 // Whether the topic ever had volatile publishers as well: then it was subscribed as volatile.
 bool Expectation::is_mixed(const Writer& origin) const {
-  return std::ranges::any_of(middleware_.writers().all(), [&](const Writer& other) {
+  return middleware_.writers().any([&](const Writer& other) {
     return other.spec.host < 0 && other.spec.graph == origin.spec.graph &&
            other.spec.topic == origin.spec.topic && other.spec.type == origin.spec.type &&
            other.spec.qos.durability == Durability::kVolatile;
@@ -112,10 +112,11 @@ void Expectation::check_late(const Late& late) const {
 }
 
 bool Expectation::was_mirrored_again(const ExpectedMirror& expected, int writers) const {
-  return std::ranges::any_of(middleware_.writers().since(writers), [&](const Writer& writer) {
+  const auto is_mirror = [&](const Writer& writer) {
     return writer.spec.host >= 0 && writer.spec.graph == expected.graph &&
            writer.spec.topic == expected.topic;
-  });
+  };
+  return middleware_.writers().any(is_mirror, writers);
 }
 
 // ---- over cuts

@@ -56,7 +56,7 @@ Gid Middleware::new_gid(const EndpointSpec& spec) {
 void Middleware::meet(int host, int other, TimePoint when) {
   meetings_[std::minmax(host, other)] = when;
   schedule_.at(when, [this, host] {
-    for (const auto& writer : writers_.all())
+    for (const auto& writer : writers_)
       if (writer.spec.host == host) return listener_.on_graph_change(writer.spec.graph);
   });
 }
@@ -97,7 +97,7 @@ int Middleware::create_writer(EndpointSpec spec) {
   writer.spec = std::move(spec);
   writer.gid = new_gid(writer.spec);
   writer.created = schedule_.now();
-  for (const auto& reader : readers_.all()) plan_match(writer, reader);
+  for (const auto& reader : readers_) plan_match(writer, reader);
   announce(writer.spec);
   return writer.id;
 }
@@ -107,7 +107,7 @@ int Middleware::create_reader(EndpointSpec spec) {
   reader.spec = std::move(spec);
   reader.gid = new_gid(reader.spec);
   reader.created = schedule_.now();
-  for (const auto& writer : writers_.all()) plan_match(writer, reader);
+  for (const auto& writer : writers_) plan_match(writer, reader);
   announce(reader.spec);
   return reader.id;
 }
@@ -218,8 +218,8 @@ GraphChanged Middleware::snapshot(int graph, int host) const {
     }
     (topic.*member).push_back(std::move(seen));
   };
-  for (const auto& writer : writers_.all()) add(writer, &TopicState::publishers);
-  for (const auto& reader : readers_.all()) add(reader, &TopicState::subscribers);
+  for (const auto& writer : writers_) add(writer, &TopicState::publishers);
+  for (const auto& reader : readers_) add(reader, &TopicState::subscribers);
   GraphChanged result;
   for (auto& [key, topic] : topics) {
     std::tie(topic.name, topic.type, topic.type_hash) = key;

@@ -2,9 +2,8 @@
 // so that a world may live for a day.
 #pragma once
 
-#include <cstddef>
+#include <algorithm>
 #include <map>
-#include <ranges>
 
 #include "core/base/time.hpp"
 
@@ -23,13 +22,28 @@ class Roster {
   const T& operator[](int id) const { return all_.at(id); }
   // How many there ever were: the next one's id.
   [[nodiscard]] int made() const { return made_; }
-  [[nodiscard]] std::size_t size() const { return all_.size(); }
-  // In the order of their making.
-  [[nodiscard]] auto all() const { return std::views::values(all_); }
-  // Those whose id is at least `first`.
-  [[nodiscard]] auto since(int first) const {
-    return std::views::values(std::ranges::subrange(all_.lower_bound(first), all_.end()));
+  // Of those whose id is at least `first`.
+  template <class Predicate>
+  [[nodiscard]] bool any(Predicate&& is_one, int first = 0) const {
+    return std::any_of(all_.lower_bound(first), all_.end(),
+                       [&](const auto& entry) { return is_one(entry.second); });
   }
+  // In the order of their making.
+  class Iterator {
+   public:
+    explicit Iterator(typename std::map<int, T>::const_iterator at) : at_(at) {}
+    const T& operator*() const { return at_->second; }
+    Iterator& operator++() {
+      ++at_;
+      return *this;
+    }
+    bool operator==(const Iterator&) const = default;
+
+   private:
+    typename std::map<int, T>::const_iterator at_;
+  };
+  [[nodiscard]] Iterator begin() const { return Iterator(all_.begin()); }
+  [[nodiscard]] Iterator end() const { return Iterator(all_.end()); }
   // What ended before.
   void forget(TimePoint before) {
     std::erase_if(all_, [&](const auto& entry) {

@@ -34,7 +34,7 @@ bool ServerWork::is_shared(const Desk& desk, int caller) const {
 }
 
 bool ServerWork::has_double(const Servant& servant) const {
-  return std::ranges::any_of(services_.servants().all(), [&](const Servant& other) {
+  return services_.servants().any([&](const Servant& other) {
     return other.id != servant.id && other.spec.host < 0 &&
            other.spec.graph == servant.spec.graph && other.spec.topic == servant.spec.topic &&
            (other.alive || other.destroyed + kAfterEffect > schedule_.now());
