@@ -48,6 +48,7 @@ class Day {
 
  private:
   void run_for(Duration how_long);
+  void begin_last_hour();
   void disturb(bool restarts);
   void check_linked() const;
   void rest();

@@ -59,7 +59,7 @@ void DayWeather::disturb(bool restarts) {
     case Kind::kClock: set_clock(); break;
     case Kind::kGraphLoss:
       world_.middleware.lose(static_cast<int>(rng_.below(2)),
-                             static_cast<unsigned>(rng_.between(0, 100)));
+                             loses_ ? static_cast<unsigned>(rng_.between(0, 100)) : 0);
       break;
     default: world_.hosts[rng_.below(2)]->report_trouble();
   }
@@ -106,6 +106,11 @@ void DayWeather::change_path() {
   world_.network.disturb(kPath, 1s);
   if (rng_.chance(300)) world_.hosts[1]->network_changed();
   run_for(1s);
+}
+
+void DayWeather::end_loss() {
+  loses_ = false;
+  for (int graph = 0; graph < 2; ++graph) world_.middleware.lose(graph, 0);
 }
 
 void DayWeather::rest() {

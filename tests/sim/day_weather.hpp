@@ -33,6 +33,9 @@ class DayWeather {
   [[nodiscard]] bool ends_process() const;
   // Lasts until it is over. `restarts`: whether the one after it may end a process.
   void disturb(bool restarts);
+  void restart(Host& host);
+  // From now on no graph loses best-effort samples.
+  void end_loss();
   // The path is well, until the next disturbance.
   void rest();
 
@@ -61,12 +64,12 @@ class DayWeather {
   void cut();
   void stall();
   void change_path();
-  void restart(Host& host);
   void set_clock();
 
   World world_;
   Rng rng_;
   bool verbose_;
+  bool loses_ = true;
   Kind next_ = Kind::kCut;
   std::array<std::uint64_t, kKinds> counts_{};
 };

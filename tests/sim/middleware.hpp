@@ -131,6 +131,8 @@ class Middleware {
   void forget(TimePoint before);
   // From now on nothing is lost.
   void calm();
+  // What was lost before does not matter any more.
+  void forgive() { losses_.assign(losses_.size(), 0); }
   // Whether best-effort samples were ever lost in this graph.
   [[nodiscard]] bool has_lost(int graph) const { return losses_[index(graph)] > 0; }
   // For an endpoint that is made elsewhere.

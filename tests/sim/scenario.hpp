@@ -47,6 +47,7 @@ struct ServicePlan {
   Duration away_max{};          // ... for how long
   Duration period{};            // between two bursts of a caller
   std::int64_t burst_max = 0;
+  bool lasting = false;  // one server stays, and one caller in every other graph
 };
 
 struct PairPlan {

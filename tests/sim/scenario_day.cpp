@@ -119,6 +119,7 @@ Scenario make_day(std::uint64_t seed) {
   scenario.pairs.push_back(pair);
   add_topics(rng, scenario);
   add_service(rng, scenario, "/robot/arm/enable", "std_srvs/srv/SetBool", 100);
+  scenario.services.back().lasting = true;
   add_service(rng, scenario, "/map/get", "nav_msgs/srv/GetMap", 10'000);
   add_service(rng, scenario, "/spawn", "turtlesim/srv/Spawn", 200);
   add_service(rng, scenario, "/robot/fib/_action/send_goal", "test/action/Fib_SendGoal", 200);

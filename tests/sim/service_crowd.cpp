@@ -108,9 +108,20 @@ void ServiceCrowd::remove_caller(std::size_t at) {
   services_.destroy_caller(id);
 }
 
+void ServiceCrowd::add_lasting(const ServicePlan& plan) {
+  add_servant(plan, plan.graphs.front(), "servant" + std::to_string(++last_node_));
+  lasting_servants_.insert(servants_.back());
+  for (int graph = 0; graph < static_cast<int>(scenario_.graphs.size()); ++graph) {
+    if (graph == plan.graphs.front()) continue;
+    add_caller(plan, graph);
+    lasting_callers_.insert(callers_.back());
+  }
+}
+
 void ServiceCrowd::start() {
   if (scenario_.services.empty()) return;
   for (const auto& plan : scenario_.services) {
+    if (plan.lasting) add_lasting(plan);
     for (const int graph : plan.graphs) {
       schedule_.after(rng_.between(0ms, 2s), [this, &plan, graph] {
         if (!calm_) add_servant(plan, graph, "servant" + std::to_string(++last_node_));
@@ -130,6 +141,7 @@ void ServiceCrowd::start() {
 // Under the same name, at once or a little later.
 void ServiceCrowd::restart_servant() {
   const auto at = rng_.below(servants_.size());
+  if (lasting_servants_.contains(servants_[at])) return;
   const EndpointSpec old = services_.servant(servants_[at]).spec;
   const ServicePlan& plan = plan_of_servant(servants_[at]);
   remove_servant(at, "restarts");
@@ -151,13 +163,15 @@ void ServiceCrowd::change() {
   if (what == 0 && servants_.size() < endpoints_max_) {
     add_servant(plan, rng_.pick(plan.graphs), "servant" + std::to_string(++last_node_));
   } else if (what == 1 && !servants_.empty()) {
-    remove_servant(rng_.below(servants_.size()), "is gone");
+    const auto at = rng_.below(servants_.size());
+    if (!lasting_servants_.contains(servants_[at])) remove_servant(at, "is gone");
   } else if (what == 2 && !servants_.empty()) {
     restart_servant();
   } else if (what <= 4 && callers_.size() < endpoints_max_) {
     add_caller(plan, static_cast<int>(rng_.below(scenario_.graphs.size())));
   } else if (!callers_.empty()) {
-    remove_caller(rng_.below(callers_.size()));
+    const auto at = rng_.below(callers_.size());
+    if (!lasting_callers_.contains(callers_[at])) remove_caller(at);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,7 @@ class ServiceCrowd {
   void add_caller(const ServicePlan& plan, int graph);
   void remove_caller(std::size_t at);
   void restart_servant();
+  void add_lasting(const ServicePlan& plan);
   void churn();
   void change();
   void tick(int caller);
@@ -84,6 +86,7 @@ class ServiceCrowd {
   bool verbose_;
   bool calm_ = false, paused_ = false;
   std::size_t endpoints_max_;
+  std::set<int> lasting_servants_, lasting_callers_;
   // What a server has besides send_goal.
   struct Parts {
     std::vector<int> servants, writers;
