@@ -39,6 +39,7 @@ Label CallCheck::on_executed(const Services& services, const Servant& servant, R
                              const Payload& request) {
   const CallKey which = call_of(request, "server " + std::to_string(servant.id));
   Call& call = calls_[which];
+  call.last = ledger_.now();
   const bool relayed = services.caller(key.caller).spec.host >= 0;
   const int times = ++(relayed ? call.relayed : call.direct)[servant.id];
   const int allowed = relayed ? call.takings : 1;
@@ -48,12 +49,20 @@ Label CallCheck::on_executed(const Services& services, const Servant& servant, R
              " times, is executed " + std::to_string(times) + " times by server " +
              std::to_string(servant.id) + " of " + servant.spec.topic);
   }
-  executions_.push_back({which, servant.id});
-  return Label{kServantLabels + static_cast<std::uint32_t>(servant.id), executions_.size()};
+  executions_[++executed_] = {which, servant.id, 0, 0, ledger_.now()};
+  return Label{kServantLabels + static_cast<std::uint32_t>(servant.id), executed_};
+}
+
+const CallCheck::Execution& CallCheck::execution_of(const Label& response) const {
+  const auto it = executions_.find(response.counter);
+  if (it == executions_.end()) violated("an answer to a call of long ago");
+  return it->second;
 }
 
 void CallCheck::on_answered(const Servant&, const Label& response, const Payload& payload) {
-  Execution& execution = executions_.at(response.counter - 1);
+  const auto it = executions_.find(response.counter);
+  if (it == executions_.end()) return;  // it was put off for so long that nobody asks for it
+  Execution& execution = it->second;
   execution.bytes = payload.size();
   ++execution.answers;
 }
@@ -63,7 +72,7 @@ void CallCheck::on_response(const Caller& caller, const Servant& servant, Reques
   const std::string what = text(caller.id, key.number);
   const auto label = is_intact(payload.view()) ? read_label(payload.view()) : std::nullopt;
   if (!label || label->writer < kServantLabels) violated(what + " is answered by damaged bytes");
-  const Execution& execution = executions_.at(label->counter - 1);
+  const Execution& execution = execution_of(*label);
   if (execution.call != CallKey{caller.id, key.number}) {
     violated(what + " gets the answer to " + text(execution.call.caller, execution.call.number));
   }
@@ -113,6 +122,7 @@ void CallCheck::on_taken(const Host& host, ServiceMirrorId mirror, RequestId req
     // Its owner cannot be identified, and two bridges may have found each other's mirrors.
   } else if (caller.spec.host < 0) {
     ++calls_[which].takings;
+    calls_[which].last = ledger_.now();
   } else if (!overlaps_) {
     violated(text(which.caller, which.number) + " runs in circles: the mirror at " +
              describe(host) + " takes it from a bridge");
@@ -141,7 +151,7 @@ void CallCheck::on_send_response(const Host& host, const SendResponse& action,
   const auto label =
       is_intact(action.payload.view()) ? read_label(action.payload.view()) : std::nullopt;
   if (!label || label->writer < kServantLabels) violated(where + " with damaged bytes");
-  const Execution& execution = executions_.at(label->counter - 1);
+  const Execution& execution = execution_of(*label);
   if (execution.call != it->second.call) {
     violated(where + ", " + text(it->second.call.caller, it->second.call.number) +
              ", with the answer to " + text(execution.call.caller, execution.call.number));
@@ -189,11 +199,11 @@ void CallCheck::on_send_request(const Host& host, const SendRequest& action, con
           ? CallKey{}
           : call_of(action.payload, caller.spec.topic + ", handed over by " + describe(host));
   Client& client = clients_[{host.index(), action.client}];
-  if (action.invocation.value == 0 || client.used.contains(action.invocation)) {
+  if (action.invocation <= client.last) {
     violated(describe(host) + " uses the number of an invocation twice");
   }
-  client.used[action.invocation] = true;
-  client.open[action.invocation] = Invocation{which, caller.servants, {}};
+  client.last = action.invocation;
+  client.open[action.invocation] = Invocation{ledger_.now(), which, caller.servants, {}};
   check_caps(host, caller.spec, client);
 }
 
@@ -283,12 +293,11 @@ bool CallCheck::is_lost(const Services& services, const Invocation& invocation) 
     const Servant& gone = services.servant(id);
     if (gone.alive) return false;
     if (!ledger_.middleware().graph(gone.spec.graph).tells_servers) return true;
-    return std::any_of(
-        services.servants().begin(), services.servants().end(), [&](const Servant& other) {
-          return other.id != id && other.spec.graph == gone.spec.graph &&
-                 other.spec.topic == gone.spec.topic && other.created < gone.destroyed &&
-                 (other.alive || other.destroyed >= gone.destroyed);
-        });
+    return services.servants().any([&](const Servant& other) {
+      return other.id != id && other.spec.graph == gone.spec.graph &&
+             other.spec.topic == gone.spec.topic && other.created < gone.destroyed &&
+             (other.alive || other.destroyed >= gone.destroyed);
+    });
   };
   if (invocation.servants.empty()) return true;  // it reached no server
   return std::all_of(
@@ -336,6 +345,18 @@ void CallCheck::check_nothing_pending(const Services& services) const {
                std::to_string(key.first) + " although nobody works on it");
     }
   }
+}
+
+void CallCheck::forget(const Services& services, TimePoint before) {
+  for (const auto& [key, client] : clients_)
+    for (const auto& [id, invocation] : client.open)
+      if (invocation.sent < before)
+        violated(text(invocation.call.caller, invocation.call.number) + " has been under way at " +
+                 "side " + std::to_string(key.first) + " for " +
+                 std::to_string(seconds(ledger_.now() - invocation.sent)) + " s");
+  std::erase_if(called_, [&](const auto& c) { return !services.callers().knows(c.first); });
+  std::erase_if(calls_, [&](const auto& c) { return c.second.last < before; });
+  std::erase_if(executions_, [&](const auto& e) { return e.second.at < before; });
 }
 
 bool CallCheck::is_open(const Host& host, ServiceClientId client, InvocationId which) const {

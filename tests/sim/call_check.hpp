@@ -8,7 +8,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -73,6 +72,9 @@ class CallCheck {
   // Whether calls wait for servers that have ended, or have lost them.
   [[nodiscard]] bool has_lost(const Services& services) const;
   [[nodiscard]] std::uint32_t called(int caller) const;
+  [[nodiscard]] std::uint64_t executed() const { return executed_; }
+  // Calls that were made before; none of them may still be under way.
+  void forget(const Services& services, TimePoint before);
 
  private:
   struct CallKey {
@@ -85,12 +87,14 @@ class CallCheck {
     std::map<int, int> relayed;  // servant -> executions on behalf of a bridge
     std::map<int, int> direct;   // servant -> executions for the caller itself
     int answers = 0;
+    TimePoint last{};  // when it was last taken or executed
   };
   struct Execution {
     CallKey call;
     int servant = 0;
     std::size_t bytes = 0;      // of the response, 0: none yet
     std::uint64_t answers = 0;  // how often its servant has answered
+    TimePoint at{};
   };
   struct OpenRequest {
     CallKey call;
@@ -103,14 +107,16 @@ class CallCheck {
     RequestId last;
   };
   struct Invocation {
+    TimePoint sent{};
     CallKey call;
     std::vector<int> servants;  // that it was on its way to
     std::set<int> lost;         // those in whose queues there was no room
   };
   struct Client {
     std::map<InvocationId, Invocation> open;
-    std::unordered_map<InvocationId, bool> used;
+    InvocationId last;
   };
+  [[nodiscard]] const Execution& execution_of(const Label& response) const;
   [[nodiscard]] CallKey call_of(const Payload& request, const std::string& where) const;
   // Whether its servers have lost it, or have ended in a way that nobody could notice.
   [[nodiscard]] bool is_lost(const Services& services, const Invocation& invocation) const;
@@ -123,7 +129,8 @@ class CallCheck {
   bool overlaps_;
   std::map<int, std::uint32_t> called_;
   std::map<CallKey, Call> calls_;
-  std::vector<Execution> executions_;
+  std::map<std::uint64_t, Execution> executions_;  // by their number
+  std::uint64_t executed_ = 0;
   std::map<std::pair<int, ServiceMirrorId>, Mirror> mirrors_;  // by host
   std::map<std::pair<int, ServiceClientId>, Client> clients_;  // by host
 };

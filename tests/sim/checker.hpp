@@ -60,6 +60,12 @@ class Checker {
     deliveries_.on_delivery(reader, writer, sample);
   }
 
+  // Messages of long ago, and endpoints that the middleware has forgotten.
+  void forget(TimePoint before) {
+    ledger_.forget(before);
+    deliveries_.forget();
+  }
+
   // Checks a host from outside; called from time to time.
   void inspect(const Host& host);
 

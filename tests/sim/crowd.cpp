@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kTopicEndpointsMax = 40;
+constexpr std::size_t kTopicEndpointsMax = 40, kOfADayMax = 20;
 
 }  // namespace
 
@@ -22,7 +22,8 @@ Crowd::Crowd(Schedule& schedule, Middleware& middleware, Ledger& ledger, const S
       ledger_(ledger),
       scenario_(scenario),
       rng_(rng),
-      verbose_(verbose) {}
+      verbose_(verbose),
+      endpoints_max_(scenario.day ? kOfADayMax : kTopicEndpointsMax) {}
 
 std::string Crowd::local_name(int graph, const TopicPlan& topic) const {
   for (const auto& host : scenario_.hosts) {
@@ -42,11 +43,15 @@ void Crowd::tell(const std::string& what, int id, bool writer) const {
 }
 
 const TopicPlan& Crowd::plan_of(int writer) const {
-  return scenario_.topics[plan_of_writer_.at(static_cast<std::size_t>(writer))];
+  return *plan_of_writer_.at(writer);
 }
 
 Qos Crowd::writer_qos(const TopicPlan& topic) {
   Qos qos;
+  if (topic.lasting) {
+    qos.depth = 20;
+    return qos;
+  }
   const bool latched = topic.mixed ? rng_.chance(500) : topic.latched;
   qos.durability = latched ? Durability::kTransientLocal : Durability::kVolatile;
   qos.reliability = rng_.chance(750) ? Reliability::kReliable : Reliability::kBestEffort;
@@ -96,9 +101,7 @@ int Crowd::add_writer(const TopicPlan& topic, int graph, const std::string& node
 int Crowd::create_writer(const TopicPlan& topic, int graph, const std::string& node,
                          const Qos& qos) {
   const int id = middleware_.create_writer(spec(topic, graph, node, qos));
-  plan_of_writer_.resize(static_cast<std::size_t>(id) + 1);
-  plan_of_writer_[static_cast<std::size_t>(id)] =
-      static_cast<std::size_t>(&topic - scenario_.topics.data());
+  plan_of_writer_[id] = &topic;
   writers_.push_back(id);
   if (verbose_) tell("publisher " + std::to_string(id), id, true);
   return id;
@@ -135,10 +138,23 @@ void Crowd::add_speakers() {
   }
 }
 
+void Crowd::add_lasting(const TopicPlan& topic) {
+  for (const int graph : topic.graphs) {
+    lasting_writers_.insert(add_writer(topic, graph, "writer" + std::to_string(++last_node_)));
+    for (int other = 0; other < static_cast<int>(scenario_.graphs.size()); ++other)
+      if (other != graph)
+        lasting_readers_.insert(add_reader(other, local_name(other, topic), topic, Qos{}));
+  }
+}
+
 void Crowd::start() {
   for (const auto& topic : scenario_.topics) {
+    if (topic.lasting) {
+      add_lasting(topic);
+      continue;
+    }
     for (const int graph : topic.graphs) {
-      const auto count = rng_.between(1, 4);
+      const auto count = scenario_.day ? 1 : rng_.between(1, 4);
       for (int i = 0; i < count; ++i) {
         schedule_.after(rng_.between(0ms, 2s), [this, &topic, graph] {
           if (!calm_) add_writer(topic, graph, "writer" + std::to_string(++last_node_));
@@ -146,7 +162,8 @@ void Crowd::start() {
       }
     }
   }
-  const auto readers = rng_.between(1, 4 * static_cast<int>(scenario_.topics.size()) + 3);
+  auto readers = rng_.between(1, 4 * static_cast<int>(scenario_.topics.size()) + 3);
+  if (scenario_.day) readers = std::min<std::int64_t>(readers, kOfADayMax / 2);
   for (int i = 0; i < readers; ++i) {
     schedule_.after(rng_.between(0ms, 2s), [this] {
       if (!calm_) add_random_reader();
@@ -163,15 +180,22 @@ void Crowd::remove_writer(std::size_t at) {
 
 void Crowd::churn() {
   if (calm_) return;
+  if (!paused_) change();
+  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void Crowd::change() {
   const auto what = rng_.below(5);
-  if (what == 0 && writers_.size() < kTopicEndpointsMax) {
+  if (what == 0 && writers_.size() < endpoints_max_) {
     const TopicPlan& topic = rng_.pick(scenario_.topics);
     add_writer(topic, rng_.pick(topic.graphs), "writer" + std::to_string(++last_node_));
   } else if (what == 1 && !writers_.empty()) {
-    remove_writer(rng_.below(writers_.size()));
+    const auto at = rng_.below(writers_.size());
+    if (!lasting_writers_.contains(writers_[at])) remove_writer(at);
   } else if (what == 2 && !writers_.empty()) {
     // A node restarts: the same name, another publisher, at once or a little later.
     const auto at = rng_.below(writers_.size());
+    if (lasting_writers_.contains(writers_[at])) return;
     const EndpointSpec old = middleware_.writer(writers_[at]).spec;
     const TopicPlan& topic = plan_of(writers_[at]);
     remove_writer(at);
@@ -179,22 +203,22 @@ void Crowd::churn() {
     schedule_.after(gap, [this, &topic, old] {
       if (!calm_) add_writer(topic, old.graph, old.node_name);
     });
-  } else if (what == 3 && readers_.size() < kTopicEndpointsMax) {
+  } else if (what == 3 && readers_.size() < endpoints_max_) {
     add_random_reader();
   } else if (!readers_.empty()) {
     const auto at = rng_.below(readers_.size());
+    if (lasting_readers_.contains(readers_[at])) return;
     if (verbose_) {
       tell("subscriber " + std::to_string(readers_[at]) + " is gone", readers_[at], false);
     }
     middleware_.destroy_reader(readers_[at]);
     readers_.erase(readers_.begin() + static_cast<std::ptrdiff_t>(at));
   }
-  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
 }
 
 void Crowd::tick(int writer) {
   if (calm_ || !middleware_.writer(writer).alive) return;
-  publish(writer);
+  if (!paused_) publish(writer);
   const Duration period = plan_of(writer).period;
   schedule_.after(rng_.between(period / 2, period * 3 / 2), [this, writer] { tick(writer); });
 }

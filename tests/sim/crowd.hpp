@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,8 @@ class Crowd {
         Rng rng, bool verbose);
 
   void start();
+  // Nothing of that happens for a while.
+  void pause(bool on) { paused_ = on; }
   // No node comes, goes or publishes any more, except by the functions below.
   void calm();
 
@@ -47,6 +51,8 @@ class Crowd {
   int create_writer(const TopicPlan& topic, int graph, const std::string& node, const Qos& qos);
   void remove_writer(std::size_t at);
   void add_random_reader();
+  void add_lasting(const TopicPlan& topic);
+  void change();
   void churn();
   Duration pause_after(int writer, std::uint64_t known);
   void tick(int writer);
@@ -62,9 +68,11 @@ class Crowd {
   const Scenario& scenario_;
   Rng rng_;
   bool verbose_;
-  bool calm_ = false;
+  bool calm_ = false, paused_ = false;
+  std::size_t endpoints_max_;
+  std::set<int> lasting_writers_, lasting_readers_;
   std::vector<int> writers_, readers_, speakers_;
-  std::vector<std::size_t> plan_of_writer_;  // index of the topic, by writer id
+  std::map<int, const TopicPlan*> plan_of_writer_;
   int last_node_ = 0;
 };
 

@@ -53,6 +53,7 @@ void DeliveryCheck::check_late(const Host& host, const Host::MirrorInfo& mirror,
                                const Label& label) const {
   const Writer& origin = ledger_.middleware().writer(static_cast<int>(label.writer));
   const std::string& type = origin.spec.type;
+  if (origin.spec.qos.durability == Durability::kTransientLocal) return;  // they come again
   for (const auto& peer : ledger_.peers_of(host)) {
     const auto wire = peer.host->plan().names.to_wire(origin.spec.topic);
     if (!wire || !peer.host->running()) continue;
@@ -158,6 +159,25 @@ DeliveryCheck::Missing DeliveryCheck::missing(int reader, int origin) const {
   for (auto n = *arrived.begin(); n < *arrived.rbegin(); ++n)
     if (!arrived.contains(n)) ++(published.contains(n) ? result.published : result.unpublished);
   return result;
+}
+
+void DeliveryCheck::forget() {
+  const auto& writers = ledger_.middleware().writers();
+  const auto& readers = ledger_.middleware().readers();
+  const auto is_gone = [&](const auto& entry) {
+    return !readers.knows(entry.first.first) || !writers.knows(entry.first.second);
+  };
+  std::erase_if(by_mirror_, [&](const auto& entry) { return !writers.knows(entry.first); });
+  std::erase_if(by_match_, is_gone);
+  std::erase_if(received_, is_gone);
+  std::erase_if(newest_, is_gone);
+  std::erase_if(by_mirrors_, [&](const auto& entry) { return !writers.knows(entry.first.second); });
+  for (auto& [key, counters] : received_)
+    std::erase_if(counters,
+                  [&, origin = key.second](auto n) { return ledger_.has_forgotten(origin, n); });
+  for (auto& [key, counters] : by_mirrors_)
+    std::erase_if(counters,
+                  [&, origin = key.second](auto n) { return ledger_.has_forgotten(origin, n); });
 }
 
 std::optional<int> DeliveryCheck::origin_of(int mirror_writer) const {

@@ -32,6 +32,8 @@ class DeliveryCheck {
     std::uint64_t unpublished = 0;  // the others
   };
   [[nodiscard]] Missing missing(int reader, int origin) const;
+  // What the ledger and the middleware have forgotten.
+  void forget();
   [[nodiscard]] std::uint64_t published() const { return published_; }
   [[nodiscard]] std::uint64_t delivered() const { return delivered_; }
 

@@ -85,8 +85,8 @@ class Expectation {
   };
   struct Late {
     int reader = 0;
-    std::size_t mirror = 0;   // index of the expected mirror
-    std::size_t writers = 0;  // that there were when the subscriber came
+    std::size_t mirror = 0;  // index of the expected mirror
+    int writers = 0;         // that there were when the subscriber came
   };
   void expect_origin(const Writer& origin, const Host& importer);
   void merge(ExpectedMirror expected);
@@ -110,7 +110,7 @@ class Expectation {
   void check_late(const Late& late) const;
   // Whether a mirror was made since there were so many writers: one whose samples are too large for
   // its depth is made again, with what it keeps.
-  [[nodiscard]] bool was_mirrored_again(const ExpectedMirror& expected, std::size_t writers) const;
+  [[nodiscard]] bool was_mirrored_again(const ExpectedMirror& expected, int writers) const;
   // Whether there may not be memory for as many samples as it should keep.
   [[nodiscard]] bool may_keep_fewer(const ExpectedMirror& expected) const;
   [[nodiscard]] bool is_as_expected(const Qos& made, const ExpectedMirror& expected) const;
@@ -126,7 +126,7 @@ class Expectation {
   bool rules_change_;
   std::vector<ExpectedMirror> mirrors_;
   std::map<int, std::uint64_t> published_before_;  // by origin
-  std::size_t writers_before_ = 0;
+  int writers_before_ = 0;
   std::map<std::string, Counts> counts_before_;
   std::vector<Late> late_;
   std::vector<int> last_writers_;

@@ -12,8 +12,7 @@ namespace connect_bridge::sim {
 
 // Whether the topic ever had volatile publishers as well: then it was subscribed as volatile.
 bool Expectation::is_mixed(const Writer& origin) const {
-  const auto& all = middleware_.writers();
-  return std::any_of(all.begin(), all.end(), [&](const Writer& other) {
+  return middleware_.writers().any([&](const Writer& other) {
     return other.spec.host < 0 && other.spec.graph == origin.spec.graph &&
            other.spec.topic == origin.spec.topic && other.spec.type == origin.spec.type &&
            other.spec.qos.durability == Durability::kVolatile;
@@ -81,7 +80,7 @@ void Expectation::add_late_subscribers(Crowd& crowd) {
     if (is_new) {
       it->second = crowd.add_reader(expected.graph, expected.topic, crowd.plan_of(origin.id), qos);
     }
-    late_.push_back(Late{it->second, i, middleware_.writers().size()});
+    late_.push_back(Late{it->second, i, middleware_.writers().made()});
   }
 }
 
@@ -112,13 +111,12 @@ void Expectation::check_late(const Late& late) const {
   }
 }
 
-bool Expectation::was_mirrored_again(const ExpectedMirror& expected, std::size_t writers) const {
-  const auto& all = middleware_.writers();
-  const auto since = all.begin() + static_cast<std::ptrdiff_t>(writers);
-  return std::any_of(since, all.end(), [&](const Writer& writer) {
+bool Expectation::was_mirrored_again(const ExpectedMirror& expected, int writers) const {
+  const auto is_mirror = [&](const Writer& writer) {
     return writer.spec.host >= 0 && writer.spec.graph == expected.graph &&
            writer.spec.topic == expected.topic;
-  });
+  };
+  return middleware_.writers().any(is_mirror, writers);
 }
 
 // ---- over cuts

@@ -56,6 +56,11 @@ void Host::start() {
   input(TimePassed{});
 }
 
+void Host::restart() {
+  stopped_ = false;
+  start();
+}
+
 void Host::crash(bool peers_notice) {
   if (!side_) return;
   tell(stopped_ ? "ends" : "crashes");
@@ -114,6 +119,7 @@ void Host::network_changed() {
 
 void Host::set_policy(Policy policy) {
   plan_.options.policy = policy;
+  ++policy_number_;
   if (!side_) return;
   tell("gets other rules");
   world_.checker.on_policy(*this);

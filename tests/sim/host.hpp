@@ -80,6 +80,8 @@ class Host : public Party {
   void start();
   void crash(bool peers_notice);
   void request_stop();
+  // Starts again what has stopped or crashed.
+  void restart();
   void set_policy(Policy policy);
   // What a middleware reports sometimes: lost samples, endpoints that do not fit.
   void report_trouble();
@@ -116,6 +118,7 @@ class Host : public Party {
   [[nodiscard]] const HostPlan& plan() const { return plan_; }
   [[nodiscard]] bool is_server() const { return plan_.options.role == Role::kServer; }
   [[nodiscard]] const Policy& policy() const { return plan_.options.policy; }
+  [[nodiscard]] int policy_number() const { return policy_number_; }
   [[nodiscard]] Status status() const { return side_->status(now()); }
   [[nodiscard]] const std::map<MirrorId, MirrorInfo>& mirrors() const { return mirrors_; }
   [[nodiscard]] const std::map<SubscriptionId, SubscriptionInfo>& subscriptions() const {
@@ -198,6 +201,7 @@ class Host : public Party {
   bool calm_ = false;
   std::uint64_t life_ = 0;  // counts starts and ends; events of an earlier life are void
   bool stopped_ = false;
+  int policy_number_ = 0;  // counts the rules it has had
   bool snapshot_planned_ = false;
   bool draining_ = false, drain_planned_ = false;
   bool blocked_ = false;

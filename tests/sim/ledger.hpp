@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -49,28 +50,52 @@ struct Pair {
 
 class Ledger {
  public:
+  // More than any publisher keeps for late subscribers.
+  static constexpr std::size_t kPublisherKeeps = 32;
+
   Ledger(const Schedule& schedule, const Middleware& middleware)
       : schedule_(schedule), middleware_(middleware) {}
 
   void add_pair(Pair pair) { pairs_.push_back(std::move(pair)); }
   [[nodiscard]] const std::vector<Pair>& pairs() const { return pairs_; }
 
+  // A process that starts again has the same rules as before.
   void note_policy(const Host& host) {
-    policies_[host.index()].push_back({schedule_.now(), host.policy()});
+    auto& all = policies_[host.index()];
+    if (!all.empty() && all.back().number == host.policy_number()) return;
+    all.push_back({schedule_.now(), host.policy_number(), host.policy()});
   }
-  void note_published(int writer) { published_[writer].push_back(schedule_.now()); }
+  void note_published(int writer) { published_[writer].times.push_back(schedule_.now()); }
 
   [[nodiscard]] TimePoint published_at(int writer, std::uint64_t counter) const {
-    return published_.at(writer).at(counter - 1);
+    const Published& published = published_.at(writer);
+    return published.times.at(counter - 1 - published.forgotten);
   }
   [[nodiscard]] std::uint64_t published(int writer) const {
     const auto it = published_.find(writer);
-    return it == published_.end() ? 0 : it->second.size();
+    return it == published_.end() ? 0 : it->second.forgotten + it->second.times.size();
+  }
+  [[nodiscard]] bool has_forgotten(int writer, std::uint64_t counter) const {
+    const auto it = published_.find(writer);
+    return it == published_.end() || counter <= it->second.forgotten;
+  }
+  // When messages were published before, but for the last ones, which a publisher may still keep.
+  void forget(TimePoint before) {
+    std::erase_if(published_,
+                  [this](const auto& p) { return !middleware_.writers().knows(p.first); });
+    for (auto& [writer, published] : published_)
+      while (published.times.size() > kPublisherKeeps && published.times.front() < before) {
+        published.times.pop_front();
+        ++published.forgotten;
+      }
   }
 
   // Some clock is set while the world runs: then offsets are wrong for a while.
   void note_clock_step() { clock_steps_ = true; }
-  [[nodiscard]] bool clock_steps() const { return clock_steps_; }
+  // Also where one was set not long ago.
+  [[nodiscard]] bool clock_steps() const {
+    return clock_steps_ || was_clock_stepped_since(now() - kClockLearnt);
+  }
   // It was set just now.
   void note_clock_stepped() { clock_stepped_at_ = schedule_.now(); }
   [[nodiscard]] bool was_clock_stepped_since(TimePoint since) const {
@@ -127,8 +152,16 @@ class Ledger {
  private:
   struct InForce {
     TimePoint from;
+    int number = 0;
     Policy policy;
   };
+  struct Published {
+    std::uint64_t forgotten = 0;
+    std::deque<TimePoint> times;  // of those after them
+  };
+  // Until a side that has asked for the peer's clock again knows that it was set.
+  static constexpr Duration kClockLearnt = std::chrono::seconds(30);
+
   const Schedule& schedule_;
   const Middleware& middleware_;
   mutable Coverage coverage_;
@@ -136,8 +169,8 @@ class Ledger {
   bool steady_ = false;
   std::optional<TimePoint> clock_stepped_at_;
   std::vector<Pair> pairs_;
-  std::unordered_map<int, std::vector<InForce>> policies_;     // by host
-  std::unordered_map<int, std::vector<TimePoint>> published_;  // by writer
+  std::unordered_map<int, std::vector<InForce>> policies_;  // by host
+  std::unordered_map<int, Published> published_;            // by writer
 };
 
 // "reader 7 of /tf (side 1)", for sentences.

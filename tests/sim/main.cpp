@@ -2,10 +2,12 @@
 //
 //   sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] [--minutes M] [--threads T]
 //       [--digest] [--twins]
+//   sim --day [--seed S]     two sides for 24 hours of bad weather, about 1,900 disturbances
 //
 // A failure prints the seed, its scenario, what a checker found and the command that replays it.
 // With --digest only a digest of each seed and one of them all is printed (sim/digest.hpp), all
 // else goes to the standard error: two programs that print the same do the same.
+#include <sys/resource.h>
 #include <unistd.h>
 #include <atomic>
 #include <chrono>
@@ -40,11 +42,12 @@ using connect_bridge::sim::WorldCounts;
 
 struct Options {
   std::uint64_t first = 1;
-  std::uint64_t last = 2000;
+  std::uint64_t last = 0;  // 0: not said
   bool verbose = false;
   bool stop = false;  // at the first failure
   bool digest = false;
   bool twins = false;  // worlds of two bridges in one graph
+  bool day = false;    // worlds that live for a day
   double minutes = 0;  // > 0: go on with the next seeds for so long
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
 };
@@ -56,15 +59,16 @@ struct Totals {
   std::mutex printing;
 };
 
-// A seed takes milliseconds; one that takes so long hangs.
-constexpr std::chrono::seconds kSeedMax{120};
+// A seed takes milliseconds, a day some minutes with sanitizers; one that takes so long hangs.
+constexpr std::chrono::seconds kSeedMax{120}, kDayMax{1800};
 
 thread_local std::uint64_t running_seed = 0;
+const char* running_mode = "";  // the option that makes a seed another world
 
 // Ends the program when a seed does not end. One per thread that runs seeds.
 class Watch {
  public:
-  Watch() : watcher_([this] { watch(); }) {}
+  explicit Watch(std::chrono::seconds most) : most_(most), watcher_([this] { watch(); }) {}
   ~Watch() {
     begin(0);
     done_ = true;
@@ -82,11 +86,12 @@ class Watch {
       const std::uint64_t seed = seed_;
       const auto since =
           std::chrono::steady_clock::time_point{std::chrono::steady_clock::duration{since_.load()}};
-      if (seed == 0 || std::chrono::steady_clock::now() - since < kSeedMax) continue;
+      if (seed == 0 || std::chrono::steady_clock::now() - since < most_) continue;
       std::fprintf(stderr, "seed %llu does not end\n", static_cast<unsigned long long>(seed));
       std::_Exit(2);
     }
   }
+  const std::chrono::seconds most_;
   std::atomic<std::chrono::steady_clock::rep> since_{0};
   std::atomic<std::uint64_t> seed_{0};
   std::atomic<bool> done_{false};
@@ -97,8 +102,8 @@ class Watch {
 void on_fatal(int signal) {
   char line[160];
   const int size = std::snprintf(
-      line, sizeof line, "seed %llu ends with signal %d\nreplay: sim --seed %llu --verbose\n",
-      static_cast<unsigned long long>(running_seed), signal,
+      line, sizeof line, "seed %llu ends with signal %d\nreplay: sim %s--seed %llu --verbose\n",
+      static_cast<unsigned long long>(running_seed), signal, running_mode,
       static_cast<unsigned long long>(running_seed));
   if (size > 0 && write(STDERR_FILENO, line, static_cast<std::size_t>(size)) < 0) std::_Exit(3);
   std::_Exit(2);
@@ -116,9 +121,25 @@ std::optional<std::string> run_twins(std::uint64_t seed, bool verbose) {
   }
 }
 
-std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& totals) {
+Scenario scenario_of(std::uint64_t seed, const Options& options) {
+  return options.day ? connect_bridge::sim::make_day(seed)
+                     : connect_bridge::sim::make_scenario(seed);
+}
+
+void tell_day(std::uint64_t seed, const World& world) {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  std::printf("day %llu: %s; this process: %ld s, %ld MB at most\n",
+              static_cast<unsigned long long>(seed), world.text_of_day().c_str(),
+              static_cast<long>(used.ru_utime.tv_sec + used.ru_stime.tv_sec),
+              used.ru_maxrss / 1024);
+  std::fflush(stdout);
+}
+
+std::optional<std::string> run_seed(std::uint64_t seed, const Options& options, Totals& totals) {
   running_seed = seed;
-  Scenario scenario = connect_bridge::sim::make_scenario(seed);
+  const bool verbose = options.verbose;
+  Scenario scenario = scenario_of(seed, options);
   if (verbose)
     std::printf("seed %llu: %s\n", static_cast<unsigned long long>(seed), scenario.text().c_str());
   World world(std::move(scenario), verbose);
@@ -129,6 +150,7 @@ std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& to
     found = violation.what();
     if (verbose) world.tell_status();
   }
+  if (options.day) tell_day(seed, world);
   const WorldCounts counts = world.counts();
   totals.events += counts.events;
   totals.delivered += counts.delivered;
@@ -140,7 +162,7 @@ std::optional<std::string> run_seed(std::uint64_t seed, bool verbose, Totals& to
 }
 
 void work(const Options& options, std::chrono::steady_clock::time_point end, Totals& totals) {
-  Watch watch;
+  Watch watch(options.day ? kDayMax : kSeedMax);
   for (;;) {
     const std::uint64_t seed = options.first + totals.next++;
     const bool timed = options.minutes > 0;
@@ -148,7 +170,7 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     if (timed ? std::chrono::steady_clock::now() >= end : seed > options.last) return;
     watch.begin(seed);
     const auto found =
-        options.twins ? run_twins(seed, options.verbose) : run_seed(seed, options.verbose, totals);
+        options.twins ? run_twins(seed, options.verbose) : run_seed(seed, options, totals);
     if (!found) {
       ++totals.passed;
       continue;
@@ -158,9 +180,9 @@ void work(const Options& options, std::chrono::steady_clock::time_point end, Tot
     const auto number = static_cast<unsigned long long>(seed);
     std::FILE* out = options.digest ? stderr : stdout;
     const std::string text = options.twins ? connect_bridge::sim::make_twins(seed).text()
-                                           : connect_bridge::sim::make_scenario(seed).text();
+                                           : scenario_of(seed, options).text();
     std::fprintf(out, "FAILED seed %llu: %s\n  found: %s\n  replay: sim %s--seed %llu --verbose\n",
-                 number, text.c_str(), found->c_str(), options.twins ? "--twins " : "", number);
+                 number, text.c_str(), found->c_str(), running_mode, number);
     std::fflush(out);
   }
 }
@@ -172,6 +194,7 @@ bool parse(int argc, char** argv, Options& options) {
                        : arg == "--stop"   ? &options.stop
                        : arg == "--digest" ? &options.digest
                        : arg == "--twins"  ? &options.twins
+                       : arg == "--day"    ? &options.day
                                            : nullptr;
     if (flag != nullptr) {
       *flag = true;
@@ -244,11 +267,15 @@ int main(int argc, char** argv) {
   if (!parse(argc, argv, options)) {
     std::fprintf(stderr,
                  "usage: sim [--seeds A..B | --seeds N | --seed S] [--verbose] [--stop] "
-                 "[--minutes M] [--threads T] [--digest] [--twins]\n");
+                 "[--minutes M] [--threads T] [--digest] [--twins]\n"
+                 "       sim --day [--seed S]   a pair of sides for 24 hours of bad weather\n");
     return 2;
   }
   for (const int signal : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(signal, on_fatal);
-  if (options.verbose) options.threads = 1;
+  if (options.last == 0) options.last = options.day ? 1 : 2000;
+  running_mode = options.twins ? "--twins " : options.day ? "--day " : "";
+  // The memory in use in the course of a day is that of the first thread.
+  if (options.verbose || options.day) options.threads = 1;
   Totals totals;
   const auto begin = std::chrono::steady_clock::now();
   const auto end = begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(

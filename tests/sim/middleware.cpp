@@ -43,7 +43,9 @@ Gid Middleware::new_gid(const EndpointSpec& spec) {
   std::string node = std::to_string(spec.graph) + " " + std::to_string(spec.host);
   if (spec.host < 0) node += " " + spec.node_namespace + "/" + spec.node_name;
   const auto [it, is_new] = participants_.try_emplace(node);
-  Gid& gid = it->second;
+  it->second.used = schedule_.now();
+  it->second.bridge = spec.host >= 0;
+  Gid& gid = it->second.gid;
   const bool alike = !is_new && graphs_[index(spec.graph)].ids_show_process;
   for (std::size_t i = alike ? 12 : 0; i < 16; ++i) {
     gid.bytes[i] = static_cast<std::uint8_t>(rng_.next());
@@ -91,9 +93,8 @@ void Middleware::calm() {
 }
 
 int Middleware::create_writer(EndpointSpec spec) {
-  Writer& writer = writers_.emplace_back();
+  Writer& writer = writers_.add();
   writer.spec = std::move(spec);
-  writer.id = static_cast<int>(writers_.size()) - 1;
   writer.gid = new_gid(writer.spec);
   writer.created = schedule_.now();
   for (const auto& reader : readers_) plan_match(writer, reader);
@@ -102,9 +103,8 @@ int Middleware::create_writer(EndpointSpec spec) {
 }
 
 int Middleware::create_reader(EndpointSpec spec) {
-  Reader& reader = readers_.emplace_back();
+  Reader& reader = readers_.add();
   reader.spec = std::move(spec);
-  reader.id = static_cast<int>(readers_.size()) - 1;
   reader.gid = new_gid(reader.spec);
   reader.created = schedule_.now();
   for (const auto& writer : writers_) plan_match(writer, reader);
@@ -113,7 +113,7 @@ int Middleware::create_reader(EndpointSpec spec) {
 }
 
 void Middleware::destroy_writer(int id) {
-  Writer& writer = writers_[index(id)];
+  Writer& writer = writers_[id];
   if (!writer.alive) return;
   writer.alive = false;
   writer.destroyed = schedule_.now();
@@ -123,10 +123,19 @@ void Middleware::destroy_writer(int id) {
 }
 
 void Middleware::destroy_reader(int id) {
-  Reader& reader = readers_[index(id)];
+  Reader& reader = readers_[id];
   if (!reader.alive) return;
   reader.alive = false;
+  reader.destroyed = schedule_.now();
   listener_.on_graph_change(reader.spec.graph);
+}
+
+void Middleware::forget(TimePoint before) {
+  writers_.forget(before);
+  readers_.forget(before);
+  std::erase_if(participants_, [before](const auto& participant) {
+    return !participant.second.bridge && participant.second.used < before;
+  });
 }
 
 void Middleware::plan_match(const Writer& writer, const Reader& reader) {
@@ -136,8 +145,8 @@ void Middleware::plan_match(const Writer& writer, const Reader& reader) {
   const Duration delay = rng_.between(1us, graphs_[index(writer.spec.graph)].discovery_max);
   const TimePoint met = meeting(writer.spec.host, reader.spec.host);
   schedule_.at(std::max(schedule_.now(), met) + delay, [this, w = writer.id, r = reader.id] {
-    if (writers_[index(w)].alive && readers_[index(r)].alive) {
-      match(writers_[index(w)], readers_[index(r)]);
+    if (writers_[w].alive && readers_[r].alive) {
+      match(writers_[w], readers_[r]);
     }
   });
 }
@@ -157,15 +166,16 @@ void Middleware::match(Writer& writer, const Reader& reader) {
 }
 
 void Middleware::publish(int id, Payload payload) {
-  Writer& writer = writers_[index(id)];
+  Writer& writer = writers_[id];
   if (!writer.alive) violated("published on a publisher that does not exist");
   ++writer.count;
+  if (writer.spec.host < 0) ++published_;
   // No two are alike; but a clock that is set back takes the stamps with it.
   const Stamp now = stamp(writer.spec.graph);
   writer.last_stamp = now == writer.last_stamp ? now + 1 : now;
   Sample sample{std::move(payload), writer.last_stamp, writer.count, schedule_.now()};
   auto& matches = writer.matches;
-  std::erase_if(matches, [this](const auto& m) { return !readers_[index(m.reader)].alive; });
+  std::erase_if(matches, [this](const auto& m) { return !readers_[m.reader].alive; });
   for (auto& made : matches) deliver(writer, made, sample);
   if (writer.spec.qos.durability != Durability::kTransientLocal) return;
   writer.history.push_back(std::move(sample));
@@ -176,7 +186,7 @@ void Middleware::publish(int id, Payload payload) {
 }
 
 void Middleware::deliver(const Writer& writer, Writer::Match& made, const Sample& sample) {
-  const Reader& reader = readers_[index(made.reader)];
+  const Reader& reader = readers_[made.reader];
   const bool reliable = reader.spec.qos.reliability == Reliability::kReliable;
   if (!reliable && rng_.chance(graphs_[index(reader.spec.graph)].loss_permille)) {
     ++losses_[index(reader.spec.graph)];
@@ -185,8 +195,8 @@ void Middleware::deliver(const Writer& writer, Writer::Match& made, const Sample
   made.last_delivery =
       std::max(made.last_delivery, schedule_.now() + rng_.between(Duration{20us}, 300us));
   schedule_.at(made.last_delivery, [this, r = made.reader, w = writer.id, sample] {
-    if (readers_[index(r)].alive) {
-      listener_.on_delivery(readers_[index(r)], writers_[index(w)], sample);
+    if (readers_[r].alive) {
+      listener_.on_delivery(readers_[r], writers_[w], sample);
     }
   });
 }

@@ -11,6 +11,7 @@
 
 #include "core/ports/ports.hpp"
 #include "sim/rng.hpp"
+#include "sim/roster.hpp"
 #include "sim/schedule.hpp"
 
 namespace connect_bridge::sim {
@@ -68,7 +69,7 @@ struct Reader {
   int id = 0;
   Gid gid;
   bool alive = true;
-  TimePoint created{};
+  TimePoint created{}, destroyed{};
 };
 
 struct Writer {
@@ -110,20 +111,28 @@ class Middleware {
   // The graph as the process `host` sees it: without its own endpoints.
   [[nodiscard]] GraphChanged snapshot(int graph, int host) const;
 
-  [[nodiscard]] const Writer& writer(int id) const { return writers_[index(id)]; }
-  [[nodiscard]] const Reader& reader(int id) const { return readers_[index(id)]; }
-  [[nodiscard]] const std::deque<Writer>& writers() const { return writers_; }
-  [[nodiscard]] const std::deque<Reader>& readers() const { return readers_; }
+  [[nodiscard]] const Writer& writer(int id) const { return writers_[id]; }
+  [[nodiscard]] const Reader& reader(int id) const { return readers_[id]; }
+  [[nodiscard]] const Roster<Writer>& writers() const { return writers_; }
+  [[nodiscard]] const Roster<Reader>& readers() const { return readers_; }
   [[nodiscard]] bool knows_type(int graph, const std::string& type) const;
   [[nodiscard]] std::optional<TypeLack> lack_of(int graph, const std::string& type) const;
   [[nodiscard]] Stamp stamp(int graph) const;
+  // By ordinary nodes.
+  [[nodiscard]] std::uint64_t published() const { return published_; }
   [[nodiscard]] const GraphPlan& graph(int i) const { return graphs_[index(i)]; }
   // Somebody sets a machine's clock.
   void step_clock(int graph, Duration by) { graphs_[index(graph)].clock.offset += by.count(); }
   // Two processes of the bridge in one graph do not know of each other before.
   void meet(int host, int other, TimePoint when);
+  // Of best-effort samples, from now on.
+  void lose(int graph, unsigned permille) { graphs_[index(graph)].loss_permille = permille; }
+  // Endpoints that ended before.
+  void forget(TimePoint before);
   // From now on nothing is lost.
   void calm();
+  // What was lost before does not matter any more.
+  void forgive() { losses_.assign(losses_.size(), 0); }
   // Whether best-effort samples were ever lost in this graph.
   [[nodiscard]] bool has_lost(int graph) const { return losses_[index(graph)] > 0; }
   // For an endpoint that is made elsewhere.
@@ -141,12 +150,18 @@ class Middleware {
   std::vector<GraphPlan> graphs_;
   Rng rng_;
   Listener& listener_;
-  std::deque<Writer> writers_;
-  std::deque<Reader> readers_;
+  Roster<Writer> writers_;
+  Roster<Reader> readers_;
+  std::uint64_t published_ = 0;
   std::vector<std::uint64_t> losses_;                  // by graph
   std::map<std::pair<int, int>, TimePoint> meetings_;  // of hosts, the smaller first
-  std::map<std::string, Gid>
-      participants_;  // by node; the first 12 bytes are those of its endpoints
+  // The first 12 bytes are those of a process's endpoints.
+  struct Participant {
+    Gid gid;
+    TimePoint used{};
+    bool bridge = false;
+  };
+  std::map<std::string, Participant> participants_;  // by node
 };
 
 }  // namespace connect_bridge::sim

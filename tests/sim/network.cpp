@@ -11,6 +11,7 @@ using namespace std::chrono_literals;
 constexpr Duration kRetryDial = 50ms;
 constexpr int kDialAttemptsMax = 400;  // 20 s, as long as a TCP connect is tried
 constexpr Duration kCloseTimeout = 400ms;
+constexpr Duration kRepair = 200ms;  // the least time-out of TCP in Linux
 
 }  // namespace
 
@@ -119,8 +120,9 @@ void Network::sent(Connection& connection, std::size_t from) {
   pipe.queue.pop_front();
   pipe.buffered -= item.packet.bytes.size();
   const PathPlan& plan = path(connection.path).plan;
-  const Duration jitter = plan.jitter > 0ns ? rng_.between(0ns, plan.jitter) : 0ns;
-  pipe.last_arrival = std::max(pipe.last_arrival, schedule_.now() + plan.delay + jitter);
+  Duration late = plan.jitter > 0ns ? rng_.between(0ns, plan.jitter) : 0ns;
+  if (plan.loss_permille > 0 && rng_.chance(plan.loss_permille)) late += 2 * plan.delay + kRepair;
+  pipe.last_arrival = std::max(pipe.last_arrival, schedule_.now() + plan.delay + late);
   auto shared = std::make_shared<Item>(std::move(item));
   schedule_.at(pipe.last_arrival,
                [this, &connection, from, shared] { arrive(connection, from, std::move(*shared)); });
@@ -130,7 +132,6 @@ void Network::sent(Connection& connection, std::size_t from) {
 void Network::arrive(Connection& connection, std::size_t from, Item item) {
   if (connection.dead) return;
   End& to = connection.ends[1 - from];
-  connection.pipes[from].delivered += item.packet.bytes.size();
   if (item.close) {
     const Duration back = path(connection.path).plan.delay;
     end_closed(connection, 1 - from, item.close, 0ns);
@@ -231,13 +232,18 @@ void Network::disturb(int path_id, Duration how_long) {
   way.disturbed_until = std::max(way.disturbed_until, schedule_.now() + how_long);
 }
 
-std::uint64_t Network::delivered_bytes(int path_id, int direction) const {
-  std::uint64_t total = 0;
-  for (const auto& connection : connections_) {
-    if (connection->path != path_id) continue;
-    total += connection->pipes[static_cast<std::size_t>(direction)].delivered;
-  }
-  return total;
+bool Network::is_over(const Connection& connection) {
+  const EndState server = connection.ends[1].state;
+  return connection.ends[0].state == EndState::kGone &&
+         (server == EndState::kGone || server == EndState::kOpening);
+}
+
+void Network::forget(TimePoint before) {
+  for (auto& connection : connections_)
+    if (!connection->over_since && is_over(*connection)) connection->over_since = schedule_.now();
+  std::erase_if(connections_, [before](const auto& connection) {
+    return connection->over_since && *connection->over_since < before;
+  });
 }
 
 }  // namespace connect_bridge::sim

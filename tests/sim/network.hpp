@@ -41,6 +41,7 @@ struct PathPlan {
   Duration jitter{};  // on top, per packet
   std::uint64_t bytes_per_second = 1'000'000;
   std::size_t send_buffer = 16384;  // a packet is pulled while less than this is unsent
+  unsigned loss_permille = 0;       // packets that TCP has to repeat, with all behind them waiting
 };
 
 // From one dialling process to the process it dials. Direction 0 is from the dialler.
@@ -81,9 +82,9 @@ class Network {
   void disturb(int path, Duration how_long);  // notes that the path was not itself
 
   // Whether what a party sends on a connection goes anywhere.
-  [[nodiscard]] bool is_alive(const Party& party, ConnectionId id) const;
-  // Bytes of packets that arrived.
-  [[nodiscard]] std::uint64_t delivered_bytes(int path, int direction) const;
+  [[nodiscard]] bool is_alive(const Party& party, ConnectionId id)
+      const;  // Connections that were over before. To be called at times.
+  void forget(TimePoint before);
 
  private:
   enum class EndState : std::uint8_t { kOpening, kOpen, kClosing, kGone };
@@ -101,13 +102,13 @@ class Network {
     std::size_t buffered = 0;
     bool sending = false;
     TimePoint last_arrival{};
-    std::uint64_t delivered = 0;
   };
   struct Connection {
     int path = 0;
     std::array<End, 2> ends;
-    std::array<Pipe, 2> pipes;  // pipes[i] leads away from ends[i]
-    bool dead = false;          // what is sent goes nowhere
+    std::array<Pipe, 2> pipes;            // pipes[i] leads away from ends[i]
+    bool dead = false;                    // what is sent goes nowhere
+    std::optional<TimePoint> over_since;  // when forget() first saw that it is
   };
 
   void try_to_open(Connection& connection, int attempts);
@@ -118,6 +119,7 @@ class Network {
   void end_closed(Connection& connection, std::size_t end, std::optional<std::uint16_t> code,
                   Duration delay);
   void wake(int path);
+  static bool is_over(const Connection& connection);
   Connection* find(const Party& party, ConnectionId id, std::size_t& end) const;
 
   Schedule& schedule_;

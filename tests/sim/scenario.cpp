@@ -257,7 +257,7 @@ std::string Scenario::text() const {
                        : std::string("calm"))
       << (crashes ? ", crashes" : "") << (clock_step != 0s ? ", the clock is set" : "")
       << (later_policies.empty() ? "" : ", rules change") << (steady ? ", steady" : "")
-      << (long_goals ? ", goals of an hour" : "");
+      << (day ? ", a day" : "") << (long_goals ? ", goals of an hour" : "");
   for (const auto& pair : pairs) {
     out << "; side " << pair.client << " dials side " << pair.server << " ("
         << seconds(pair.path.delay) * 1000 << " ms, " << pair.path.bytes_per_second / 1000

@@ -27,6 +27,7 @@ struct TopicPlan {
   std::vector<int> graphs;  // where it is published
   bool latched = false;     // publishers are transient local
   bool mixed = false;       // ... or not, as it comes
+  bool lasting = false;     // one publisher and one subscriber stay, and all publishers are alike
   std::size_t bytes_min = 0, bytes_max = 0;
   bool compressible = false;
   Duration period{};
@@ -46,6 +47,7 @@ struct ServicePlan {
   Duration away_max{};          // ... for how long
   Duration period{};            // between two bursts of a caller
   std::int64_t burst_max = 0;
+  bool lasting = false;  // one server stays, and one caller in every other graph
 };
 
 struct PairPlan {
@@ -72,6 +74,7 @@ struct Scenario {
   Duration clock_step{};               // by which graph 0's clock is set once; 0: never
   bool crashes = false;                // processes end and start again
   bool long_goals = false;             // at last, goals that take an hour
+  bool day = false;                    // it goes on for 24 hours
   bool steady = false;                 // nothing changes but the weather: nothing may be missing
   Ending ending = Ending::kStop;
 
@@ -83,6 +86,8 @@ struct Scenario {
 };
 
 Scenario make_scenario(std::uint64_t seed);
+// A steady pair of sides for a day (sim/day.hpp).
+Scenario make_day(std::uint64_t seed);
 
 // Of a text that is right.
 Pattern pattern(const std::string& text);

@@ -34,8 +34,7 @@ bool ServerWork::is_shared(const Desk& desk, int caller) const {
 }
 
 bool ServerWork::has_double(const Servant& servant) const {
-  const auto& all = services_.servants();
-  return std::any_of(all.begin(), all.end(), [&](const Servant& other) {
+  return services_.servants().any([&](const Servant& other) {
     return other.id != servant.id && other.spec.host < 0 &&
            other.spec.graph == servant.spec.graph && other.spec.topic == servant.spec.topic &&
            (other.alive || other.destroyed + kAfterEffect > schedule_.now());
@@ -76,7 +75,7 @@ void ServerWork::take(int servant, Desk& desk) {
   const std::uint64_t number = ++last_work_;
   working_[number] = {servant, request.key,
                       check_.on_executed(services_, who, request.key, request.payload),
-                      static_cast<std::size_t>(rng_.between(32, plan.bytes_max))};
+                      static_cast<std::size_t>(rng_.between(32, plan.bytes_max)), schedule_.now()};
   if (!calm_ && rng_.chance(plan.never_permille)) return;
   Duration work = calm_work_;
   if (!calm_) {
@@ -99,6 +98,16 @@ void ServerWork::give(std::uint64_t work) {
   services_.answer(servant.id, answer.key, payload);
   desk.working = false;
   look(servant.id);
+}
+
+void ServerWork::forget(TimePoint before) {
+  std::erase_if(working_, [&](const auto& work) { return work.second.taken < before; });
+  std::erase_if(desks_, [&](const auto& desk) {
+    const Servant& servant = services_.servant(desk.first);
+    return !servant.alive && servant.destroyed < before;
+  });
+  for (auto& [servant, desk] : desks_)
+    std::erase_if(desk.left, [&](const auto& entry) { return entry.second < before; });
 }
 
 void ServerWork::calm() {

@@ -23,6 +23,8 @@ class ServerWork {
   void on_request(const Servant& servant, RequestKey key, const Payload& payload);
   // From now on servers take and answer at once; also what they had put off for ever.
   void calm();
+  // Servers that the middleware is about to forget, and what they had put off.
+  void forget(TimePoint before);
   // How long they work when it is calm.
   void take_time(Duration calm_work) { calm_work_ = calm_work; }
 
@@ -44,6 +46,7 @@ class ServerWork {
     RequestKey key;
     Label label;
     std::size_t bytes = 0;
+    TimePoint taken{};
   };
   void look(int servant);
   void take(int servant, Desk& desk);

@@ -5,13 +5,7 @@
 #include <utility>
 
 namespace connect_bridge::sim {
-namespace {
-
 using namespace std::chrono_literals;
-
-constexpr std::size_t kServiceEndpointsMax = 24;
-
-}  // namespace
 
 std::string ServiceCrowd::local_name(int graph, const std::string& wire) const {
   for (const auto& host : scenario_.hosts) {
@@ -114,9 +108,20 @@ void ServiceCrowd::remove_caller(std::size_t at) {
   services_.destroy_caller(id);
 }
 
+void ServiceCrowd::add_lasting(const ServicePlan& plan) {
+  add_servant(plan, plan.graphs.front(), "servant" + std::to_string(++last_node_));
+  lasting_servants_.insert(servants_.back());
+  for (int graph = 0; graph < static_cast<int>(scenario_.graphs.size()); ++graph) {
+    if (graph == plan.graphs.front()) continue;
+    add_caller(plan, graph);
+    lasting_callers_.insert(callers_.back());
+  }
+}
+
 void ServiceCrowd::start() {
   if (scenario_.services.empty()) return;
   for (const auto& plan : scenario_.services) {
+    if (plan.lasting) add_lasting(plan);
     for (const int graph : plan.graphs) {
       schedule_.after(rng_.between(0ms, 2s), [this, &plan, graph] {
         if (!calm_) add_servant(plan, graph, "servant" + std::to_string(++last_node_));
@@ -136,6 +141,7 @@ void ServiceCrowd::start() {
 // Under the same name, at once or a little later.
 void ServiceCrowd::restart_servant() {
   const auto at = rng_.below(servants_.size());
+  if (lasting_servants_.contains(servants_[at])) return;
   const EndpointSpec old = services_.servant(servants_[at]).spec;
   const ServicePlan& plan = plan_of_servant(servants_[at]);
   remove_servant(at, "restarts");
@@ -147,27 +153,42 @@ void ServiceCrowd::restart_servant() {
 
 void ServiceCrowd::churn() {
   if (calm_) return;
+  if (!paused_) change();
+  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void ServiceCrowd::change() {
   const auto what = rng_.below(6);
   const ServicePlan& plan = rng_.pick(scenario_.services);
-  if (what == 0 && servants_.size() < kServiceEndpointsMax) {
+  if (what == 0 && servants_.size() < endpoints_max_) {
     add_servant(plan, rng_.pick(plan.graphs), "servant" + std::to_string(++last_node_));
   } else if (what == 1 && !servants_.empty()) {
-    remove_servant(rng_.below(servants_.size()), "is gone");
+    const auto at = rng_.below(servants_.size());
+    if (!lasting_servants_.contains(servants_[at])) remove_servant(at, "is gone");
   } else if (what == 2 && !servants_.empty()) {
     restart_servant();
-  } else if (what <= 4 && callers_.size() < kServiceEndpointsMax) {
+  } else if (what <= 4 && callers_.size() < endpoints_max_) {
     add_caller(plan, static_cast<int>(rng_.below(scenario_.graphs.size())));
   } else if (!callers_.empty()) {
-    remove_caller(rng_.below(callers_.size()));
+    const auto at = rng_.below(callers_.size());
+    if (!lasting_callers_.contains(callers_[at])) remove_caller(at);
   }
-  schedule_.after(rng_.between(scenario_.churn / 4, scenario_.churn * 2), [this] { churn(); });
+}
+
+void ServiceCrowd::forget(TimePoint before) {
+  work_.forget(before);
+  const auto is_old = [before](const auto& endpoint) {
+    return !endpoint.alive && endpoint.destroyed < before;
+  };
+  std::erase_if(servant_plans_, [&](const auto& p) { return is_old(services_.servant(p.first)); });
+  std::erase_if(caller_plans_, [&](const auto& p) { return is_old(services_.caller(p.first)); });
 }
 
 // A burst of calls, then a pause.
 void ServiceCrowd::tick(int caller) {
   if (calm_ || !services_.caller(caller).alive) return;
   const ServicePlan& plan = plan_of_caller(caller);
-  if (services_.is_ready(caller)) {
+  if (!paused_ && services_.is_ready(caller)) {
     const auto burst = rng_.chance(700) ? 1 : rng_.between(2, plan.burst_max);
     for (int i = 0; i < burst; ++i) call(caller);
   }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,12 @@ class ServiceCrowd {
         scenario_(scenario),
         rng_(rng),
         work_(schedule, services, check, rng_.fork()),
-        verbose_(verbose) {}
+        verbose_(verbose),
+        endpoints_max_(scenario.day ? 8 : 24) {}
 
   void start();
+  // Nothing of that happens for a while.
+  void pause(bool on) { paused_ = on; }
   // No node comes, goes or calls any more, except by the functions below; servers answer at once,
   // also requests that they had put off for ever.
   void calm();
@@ -40,6 +44,9 @@ class ServiceCrowd {
   // From now on the callers are those that ask for goals' results, one in every graph, and servers
   // answer after `goal_time`.
   void ask_for_results(Duration goal_time);
+
+  // Servers and callers that the middleware is about to forget, and what they had put off.
+  void forget(TimePoint before);
 
   // From the services.
   void on_request(const Servant& servant, RequestKey key, const Payload& payload);
@@ -62,7 +69,9 @@ class ServiceCrowd {
   void add_caller(const ServicePlan& plan, int graph);
   void remove_caller(std::size_t at);
   void restart_servant();
+  void add_lasting(const ServicePlan& plan);
   void churn();
+  void change();
   void tick(int caller);
   void call(int caller);
   void tell(const std::string& what, const EndpointSpec& spec) const;
@@ -75,7 +84,9 @@ class ServiceCrowd {
   Rng rng_;
   ServerWork work_;
   bool verbose_;
-  bool calm_ = false;
+  bool calm_ = false, paused_ = false;
+  std::size_t endpoints_max_;
+  std::set<int> lasting_servants_, lasting_callers_;
   // What a server has besides send_goal.
   struct Parts {
     std::vector<int> servants, writers;

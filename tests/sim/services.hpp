@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "core/ports/ports.hpp"
 #include "sim/middleware.hpp"
 #include "sim/rng.hpp"
+#include "sim/roster.hpp"
 #include "sim/schedule.hpp"
 #include "sim/types.hpp"
 
@@ -32,6 +32,7 @@ struct Caller {
   int id = 0;
   Gid gid;
   bool alive = true;
+  TimePoint destroyed{};
   std::vector<int> servants;          // that it has found, dead ones among them
   std::map<int, TimePoint> arrivals;  // by servant: of its last request, which none overtakes
 };
@@ -68,18 +69,21 @@ class Services {
   int call(RequestKey key, const Payload& payload);
   void answer(int servant, RequestKey key, const Payload& payload);
 
+  // Servers and clients that ended before.
+  void forget(TimePoint before);
+
   // The services of a graph as the process `host` sees them: without its own.
   [[nodiscard]] std::vector<ServiceState> snapshot(int graph, int host) const;
 
-  [[nodiscard]] const Servant& servant(int id) const { return servants_[index(id)]; }
-  [[nodiscard]] const Caller& caller(int id) const { return callers_[index(id)]; }
-  [[nodiscard]] const std::deque<Servant>& servants() const { return servants_; }
+  [[nodiscard]] const Servant& servant(int id) const { return servants_[id]; }
+  [[nodiscard]] const Caller& caller(int id) const { return callers_[id]; }
+  [[nodiscard]] const Roster<Servant>& servants() const { return servants_; }
+  [[nodiscard]] const Roster<Caller>& callers() const { return callers_; }
   // Whether a caller has found a servant that lives.
   [[nodiscard]] bool is_ready(int caller) const;
   [[nodiscard]] static std::string hash_of(const std::string& type) { return hash_of_type(type); }
 
  private:
-  static std::size_t index(int id) { return static_cast<std::size_t>(id); }
   void plan_match(const Caller& caller, const Servant& servant);
   void announce(const EndpointSpec& spec);
 
@@ -87,8 +91,8 @@ class Services {
   Middleware& middleware_;
   Rng rng_;
   Listener& listener_;
-  std::deque<Servant> servants_;
-  std::deque<Caller> callers_;
+  Roster<Servant> servants_;
+  Roster<Caller> callers_;
   std::vector<int> living_servants_, living_callers_;
 };
 

@@ -101,6 +101,7 @@ void Weather::heal() {
     plan.bytes_per_second = std::max(plan.bytes_per_second, kFast);
     plan.delay = std::min<Duration>(plan.delay, 30ms);
     plan.jitter = std::min<Duration>(plan.jitter, 20ms);
+    plan.loss_permille = 0;
     network_.change(i, plan);
     network_.end_stall(i);
   }

@@ -272,13 +272,13 @@ void WireCheck::check_urgent(const Host& host, ConnectionId id, const Connection
   if (before == it->second.bytes.end()) return;
   ledger_.coverage().count(Judged::kUrgent);
   const auto weighted = connection.weighted_bytes - before->second.first;
-  if (weighted > 0) {
+  if (weighted > 0)
     violated(describe(host) + " sent " + std::to_string(weighted) +
              " bytes of lower classes before an urgent message of " + channel.wire);
-  }
   const TimePoint taken = it->second.at;
   const Path& path = network_.path(connection.path);
-  if (path.disturbed_until + 5s > taken || connection.opened + 5s > taken) return;
+  if (path.plan.loss_permille > 0) return;  // it may wait for what is sent again
+  if (std::max(path.disturbed_until, connection.opened) + 5s > taken) return;
   const auto& outbox = host.plan().options.outbox;
   const std::uint64_t ahead =
       2 * (path.plan.send_buffer + outbox.fragment_bytes + outbox.packet_bytes) +

@@ -13,6 +13,7 @@ constexpr Duration kInspectEvery = 200ms;
 // Time for noticing a dead link, a login that hangs until its timeout, the longest back-off, and
 // discovery.
 constexpr Duration kSettle = 9s;
+constexpr std::uint64_t kEventsOfADay = 200'000'000;
 constexpr int kDrainSeconds = 60;
 constexpr int kRounds = 3;
 // Discovery, twice, and the path, four times, on a healed network.
@@ -39,7 +40,7 @@ World::World(Scenario scenario, bool verbose)
     stranger.name = kStranger;
     scenario_.accounts[kStrangersSecret] = stranger;
   }
-  if (scenario_.steady) checker_.ledger().note_steady();
+  if (scenario_.steady || scenario_.day) checker_.ledger().note_steady();
   build_hosts(verbose);
   weather_ =
       std::make_unique<Weather>(schedule_, network_, hosts_, scenario_, rng_.fork(), verbose);
@@ -47,6 +48,12 @@ World::World(Scenario scenario, bool verbose)
                                                !scenario_.later_policies.empty());
   service_expectation_ = std::make_unique<ServiceExpectation>(middleware_, services_, checker_,
                                                               service_crowd_, hosts_);
+  if (!scenario_.day) return;
+  schedule_.allow(kEventsOfADay);
+  day_ = std::make_unique<Day>(
+      Day::World{schedule_, middleware_, services_, network_, checker_, crowd_, service_crowd_,
+                 *expectation_, *service_expectation_, hosts_},
+      rng_.fork(), verbose);
 }
 
 void World::build_hosts(bool verbose) {
@@ -92,6 +99,7 @@ void World::on_delivery(const Reader& reader, const Writer& writer, const Sample
     hosts_[static_cast<std::size_t>(reader.spec.host)]->on_sample(reader, writer, sample);
   } else {
     checker_.on_delivery(reader, writer, sample);
+    if (day_) day_->on_delivery(reader, writer, sample);
   }
 }
 
@@ -156,7 +164,11 @@ void World::run() {
     });
     checker_.ledger().note_clock_step();
   }
-  run_for(scenario_.chaos);
+  if (day_) {
+    day_->run();
+  } else {
+    run_for(scenario_.chaos);
+  }
 
   crowd_.calm();
   service_crowd_.calm();

@@ -9,6 +9,7 @@
 #include "sim/checker.hpp"
 #include "sim/corner.hpp"
 #include "sim/crowd.hpp"
+#include "sim/day.hpp"
 #include "sim/expectation.hpp"
 #include "sim/host.hpp"
 #include "sim/hostile.hpp"
@@ -39,6 +40,8 @@ class World : public Middleware::Listener, public Services::Listener {
   [[nodiscard]] WorldCounts counts() const;
   // Of all that the sides have done.
   [[nodiscard]] std::uint64_t digest() const { return digest_.value(); }
+  // What a world that lives for a day went through.
+  [[nodiscard]] std::string text_of_day() const { return day_ ? day_->text() : ""; }
   // Prints what each side knows of its links; for a verbose run that failed.
   void tell_status() const;
 
@@ -88,6 +91,7 @@ class World : public Middleware::Listener, public Services::Listener {
   std::vector<std::unique_ptr<Hostile>> strangers_;
   std::unique_ptr<Expectation> expectation_;
   std::unique_ptr<ServiceExpectation> service_expectation_;
+  std::unique_ptr<Day> day_;  // of a world that lives for one
 };
 
 }  // namespace connect_bridge::sim
