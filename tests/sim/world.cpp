@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "core/flow/path.hpp"
+
 namespace connect_bridge::sim {
 namespace {
 
@@ -204,11 +206,18 @@ void World::renew_late_logins() {
   }
 }
 
+// Bytes per second that the slowest link carries as far as its sides know: until they have measured
+// a rate, what a new connection may send at once, in two of its shortest round trips.
 std::uint64_t World::known_rate() const {
   double slowest = 1e9;
-  for (const auto& host : hosts_)
-    for (const auto& link : host->running() ? host->status().links : std::vector<LinkStatus>{})
-      if (link.rate > 0) slowest = std::min(slowest, link.rate);
+  for (const auto& host : hosts_) {
+    for (const auto& link : host->running() ? host->status().links : std::vector<LinkStatus>{}) {
+      const auto round_trip = std::chrono::duration<double>(link.clock.round_trip).count();
+      const double first =
+          round_trip > 0 ? connect_bridge::Path::kFirstBytes / (2 * round_trip) : slowest;
+      slowest = std::min(slowest, link.rate > 0 ? link.rate : first);
+    }
+  }
   return static_cast<std::uint64_t>(std::max(slowest, 1000.0));
 }
 
