@@ -181,7 +181,7 @@ def foreign(bed, effort, raw):
     pings = bed.plain()["down"]  # dials from the operator, as pings do
     plain["up"].say(flood + str(seconds + 2))
     time.sleep(2)
-    bare = pings.ask(f"ping size=12 samples={int(seconds * 10)} gap=0.02", seconds * 10)["ms"]
+    bare = pings.ask(f"ping size=12 samples={int(seconds * 4)} gap=0.02", seconds * 10)["ms"]
     plain["up"].answer(60)
     time.sleep(1)
     plain["up"].say(flood + str(seconds + 3))
