@@ -5,34 +5,62 @@
 namespace connect_bridge {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr std::uint64_t kSegments = 200;
-constexpr std::uint64_t kLostMin = 3;
+constexpr std::uint64_t kLostMin = 4;
 constexpr std::uint64_t kLostPerMille = 3;
-constexpr Duration kTogether = std::chrono::seconds(30);
+// The start of a connection, a cell that hands over, and a queue that somebody else fills lose many
+// at once: losses that come so often are something else.
+constexpr int kTimes = 3;
+constexpr Duration kTogether = 3s;
+constexpr Duration kTogetherMost = 30s;  // where less than kSegments leave in kTogether
 
 }  // namespace
 
-std::optional<bool> CongestionChoice::loses(const TcpCounts& counts) {
-  if (counts.segments < told_.segments) told_ = counts;  // the kernel's counts have 32 bits
-  const auto segments = counts.segments - told_.segments;
-  if (segments < kSegments) return std::nullopt;
-  // Of a segment that was repeated it may turn out later that it had come.
-  const auto lost = counts.lost - std::min(counts.lost, told_.lost);
-  told_ = {counts.segments, std::max(counts.lost, told_.lost)};
-  return lost >= kLostMin && 1000 * lost >= kLostPerMille * segments;
+bool CongestionChoice::is_due(TimePoint now) const {
+  if (looks_.empty()) return true;
+  const auto& [counts, at] = looks_.back();
+  return now - at >= std::max<Duration>(kLook, 2 * counts.round_trip);
 }
 
-// Two in a row decide: the start of a connection, or a cell that hands over, may lose a few at
-// once.
+void CongestionChoice::look(const TcpCounts& counts, TimePoint now) {
+  // The kernel's counts have 32 bits.
+  if (!looks_.empty() && counts.segments < looks_.back().counts.segments) looks_.clear();
+  Look look{counts, now};
+  // Of a segment that was repeated it may turn out later that it had come.
+  if (!looks_.empty()) look.counts.lost = std::max(look.counts.lost, looks_.back().counts.lost);
+  looks_.push_back(look);
+  const auto is_too_old = [&] {
+    const Look& next = looks_[1];
+    return now - next.at >= kTogetherMost ||
+           (now - next.at >= kTogether && counts.segments - next.counts.segments >= kSegments);
+  };
+  while (looks_.size() > 2 && is_too_old()) looks_.pop_front();
+}
+
+bool CongestionChoice::loses() const {
+  const TcpCounts& first = looks_.front().counts;
+  const TcpCounts& last = looks_.back().counts;
+  const auto segments = last.segments - first.segments;
+  const auto lost = last.lost - first.lost;
+  if (segments < kSegments || lost < kLostMin || 1000 * lost < kLostPerMille * segments)
+    return false;
+  int times = 0;
+  for (std::size_t i = 1; i < looks_.size(); ++i)
+    if (looks_[i].counts.lost > looks_[i - 1].counts.lost) ++times;
+  return times >= kTimes;
+}
+
 std::optional<std::string_view> CongestionChoice::next(const TcpCounts& counts, TimePoint now) {
   const auto before = chosen_;
-  if (const auto loses = this->loses(counts)) {
-    const bool lasts = lost_ && *loses && now - lost_at_ < kTogether;
-    lost_ = *loses;
-    if (lost_) lost_at_ = now;
-    if (lasts) chosen_ = kWithLosses;
+  look(counts, now);
+  if (loses()) {
+    lost_at_ = now;
+    chosen_ = kWithLosses;
+  } else if (now - lost_at_ >= kCalm) {
+    chosen_ = kFirst;
   }
-  if (now - lost_at_ >= kCalm) chosen_ = kFirst;
   return chosen_ == before ? std::nullopt : std::optional(chosen_);
 }
 

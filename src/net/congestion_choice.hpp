@@ -1,7 +1,7 @@
 // Which TCP congestion control suits the path of a connection, by what TCP itself counts.
 #pragma once
 
-#include <cstdint>
+#include <deque>
 #include <optional>
 #include <string_view>
 
@@ -19,17 +19,26 @@ class CongestionChoice {
   static constexpr std::string_view kFirst = "cubic";
   static constexpr std::string_view kWithLosses = "bbr";
   static constexpr Duration kCalm = std::chrono::seconds(60);  // without losses: kFirst again
+  // Between two looks at the counts, and two round trips at least: so long a single loss may last.
+  static constexpr Duration kLook = std::chrono::milliseconds(250);
 
-  // What the connection should have from now on, if that changes. Call it about once a second.
+  // Whether it is time to look at the counts.
+  [[nodiscard]] bool is_due(TimePoint now) const;
+  // What the connection should have from now on, if that changes. Call it when it is due.
   std::optional<std::string_view> next(const TcpCounts& counts, TimePoint now);
 
  private:
-  // Whether many of the segments since it was last told were lost; nullopt: they are too few.
-  std::optional<bool> loses(const TcpCounts& counts);
+  void look(const TcpCounts& counts, TimePoint now);
+  // Whether segments are lost again and again.
+  [[nodiscard]] bool loses() const;
+
+  struct Look {
+    TcpCounts counts;
+    TimePoint at{};
+  };
 
   std::string_view chosen_ = kFirst;
-  TcpCounts told_;  // when that was last told
-  bool lost_ = false;
+  std::deque<Look> looks_;  // the last of them
   TimePoint lost_at_{};
 };
 

@@ -151,9 +151,11 @@ void Socket::end_flood() {
 void Socket::send() {
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
   if (!has_room()) return wait_for_room();
-  packet_ = setup_.events->next_packet(
-      setup_.opened.connection,
-      repairs_of(socket_->next_layer().socket().native_handle(), repair_watch_, steady_now()));
+  const int native = socket_->next_layer().socket().native_handle();
+  const TimePoint now = steady_now();
+  if (setup_.options.congestion_control == "auto") retune(native, congestion_choice_, now);
+  packet_ =
+      setup_.events->next_packet(setup_.opened.connection, repairs_of(native, repair_watch_, now));
   if (!packet_ || state_ != State::kOpen) return;
   writing_ = true;
   limit_unsent(packet_->unsent_bytes_max);
@@ -345,9 +347,7 @@ void Socket::check_address() {
 
 void Socket::follow_path() {
   if (state_ != State::kOpen) return;
-  const int native = socket_->next_layer().socket().native_handle();
-  limit_retry(native);
-  if (setup_.options.congestion_control == "auto") retune(native, congestion_choice_, steady_now());
+  limit_retry(socket_->next_layer().socket().native_handle());
 }
 
 Certified Socket::certified() const {

@@ -20,7 +20,7 @@ void set_unsent_bytes_max(int socket, std::uint32_t bytes);
 // Bytes handed to the kernel and not sent yet (SIOCOUTQNSD); 0 if the kernel does not support it.
 std::uint32_t unsent_bytes(int socket);
 
-// Sets what the choice says, as far as the host allows it. Once a second.
+// Sets what the choice says, when one is due, as far as the host allows it.
 void retune(int socket, CongestionChoice& choice, TimePoint now);
 
 // How long TCP waits at most until it sends again what nobody has acknowledged. It doubles that

@@ -62,7 +62,8 @@ TcpLosses tcp_losses_of(int socket) {
       info->tcpi_unacked - std::min(info->tcpi_sacked, info->tcpi_unacked);
   return {.repairs = {.open = info->tcpi_sacked > 0,
                       .under_way_bytes = segments * info->tcpi_snd_mss + info->tcpi_notsent_bytes,
-                      .repeated = info->tcpi_total_retrans},
+                      .repeated = info->tcpi_total_retrans,
+                      .segment_bytes = info->tcpi_snd_mss},
           .too_early = info->tcpi_rcv_ooopack};
 }
 
@@ -76,7 +77,8 @@ std::optional<TcpCounts> tcp_counts_of(int socket) {
       info_of(socket, offsetof(tcp_info, tcpi_dsack_dups) + sizeof(tcp_info::tcpi_dsack_dups));
   if (!info) return std::nullopt;
   const auto repeated = info->tcpi_total_retrans;
-  return TcpCounts{info->tcpi_data_segs_out, repeated - std::min(info->tcpi_dsack_dups, repeated)};
+  return TcpCounts{info->tcpi_data_segs_out, repeated - std::min(info->tcpi_dsack_dups, repeated),
+                   std::chrono::microseconds(info->tcpi_rtt)};
 }
 
 }  // namespace connect_bridge

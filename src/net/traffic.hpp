@@ -48,8 +48,9 @@ class TrafficMeter {
 
 // All since the connection was opened.
 struct TcpCounts {
-  std::uint64_t segments = 0;  // sent with data, repeated ones included
-  std::uint64_t lost = 0;      // of these repeated, without those that came twice
+  std::uint64_t segments = 0;              // sent with data, repeated ones included
+  std::uint64_t lost = 0;                  // of these repeated, without those that came twice
+  std::chrono::microseconds round_trip{};  // TCP's own average; 0: not known yet
 };
 
 // What TCP repairs now.

@@ -25,8 +25,8 @@ std::size_t index_of(const ChannelQueue& queue) {
 }  // namespace
 
 void ClassSchedule::add(ChannelQueue& queue) {
-  if (queue.scheduled_) return;
-  queue.scheduled_ = true;
+  if (queue.turn_.scheduled) return;
+  queue.turn_.scheduled = true;
   if (queue.rests_until()) {
     resting_.push_back(&queue);
   } else {
@@ -37,12 +37,30 @@ void ClassSchedule::add(ChannelQueue& queue) {
 void ClassSchedule::add_turn(ChannelQueue& queue) {
   auto& in = classes_[index_of(queue)];
   if (in.turns.empty()) in.clock = std::max(in.clock, present_);
-  in.turns.push_back(&queue);
+  std::uint64_t& clock = queue.turn_.clock;
+  clock = std::max(clock, in.begin);
+  const auto is_behind = [](const ChannelQueue* one, const ChannelQueue* other) {
+    return one->turn_.clock < other->turn_.clock;
+  };
+  const auto last = std::min_element(in.turns.begin(), in.turns.end(), is_behind);
+  if (last != in.turns.end()) clock = std::max(clock, (*last)->turn_.clock);
+  begin_turn(in, queue);
+}
+
+void ClassSchedule::begin_turn(Class& in, ChannelQueue& queue) const {
+  Turn& turn = queue.turn_;
+  turn.begin = turn.clock;
+  turn.end = turn.clock + std::min(queue.next_message_bytes(), turn_bytes_);
+  const auto is_earlier = [](const ChannelQueue* one, const ChannelQueue* other) {
+    return one->turn_.end < other->turn_.end;
+  };
+  in.turns.insert(std::upper_bound(in.turns.begin(), in.turns.end(), &queue, is_earlier), &queue);
 }
 
 void ClassSchedule::remove(ChannelQueue& queue) {
-  if (!queue.scheduled_) return;
-  queue.scheduled_ = false;
+  if (!queue.turn_.scheduled) return;
+  queue.turn_.scheduled = false;
+  queue.turn_.clock = 0;  // another class has another one
   std::erase(classes_[index_of(queue)].turns, &queue);
   std::erase(resting_, &queue);
 }
@@ -99,19 +117,27 @@ ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
     present_ = from.clock;
     from.clock += bytes * kTicksPerByte[i];
   }
+  ChannelQueue& queue = *from.turns.front();
+  from.begin = std::max(from.begin, queue.turn_.begin);
+  queue.turn_.clock += bytes;
   return from;
 }
 
 void ClassSchedule::sent(std::size_t bytes) {
-  auto& turns = charge(bytes).turns;
-  ChannelQueue* const queue = turns.front();
-  turns.pop_front();
-  (queue->rests_until() ? resting_ : turns).push_back(queue);
+  auto& from = charge(bytes);
+  ChannelQueue& queue = *from.turns.front();
+  if (queue.is_open() && queue.turn_.clock - queue.turn_.begin < turn_bytes_) return;
+  from.turns.pop_front();
+  if (queue.rests_until()) {
+    resting_.push_back(&queue);
+  } else {
+    begin_turn(from, queue);
+  }
 }
 
 void ClassSchedule::sent_all(std::size_t bytes) {
   auto& turns = charge(bytes).turns;
-  turns.front()->scheduled_ = false;
+  turns.front()->turn_.scheduled = false;
   turns.pop_front();
 }
 

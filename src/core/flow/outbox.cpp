@@ -9,6 +9,8 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
+constexpr double kTurnSeconds = 0.3;
+constexpr double kTurnBytesMin = 16 << 10;
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
 // below the size that every receiver accepts.
@@ -20,6 +22,14 @@ OutboxOptions bounded(OutboxOptions options) {
       std::clamp<std::uint64_t>(options.fragment_bytes, 1, fragment_max));
   options.packet_bytes = std::min<std::uint32_t>(options.packet_bytes, kPacketBytesMax / 4);
   return options;
+}
+
+// How much of a large message may leave before others of its class have a turn, where the link
+// carries so many bytes per second (0: not known).
+std::uint64_t turn_bytes(double rate) {
+  constexpr std::uint64_t kMost = ClassSchedule::kTurnBytesMost;
+  if (rate <= 0) return kMost;
+  return static_cast<std::uint64_t>(std::clamp<double>(kTurnSeconds * rate, kTurnBytesMin, kMost));
 }
 
 }  // namespace
@@ -181,6 +191,7 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   pacer_.repairs(repairs);
   held_until_.reset();
   held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
+  schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
   // What measures the link takes turns with texts. Data may need what they announce, and follows.
   if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
     return next_control(now);

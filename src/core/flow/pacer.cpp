@@ -13,6 +13,7 @@ constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 // Smaller parts would cost more in headers than they gain in delay.
 constexpr std::uint32_t kPartBytesMin = 600;
+constexpr std::uint32_t kFramingBytes = 64;          // of a packet: frame, WebSocket, TLS
 constexpr std::uint32_t kUnsentBytesMin = 3 * 1460;  // full segments
 // On so fast a path the processors at its ends cause the delay, not the path. The same holds for so
 // short a path while its rate is not known: what is sent at once arrives soon.
@@ -99,7 +100,14 @@ std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
     return std::min(path_.round_trip() < kNear ? kNearPartBytes : kUnknownPartBytes, most);
   const double time = std::clamp(seconds(path_.round_trip()) / 24, 0.001, 0.004);
   const double bytes = std::max<double>(path_.delivery() * time, kPartBytesMin);
-  return static_cast<std::uint32_t>(std::min<double>(bytes, most));
+  return static_cast<std::uint32_t>(std::min<double>(in_segments(bytes), most));
+}
+
+// Each packet begins a segment, and a small one costs as much in headers as a full one.
+double Pacer::in_segments(double bytes) const {
+  const double segment = path_.segment_bytes();
+  if (segment <= kFramingBytes || bytes < 0.7 * segment) return bytes;
+  return std::max(std::floor(bytes / segment), 1.0) * segment - kFramingBytes;
 }
 
 // TCP's window after losses counts segments: a small one costs as much as a full one.
@@ -215,7 +223,7 @@ bool Pacer::is_too_long(Duration queue) const {
 void Pacer::end_round(bool limited) {
   const bool burst_begins = std::exchange(last_limited_, limited);
   if (limited) return;
-  const double error = (target() - seconds(path_.queue())) / target();
+  const double error = (aim() - seconds(path_.queue())) / target();
   const double now = path_.delivery();
   const double before = std::exchange(round_delivery_, now);
   if (starting_) {
@@ -254,16 +262,24 @@ double Pacer::least_rate() const {
 
 double Pacer::gain() const {
   if (starting_) return 2;
-  const double missing = target() - seconds(path_.queue());
+  const double missing = aim() - seconds(path_.queue());
   const double loop = seconds(path_.round_trip()) + 0.005;  // how late its acknowledgement comes
   return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
 }
 
 // A part's own time on the wire counts as well. And where the delay varies without our doing,
 // holding back would not shorten it.
-double Pacer::target(double rate) const {
+double Pacer::target(double rate, Duration least) const {
   return std::max(
-      {seconds(target_), 1.5 * part_bytes(kNearPartBytes) / rate, 0.4 * seconds(path_.jitter())});
+      {seconds(least), 1.5 * part_bytes(kNearPartBytes) / rate, 0.4 * seconds(path_.jitter())});
+}
+
+// The queue that is aimed at: on a short path less than what is tolerated, as it would be much
+// beside the round trip.
+double Pacer::aim() const {
+  if (path_.is_repaired()) return target();
+  const Duration share = std::clamp<Duration>(path_.round_trip() / 16, target_ / 2, target_);
+  return target(path_.delivery(), share);
 }
 
 // While the queue is too long, the last measured rate is used, otherwise the best of a few round

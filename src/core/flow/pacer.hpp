@@ -31,7 +31,8 @@ class Pacer {
   void sent(const SentPacket& packet);
   void acknowledged(const Arrival& ack, TimePoint now);
 
-  // A part that takes a 24th of a round trip on the wire, 1 to 4 ms, at most `most` bytes.
+  // A part that takes about a 24th of a round trip on the wire, 1 to 4 ms, at most `most` bytes: in
+  // full segments, where it is not much less than one.
   [[nodiscard]] std::uint32_t part_bytes(std::uint32_t most) const;
   // How much may wait in the kernel.
   [[nodiscard]] std::uint32_t unsent_bytes() const;
@@ -58,10 +59,13 @@ class Pacer {
   [[nodiscard]] bool burst_fills(Duration queue) const;
   [[nodiscard]] bool is_too_long(Duration queue) const;
   [[nodiscard]] PathShare::Round share_round(bool tcp_limits) const;
+  [[nodiscard]] double in_segments(double bytes) const;
   [[nodiscard]] double gain() const;
   [[nodiscard]] Duration ask_period() const;
   [[nodiscard]] double target() const { return target(path_.delivery()); }
-  [[nodiscard]] double target(double rate) const;
+  [[nodiscard]] double target(double rate) const { return target(rate, target_); }
+  [[nodiscard]] double target(double rate, Duration least) const;
+  [[nodiscard]] double aim() const;
   [[nodiscard]] double carries() const;
   [[nodiscard]] double least_rate() const;
   [[nodiscard]] std::uint64_t window() const;

@@ -1,4 +1,4 @@
-// What TCP tells of the losses that it repairs.
+// What TCP tells of the losses that it repairs, and of its segments.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@ struct Repairs {
   bool open = false;                  // a segment is missing, in this direction or in the other
   std::uint64_t under_way_bytes = 0;  // handed to the kernel and not known to have arrived
   std::uint64_t repeated = 0;         // segments that were sent again, since the beginning
+  std::uint32_t segment_bytes = 0;    // of data in a full segment; 0: not known
 };
 
 }  // namespace connect_bridge

@@ -86,6 +86,82 @@ TEST(ClassSchedule, ChannelsOfAClassTakeTurns) {
   EXPECT_EQ(s.turns(6), "123123");
 }
 
+// A queue that has so many bytes to send in one message.
+ChannelQueue& add_message(Scheduled& s, std::size_t bytes) {
+  const ChannelId id{static_cast<std::uint32_t>(s.queues.size() + 1)};
+  ChannelQueue& added = s.queues.emplace_back(id, queue(Priority::kNormal), s.bases);
+  added.push(message(bytes), 1, now_ms(0));
+  s.schedule.add(added);
+  return added;
+}
+
+// Takes parts of at most 100 bytes: the channels in the order of their turns.
+std::string parts(Scheduled& s, int count) {
+  std::string line;
+  for (; count > 0 && !s.schedule.empty(); --count) {
+    ChannelQueue& queue = *s.schedule.front();
+    line += std::to_string(queue.id().value);
+    PacketBuilder packet;
+    queue.ready(now_ms(0));
+    queue.prepare(0);
+    queue.take_part(100, packet, now_ms(0));
+    if (queue.empty()) {
+      s.schedule.sent_all(100);
+    } else {
+      s.schedule.sent(100);
+    }
+  }
+  return line;
+}
+
+TEST(ClassSchedule, EqualMessagesLeaveOneAfterTheOther) {
+  Scheduled s;
+  for (int i = 0; i < 3; ++i) add_message(s, 300);
+  EXPECT_EQ(parts(s, 9), "111222333");
+}
+
+TEST(ClassSchedule, ASmallMessageOvertakesALargeOne) {
+  Scheduled s;
+  add_message(s, 500);
+  EXPECT_EQ(parts(s, 2), "11");
+  add_message(s, 200);  // two thirds of what is left of the first
+  add_message(s, 400);
+  EXPECT_EQ(parts(s, 9), "221113333");
+}
+
+// Small messages again and again leave the large one its share.
+TEST(ClassSchedule, ALargeMessageIsNotOvertakenForEver) {
+  Scheduled s;
+  ChannelQueue& large = add_message(s, 500);
+  ChannelQueue& small = add_message(s, 100);
+  std::string order;
+  for (int i = 0; i < 14 && !large.empty(); ++i) {
+    order += parts(s, 1);
+    if (small.empty()) small.push(message(100), 1, now_ms(0));
+    s.schedule.add(small);
+  }
+  EXPECT_EQ(order, "222211111");
+}
+
+// At most turn_bytes at a time: what else is that large has its turn meanwhile.
+TEST(ClassSchedule, AVeryLargeMessageDoesNotKeepItsTurn) {
+  Scheduled s;
+  s.schedule.set_turn_bytes(300);
+  add_message(s, 900);
+  add_message(s, 600);
+  EXPECT_EQ(parts(s, 15), "111222111222111");
+}
+
+// What it has not sent is not kept for it.
+TEST(ClassSchedule, AChannelThatWasIdleGetsNothingExtra) {
+  Scheduled s;
+  s.schedule.set_turn_bytes(300);
+  add_message(s, 1500);
+  EXPECT_EQ(parts(s, 9), "111111111");
+  add_message(s, 900);
+  EXPECT_EQ(parts(s, 12), "111222111222");
+}
+
 TEST(ClassSchedule, AClassThatWasIdleGetsNothingExtra) {
   Scheduled s;
   s.add(Priority::kHigh);

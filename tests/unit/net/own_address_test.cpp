@@ -2,10 +2,21 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <string>
+#include <thread>
+
 #include "unit/net/own_network.hpp"
 
 namespace connect_bridge::test {
 namespace {
+
+// The kernel follows a carrier with a delay of up to a second.
+std::string own_address_in_time(const std::string& expected) {
+  for (int i = 0; i < 300 && own_address() != expected; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  return own_address();
+}
 
 // None of these interfaces has a default route.
 TEST(OwnAddress, IsOfAnInterfaceThatCarriesPackets) {
@@ -19,12 +30,12 @@ TEST(OwnAddress, IsOfAnInterfaceThatCarriesPackets) {
     ::close(idle);
     give_address("idle", "172.17.0.1");
     set_up("idle");
-    EXPECT_EQ(own_address(), "127.0.0.1") << "it has no carrier";
+    EXPECT_EQ(own_address_in_time("127.0.0.1"), "127.0.0.1") << "it has no carrier";
     const int used = make_interface("used");
     give_address("used", "10.0.0.1");
     EXPECT_EQ(own_address(), "127.0.0.1") << "it is down";
     set_up("used");
-    EXPECT_EQ(own_address(), "10.0.0.1");
+    EXPECT_EQ(own_address_in_time("10.0.0.1"), "10.0.0.1");
     ::close(used);
   });
   if (!allowed || !made) GTEST_SKIP() << "this machine allows no network interfaces of a test";
