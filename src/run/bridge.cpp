@@ -73,7 +73,8 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
            [this](Log&& line) {
              boost::asio::post(
                  io_, [this, line = std::move(line)] { node_.log(line.level, line.text); });
-           }}) {}
+           }}),
+      guard_(parts_.side.role == Role::kServer ? "server" : "client") {}
 
 std::string Bridge::open() {
   const std::string unread = usage_file_.open(parameters_.config().usage_file);
@@ -125,6 +126,7 @@ std::string Bridge::listen() {
 }
 
 void Bridge::run() {
+  guard_.watch();
   stop_.wait_for_signal();
   hangup_.wait_for_signal();
   seconds_.start();
@@ -134,7 +136,10 @@ void Bridge::run() {
   write_status(0, false);
 }
 
+// Each counts as a move of the loop: with a middleware that waits a second for every entity that it
+// ends, one step may take longer than the guard allows.
 void Bridge::carry_out(Action&& action) {
+  guard_.moved();
   std::visit(
       Overloaded{
           [&](Dial& a) { network_.dial(a.connection, parts_.dial); },
@@ -237,6 +242,7 @@ void Bridge::every_second(double lag_ms) {
   parameters_.check_files();
   write_status(lag_ms, true);
   supervisor_.every_second();
+  guard_.moved();
 }
 
 void Bridge::write_status(double lag_ms, bool running) {

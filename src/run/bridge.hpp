@@ -19,6 +19,7 @@
 #include "run/live_parameters.hpp"
 #include "run/login_desk.hpp"
 #include "run/loop.hpp"
+#include "run/loop_guard.hpp"
 #include "run/pairing.hpp"
 #include "run/seconds.hpp"
 #include "run/signals.hpp"
@@ -99,7 +100,8 @@ class Bridge {
   Stop stop_;
   Hangup hangup_;
   Workers workers_;
-  LoginDesk login_desk_;  // last, so its threads end first
+  LoginDesk login_desk_;  // its threads end before what they use
+  LoopGuard guard_;       // last: it watches no destructor, LastSteps does
 };
 
 }  // namespace connect_bridge

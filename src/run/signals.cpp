@@ -1,6 +1,7 @@
 #include "run/signals.hpp"
 
 #include <fcntl.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -10,9 +11,19 @@ namespace connect_bridge {
 namespace {
 
 constexpr auto kStopTime = std::chrono::milliseconds(800);
-constexpr unsigned kLastStepsTime = 4;  // seconds; `ros2 launch` waits for 5
+constexpr auto kLastStepsTime = kEndTime - kStopTime;
 
 }  // namespace
+
+void end_within(std::chrono::milliseconds time) {
+  itimerval timer{};
+  getitimer(ITIMER_REAL, &timer);
+  if (timer.it_value.tv_sec != 0 || timer.it_value.tv_usec != 0) return;
+  const auto seconds = std::chrono::floor<std::chrono::seconds>(time);
+  timer.it_value.tv_sec = seconds.count();
+  timer.it_value.tv_usec = std::chrono::microseconds(time - seconds).count();
+  setitimer(ITIMER_REAL, &timer, nullptr);
+}
 
 Stop::Stop(boost::asio::io_context& io, std::function<void()> begin)
     : io_(io), signals_(io, SIGINT, SIGTERM), deadline_(io), begin_(std::move(begin)) {}
@@ -59,9 +70,9 @@ void Hangup::wait_for_signal() {
 }
 
 void LastSteps::begin() {
-  boost::system::error_code ignored;  // the alarm matters more
+  boost::system::error_code ignored;  // the deadline matters more
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.add(number, ignored);
-  alarm(kLastStepsTime);
+  end_within(kLastStepsTime);
 }
 
 // After this only the libraries' own destructors follow. For a moment no handler exists, so the

@@ -4,9 +4,18 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <functional>
 
 namespace connect_bridge {
+
+// From the first SIGINT or SIGTERM to the end of the process, whatever holds it up: `ros2 launch`
+// waits for 5 s.
+inline constexpr std::chrono::milliseconds kEndTime{4800};
+
+// SIGALRM ends the process after this time. The first call counts, further ones change nothing. Any
+// thread.
+void end_within(std::chrono::milliseconds time);
 
 // SIGINT or SIGTERM asks for an orderly stop that has a deadline. Further ones change nothing: one
 // Ctrl-C reaches a program twice, from the terminal and from `ros2 launch`. Thread: that of the
@@ -52,7 +61,8 @@ class Hangup {
 
 // Active from the end of the loop, or from an error that ends the bridge, to the end of the
 // process, while threads are waited for and the middleware shuts down: signals have no further
-// effect, and SIGALRM ends a process that hangs.
+// effect, and SIGALRM ends a process that hangs: kEndTime after the signal, or a little earlier
+// after an error.
 class LastSteps {
  public:
   LastSteps() = default;

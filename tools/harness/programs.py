@@ -116,14 +116,38 @@ class Program:
             return None
         if self.running():
             self.process.send_signal(how)
+        # A side ends itself 4.8 s after the signal, whatever holds it up: what does is seen before.
+        patience = timeout - 0.6 if timeout >= 5.0 else timeout
         try:
-            return self.process.wait(timeout)
+            return self.process.wait(patience)
+        except subprocess.TimeoutExpired:
+            self._write_stacks()
+        try:
+            return self.process.wait(timeout - patience)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
             raise RuntimeError(
                 f"{self.name} did not end within {timeout} s of {how!r}\n{self.text()}"
             ) from None
+
+    def _write_stacks(self):
+        """Into its log: where each of its threads is now."""
+        debugger = ["gdb", "-p", str(self.pid), "-batch", "-ex", "thread apply all bt"]
+        with open(self.log, "ab") as out:
+            out.write(f"\nThe stacks of {self.name}, which does not end:\n".encode())
+            out.flush()
+            try:
+                subprocess.run(
+                    debugger,
+                    stdin=subprocess.DEVNULL,
+                    stdout=out,
+                    stderr=subprocess.STDOUT,
+                    timeout=30,
+                    check=False,
+                )
+            except (OSError, subprocess.SubprocessError) as error:  # it may not be installed
+                out.write(f"no stacks: {error}\n".encode())
 
     def kill(self):
         if self.running():

@@ -48,9 +48,13 @@ bool user_has_profiles() {
          access("DEFAULT_FASTRTPS_PROFILES.xml", F_OK) == 0;
 }
 
+// In a graph of this machine alone rmw_fastrtps brings its own transports, shared memory among
+// them, and Fast DDS reads its variable only where it uses those that are built in.
 bool shares_memory() {
   const char* const transports = std::getenv("FASTDDS_BUILTIN_TRANSPORTS");
-  if (transports == nullptr) return true;
+  const char* const range = std::getenv("ROS_AUTOMATIC_DISCOVERY_RANGE");
+  const bool local = range != nullptr && std::string_view(range) == "LOCALHOST";
+  if (transports == nullptr || local) return true;
   const std::string_view chosen(transports);
   return !chosen.starts_with("UDP") && chosen != "NONE";
 }

@@ -42,7 +42,8 @@ std::string problem_of_users(const std::vector<SharedFile>& files, uid_t own, un
   return "Fast DDS's shared memory here has files of another user (/dev/shm/" + other->name +
          " is of the user id " + std::to_string(other->owner) +
          "): messages of nodes that run as that user may not arrive; run this as their user, or "
-         "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4";
+         "with FASTDDS_BUILTIN_TRANSPORTS=UDPv4 (it has no effect with "
+         "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST)";
 }
 
 }  // namespace connect_bridge::ros

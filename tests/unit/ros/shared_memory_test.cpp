@@ -15,7 +15,8 @@ TEST(SharedMemory, OfAnotherUserIsAProblem) {
   EXPECT_EQ(problem_of_users({{"fastdds_port7411", 1000}, {"fastdds_port7413", 0}}, 1000, 0),
             "Fast DDS's shared memory here has files of another user (/dev/shm/fastdds_port7413 is "
             "of the user id 0): messages of nodes that run as that user may not arrive; run this "
-            "as their user, or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4");
+            "as their user, or with FASTDDS_BUILTIN_TRANSPORTS=UDPv4 (it has no effect with "
+            "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST)");
   EXPECT_NE(problem_of_users({{"fastrtps_port7411", 1000}}, 0, 0), "") << "before Kilted";
   EXPECT_NE(problem_of_users({{"fastdds_port17911_el", 1000}}, 0, 42), "");
 }
