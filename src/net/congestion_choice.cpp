@@ -16,12 +16,17 @@ constexpr int kTimes = 3;
 constexpr Duration kTogether = 3s;
 constexpr Duration kTogetherMost = 30s;  // where less than kSegments leave in kTogether
 
+// While a path is gone, TCP repeats the same segments again and again, and sends nothing new.
+bool loses_of_new(const TcpCounts& before, const TcpCounts& now) {
+  const auto lost = now.lost - before.lost;
+  return lost > 0 && now.segments - before.segments > lost;
+}
+
 }  // namespace
 
 bool CongestionChoice::is_due(TimePoint now) const {
-  if (looks_.empty()) return true;
-  const auto& [counts, at] = looks_.back();
-  return now - at >= std::max<Duration>(kLook, 2 * counts.round_trip);
+  const Duration round_trip = looks_.empty() ? Duration{} : looks_.back().counts.round_trip;
+  return !asked_at_ || now - *asked_at_ >= std::max(kLook, 2 * round_trip);
 }
 
 void CongestionChoice::look(const TcpCounts& counts, TimePoint now) {
@@ -48,13 +53,16 @@ bool CongestionChoice::loses() const {
     return false;
   int times = 0;
   for (std::size_t i = 1; i < looks_.size(); ++i)
-    if (looks_[i].counts.lost > looks_[i - 1].counts.lost) ++times;
+    if (loses_of_new(looks_[i - 1].counts, looks_[i].counts)) ++times;
   return times >= kTimes;
 }
 
-std::optional<std::string_view> CongestionChoice::next(const TcpCounts& counts, TimePoint now) {
+std::optional<std::string_view> CongestionChoice::next(const std::optional<TcpCounts>& counts,
+                                                       TimePoint now) {
+  asked_at_ = now;
+  if (!counts) return std::nullopt;
   const auto before = chosen_;
-  look(counts, now);
+  look(*counts, now);
   if (loses()) {
     lost_at_ = now;
     chosen_ = kWithLosses;

@@ -20,12 +20,13 @@ class CongestionChoice {
   static constexpr std::string_view kWithLosses = "bbr";
   static constexpr Duration kCalm = std::chrono::seconds(60);  // without losses: kFirst again
   // Between two looks at the counts, and two round trips at least: so long a single loss may last.
-  static constexpr Duration kLook = std::chrono::milliseconds(250);
+  static constexpr Duration kLook = std::chrono::milliseconds(100);
 
   // Whether it is time to look at the counts.
   [[nodiscard]] bool is_due(TimePoint now) const;
-  // What the connection should have from now on, if that changes. Call it when it is due.
-  std::optional<std::string_view> next(const TcpCounts& counts, TimePoint now);
+  // What the connection should have from now on, if that changes. Call it when it is due. Nullopt:
+  // the kernel does not tell.
+  std::optional<std::string_view> next(const std::optional<TcpCounts>& counts, TimePoint now);
 
  private:
   void look(const TcpCounts& counts, TimePoint now);
@@ -39,6 +40,7 @@ class CongestionChoice {
 
   std::string_view chosen_ = kFirst;
   std::deque<Look> looks_;  // the last of them
+  std::optional<TimePoint> asked_at_;
   TimePoint lost_at_{};
 };
 

@@ -77,8 +77,7 @@ std::uint32_t unsent_bytes(int socket) {
 
 void retune(int socket, CongestionChoice& choice, TimePoint now) {
   if (!choice.is_due(now)) return;
-  const auto counts = tcp_counts_of(socket);
-  const auto changed = counts ? choice.next(*counts, now) : std::nullopt;
+  const auto changed = choice.next(tcp_counts_of(socket), now);
   if (changed) set_congestion_control(socket, *changed);
 }
 

@@ -92,7 +92,7 @@ def standing(make_server, tmp_path):
 def test_a_signal_ends_it_before_ros2_launch_kills_it(standing, how):
     server, _ = standing
     server.process.send_signal(how)
-    assert server.process.wait(5) == -signal.SIGALRM, server.text()
+    assert server.process.wait(6) == -signal.SIGALRM, server.text()
     assert "has not moved" not in server.text()
 
 
@@ -102,7 +102,7 @@ def test_an_orderly_end_if_it_moves_again_in_time(standing):
     time.sleep(0.5)
     server.process.send_signal(signal.SIGTERM)  # changes nothing
     pipe.read()
-    assert server.process.wait(5) == 0, server.text()
+    assert server.process.wait(6) == 0, server.text()
     assert "stopping" in pipe.read()
 
 

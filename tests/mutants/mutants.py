@@ -197,6 +197,7 @@ CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
            "if (queue.is_open()) return;"),
     Mutant("a channel that comes is paid for its absence",
            "clock = std::max(clock, in.begin);", ""),
+    Mutant("a class pays for another", "queue.turn_.clock = 0;", ""),
     Mutant("lifespan unchecked",
            "if (is_older(message.stamp, options_.lifespan, now)) return DropReason::kLifespan;",
            ""),

@@ -3,7 +3,7 @@
 import time
 
 from harness.wan import OPERATOR, ROBOT, words
-from wan_cases import NET, Row
+from wan_cases import NET, Cost, Row
 
 DROPOUTS = [0.5, 1.0, 1.6, 2.2, 2.7]  # s
 
@@ -23,6 +23,7 @@ def cut(bed, effort):
         others = urgent, commanded = talked(bed, f"name=/wan/pong_cut_{reliable}")
         meet(*ends)
         meet(*others)
+        cost = Cost(bed)
         talk.say(words("talk", {**stream, "seconds": seconds + 6}))
         urgent.say(words("talk", {"size": 12, "hz": 50, "seconds": seconds + 6}))
         time.sleep(1)
@@ -33,7 +34,7 @@ def cut(bed, effort):
         sent = talk.answer(seconds + 60)["sent"]
         urgent.answer(seconds + 60)
         time.sleep(3)
-        row = Row(f"cut for {seconds} s: {case}")
+        row = Row(f"cut for {seconds} s: {case}", cost=cost.stop())
         commands = fresh(commanded.ask("count")["topics"][0], healed)
         row.judge("first command, s", min(commands, default=None), "<=", 1.0)
         rows.append(after_cut(row, listen.ask("count")["topics"][0], sent, healed))
@@ -48,6 +49,7 @@ def dropouts(bed, effort):
     meet(talk, listen)
     lengths = effort["dropouts_of_each"] * DROPOUTS
     lasting = sum(lengths) + 4 * len(lengths)
+    cost = Cost(bed)
     talk.say(words("talk", {"size": 12, "hz": 50, "seconds": lasting}))
     healed = []
     for length in lengths:
@@ -60,7 +62,8 @@ def dropouts(bed, effort):
     time.sleep(1)
     heard = listen.ask("count")["topics"][0]
     first = [min(fresh(heard, end), default=None) for end in healed]
-    row = Row(f"{len(lengths)} dropouts of {DROPOUTS[0]} to {DROPOUTS[-1]} s")
+    case = f"{len(lengths)} dropouts of {DROPOUTS[0]} to {DROPOUTS[-1]} s"
+    row = Row(case, cost=cost.stop())
     lost = None in first
     row.judge("first command, s, on average", None if lost else sum(first) / len(first), "<=", 0.5)
     return [row.judge("at the latest", None if lost else max(first), "<=", 1.0)]

@@ -31,18 +31,12 @@ def table(found):
         head = ("case", "p50", "p99", "lost", "CPU", "MB")
         lines.append("{:46} {:>7} {:>7} {:>5} {:>6} {:>5}".format(*head))
         for row in rows:
-            result = row.result
-            cells = ("",) * 5
-            if result:
-                memory = f"{result.resident / 1e6:.0f}"
-                cells = (
-                    _ms(result.ms(50)),
-                    _ms(result.ms(99)),
-                    result.lost,
-                    f"{result.cpu:.0%}",
-                    memory,
-                )
-            line = "{:46} {:>7} {:>7} {:>5} {:>6} {:>5}".format(row.case, *cells)
+            delays, costs = ("",) * 3, ("",) * 2
+            if row.result:
+                delays = (_ms(row.result.ms(50)), _ms(row.result.ms(99)), row.result.lost)
+            if row.cost:
+                costs = (f"{row.cost.cpu:.0%}", f"{row.cost.resident / 1e6:.0f}")
+            line = "{:46} {:>7} {:>7} {:>5} {:>6} {:>5}".format(row.case, *delays, *costs)
             lines.append("  ".join([line, "; ".join(_judged(one) for one in row.judged)]).rstrip())
         judged = [one for row in rows for one in row.judged]
         lines.append(f"{sum(bool(one['reached']) for one in judged)} of {len(judged)} reached\n")

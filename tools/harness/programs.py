@@ -117,7 +117,7 @@ class Program:
         if self.running():
             self.process.send_signal(how)
         # A side ends itself 4.8 s after the signal, whatever holds it up: what does is seen before.
-        patience = timeout - 0.6 if timeout >= 5.0 else timeout
+        patience = min(timeout, 4.3)
         try:
             return self.process.wait(patience)
         except subprocess.TimeoutExpired:

@@ -13,6 +13,8 @@ namespace {
 constexpr std::array<std::uint64_t, kPriorities + 1> kTicksPerByte = {0, 0, 1, 2, 8};
 constexpr std::size_t kLight = 1;
 constexpr std::size_t kStrict = 2;  // number of classes before those that share
+// With more channels the clock of a class is precise enough: it lags by a turn of one of them.
+constexpr std::size_t kComparedMost = 64;
 
 std::size_t index_of(Priority priority) {
   return priority == Priority::kUrgent ? 0 : static_cast<std::size_t>(priority) + 1;
@@ -39,6 +41,7 @@ void ClassSchedule::add_turn(ChannelQueue& queue) {
   if (in.turns.empty()) in.clock = std::max(in.clock, present_);
   std::uint64_t& clock = queue.turn_.clock;
   clock = std::max(clock, in.begin);
+  if (in.turns.size() > kComparedMost) return begin_turn(in, queue);
   const auto is_behind = [](const ChannelQueue* one, const ChannelQueue* other) {
     return one->turn_.clock < other->turn_.clock;
   };
@@ -60,9 +63,13 @@ void ClassSchedule::begin_turn(Class& in, ChannelQueue& queue) const {
 void ClassSchedule::remove(ChannelQueue& queue) {
   if (!queue.turn_.scheduled) return;
   queue.turn_.scheduled = false;
-  queue.turn_.clock = 0;  // another class has another one
   std::erase(classes_[index_of(queue)].turns, &queue);
   std::erase(resting_, &queue);
+}
+
+void ClassSchedule::leave_class(ChannelQueue& queue) {
+  remove(queue);
+  queue.turn_.clock = 0;
 }
 
 void ClassSchedule::wake(TimePoint now) {

@@ -31,8 +31,10 @@ class ClassSchedule {
 
   // The queue has something to send, now or when it has rested. Does nothing if it is in already.
   void add(ChannelQueue& queue);
-  // The queue has nothing to send any more, or goes away, or changes its class.
+  // The queue has nothing to send any more, or goes away.
   void remove(ChannelQueue& queue);
+  // The same, before its class changes: what it has sent in one does not count in another.
+  void leave_class(ChannelQueue& queue);
 
   [[nodiscard]] bool empty() const { return front() == nullptr; }
   // The queue whose turn it is; null when there is none.
@@ -43,7 +45,7 @@ class ClassSchedule {
   // The front queue has nothing more to send. 0 bytes: it had nothing to send.
   void sent_all(std::size_t bytes);
 
-  // Of turns that begin from now on.
+  // Of a large message this counts at a time; what is under way now included.
   void set_turn_bytes(std::uint64_t bytes) { turn_bytes_ = bytes; }
 
   // Those that have rested until now get their turns.

@@ -37,7 +37,9 @@ std::uint64_t turn_bytes(double rate) {
 Outbox::Outbox(OutboxOptions options)
     : options_(bounded(options)),
       pacer_(options_.queue_delay_target),
-      cap_(options_.bytes_per_second_max) {}
+      cap_(options_.bytes_per_second_max) {
+  schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
+}
 
 template <class Change>
 void Outbox::change(ChannelQueue& queue, Change&& change) {
@@ -59,7 +61,7 @@ void Outbox::add_channel(ChannelId channel, QueueOptions options) {
   const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
   if (is_new) return;
   auto& queue = at->second;
-  schedule_.remove(queue);  // its class may change
+  schedule_.leave_class(queue);  // it may change
   bytes_of(queue) -= queue.bytes();
   queue.configure(options);
   bytes_of(queue) += queue.bytes();
@@ -106,7 +108,7 @@ void Outbox::forget_base(ChannelId channel, OriginId origin) {
 void Outbox::go_on(ChannelId channel, Unarrived left, const Now& now, TimePoint until) {
   const auto at = queues_.find(channel);
   if (at == queues_.end()) return;
-  schedule_.remove(at->second);
+  schedule_.leave_class(at->second);
   at->second.set_light(false);  // many messages come at once
   at->second.restart(left.last_sequence);
   change(at->second, [&](ChannelQueue& queue) {
@@ -149,7 +151,7 @@ void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now
   const bool light = queue.may_be_light(body_bytes) && light_.ready(now.steady);
   if (light) light_.take(kMessageHeaderBytes + body_bytes, pacer_.rate(), cap_.rate(), now.steady);
   if (light == queue.is_light()) return;
-  schedule_.remove(queue);
+  schedule_.leave_class(queue);
   queue.set_light(light);
   if (!queue.empty()) schedule_.add(queue);
 }

@@ -31,8 +31,8 @@ namespace connect_bridge {
 
 // Not thread-safe; belongs to one link. Order is kept per channel. Small frames come first of
 // all, then control texts; urgent is strict, light messages follow; high, normal and bulk share by
-// weight 8 : 4 : 1 in bytes; channels of a class take turns per part. At most one message per
-// channel is open (partly sent) at a time.
+// weight 8 : 4 : 1 in bytes; in a class small messages overtake large ones (ClassSchedule). At most
+// one message per channel is open (partly sent) at a time.
 class Outbox {
  public:
   explicit Outbox(OutboxOptions options);

@@ -13,7 +13,8 @@ constexpr double kRateMax = 1e11;
 constexpr std::uint64_t kWindowMin = 2048;
 // Smaller parts would cost more in headers than they gain in delay.
 constexpr std::uint32_t kPartBytesMin = 600;
-constexpr std::uint32_t kFramingBytes = 64;          // of a packet: frame, WebSocket, TLS
+// Of a packet: a message's header, the request for an acknowledgement, WebSocket, TLS.
+constexpr std::uint32_t kFramingBytes = 88;
 constexpr std::uint32_t kUnsentBytesMin = 3 * 1460;  // full segments
 // On so fast a path the processors at its ends cause the delay, not the path. The same holds for so
 // short a path while its rate is not known: what is sent at once arrives soon.
@@ -100,7 +101,8 @@ std::uint32_t Pacer::part_bytes(std::uint32_t most) const {
     return std::min(path_.round_trip() < kNear ? kNearPartBytes : kUnknownPartBytes, most);
   const double time = std::clamp(seconds(path_.round_trip()) / 24, 0.001, 0.004);
   const double bytes = std::max<double>(path_.delivery() * time, kPartBytesMin);
-  return static_cast<std::uint32_t>(std::min<double>(in_segments(bytes), most));
+  return static_cast<std::uint32_t>(
+      std::min<double>(in_segments(std::min<double>(bytes, most)), most));
 }
 
 // Each packet begins a segment, and a small one costs as much in headers as a full one.
@@ -278,7 +280,7 @@ double Pacer::target(double rate, Duration least) const {
 // beside the round trip.
 double Pacer::aim() const {
   if (path_.is_repaired()) return target();
-  const Duration share = std::clamp<Duration>(path_.round_trip() / 16, target_ / 2, target_);
+  const Duration share = std::clamp<Duration>(path_.round_trip() / 16, 5 * target_ / 8, target_);
   return target(path_.delivery(), share);
 }
 

@@ -162,6 +162,34 @@ TEST(ClassSchedule, AChannelThatWasIdleGetsNothingExtra) {
   EXPECT_EQ(parts(s, 12), "111222111222");
 }
 
+// Nor where nobody else had anything to send when it came.
+TEST(ClassSchedule, AChannelThatComesFirstGetsNothingExtra) {
+  Scheduled s;
+  ChannelQueue& first = add_message(s, 500);
+  EXPECT_EQ(parts(s, 5), "11111");
+  first.push(message(500), 1, now_ms(0));
+  s.schedule.add(first);
+  EXPECT_EQ(parts(s, 5), "11111");
+  ChannelQueue& second = add_message(s, 300);
+  for (int i = 0; i < 3; ++i) second.push(message(300), 1, now_ms(0));
+  first.push(message(300), 1, now_ms(0));
+  s.schedule.add(first);
+  EXPECT_EQ(parts(s, 15), "222222111222222");
+}
+
+// What it has sent as light does not count where it is not.
+TEST(ClassSchedule, AnotherClassHasAnotherClock) {
+  Scheduled s;
+  ChannelQueue& light = s.add(Priority::kNormal, true);
+  s.turns(100);
+  s.schedule.leave_class(light);
+  light.set_light(false);
+  light.push(message(300), 1, now_ms(0));
+  s.schedule.add(light);
+  add_message(s, 500);
+  EXPECT_EQ(parts(s, 8), "11122222");
+}
+
 TEST(ClassSchedule, AClassThatWasIdleGetsNothingExtra) {
   Scheduled s;
   s.add(Priority::kHigh);

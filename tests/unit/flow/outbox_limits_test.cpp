@@ -342,5 +342,24 @@ TEST(OutboxTracked, AMessageIsDeliveredWhenItsLastByteIsAcknowledged) {
   EXPECT_TRUE(outbox.take_delivered().empty());
 }
 
+// After what the link carries in 0.3 s.
+TEST(OutboxLimits, OnAThinLinkAVeryLargeMessageSoonLetsOthersHaveATurn) {
+  OutboxOptions options = one_by_one();
+  options.bytes_per_second_max = 100'000;
+  Outbox outbox(options);
+  for (const auto channel : {kA, kB}) {
+    outbox.add_channel(channel, queue(Priority::kBulk));
+    outbox.push(channel, message(100'000), now_ms(0));
+  }
+  std::size_t in_a_row = 0;
+  for (int at = 0; at < 1000; at += 2) {
+    const std::string line = next(outbox, now_ms(at));
+    if (line.starts_with("2")) break;
+    if (line.starts_with("1")) in_a_row += 100;
+  }
+  EXPECT_GE(in_a_row, 25'000U);
+  EXPECT_LE(in_a_row, 35'000U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::flow_test

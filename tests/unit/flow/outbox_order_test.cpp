@@ -194,6 +194,24 @@ TEST(OutboxOrder, InAClassSmallMessagesOvertakeLargeOnesOfOtherChannels) {
   EXPECT_EQ(drain(outbox), "3#1:10\n2#1:100/150\n2+50\n1#1:100/250\n1+100\n1+50\n1#2:20\n");
 }
 
+// A channel changes its class while it is empty, too: /tf with its first message that is not small.
+TEST(OutboxOrder, WhatWasLightForLongHasItsShareWhereItIsNot) {
+  Outbox outbox(one_by_one());
+  QueueOptions options = queue(Priority::kHigh);
+  outbox.add_channel(kA, options);
+  options.may_be_light = true;
+  outbox.add_channel(kB, options);
+  for (int i = 0; i < 1000; ++i) {
+    outbox.push(kB, message(100), now_ms(20 * i));
+    drain(outbox);
+  }
+  for (int i = 0; i < 50; ++i) outbox.push(kA, message(1000), now_ms(20'000));
+  outbox.push(kB, message(2000), now_ms(20'000));
+  int before = 0;
+  while (next(outbox).starts_with("1")) ++before;
+  EXPECT_LE(before, 20);
+}
+
 // Sends for a while with all classes backlogged; body bytes of each channel.
 std::map<std::uint32_t, std::uint64_t> shares(Outbox& outbox, int packets) {
   std::map<std::uint32_t, std::uint64_t> bytes;

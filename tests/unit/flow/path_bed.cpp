@@ -119,7 +119,7 @@ class Wire {
       crossed_bytes_ += known_.front().bytes;
       waiting_ = known_.front().waiting;
     }
-    return {waiting_, pushed_bytes_ - crossed_bytes_, repeated_};
+    return {waiting_, pushed_bytes_ - crossed_bytes_, repeated_, direction_.segment_bytes};
   }
   // As the receiver knows it.
   [[nodiscard]] bool misses() const { return !early_.empty(); }

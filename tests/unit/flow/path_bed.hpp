@@ -20,8 +20,9 @@ struct BedDirection {
   Duration jitter{};  // on top of the delay, on the average; order is kept
   // A TCP connection of somebody else that never ends is on the path in this time.
   Duration foreign_from{}, foreign_to{};
-  double loss = 0;             // share of packets that is lost, as TCP repairs it
-  double bulk_per_second = 0;  // messages of bulk_bytes; a newer one displaces what waits
+  double loss = 0;                  // share of packets that is lost, as TCP repairs it
+  std::uint32_t segment_bytes = 0;  // as TCP tells it; 0: it does not
+  double bulk_per_second = 0;       // messages of bulk_bytes; a newer one displaces what waits
   Duration bulk_from{};
   std::uint32_t bulk_bytes = 500'000;
 };

@@ -59,6 +59,21 @@ TEST_F(CongestionChoiceTest, OneBurstOfLossesIsNoWeather) {
   }
 }
 
+// TCP repeats the same segments after 0.2, 0.6 and 1.4 s.
+TEST_F(CongestionChoiceTest, APathThatWasGoneIsNoWeather) {
+  EXPECT_EQ(after(4, 300, 0), "cubic");
+  for (const int pause : {1, 2, 4}) EXPECT_EQ(after(pause, 8, 8), "cubic");
+  EXPECT_EQ(after(1, 300, 20), "cubic");
+  EXPECT_EQ(after(8, 300, 0), "cubic");
+}
+
+TEST_F(CongestionChoiceTest, AKernelThatDoesNotTellIsNotAskedAllTheTime) {
+  EXPECT_TRUE(choice_.is_due(now_));
+  EXPECT_FALSE(choice_.next(std::nullopt, now_));
+  EXPECT_FALSE(choice_.is_due(now_ + 99ms));
+  EXPECT_TRUE(choice_.is_due(now_ + 100ms));
+}
+
 // The repair of a burst takes some round trips.
 TEST_F(CongestionChoiceTest, WithLongRoundTripsItLooksMoreRarely) {
   counts_.round_trip = 600ms;
