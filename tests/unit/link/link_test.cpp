@@ -1,0 +1,255 @@
+// Whose channel a number is, and what a peer may do with it.
+#include "core/link/link.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "unit/link/quiet_user.hpp"
+#include "unit/link/script.hpp"
+
+namespace connect_bridge::link_test {
+namespace {
+
+struct Nobody final : QuietUser {};
+
+std::string taken(std::string& words) {
+  return std::exchange(words, "");
+}
+
+// A channel on which the peer sends.
+struct Receives final : IncomingChannel {
+  explicit Receives(Link& of) : link(of) {}
+
+  [[nodiscard]] bool wants(std::uint16_t demand) const override { return demand == 3; }
+  Result<Nothing> on_message(InMessage message, const Now&) override {
+    words += "message " + std::to_string(message.sequence);
+    return Nothing{};
+  }
+  void on_withdraw(const Withdraw& why, const Now&) override {
+    words += link.expects(why.channels.front()) ? "withdrawn too early" : "withdrawn";
+  }
+  Result<Nothing> on_origins(const OriginsChanged& change, const Now&) override {
+    words += "origins of " + std::to_string(change.channel.value);
+    return Nothing{};
+  }
+
+  Link& link;
+  std::string words;
+};
+
+// A channel on which this side sends.
+struct Sends final : OutgoingChannel {
+  void on_demand(const ChannelDemand& demand, const Now&) override {
+    words += "demand " + std::to_string(demand.number);
+    if (demand.after) words += " after " + std::to_string(*demand.after);
+  }
+  void on_decline(const Decline&, const Now&) override { words += "declined"; }
+  Result<Nothing> on_attach(const Attach& attach, const Now&) override {
+    words += "attach " + std::to_string(attach.requests.value);
+    return Nothing{};
+  }
+  Result<Nothing> on_forget(const Forget&, const Now&) override {
+    words += "forget";
+    return Nothing{};
+  }
+
+  std::string words;
+};
+
+AccountOptions one_channel_a_second() {
+  AccountOptions options;
+  options.channels_per_second = 1;
+  return options;
+}
+
+// A link whose connection, which is not needed for this, stays away.
+struct Numbered {
+  // Empty, or why the connection ends.
+  std::string hear(Control message, std::int64_t at = 0) {
+    const auto result = link.on_control(message, now_ms(at));
+    return result ? "" : std::string(name_of(result.error().code));
+  }
+  std::string withdraw(std::uint32_t number, std::int64_t at = 0) {
+    return hear(Withdraw{{ChannelId{number}}}, at);
+  }
+  void message_on(std::uint32_t number, std::uint32_t sequence) {
+    InMessage message;
+    message.channel = {number};
+    message.sequence = sequence;
+    EXPECT_TRUE(link.on_message(std::move(message), now_ms(0)));
+  }
+  void offered(Receives& ear, std::uint32_t number) {
+    link.expect_offered({number}, InterfaceKind::kTopic);
+    link.take_offered({number}, ear);
+  }
+
+  Nobody user;
+  std::shared_ptr<Account> account = std::make_shared<Account>(one_channel_a_second());
+  Link link{{1}, user, account};
+  Sends mouth;
+};
+
+constexpr char kUnknown[] = "unknown_channel";
+
+TEST(Link, WhatArrivesReachesTheOwnerOfItsNumber) {
+  Numbered s;
+  Receives a(s.link);
+  Receives b(s.link);
+  s.offered(a, 5);
+  s.offered(b, 6);
+  s.message_on(6, 1);
+  EXPECT_EQ(s.hear(OriginsChanged{{5}, {}, {}}), "");
+  EXPECT_EQ(taken(a.words), "origins of 5");
+  EXPECT_EQ(taken(b.words), "message 1");
+  EXPECT_TRUE(s.link.wants({5}, 3));
+  EXPECT_FALSE(s.link.wants({5}, 2));
+  EXPECT_EQ(s.link.offered(), 2U);
+  EXPECT_EQ(s.withdraw(5), "");
+  EXPECT_EQ(a.words + b.words, "withdrawn");
+  EXPECT_EQ(s.link.offered(), 1U);
+}
+
+// It was declined, or has ended here: the peer learns that only when it has sent some more.
+TEST(Link, WhatComesWithoutAnOwnerIsDroppedUntilItIsWithdrawn) {
+  Numbered s;
+  Receives ear(s.link);
+  s.link.expect_offered({5}, InterfaceKind::kTopic);
+  s.offered(ear, 6);
+  s.link.let_go({6});
+  for (const std::uint32_t number : {5U, 6U}) {
+    EXPECT_TRUE(s.link.expects({number}));
+    EXPECT_FALSE(s.link.wants({number}, 3));
+    s.message_on(number, 1);
+    EXPECT_EQ(s.hear(OriginsChanged{{number}, {}, {}}), "");
+    EXPECT_EQ(s.withdraw(number), "");
+    EXPECT_FALSE(s.link.expects({number}));
+    EXPECT_EQ(s.withdraw(number), kUnknown);
+  }
+  EXPECT_EQ(ear.words, "");
+  EXPECT_EQ(s.link.offered(), 0U);
+}
+
+TEST(Link, NumbersThatWereNeverGivenEndTheConnection) {
+  Numbered s;
+  EXPECT_EQ(s.hear(OriginsChanged{{9}, {}, {}}), kUnknown);
+  EXPECT_EQ(s.withdraw(9), kUnknown);
+  EXPECT_EQ(s.hear(Attached{{9}, {1}, {}}), kUnknown);
+  EXPECT_EQ(s.hear(Refuse{{9}, {}, "limit", ""}), kUnknown);
+  EXPECT_EQ(s.hear(Attach{{9}, {1}}), kUnknown);
+  EXPECT_EQ(s.hear(Forget{{9}, {}}), kUnknown);
+  EXPECT_FALSE(s.link.expects({1}));
+}
+
+// Also where nobody has taken it: what is legal does not depend on our rules.
+TEST(Link, OnlyATopicHasOrigins) {
+  Numbered s;
+  Receives requests(s.link);
+  s.link.expect_offered({5}, InterfaceKind::kService);
+  s.link.expect({6}, &requests);
+  EXPECT_EQ(s.hear(OriginsChanged{{5}, {}, {}}), kUnknown);
+  EXPECT_EQ(s.hear(OriginsChanged{{6}, {}, {}}), kUnknown);
+  EXPECT_EQ(requests.words, "");
+}
+
+TEST(Link, WhatCrossesOurWithdrawIsNoErrorOfThePeer) {
+  Numbered s;
+  const ChannelId number = s.link.open_channel(s.mouth);
+  s.link.withdraw(number);
+  EXPECT_EQ(s.hear(Demand{{number}, 1}), "");
+  EXPECT_EQ(s.hear(Decline{number, "qos", "why"}), "");
+  EXPECT_EQ(s.hear(Forget{number, {}}), "");
+  EXPECT_EQ(s.hear(Attach{number, {8}}), "");
+  EXPECT_TRUE(s.link.expects({8}));  // requests may follow at once
+  s.message_on(8, 1);
+  EXPECT_EQ(s.withdraw(8), "");
+  EXPECT_EQ(s.mouth.words, "");
+}
+
+TEST(Link, ANumberOfRequestsIsFreeWhenThePeerHasWithdrawnIt) {
+  Numbered s;
+  Receives requests(s.link);
+  const ChannelId service = s.link.open_channel(s.mouth);
+  s.link.expect({8}, &requests);
+  EXPECT_EQ(s.hear(Attach{service, {8}}), "illegal");
+  s.link.let_go({8});
+  EXPECT_EQ(s.hear(Attach{service, {8}}), "illegal");
+  EXPECT_EQ(s.mouth.words, "");
+  EXPECT_EQ(s.withdraw(8), "");
+  EXPECT_EQ(s.hear(Attach{service, {8}}), "");
+  EXPECT_EQ(s.mouth.words, "attach 8");
+}
+
+// Each is remembered until the peer confirms its end.
+TEST(Link, EndedChannelsOfRequestsAreLimited) {
+  Numbered s;
+  Receives requests(s.link);
+  const ChannelId service = s.link.open_channel(s.mouth);
+  s.link.withdraw(service);
+  std::uint32_t last = 0;
+  for (int i = 0; i < 5000; ++i) {  // those that were confirmed do not count
+    EXPECT_EQ(s.hear(Attach{service, {++last}}), "");
+    EXPECT_EQ(s.withdraw(last), "");
+  }
+  for (int i = 0; i < 4096; ++i) {
+    s.link.expect({++last}, &requests);
+    s.link.let_go({last});
+    s.link.let_go({last});  // once
+  }
+  EXPECT_EQ(s.withdraw(last), "");
+  EXPECT_EQ(s.hear(Attach{service, {++last}}), "");
+  EXPECT_EQ(s.hear(Attach{service, {++last}}), "too_large");
+}
+
+// A minute's worth may come at once; channels of requests cost nothing here.
+TEST(Link, OffersThatComeAndGoAndDemandsThatEndAreLimitedTogether) {
+  Numbered s;
+  Receives requests(s.link);
+  const ChannelId topic = s.link.open_channel(s.mouth);
+  for (std::uint32_t i = 1; i <= 100; ++i) {
+    s.link.expect({i}, &requests);
+    EXPECT_EQ(s.withdraw(i), "");
+    EXPECT_EQ(s.hear(Demand{{topic}, 1}), "");
+  }
+  for (std::uint32_t i = 0; i < 30; ++i) {
+    s.link.expect_offered({5}, InterfaceKind::kTopic);
+    EXPECT_EQ(s.withdraw(5), "");
+    EXPECT_EQ(s.hear(Demand{{topic}, 0}), "");
+  }
+  s.link.expect_offered({5}, InterfaceKind::kTopic);
+  EXPECT_EQ(s.withdraw(5), "too_large");
+  EXPECT_EQ(s.hear(Demand{{topic}, 0}), "too_large");
+  EXPECT_EQ(s.hear(Demand{{topic}, 0}, 1000), "");
+}
+
+TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
+  Numbered s;
+  Receives ear(s.link);
+  Treatment slow;
+  slow.max_rate = 1;
+  const ChannelId number = s.link.open_channel(s.mouth);
+  s.offered(ear, 5);
+  EXPECT_TRUE(s.link.admits({"/a", "p/msg/T"}, slow, 100, now_ms(0)));
+  s.link.forget_channels();
+  EXPECT_FALSE(s.link.expects({5}));
+  EXPECT_EQ(s.link.offered(), 0U);
+  EXPECT_FALSE(s.link.outgoing(number));
+  EXPECT_NE(s.link.open_channel(s.mouth), number);
+  EXPECT_FALSE(s.link.admits({"/a", "p/msg/T"}, slow, 100, now_ms(1)));
+  EXPECT_TRUE(s.link.admits({"/b", "p/msg/T"}, slow, 100, now_ms(1)));
+}
+
+TEST(Link, EachChannelOfADemandGoesOnBehindItsOwnSequence) {
+  Numbered s;
+  Sends other;
+  const ChannelId one = s.link.open_channel(s.mouth);
+  const ChannelId two = s.link.open_channel(other);
+  EXPECT_EQ(s.hear(Demand{{one, {99}, two}, 4, true, {7, 8, 9}}), "");
+  EXPECT_EQ(s.mouth.words, "demand 4 after 7");
+  EXPECT_EQ(other.words, "demand 4 after 9");
+}
+
+}  // namespace
+}  // namespace connect_bridge::link_test
