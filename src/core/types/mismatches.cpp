@@ -4,16 +4,9 @@
 #include <string_view>
 
 #include "core/types/type_difference.hpp"
-#include "core/wire/text.hpp"
 
 namespace connect_bridge {
 namespace {
-
-// "RIHS01_93da1a4b..."
-std::string shortened(const std::string& hash) {
-  constexpr std::size_t kShownMax = 15;
-  return hash.size() <= kShownMax ? hash : to_text(hash, kShownMax) + "...";
-}
 
 std::string_view why_unknown(bool asked, bool here) {
   if (!asked) return "too many such lines wait for definitions";
@@ -91,8 +84,8 @@ void Mismatches::write(const Line& line) {
   const auto here = parse_description(line.here.value_or(""));
   const auto there = parse_description(line.there.value_or(""));
   std::string text = told.what + ": the definition of " + told.there.first + " here (" +
-                     shortened(told.hash_here) + ") is not that of " + told.peer + " (" +
-                     shortened(told.there.second) + "): ";
+                     shortened_hash(told.hash_here) + ") is not that of " + told.peer + " (" +
+                     shortened_hash(told.there.second) + "): ";
   text += here && there ? difference(here.value(), there.value())
                         : "how they differ is not known, because " +
                               std::string{why_unknown(bool(line.lookup), bool(here))};

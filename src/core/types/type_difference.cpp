@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/wire/text.hpp"
+
 namespace connect_bridge {
 namespace {
 
@@ -73,6 +75,11 @@ class Differences {
 };
 
 }  // namespace
+
+std::string shortened_hash(const std::string& hash) {
+  constexpr std::size_t kShownMax = 15;
+  return hash.size() <= kShownMax ? hash : to_text(hash, kShownMax) + "...";
+}
 
 std::string difference(const TypeDescription& here, const TypeDescription& there) {
   Differences found;

@@ -7,6 +7,9 @@
 
 namespace connect_bridge {
 
+// A hash in a line: "RIHS01_93da1a4b...".
+[[nodiscard]] std::string shortened_hash(const std::string& hash);
+
 // The differences fill no more than this many bytes of a line.
 inline constexpr std::size_t kDifferenceBytesMax = 480;
 

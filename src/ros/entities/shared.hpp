@@ -65,6 +65,12 @@ struct Shared {
                  " knows none (in ROS 2 Humble; of services it lacks), only the names of types are "
                  "compared; said once");
   }
+  // Logs once per service and type that nodes of this graph have another definition of it.
+  void tell_other_definition(const std::string& service, const std::string& type,
+                             const std::string& text) {
+    told_definitions.on_time(Node::steady_now());
+    if (told_definitions.first(service + " " + type)) node.log(LogLevel::kWarn, text);
+  }
   // A message of many short strings takes several times the memory of its bytes.
   [[nodiscard]] std::size_t memory_max() const { return std::size_t{4} * message_bytes_max; }
 
@@ -80,6 +86,7 @@ struct Shared {
   LogLimit refusals;     // of requests and responses
   LogLimit unpublished;  // samples
   TellOnce told_types;   // that are not installed
+  TellOnce told_definitions;
   bool told_unhashed = false;
   Ended ended;  // last: they use the others
 };

@@ -7,6 +7,7 @@
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/services/definitions.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -124,8 +125,15 @@ std::optional<ServiceReady> ServiceClient::look_for_server(ServerSight::Time now
   if (!ignore_error(rcl_service_server_is_available(node, &client_, &reached))) reached = false;
   const bool in_graph =
       reached || distro::count_servers(node, create_.service.c_str(), 0).value_or(0) > 0;
+  compare_servers(in_graph);
   if (!server_.look(reached, in_graph, now)) return std::nullopt;
   return ServiceReady{create_.id, server_.is_ready(), type_->hash};
+}
+
+// Also of a server that is not reached: Fast DDS 3 does not connect two definitions.
+void ServiceClient::compare_servers(bool in_graph) {
+  compared_ = in_graph && (compared_ || compare_definitions(shared_, create_.service, *type_,
+                                                            ServiceEnd::kServer));
 }
 
 }  // namespace connect_bridge::ros

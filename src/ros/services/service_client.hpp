@@ -42,6 +42,8 @@ class ServiceClient final : public Entity {
   [[nodiscard]] std::size_t invocations() const { return invocations_.size(); }
 
  private:
+  // Once for what the graph shows as long as it has a server.
+  void compare_servers(bool in_graph);
   std::optional<Input> take_dropped(std::int64_t sequence);
   Input failed(InvocationId invocation, std::string reason);
 
@@ -51,6 +53,7 @@ class ServiceClient final : public Entity {
   rcl_client_t client_ = rcl_get_zero_initialized_client();
   bool open_ = false;
   ServerSight server_;
+  bool compared_ = false;  // the definitions of its servers are known
   std::unordered_map<std::int64_t, InvocationId> by_sequence_;
   std::unordered_map<InvocationId, std::int64_t> invocations_;
   std::deque<std::pair<std::int64_t, InvocationId>> dropped_;  // the newest, by sequence

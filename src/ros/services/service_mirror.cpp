@@ -8,6 +8,7 @@
 #include "ros/rcl/publisher_ids.hpp"
 #include "ros/rcl/qos.hpp"
 #include "ros/rcl/rcl_result.hpp"
+#include "ros/services/definitions.hpp"
 
 namespace connect_bridge::ros {
 
@@ -142,6 +143,11 @@ std::vector<RequestId> ServiceMirror::look_for_callers() {
   std::sort(gone.begin(), gone.end());
   callers_ = std::move(*callers);
   return gone;
+}
+
+void ServiceMirror::compare_clients() {
+  compare_definitions(shared_, rcl_service_get_service_name(&service_), *type_,
+                      ServiceEnd::kClient);
 }
 
 }  // namespace connect_bridge::ros

@@ -45,6 +45,10 @@ class ServiceMirror final : public Entity {
   static constexpr auto kDoubt = std::chrono::seconds(5);
   [[nodiscard]] bool has_doubtful_callers() const { return doubtful_callers_; }
 
+  // Logs if clients in the graph have another definition of the type; they may never get a request
+  // through to us.
+  void compare_clients();
+
   [[nodiscard]] std::size_t requests() const { return requests_.size(); }
 
  private:

@@ -12,6 +12,9 @@ namespace {
 // change we look again, at growing intervals.
 constexpr auto kSettling = std::chrono::milliseconds(400);
 constexpr Duration kFirstLook = std::chrono::milliseconds(5);
+// To compare the definitions of all mirrors' clients is long in a large graph, and nobody waits for
+// it.
+constexpr Duration kComparingPause = std::chrono::seconds(2);
 
 }  // namespace
 
@@ -40,6 +43,7 @@ void Services::look_at_graph(bool changed) {
   const auto now = std::chrono::steady_clock::now();
   if (changed) changed_ = now;
   line_up(changed || (line_.empty() && now >= all_due_));
+  line_up_mirrors(changed);
   look_for_callers(changed);
 }
 
@@ -54,10 +58,30 @@ void Services::line_up(bool all) {
   }
 }
 
+void Services::line_up_mirrors(bool changed) {
+  to_compare_ = to_compare_ || changed;
+  if (!to_compare_ || mirrors.size() == 0) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (now < compare_due_) return graph_.look_again(compare_due_ - now);
+  to_compare_ = false;
+  compare_due_ = now + kComparingPause;
+  uncompared_.clear();
+  for (const auto& [id, mirror] : mirrors) uncompared_.push_back(id);
+}
+
+bool Services::compare_some() {
+  const auto end = std::chrono::steady_clock::now() + Ended::kTurn;
+  while (!uncompared_.empty() && std::chrono::steady_clock::now() < end) {
+    if (auto* mirror = mirrors.find(uncompared_.front())) mirror->compare_clients();
+    uncompared_.pop_front();
+  }
+  return !uncompared_.empty();
+}
+
 // Each look goes through all endpoints of the graph, and a robot may have hundreds of services: so
 // they are looked at a few at a time, and others get their turns in between.
 bool Services::look_at_some() {
-  if (line_.empty()) return false;
+  if (line_.empty()) return compare_some();
   using Clock = std::chrono::steady_clock;
   const auto now = Clock::now();
   bool alone = false;
@@ -77,7 +101,7 @@ bool Services::look_at_some() {
   const auto settling = now - changed_;
   if (alone && settling < kSettling)
     graph_.look_again(std::max<Duration>(kFirstLook, settling / 2));
-  return !line_.empty();
+  return !line_.empty() || !uncompared_.empty();
 }
 
 void Services::look_for_callers(bool changed) {

@@ -26,9 +26,9 @@ class Services {
   // Tells the graph whose servers are to be known. To be called when the loop wakes.
   void watch_servers();
   // The graph has changed, or the time given to Shared::look_again has passed: reports which
-  // callers have left, and lines up the clients that are to be looked at.
+  // callers have left, and lines up the clients and mirrors that are to be looked at.
   void look_at_graph(bool changed);
-  // Looks at some of these, and reports which have a server. Returns whether more wait.
+  // Looks at some of these, and reports which clients have a server. Returns whether more wait.
   bool look_at_some();
   // Requests and invocations that are kept for an answer.
   [[nodiscard]] std::size_t pending() const;
@@ -38,6 +38,8 @@ class Services {
 
  private:
   void line_up(bool all);
+  void line_up_mirrors(bool changed);
+  bool compare_some();
   void look_for_callers(bool changed);
 
   Shared& shared_;
@@ -46,8 +48,11 @@ class Services {
   std::set<ServiceClientId> in_line_;
   Duration spent_{};             // on those that have been looked at, since the line was empty
   ServerSight::Time all_due_{};  // when those that have their server may be looked at again
-  bool unwatched_ = false;       // clients came or went since watch_servers()
-  ServerSight::Time changed_{};  // the graph, or our clients
+  std::deque<ServiceMirrorId> uncompared_;  // mirrors whose clients' definitions are to be compared
+  bool to_compare_ = false;                 // the graph has changed since these were lined up
+  ServerSight::Time compare_due_{};         // when they may be lined up again
+  bool unwatched_ = false;                  // clients came or went since watch_servers()
+  ServerSight::Time changed_{};             // the graph, or our clients
 };
 
 }  // namespace connect_bridge::ros

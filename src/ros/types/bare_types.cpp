@@ -184,7 +184,7 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   made->hash = hash;
   // The middleware compares at most the hash of the service. Those of its parts are not known, and
   // without them rmw_fastrtps_cpp writes an error to the terminal.
-  const std::string nobodys = "RIHS01_" + std::string(64, '0');
+  const std::string nobodys = nobodys_hash();
   const TypeHash of_part = parse_type_hash(nobodys).value();
   const auto part = [&](const char* end, std::shared_ptr<BareMessageType::Use>& keep) {
     auto of = type({name.package, name.kind, name.name + end});

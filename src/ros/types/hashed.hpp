@@ -13,6 +13,11 @@
 
 namespace connect_bridge::ros {
 
+// What a bridge shows in the place of a hash that it does not know.
+inline std::string nobodys_hash() {
+  return "RIHS01_" + std::string(64, '0');
+}
+
 #if CONNECT_TYPE_HASHES
 
 using TypeHash = rosidl_type_hash_t;

@@ -160,16 +160,18 @@ TypeSupports::Service TypeSupports::load_service(const std::string& type) {
   for (auto* part : {&loaded, &request, &response}) {
     if (auto* refusal = std::get_if<Refusal>(part)) return std::move(*refusal);
   }
-  const auto form = [](const void* handle) {
-    return installed_form(static_cast<const rosidl_message_type_support_t*>(handle));
+  const auto part = [](const auto& handle) {
+    return static_cast<const rosidl_message_type_support_t*>(std::get<0>(handle));
   };
   auto made = std::make_shared<ServiceType>();
   made->name = type;
   made->is_installed = true;
   made->handle = static_cast<const rosidl_service_type_support_t*>(std::get<0>(loaded));
   made->hash = distro::type_hash_of(*made->handle);
-  made->request = form(std::get<0>(request));
-  made->response = form(std::get<0>(response));
+  made->request_hash = distro::type_hash_of(*part(request));
+  made->response_hash = distro::type_hash_of(*part(response));
+  made->request = installed_form(part(request));
+  made->response = installed_form(part(response));
   if (!made->request || !made->response) {
     return Refusal{"type_unknown", "the installed package of " + type +
                                        " has no rosidl_typesupport_introspection_c: build it "

@@ -10,6 +10,12 @@ namespace {
 const DescribedField kId = field("id", FieldKind::kInt32);
 const DescribedField kName = field("name", FieldKind::kString);
 
+TEST(TypeDifference, AHashIsShortened) {
+  EXPECT_EQ(shortened_hash("RIHS01_93da1a4b" + std::string(56, '0')), "RIHS01_93da1a4b...");
+  EXPECT_EQ(shortened_hash("RIHS01_93da1a4b"), "RIHS01_93da1a4b");
+  EXPECT_EQ(shortened_hash(""), "");
+}
+
 TEST(TypeDifference, AFieldMore) {
   const auto small = description("a/msg/A", {kId, kName});
   const auto large = description(
