@@ -130,8 +130,8 @@ class Link final : public ConnectionUser {
     incoming_[number].channel = &channel;
   }
   // Requests of the peer come on this number.
-  void expect(ChannelId number, IncomingChannel* channel) {
-    incoming_[number] = {channel, false, true};
+  void expect(ChannelId number, IncomingChannel& channel) {
+    incoming_[number] = {&channel, false, true};
   }
   // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
   void let_go(ChannelId number);

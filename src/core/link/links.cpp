@@ -316,7 +316,7 @@ void Links::dial_later(DialFailure failure, const Now& now) {
 }
 
 void Links::dial_if_due(const Now& now) {
-  if (options_.role != Role::kClient || !dialer_.take_due(now.steady)) return;
+  if (options_.role != Role::kClient || stopped_ || !dialer_.take_due(now.steady)) return;
   dialing_ = {++last_connection_};
   outputs_.push(Dial{dialing_});
 }

@@ -176,7 +176,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   if (requests_) return Error{CloseCode::kIllegal, "attached to a service twice"};
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
-  link_.expect(attach.requests, this);
+  link_.expect(attach.requests, *this);
   declined_under_.reset();
   not_back_.cancel();
   requests_ = attach.requests;

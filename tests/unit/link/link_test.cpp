@@ -148,7 +148,7 @@ TEST(Link, OnlyATopicHasOrigins) {
   Numbered s;
   Receives requests(s.link);
   s.link.expect_offered({5}, InterfaceKind::kService);
-  s.link.expect({6}, &requests);
+  s.link.expect({6}, requests);
   EXPECT_EQ(s.hear(OriginsChanged{{5}, {}, {}}), kUnknown);
   EXPECT_EQ(s.hear(OriginsChanged{{6}, {}, {}}), kUnknown);
   EXPECT_EQ(requests.words, "");
@@ -172,7 +172,7 @@ TEST(Link, ANumberOfRequestsIsFreeWhenThePeerHasWithdrawnIt) {
   Numbered s;
   Receives requests(s.link);
   const ChannelId service = s.link.open_channel(s.mouth);
-  s.link.expect({8}, &requests);
+  s.link.expect({8}, requests);
   EXPECT_EQ(s.hear(Attach{service, {8}}), "illegal");
   s.link.let_go({8});
   EXPECT_EQ(s.hear(Attach{service, {8}}), "illegal");
@@ -194,7 +194,7 @@ TEST(Link, EndedChannelsOfRequestsAreLimited) {
     EXPECT_EQ(s.withdraw(last), "");
   }
   for (int i = 0; i < 4096; ++i) {
-    s.link.expect({++last}, &requests);
+    s.link.expect({++last}, requests);
     s.link.let_go({last});
     s.link.let_go({last});  // once
   }
@@ -209,7 +209,7 @@ TEST(Link, OffersThatComeAndGoAndDemandsThatEndAreLimitedTogether) {
   Receives requests(s.link);
   const ChannelId topic = s.link.open_channel(s.mouth);
   for (std::uint32_t i = 1; i <= 100; ++i) {
-    s.link.expect({i}, &requests);
+    s.link.expect({i}, requests);
     EXPECT_EQ(s.withdraw(i), "");
     EXPECT_EQ(s.hear(Demand{{topic}, 1}), "");
   }
