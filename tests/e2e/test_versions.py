@@ -119,7 +119,7 @@ def test_a_server_beside_the_bridge_has_another_version(domains, make_graph, mak
         "/s/count: the definition of ",
         "/srv/Count_Request here (RIHS01_",
         "is not that of its server /",
-        "calls of it may fail or hang. Start this bridge with the workspace that this node uses",
+        "calls of it may fail or hang. This node and this bridge need the same version of",
     )
     told = lambda: [  # noqa: E731
         line for line in server.text().splitlines() if all(word in line for word in words)

@@ -27,8 +27,8 @@ std::string shown(const rmw_topic_endpoint_info_t& other, const ServicePart& par
   return service + ": the definition of " + part.type + " here (" + shortened_hash(part.hash) +
          ") is not that of its " + is + full_name({other.node_namespace, other.node_name}) + " (" +
          shortened_hash(distro::type_hash_of(other)) +
-         "): calls of it may fail or hang. Start this bridge with the workspace that this node "
-         "uses";
+         "): calls of it may fail or hang. This node and this bridge need the same version of the "
+         "package";
 }
 
 }  // namespace

@@ -60,22 +60,30 @@ void Services::line_up(bool all) {
 
 void Services::line_up_mirrors(bool changed) {
   to_compare_ = to_compare_ || changed;
-  if (!to_compare_ || mirrors.size() == 0) return;
+  if (!to_compare_ || mirrors.size() == 0 || !uncompared_.empty()) return;
   const auto now = std::chrono::steady_clock::now();
   if (now < compare_due_) return graph_.look_again(compare_due_ - now);
   to_compare_ = false;
-  compare_due_ = now + kComparingPause;
-  uncompared_.clear();
+  comparing_ = {};
   for (const auto& [id, mirror] : mirrors) uncompared_.push_back(id);
 }
 
 bool Services::compare_some() {
-  const auto end = std::chrono::steady_clock::now() + Ended::kTurn;
-  while (!uncompared_.empty() && std::chrono::steady_clock::now() < end) {
+  using Clock = std::chrono::steady_clock;
+  if (uncompared_.empty()) return false;
+  const auto begin = Clock::now();
+  while (!uncompared_.empty() && Clock::now() < begin + Ended::kTurn) {
     if (auto* mirror = mirrors.find(uncompared_.front())) mirror->compare_clients();
     uncompared_.pop_front();
   }
-  return !uncompared_.empty();
+  const auto now = Clock::now();
+  comparing_ += now - begin;
+  if (!uncompared_.empty()) return true;
+  // So it takes a tenth of the time at most.
+  const Duration pause = std::max<Duration>(kComparingPause, 10 * comparing_);
+  compare_due_ = now + pause;
+  if (to_compare_) graph_.look_again(pause);
+  return false;
 }
 
 // Each look goes through all endpoints of the graph, and a robot may have hundreds of services: so

@@ -50,6 +50,7 @@ class Services {
   ServerSight::Time all_due_{};  // when those that have their server may be looked at again
   std::deque<ServiceMirrorId> uncompared_;  // mirrors whose clients' definitions are to be compared
   bool to_compare_ = false;                 // the graph has changed since these were lined up
+  Duration comparing_{};                    // time spent on these
   ServerSight::Time compare_due_{};         // when they may be lined up again
   bool unwatched_ = false;                  // clients came or went since watch_servers()
   ServerSight::Time changed_{};             // the graph, or our clients
