@@ -9,7 +9,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint64_t kAskBytesMin = 4096;
-constexpr double kTurnSeconds = 0.3;
+constexpr double kTurnSeconds = 0.5;
 constexpr double kTurnBytesMin = 16 << 10;
 
 // A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
