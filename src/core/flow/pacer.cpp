@@ -71,8 +71,9 @@ std::uint64_t Pacer::window() const {
   const double least = starting_ ? Path::kFirstBytes : static_cast<double>(kWindowMin);
   const double time = seconds(round + slack + ask_period());
   const double share = share_.rate() * (time + seconds(path_.queue()));
-  return static_cast<std::uint64_t>(
-      std::max({std::max(carries(), rate_ / 2) * time, share, least}));
+  // The least rate is no measure of what the path carries.
+  const double rate = rate_ > least_rate() ? std::max(carries(), rate_ / 2) : carries();
+  return static_cast<std::uint64_t>(std::max({rate * time, share, least}));
 }
 
 bool Pacer::acks_are_late(TimePoint now) const {

@@ -16,6 +16,8 @@ constexpr Duration kStays = 3s;  // without need
 constexpr Duration kSeenAlone = 2s;
 // By more than half of what it was, as far as TCP empties it after a loss, and this.
 constexpr Duration kQueueGrows = 30ms;
+// The share is half of the best: somebody else's queue that grows once must not take it away.
+constexpr double kKeptOfBest = 0.25;
 
 }  // namespace
 
@@ -41,7 +43,10 @@ void PathShare::end_round(const Round& round, TimePoint now) {
 }
 
 void PathShare::queue_is(Duration queue) {
-  if (queue > queue_ / 2 + kQueueGrows) rate_ = 0;
+  if (rate_ == 0 || queue <= queue_ / 2 + kQueueGrows) return;
+  // The queue is of our own making, so perhaps the path is slower than it was.
+  best_ = std::max(best_ * kKeptOfBest, rate_);
+  rate_ = 0;
 }
 
 void PathShare::judge(const Round& round, TimePoint now) {

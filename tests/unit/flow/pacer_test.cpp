@@ -158,21 +158,16 @@ TEST(Pacer, APathThatBecomesLongerAndSlowerStaysWithoutAQueue) {
   }
 }
 
-// What is on its way then takes 2.2 s, whatever the sender does. A part takes up to 24 ms, so the
-// worst of a single rate is much of a chance.
+// What is on its way then takes up to 2.2 s, whatever the sender does. A part takes up to 24 ms.
 TEST(Pacer, APathThatNearlyStopsGetsNoQueueOfOurs) {
-  double worst = 0;
-  const auto rates = {0.2, 0.25, 0.3, 0.4};
-  for (const double rate : rates) {
+  for (const double rate : {0.2, 0.225, 0.25, 0.3, 0.4}) {
     auto options = thin_link();
     options.there.rate = [&](Duration at) { return (at < 4s ? 18 : rate) * 1e6 / 8; };
-    options.lasts = 20s;
+    options.lasts = 30s;
     const auto there = run_bed(options).there;
-    worst += there.worst_ms(8s, 20s) / static_cast<double>(rates.size());
-    EXPECT_LT(there.worst_ms(8s, 20s), 450) << rate;
+    EXPECT_LT(there.worst_ms(8s, 30s), 250) << rate;
     EXPECT_GT(there.bulk_share, 0.9) << rate;
   }
-  EXPECT_LT(worst, 250);
 }
 
 TEST(Pacer, AVeryThinLinkCarriesBoth) {

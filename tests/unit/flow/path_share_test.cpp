@@ -103,6 +103,21 @@ TEST(PathShare, WhereTheQueueGrowsNobodyElseIsThere) {
   EXPECT_EQ(rounds.share.rate(), 0);
 }
 
+// Otherwise the short queue that a slow path needs would be taken for somebody else's, again and
+// again.
+TEST(PathShare, WhereTheQueueGrowsThePathIsPerhapsSlower) {
+  Rounds rounds;
+  rounds.alone(1e6);
+  rounds.begin(1e4);
+  rounds.share.queue_is(81ms);
+  EXPECT_NEAR(rounds.share.best(), 25e4, 1e3);
+  rounds.share.queue_is(200ms);  // there is no share now
+  EXPECT_NEAR(rounds.share.best(), 25e4, 1e3);
+  rounds.begin(1e4);
+  rounds.run(5s, all_arrives);
+  EXPECT_NEAR(rounds.share.rate(), 125e3, 1e3);
+}
+
 TEST(PathShare, WhereTcpLetsLessLeaveNothingIsLearnt) {
   Rounds rounds;
   rounds.alone(1e6);
