@@ -56,7 +56,7 @@ LinkStatus Link::status() const {
   shown.identity = identity.name;
   shown.open = open();
   shown.connects = connects;
-  shown.mirrors_waited = mirrors_waited;
+  shown.mirrors_waited = mirrors.waited();
   shown.memory_bytes = memory.used();
   if (!connection) return shown;
   const Outbox& outbox = connection->outbox();

@@ -17,7 +17,7 @@
 #include "core/link/arrived.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
-#include "core/link/mirror_count.hpp"
+#include "core/link/link_mirrors.hpp"
 #include "core/policy/peer_accepts.hpp"
 #include "core/ports/status.hpp"
 
@@ -53,7 +53,6 @@ class Link final : public ConnectionUser {
   const LinkId id;
   const std::shared_ptr<Account> account;  // of its identity
   Budget memory{&account->memory};
-  Budget latched{&memory};  // what the middleware may keep for the mirrors that it feeds
   std::unique_ptr<Connection> connection;  // null while it is lost
   Token128 session;
   Identity identity;
@@ -74,9 +73,7 @@ class Link final : public ConnectionUser {
   bool outlasted = false;  // the break was longer than something was kept for it
   std::uint64_t connects = 0;
   std::uint32_t last_channel = 0;
-  // Of what appears here because of the peer: how much had to wait, as its identity makes too many.
-  std::uint64_t mirrors_waited = 0;
-  MirrorCount mirrors{account->places};  // of origins that it offers, or is expected to offer again
+  LinkMirrors mirrors{account->places, memory};  // what appears here because of the peer
   // What our rules have let through, by topic and type: a peer that offers a topic again gets no
   // more.
   std::map<std::pair<std::string, std::string>, RateLimit> rates;

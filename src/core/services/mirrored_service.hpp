@@ -92,7 +92,7 @@ class MirroredService {
   [[nodiscard]] std::optional<TimePoint> wait_to_appear(const Feed& feed, const Now& now);
   // It is counted once, however long it waits.
   void note_waiting(const Feed& feed) {
-    if (!std::exchange(waits_, true)) ++feed.link().mirrors_waited;
+    if (!std::exchange(waits_, true)) feed.link().mirrors.note_wait();
   }
   void create_mirror(const Feed& feed);
   // One line for the log, with the difference.

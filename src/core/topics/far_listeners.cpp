@@ -104,7 +104,7 @@ void FarListeners::admit(Key key, Listener& listener, const Now& now) {
   if (is_new) {
     const Duration wait = wait_to_count(of_link, *listener.topic, now);
     if (wait == Account::kPacing && !std::exchange(listener.waits, true))
-      ++of_link.link->mirrors_waited;
+      of_link.link->mirrors.note_wait();
     if (wait > Duration::zero()) {
       due_ = earliest(due_, now.steady + wait);
       return;

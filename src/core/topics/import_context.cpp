@@ -33,7 +33,7 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
 // What is held counts four times in room(). So with a share of a quarter the mirrors of a link
 // leave at least as much to its messages as they hold themselves.
 std::uint64_t ImportContext::mirror_room(const Mirror& mirror, std::uint64_t share) const {
-  const Budget& latched = mirror.candidates().front().link->latched;
+  const Budget& latched = mirror.candidates().front().link->mirrors.latched();
   const std::uint64_t own = mirror.kept_bytes();
   const std::uint64_t others = latched.used() - std::min(latched.used(), own);
   return std::min(options.mirror_bytes_max - std::min(others, options.mirror_bytes_max),

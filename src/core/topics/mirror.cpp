@@ -162,7 +162,7 @@ bool Mirror::may_be_made(const Now& now) {
   // While changed rules are applied, one link's topic may be over and the next one's not yet.
   if (!context_.permission(link, key_.first, action_type_)) return false;
   const Duration wait = link.account->wait_to_appear(link.account->mirrors, now.steady);
-  if (wait == Account::kPacing && !waits_) ++link.mirrors_waited;
+  if (wait == Account::kPacing && !waits_) link.mirrors.note_wait();
   paced_.cancel();
   if (wait > Duration::zero()) paced_ = context_.timers.set(now.steady + wait, this);
   waits_ = wait == Account::kPacing || (waits_ && wait > Duration::zero());
@@ -330,7 +330,7 @@ std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& r
 void Mirror::charge() {
   kept_.release();
   first_.draw_from(candidates_.empty() ? nullptr : &candidates_.front().link->memory);
-  if (!candidates_.empty()) kept_ = candidates_.front().link->latched.hold(kept_bytes());
+  if (!candidates_.empty()) kept_ = candidates_.front().link->mirrors.latched().hold(kept_bytes());
 }
 
 }  // namespace connect_bridge

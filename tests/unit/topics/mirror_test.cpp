@@ -272,11 +272,11 @@ TEST(Mirror, SeveralLeaveMemoryToWhatIsUnderWay) {
                                                     TimePoint::max(), ms(0)));
     EXPECT_GT(s.mirror(publisher).kept_bytes(), 50'000U) << int{publisher};
   }
-  EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
+  EXPECT_GE(robot.link.memory.room(), robot.link.mirrors.latched().used());
   // Of large samples a single one may take more.
   EXPECT_EQ(s.mirror(9).publish(1, sample(std::string(60'000, 'x')), TimePoint::max(), ms(0)),
             std::nullopt);
-  EXPECT_GE(robot.link.memory.room(), robot.link.latched.used());
+  EXPECT_GE(robot.link.memory.room(), robot.link.mirrors.latched().used());
   EXPECT_EQ(s.mirror(10).publish(1, sample(std::string(100'000, 'x')), TimePoint::max(), ms(0)),
             DropReason::kQueueBytes);
 }
