@@ -16,7 +16,7 @@ CHANGES = [
     Mutant("another definition is not offered", "recheck(offer.link(), now);", "",
            within="ExportedTopic::on_type_hash"),
     Mutant("what was declined once is never offered again",
-           "declined_under_ && *declined_under_ != link_.lists_accepted;", "false;",
+           "declined_under_ && *declined_under_ != link_.accepts.lists();", "false;",
            within="TopicOffer::is_current"),
     Mutant("what failed once stays with those that asked later",
            "context_.offers_due = context_.offers_due || closed > 0;", ""),

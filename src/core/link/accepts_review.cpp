@@ -20,7 +20,7 @@ std::vector<Link*> AcceptsReview::take_done(LinkTable& links, const Now& now) {
       break;
     }
     last_ = next->id;
-    compare(*next->accepts, now);
+    compare(next->accepts, now);
     if (lacks(*next)) continue;
     next->accepts->rest_until(now.steady + kPause);
     done.push_back(next);
@@ -46,9 +46,9 @@ std::optional<TimePoint> AcceptsReview::deadline(const LinkTable& links) const {
 }
 
 // One turn: as much as costs the same for all, but one comparison at the least.
-void AcceptsReview::compare(PeerAccepts& accepts, const Now& now) {
+void AcceptsReview::compare(LinkAccepts& accepts, const Now& now) {
   double spent = 0;
-  while (accepts.lacks() && spent < kTurn) spent += static_cast<double>(accepts.compare());
+  while (accepts->lacks() && spent < kTurn) spent += static_cast<double>(accepts->compare());
   pace_.take(spent, now.steady);
 }
 

@@ -32,7 +32,7 @@ class AcceptsReview {
 
  private:
   [[nodiscard]] Link* in_turn(LinkTable& links, const Now& now) const;
-  void compare(PeerAccepts& accepts, const Now& now);
+  void compare(LinkAccepts& accepts, const Now& now);
 
   Throttle pace_{kPerSecond, kAtOnce};
   TimePoint due_{};  // not before

@@ -12,8 +12,6 @@ namespace {
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
 constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
-// What an `accepts` costs beside its patterns, in patterns.
-constexpr double kAcceptsPrice = 25;
 
 }  // namespace
 
@@ -43,8 +41,6 @@ void Link::forget_channels() {
   incoming_.clear();
   outgoing_.clear();
   offered_ = ended_ = 0;
-  new_accepts_.reset();
-  accepts_at_.reset();
   account->text.forget(id);
   renewing = false;
 }
@@ -114,27 +110,13 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
     connection->set_peer_message_bytes_max(accepted.message_bytes_max);
-  list_passed_over = list_passed_over || new_accepts_;
-  new_accepts_ = std::move(accepted);
-  accepts_at_ = accepts_due(now);
-  return *accepts_at_ == now.steady ? take_accepts(now) : Nothing{};
-}
-
-// The peer keeps the mirrors of an earlier connection for 30 s (protocol.md section 7): the first
-// offers reach it long before that, however many other lists are compared before its own.
-TimePoint Link::accepts_due(const Now& now) const {
-  const TimePoint due = std::max(accepts_pace_.ready_at(), account->accepts.ready_at());
-  return std::max(now.steady, accepts ? due : std::min(due, opened_at + kFirstAcceptsMax));
+  accepts.put(std::move(accepted), now);
+  return take_accepts(now);
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {
-  accepts_at_.reset();
-  const double price = kAcceptsPrice + static_cast<double>(patterns_of(*new_accepts_));
-  // The first of a connection may come before its time: then it costs nothing, or what is owed
-  // would grow with each connection.
-  for (Throttle* const pace : {&accepts_pace_, &account->accepts})
-    if (pace->ready(now.steady)) pace->take(price, now.steady);
-  return user_.on(*this, *std::exchange(new_accepts_, std::nullopt), now);
+  auto list = accepts.take_due(opened_at, now);
+  return list ? user_.on(*this, std::move(*list), now) : Nothing{};
 }
 
 bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatment& treatment,
@@ -152,9 +134,6 @@ bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatm
 }
 
 void Link::on_time(const Now& now) {
-  if (!accepts_at_ || *accepts_at_ > now.steady) return;
-  accepts_at_ = accepts_due(now);  // another link's may have been looked at
-  if (*accepts_at_ > now.steady) return;
   if (const auto result = take_accepts(now); !result) fail(result.error());
 }
 

@@ -17,8 +17,8 @@
 #include "core/link/arrived.hpp"
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
+#include "core/link/link_accepts.hpp"
 #include "core/link/link_mirrors.hpp"
-#include "core/policy/peer_accepts.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -59,11 +59,8 @@ class Link final : public ConnectionUser {
   bool offended = false;  // a connection of it was ended for an offence
   bool renewing = false;  // a new login on the open connection is being looked at
   Pace renewals{16, std::chrono::seconds(1)};
-  std::optional<TimePoint> expires_at;  // open: when the login does, as far as known
-  std::optional<PeerAccepts> accepts;   // what the peer would import; known after its first message
-  std::uint64_t lists_accepted = 0;     // how many such lists were looked at
-  bool list_passed_over = false;        // one has come and was replaced before it was looked at
-  bool offers_complete = false;         // our first round of offers has been sent
+  std::optional<TimePoint> expires_at;            // open: when the login does, as far as known
+  LinkAccepts accepts{account->accepts, memory};  // what the peer would import
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
   std::optional<TimePoint> dead_at;       // lost: when its calls and mirrors end
@@ -166,7 +163,7 @@ class Link final : public ConnectionUser {
   void forget_channels();
   // What the peer accepts now is looked at when it is due.
   void on_time(const Now& now);
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts_at_; }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts.deadline(); }
 
   // ---- for people
   // The link's own part of its status.
@@ -191,7 +188,6 @@ class Link final : public ConnectionUser {
 
  private:
   Result<Nothing> on(Accepts& accepts, const Now& now);
-  [[nodiscard]] TimePoint accepts_due(const Now& now) const;
   Result<Nothing> take_accepts(const Now& now);
   Result<Nothing> on(OriginsChanged& change, const Now& now);
   Result<Nothing> on(Withdraw& withdraw, const Now& now);
@@ -216,12 +212,6 @@ class Link final : public ConnectionUser {
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
-  std::optional<Accepts> new_accepts_;
-  std::optional<TimePoint> accepts_at_;  // when they are due
-  static constexpr Duration kFirstAcceptsMax = std::chrono::seconds(10);
-  // To compare all interfaces with what a peer accepts, and to offer them again, costs more the
-  // more patterns there are. What comes faster than this is put off, and the last one holds.
-  Throttle accepts_pace_{100, std::chrono::seconds(5)};
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and

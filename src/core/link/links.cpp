@@ -291,8 +291,7 @@ void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   user_.on_link_lost(link, now);
   link.forget_channels();
   link.connection.reset();
-  link.accepts.reset();
-  link.offers_complete = false;
+  link.accepts.lost();
   link.orphans_end_at.reset();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;

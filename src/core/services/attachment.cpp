@@ -166,7 +166,7 @@ void Attachment::note_call(AuditEvent event, const std::string& why) const {
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
-  declined_under_ = link_.lists_accepted;
+  declined_under_ = link_.accepts.lists();
   const auto& [name, type] = service_.key();
   log_decline(serving_.outputs, link_, counts_.declined, shown(InterfaceKind::kService, name, type),
               decline, now);

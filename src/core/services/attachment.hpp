@@ -50,7 +50,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] bool is_offered() const { return bool(channel_); }
   // The peer declined it under another list of what it accepts than the present one.
   [[nodiscard]] bool is_to_be_offered_again() const {
-    return channel_ && !held_ && declined_under_ && *declined_under_ != link_.lists_accepted;
+    return channel_ && !held_ && declined_under_ && *declined_under_ != link_.accepts.lists();
   }
   // The server can be called.
   void on_ready(const Now& now);

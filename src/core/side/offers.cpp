@@ -17,10 +17,9 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
     outputs.log_once(link.account->told, LogLevel::kWarn,
                      "not all interfaces of this side are offered to " + link.node +
                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  const bool completes = !link.offers_complete && !link.accepts->lacks();
+  const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;
   for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
-  link.offers_complete |= completes;
 }
 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,

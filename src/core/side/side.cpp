@@ -271,13 +271,8 @@ void Side::send_accepts(Link& link, const Now& now) {
 Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
   if (local_.expect(link.id, std::exchange(accepts.neighbours, {}), now)) on_claims(now);
   const bool first = !link.accepts;
-  if (!first) accepts.domain = link.accepts->told().domain;  // it stays while the connection does
-  // By one that nobody looked at the peer may have declined what it takes by this one.
-  const bool passed_over = std::exchange(link.list_passed_over, false);
-  if (!first && !passed_over && link.accepts->told() == accepts)
-    return Nothing{};  // but for neighbours
-  link.accepts.emplace(std::move(accepts), &link.memory);
-  ++link.lists_accepted;
+  // The same as before, but for neighbours.
+  if (!link.accepts.adopt(std::move(accepts))) return Nothing{};
   if (first) claims_topic_.change();  // it names our peers
   if (first && neighbours_.locate(link, links_.all(), local_.claims, now))
     send_accepts(link, now);  // before anything is offered

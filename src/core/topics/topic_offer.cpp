@@ -80,7 +80,7 @@ std::set<OriginId> TopicOffer::withheld() const {
 
 bool TopicOffer::is_current() const {
   const auto decision = permission();
-  const bool declined = !demanded() && declined_under_ && *declined_under_ != link_.lists_accepted;
+  const bool declined = !demanded() && declined_under_ && *declined_under_ != link_.accepts.lists();
   return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_ &&
          is_hash_of(type_hash_, topic_.type_hash()) && !declined;
 }
@@ -199,7 +199,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
   note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
-  declined_under_ = link_.lists_accepted;
+  declined_under_ = link_.accepts.lists();
   const auto& [name, type] = topic_.key();
   log_decline(context_.outputs, link_, declined_, shown(InterfaceKind::kTopic, name, type), decline,
               now);

@@ -13,12 +13,13 @@
 namespace connect_bridge::link_test {
 namespace {
 
-// Records the lists that are looked at, each by the first name that it denies.
+// Records the lists that are looked at, each by the first name that it denies; "=" after one that
+// says what the one before said.
 struct Lists final : QuietUser {
   using QuietUser::on;
   Result<Nothing> on(Link& link, Accepts accepts, const Now&) override {
     looked_at += accepts.deny.front();
-    link.accepts.emplace(std::move(accepts));
+    if (!link.accepts.adopt(std::move(accepts))) looked_at += '=';
     return Nothing{};
   }
 
@@ -49,12 +50,10 @@ TEST(LinkAccepts, OfListsThatComeTooFastTheLastIsLookedAtLater) {
   Accepting s;
   s.hear("a", 0);
   EXPECT_EQ(s.looked_at(), "a");
-  EXPECT_FALSE(s.link.deadline());
+  EXPECT_FALSE(s.link.accepts.deadline());
   s.hear("b", 100);
-  EXPECT_FALSE(s.link.list_passed_over);
   s.hear("c", 200);
-  EXPECT_TRUE(s.link.list_passed_over);
-  const auto due = s.link.deadline();
+  const auto due = s.link.accepts.deadline();
   ASSERT_TRUE(due);
   EXPECT_GT(*due, now_ms(3000).steady);
   EXPECT_LT(*due, now_ms(10'000).steady);
@@ -62,7 +61,23 @@ TEST(LinkAccepts, OfListsThatComeTooFastTheLastIsLookedAtLater) {
   EXPECT_EQ(s.looked_at(), "");
   s.link.on_time({*due, 0, 0});
   EXPECT_EQ(s.looked_at(), "c");
-  EXPECT_FALSE(s.link.deadline());
+  EXPECT_FALSE(s.link.accepts.deadline());
+}
+
+// By the list between the peer may have declined what it takes again now.
+TEST(LinkAccepts, AListIsTheSameUnlessAnotherWasPassedOver) {
+  Accepting s;
+  s.hear("a", 0);
+  s.hear("a", 60'000);
+  EXPECT_EQ(s.looked_at(), "aa=");
+  EXPECT_EQ(s.link.accepts.lists(), 1U);
+  s.hear("b", 60'100);
+  s.hear("a", 60'200);
+  s.link.on_time(now_ms(120'000));
+  EXPECT_EQ(s.looked_at(), "a");
+  EXPECT_EQ(s.link.accepts.lists(), 2U);
+  s.hear("a", 180'000);
+  EXPECT_EQ(s.looked_at(), "a=");
 }
 
 // Another link of the identity was heard meanwhile: its lists are dear to this one, too.
@@ -73,8 +88,8 @@ TEST(LinkAccepts, WhatTheIdentityOwesPutsOffMore) {
   s.account->accepts.take(60'000, now_ms(200).steady);  // ten minutes
   s.link.on_time(now_ms(60'000));
   EXPECT_EQ(s.looked_at(), "a");
-  ASSERT_TRUE(s.link.deadline());
-  EXPECT_GT(*s.link.deadline(), now_ms(60'000).steady);
+  ASSERT_TRUE(s.link.accepts.deadline());
+  EXPECT_GT(*s.link.accepts.deadline(), now_ms(60'000).steady);
   s.link.on_time(now_ms(700'000));
   EXPECT_EQ(s.looked_at(), "b");
 }
@@ -85,7 +100,7 @@ TEST(LinkAccepts, TheFirstListOfAConnectionIsLookedAtWithinTenSecondsWhateverOth
   s.account->accepts.take(60'000, now_ms(0).steady);
   s.link.opened_at = now_ms(0).steady;
   s.hear("a", 1000);
-  EXPECT_EQ(s.link.deadline(), now_ms(10'000).steady);
+  EXPECT_EQ(s.link.accepts.deadline(), now_ms(10'000).steady);
   s.link.on_time(now_ms(10'000));
   EXPECT_EQ(s.looked_at(), "a");
   s.hear("b", 11'000);
@@ -97,8 +112,8 @@ TEST(LinkAccepts, AListThatWaitsGoesWithItsConnection) {
   Accepting s;
   s.hear("a", 0);
   s.hear("b", 100);
-  s.link.forget_channels();
-  EXPECT_FALSE(s.link.deadline());
+  s.link.accepts.lost();
+  EXPECT_FALSE(s.link.accepts.deadline());
   s.link.on_time(now_ms(60'000));
   EXPECT_EQ(s.looked_at(), "a");
 }

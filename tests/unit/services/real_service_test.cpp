@@ -236,7 +236,7 @@ TEST(RealService, APartOfAnActionEndsWithTheWholeAction) {
 TEST(RealService, WhatThePeerDoesNotAcceptAnyLongerEnds) {
   Served s;
   s.attach();
-  s.peer.link.accepts.emplace(Accepts{});
+  s.peer.link.accepts.adopt(Accepts{});
   s.subject.recheck(s.peer.link, ms(0));
   EXPECT_EQ(s.said(), "withdraw 1\n");
   EXPECT_EQ(s.did(), "uncall_service 1\n");

@@ -18,7 +18,7 @@ OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account)
     : link({n}, *this, std::move(account)) {
   link.node = "/peer";
   link.address = "10.0.0." + std::to_string(n);
-  link.accepts.emplace(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  link.accepts.adopt(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
   link.connection =
       std::make_unique<Connection>(link_test::options(false), ConnectionId{n}, link.address, ms(0));
   while (link.connection->next_packet(ms(0))) {

@@ -59,7 +59,7 @@ TEST(TopicOffer, WithoutARightThereIsNone) {
 TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
-  s.peer.link.accepts.emplace(Accepts{{{{"/b"}, {}}}, {}});
+  s.peer.link.accepts.adopt(Accepts{{{{"/b"}, {}}}, {}});
   EXPECT_FALSE(s.offer.is_current());
   s.offer.withdraw_outdated();
   EXPECT_EQ(s.peer.said(), "withdraw 1\n");

@@ -1,0 +1,66 @@
+// What the peer of a link would import: the list that holds, and the one that waits to be looked
+// at.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/budget.hpp"
+#include "core/base/time.hpp"
+#include "core/flow/rate_limit.hpp"
+#include "core/policy/peer_accepts.hpp"
+
+namespace connect_bridge {
+
+// To compare all interfaces with what a peer accepts, and to offer them again, costs more the more
+// patterns there are. A list that comes too fast waits; of several the last one is looked at. What
+// is known of a peer is read as from an optional: there is nothing until the first list of a
+// connection was looked at. Single-threaded.
+class LinkAccepts {
+ public:
+  // `of_account`: what the links of its identity may cost together. What is compared counts in
+  // `memory`. Both outlive this.
+  LinkAccepts(Throttle& of_account, Budget& memory) : of_account_(of_account), memory_(memory) {}
+
+  // ---- what the peer accepts
+  explicit operator bool() const { return list_.has_value(); }
+  [[nodiscard]] const PeerAccepts* operator->() const { return &*list_; }
+  [[nodiscard]] PeerAccepts* operator->() { return &*list_; }
+  // The list that was taken holds from now on. False: it says what the one before said.
+  bool adopt(Accepts list);
+  // How many lists have held: what was declined under another one may be offered again.
+  [[nodiscard]] std::uint64_t lists() const { return lists_; }
+  // Whether what is offered now completes the first round of offers of the connection: nothing is
+  // left to compare. True once; there is a list.
+  [[nodiscard]] bool take_completion();
+
+  // ---- the list that waits
+  // One has come; ask take_due() at once.
+  void put(Accepts list, const Now& now);
+  // The list, if it is to be looked at now; it is paid for. `opened_at`: when the connection was.
+  [[nodiscard]] std::optional<Accepts> take_due(TimePoint opened_at, const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
+
+  // The connection is gone, and what it told. What it has cost is still to be paid.
+  void lost();
+
+ private:
+  // The first list of a connection waits no longer than this after the connection was opened. The
+  // peer keeps the mirrors of an earlier one for 30 s (protocol.md section 7): the first offers
+  // reach it long before that, however many other lists are compared before its own.
+  static constexpr Duration kFirstMax = std::chrono::seconds(10);
+
+  [[nodiscard]] TimePoint due(TimePoint opened_at, const Now& now) const;
+
+  Throttle& of_account_;
+  Budget& memory_;
+  std::optional<PeerAccepts> list_;
+  std::uint64_t lists_ = 0;
+  bool completed_ = false;  // our first round of offers has been sent
+  std::optional<Accepts> waiting_;
+  std::optional<TimePoint> due_;                 // with `waiting_`: not to be looked at before
+  bool passed_over_ = false;                     // one was replaced while it waited
+  Throttle pace_{100, std::chrono::seconds(5)};  // in patterns
+};
+
+}  // namespace connect_bridge
