@@ -42,14 +42,13 @@ void Link::forget_channels() {
   outgoing_.clear();
   offered_ = ended_ = 0;
   account->text.forget(id);
-  renewing = false;
 }
 
 LinkStatus Link::status() const {
   LinkStatus shown;
   shown.peer = address;
   shown.node = node;
-  shown.identity = identity.name;
+  shown.identity = login.identity().name;
   shown.open = open();
   shown.connects = connects;
   shown.mirrors_waited = mirrors.waited();

@@ -18,6 +18,7 @@
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/link/link_accepts.hpp"
+#include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
 #include "core/ports/status.hpp"
 
@@ -54,12 +55,7 @@ class Link final : public ConnectionUser {
   const std::shared_ptr<Account> account;  // of its identity
   Budget memory{&account->memory};
   std::unique_ptr<Connection> connection;  // null while it is lost
-  Token128 session;
-  Identity identity;
-  bool offended = false;  // a connection of it was ended for an offence
-  bool renewing = false;  // a new login on the open connection is being looked at
-  Pace renewals{16, std::chrono::seconds(1)};
-  std::optional<TimePoint> expires_at;            // open: when the login does, as far as known
+  LinkLogin login;
   LinkAccepts accepts{account->accepts, memory};  // what the peer would import
   std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
   TimePoint opened_at{};
@@ -84,7 +80,7 @@ class Link final : public ConnectionUser {
   [[nodiscard]] std::string label() const { return node + " at " + address; }
   // For log lines about all links of an identity; a client's peer has none.
   [[nodiscard]] std::string owner() const {
-    return identity.name.empty() ? label() : identity.name;
+    return login.identity().name.empty() ? label() : login.identity().name;
   }
   // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {

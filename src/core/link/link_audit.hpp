@@ -14,7 +14,7 @@ inline Audit audit_of(const Link& link, AuditEvent event) {
   Audit line;
   line.event = event;
   line.link = link.id;
-  line.identity = link.identity.name;
+  line.identity = link.login.identity().name;
   line.address = link.address;
   line.node = link.node;
   return line;
@@ -33,7 +33,7 @@ inline void audit(Outputs& outputs, const Link& link, AuditEvent event, const st
 inline void audit_login(Outputs& outputs, const Link& link, AuditEvent event) {
   if (!outputs.audits()) return;
   Audit line = audit_of(link, event);
-  line.groups = link.identity.groups;
+  line.groups = link.login.identity().groups;
   outputs.push(std::move(line));
 }
 

@@ -42,7 +42,7 @@ ConnectionOptions Links::connection_options() const {
   o.dead_after = options_.dead_after;
   o.outbox = options_.outbox;
   o.reassembly = options_.reassembly;
-  if (!o.server && !links_.empty()) o.session = links_.begin()->second.session;
+  if (!o.server && !links_.empty()) o.session = links_.begin()->second.login.session();
   return o;
 }
 
@@ -102,7 +102,7 @@ void Links::on(Authenticated& input, const Now& now) {
   const Connection* const stranger = strangers_.find(input.connection);
   if (!stranger) {
     Link* const link = link_of(input.connection);
-    if (link && link->renewing && take_renewal(*link, input, outputs_, now))
+    if (link && link->login.end_renewal() && take_renewal(*link, input, outputs_, now))
       user_.on_identity_changed(*link, now);
     return;
   }
@@ -129,8 +129,8 @@ void Links::answer_login(Authenticated& answer, const Now& now) {
   Link* link = link_for_login(stranger, identity, now);
   if (!link) return refuse(id, {CloseCode::kTooManyConnections, "too many links"}, now);
   auto connection = strangers_.take(id);
-  link->identity = identity;
-  connection->on_authenticated(identity, link->session, now);
+  link->login.set_identity(identity);
+  connection->on_authenticated(identity, link->login.session(), now);
   carry(*link, std::move(connection), now);
 }
 
@@ -146,29 +146,26 @@ void Links::on(CredentialChanged& input, const Now& now) {
   dial_if_due(now);
 }
 
-// A session secret is no credential: a login continues only a link of its own identity. Without one
-// it needs a place: among the links of its identity, so that one token cannot take all places, and
-// among all. The oldest link that is lost gives way, because a peer that is here counts for more
-// than one that may return.
 Link* Links::continued_by(const Connection& connection, const Identity& identity) {
   for (auto& [id, link] : links_)
-    if (connection.peer().session && link.session == connection.peer().session &&
-        link.identity.name == identity.name)
-      return &link;
+    if (link.login.is_continued_by(connection.peer().session, identity)) return &link;
   return nullptr;
 }
 
+// A login that continues no link needs a place: among the links of its identity, so that one token
+// cannot take all places, and among all. The oldest link that is lost gives way, because a peer
+// that is here counts for more than one that may return.
 Link* Links::link_for_login(const Connection& connection, const Identity& identity,
                             const Now& now) {
   if (Link* const own = continued_by(connection, identity)) return own;
-  const auto own = [&](const Link& link) { return link.identity.name == identity.name; };
+  const auto own = [&](const Link& link) { return link.login.identity().name == identity.name; };
   const std::uint32_t own_max = options_.identity_links_max > 0
                                     ? options_.identity_links_max
                                     : std::max(options_.links_max / 2, kIdentityLinksMin);
   if (!identity.name.empty() && !make_room(own_max, now, own)) return nullptr;
   if (!make_room(options_.links_max, now, [](const Link&) { return true; })) return nullptr;
   Link& link = make_link(identity.name);
-  link.session = make_token(random_, options_.secret_random);
+  link.login.set_session(make_token(random_, options_.secret_random));
   return &link;
 }
 
@@ -202,9 +199,9 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   if (is_replaced(link, peer)) user_.on_peer_replaced(link, now);
   const std::string before = past_of(link, peer, user_.resumes(link));
   // A server that forgot the session does not know what it had of it.
-  if (link.connects > 0 && link.session != peer.session) user_.on_link_forgotten(link, now);
+  if (link.connects > 0 && link.login.session() != peer.session) user_.on_link_forgotten(link, now);
   link.peer_side = peer.side;
-  link.session = peer.session;
+  link.login.set_session(peer.session);
   link.address = peer.address;
   link.node = peer.node;
   link.connection = std::move(connection);
@@ -217,7 +214,8 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   ++link.connects;
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
-  const std::string identity = link.identity.name.empty() ? "" : " as " + link.identity.name;
+  const std::string& name = link.login.identity().name;
+  const std::string identity = name.empty() ? "" : " as " + name;
   log(link, LogLevel::kInfo, "link open with " + link.label() + identity + before, now);
   audit_login(outputs_, link, AuditEvent::kLogin);
   check_expiry(link, now);
@@ -291,6 +289,7 @@ void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   user_.on_link_lost(link, now);
   link.forget_channels();
   link.connection.reset();
+  link.login.lost();
   link.accepts.lost();
   link.orphans_end_at.reset();
   if (is_dead(loss)) end(link, now);
@@ -372,7 +371,7 @@ std::optional<TimePoint> Links::deadline() const {
   std::optional<TimePoint> first = strangers_.deadline();
   for (const auto& [id, link] : links_) {
     if (link.connection)
-      first = earliest(first, earliest(link.expires_at, link.connection->deadline()));
+      first = earliest(first, earliest(link.login.deadline(), link.connection->deadline()));
     first = earliest(first, earliest(link.dead_at, link.forgotten_at));
     first = earliest(first, link.orphans_end_at);
     first = earliest(first, link.deadline());

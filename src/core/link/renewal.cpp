@@ -28,17 +28,17 @@ void Renewal::on_open(Link& link) {
 }
 
 void Renewal::ask(Link& link) {
-  if (link.renewing) {
+  if (link.login.renewing()) {
     again_ = true;
     return;
   }
   if (!is_printable(credential_)) return;
-  link.renewing = true;
+  link.login.begin_renewal();
   link.send(Renew{method_, {credential_.begin(), credential_.end()}});
 }
 
 void Renewal::on_renewed(Link& link, bool accepted) {
-  if (!std::exchange(link.renewing, false)) return;
+  if (!link.login.end_renewal()) return;
   if (accepted) {
     outputs_.log(LogLevel::kInfo, "logged in again at " + link.label() + "; the link goes on");
   } else {

@@ -35,7 +35,7 @@ void note_offence(Link& link, CloseCode code, const Now& now) {
     case CloseCode::kUnknownChannel: break;
     default: return;
   }
-  link.offended = true;
+  link.login.note_offence();
   link.account->note_offence(now);
 }
 
@@ -49,7 +49,7 @@ void end_loudest(LinkTable& links) {
 }
 
 TimePoint may_log_in_at(const Identity& identity, const Link* continued, Accounts& accounts) {
-  const bool innocent = continued && !continued->offended;
+  const bool innocent = continued && !continued->login.has_offended();
   return innocent || identity.name.empty() ? TimePoint{}
                                            : accounts.of(identity.name)->offences.free_at();
 }
@@ -74,23 +74,20 @@ void note_refusal(const Connection& refused, const Error& why, LogLimit& limit, 
 }
 
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now) {
-  if (link.renewing) return Error{CloseCode::kIllegal, "a renewal before the last was answered"};
-  if (!link.renewals.take(now.steady))
-    return Error{CloseCode::kTooLarge, "renews its login too often"};
-  link.renewing = true;
+  if (auto admitted = link.login.admit_renewal(now); !admitted) return admitted;
   outputs.push(Authenticate{link.connection->id(),
                             link.address,
                             renew.method,
                             {renew.credential.begin(), renew.credential.end()},
-                            link.identity.name,
+                            link.login.identity().name,
                             true});
   return Nothing{};
 }
 
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now) {
-  link.renewing = false;
   std::string why = refusal(answer, now);
-  if (why.empty() && answer.identity->name != link.identity.name) why = "it is another identity's";
+  if (why.empty() && answer.identity->name != link.login.identity().name)
+    why = "it is another identity's";
   link.send(Renewed{why.empty()});
   if (!why.empty()) {
     log_renewal(link, LogLevel::kWarn, "the new login of " + link.label() + " is refused: " + why,
@@ -98,29 +95,30 @@ bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, con
     audit(outputs, link, AuditEvent::kRenewalRefused, why);
     return false;
   }
-  const bool other_groups = answer.identity->groups != link.identity.groups;
-  link.identity = *answer.identity;
+  const bool other_groups = answer.identity->groups != link.login.identity().groups;
+  link.login.set_identity(*answer.identity);
   check_expiry(link, now);
   log_renewal(link, LogLevel::kInfo,
-              link.label() + " has renewed its login as " + link.identity.name, outputs, now);
+              link.label() + " has renewed its login as " + answer.identity->name, outputs, now);
   audit_login(outputs, link, AuditEvent::kRenewed);
   return other_groups;
 }
 
 bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs, const Now& now) {
-  if (link.identity.credential.empty()) return false;
+  const Identity& identity = link.login.identity();
+  if (identity.credential.empty()) return false;
   const auto change =
       std::find_if(changed.changes.begin(), changed.changes.end(),
-                   [&](const auto& c) { return c.credential == link.identity.credential; });
+                   [&](const auto& c) { return c.credential == identity.credential; });
   if (change == changed.changes.end()) return false;
   if (change->identity) {
-    link.identity = *change->identity;
+    link.login.set_identity(*change->identity);
     audit_login(outputs, link, AuditEvent::kRightsChanged);
     check_expiry(link, now);
     return true;
   }
   audit(outputs, link, AuditEvent::kRevoked, "the login method withdrew the login");
-  link.fail({CloseCode::kRevoked, "the login of " + link.identity.name + " was withdrawn"});
+  link.fail({CloseCode::kRevoked, "the login of " + identity.name + " was withdrawn"});
   if (link.connection) return false;
   link.returns = false;
   if (link.dead_at) link.dead_at = now.steady;
@@ -129,19 +127,16 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
 }
 
 void check_expiry(Link& link, const Now& now) {
-  link.expires_at.reset();
   if (!link.open()) return;
-  // Whatever the login method says, who has shown a certificate is nobody without it.
-  const Stamp shown = link.connection->peer().expires;
-  const Stamp login = link.identity.expires;
-  const Stamp expires = shown != 0 && (login == 0 || shown < login) ? shown : login;
-  if (expires == 0) return;
-  if (now.system >= expires)
-    return link.fail({CloseCode::kExpired,
-                      expires == login ? "the login of " + link.identity.name + " has expired"
-                                       : "the certificate of " + link.label() + " has expired"});
-  // By the steady clock; when the other one was set, it is found out at the next look.
-  link.expires_at = now.steady + Duration(expires - now.system);
+  switch (link.login.check_expiry(link.connection->peer().expires, now)) {
+    case LinkLogin::Expired::kNothing: return;
+    case LinkLogin::Expired::kLogin:
+      return link.fail(
+          {CloseCode::kExpired, "the login of " + link.login.identity().name + " has expired"});
+    case LinkLogin::Expired::kCertificate:
+      return link.fail(
+          {CloseCode::kExpired, "the certificate of " + link.label() + " has expired"});
+  }
 }
 
 bool is_orderly(const ConnectionClosed& closed) {
@@ -180,9 +175,9 @@ std::string advice(std::optional<std::uint16_t> close_code) {
 }
 
 bool is_successor(const Link& newer, const Link& older) {
-  return !newer.identity.name.empty() && newer.id > older.id &&
-         newer.peer_side != older.peer_side && newer.node == older.node &&
-         newer.identity.name == older.identity.name;
+  const std::string& name = newer.login.identity().name;
+  return !name.empty() && newer.id > older.id && newer.peer_side != older.peer_side &&
+         newer.node == older.node && name == older.login.identity().name;
 }
 
 bool is_replaced(const Link& link, const Peer& peer) {
@@ -192,7 +187,7 @@ bool is_replaced(const Link& link, const Peer& peer) {
 std::string past_of(const Link& link, const Peer& peer, bool resumes) {
   if (is_replaced(link, peer)) return "; it was started again";
   if (link.connects == 0) return "";
-  if (link.session == peer.session) return "; it goes on after a break";
+  if (link.login.session() == peer.session) return "; it goes on after a break";
   if (link.outlasted) return "; the break was longer than resume.seconds";
   if (resumes) return "; the server has not kept what was under way";
   return "; it starts again, nothing had to be kept";

@@ -248,7 +248,7 @@ std::optional<Decision> MirroredService::permission(const Feed& feed) const {
   if (!wire_name) return std::nullopt;
   return mirroring_.policy.decide(
       Direction::kImport, {InterfaceKind::kService, *wire_name, key_.second, feed.action_type()},
-      feed.link().identity);
+      feed.link().login.identity());
 }
 
 void MirroredService::on_policy() {

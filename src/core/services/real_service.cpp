@@ -82,7 +82,7 @@ std::optional<Decision> RealService::permission(const Link& link, Asking asking)
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second);
   if (!action_type) return std::nullopt;  // it is not whole
   const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
-  auto decision = serving_.policy.decide(Direction::kExport, what, link.identity);
+  auto decision = serving_.policy.decide(Direction::kExport, what, link.login.identity());
   if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;
   const bool known_or_kept = asking == Asking::kToKeep;
   return link.accepts->takes(what).value_or(known_or_kept) ? decision : std::nullopt;

@@ -38,7 +38,7 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
     return no("not_permitted", "the name or type is not canonical");
   auto decision = mirroring_.policy.decide(
       Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
-      link.identity);
+      link.login.identity());
   if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
   if (names.to_wire(names.to_local(offer.name)) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");

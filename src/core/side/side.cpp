@@ -260,7 +260,7 @@ void Side::on_offers_over(Link& link, const Now& now) {
 }
 
 void Side::send_accepts(Link& link, const Now& now) {
-  Accepts accepts = policy_.accepts(link.identity);
+  Accepts accepts = policy_.accepts(link.login.identity());
   accepts.message_bytes_max = options_.reassembly.message_bytes_max;
   accepts.ros_time = options_.clock_publish_period > Duration::zero();
   accepts.domain = options_.domain;

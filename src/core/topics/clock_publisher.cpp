@@ -99,7 +99,7 @@ bool wants_clock(const LinkTable& links, const GraphView& graph, const GraphOpti
   if ((!exists && !follows) || !wire_name) return false;
   return std::any_of(links.begin(), links.end(), [&](const auto& entry) {
     return asks(entry) && policy.decide(Direction::kExport, InterfaceKind::kTopic, *wire_name,
-                                        kClockType, entry.second.identity);
+                                        kClockType, entry.second.login.identity());
   });
 }
 

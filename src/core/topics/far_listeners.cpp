@@ -66,7 +66,7 @@ void FarListeners::decide(const Link& link, Listener& listener) const {
   const bool before = std::exchange(listener.permitted, false);
   if (!listener.topic || !link.accepts) return;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
-  const auto decision = side_.policy.decide(Direction::kExport, what, link.identity);
+  const auto decision = side_.policy.decide(Direction::kExport, what, link.login.identity());
   if (!decision) return;
   listener.permitted = link.accepts->takes(what).value_or(before);
   listener.rule = decision->treatment.qos;

@@ -101,9 +101,9 @@ std::optional<Decision> ImportContext::permission(const Link& link, const std::s
                                                   const std::string& type,
                                                   const std::string& action_type) const {
   if (is_parameter_events(InterfaceKind::kTopic, wire_name))
-    return policy.decide_parameter_events(Direction::kImport, link.identity);
+    return policy.decide_parameter_events(Direction::kImport, link.login.identity());
   return policy.decide(Direction::kImport, {InterfaceKind::kTopic, wire_name, type, action_type},
-                       link.identity);
+                       link.login.identity());
 }
 
 std::optional<Decision> ImportContext::permission(const Link& link, const TopicKey& key,
@@ -115,7 +115,7 @@ std::optional<Decision> ImportContext::permission(const Link& link, const TopicK
 
 bool ImportContext::withholds_events(const Link& link, const std::string& node) const {
   const Interface what{InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, node};
-  return !policy.decide(Direction::kImport, what, link.identity);
+  return !policy.decide(Direction::kImport, what, link.login.identity());
 }
 
 }  // namespace connect_bridge

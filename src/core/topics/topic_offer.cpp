@@ -24,12 +24,13 @@ std::optional<Decision> TopicOffer::own_permission() const {
   if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
     // Each origin is decided on its own, see is_withheld().
     if (type != kParameterEventType) return std::nullopt;
-    return context_.policy.decide_parameter_events(Direction::kExport, link_.identity);
+    return context_.policy.decide_parameter_events(Direction::kExport, link_.login.identity());
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   if (!action_type) return std::nullopt;
-  return context_.policy.decide(
-      Direction::kExport, {InterfaceKind::kTopic, *wire_name, type, *action_type}, link_.identity);
+  return context_.policy.decide(Direction::kExport,
+                                {InterfaceKind::kTopic, *wire_name, type, *action_type},
+                                link_.login.identity());
 }
 
 std::optional<Decision> TopicOffer::permission() const {
@@ -60,7 +61,7 @@ bool TopicOffer::opens(std::string_view node) const {
   if (!wire_node || !link_.accepts) return false;
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
-  return context_.policy.decide(Direction::kExport, what, link_.identity) &&
+  return context_.policy.decide(Direction::kExport, what, link_.login.identity()) &&
          link_.accepts->takes(what).value_or(false);
 }
 

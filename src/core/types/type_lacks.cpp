@@ -41,7 +41,7 @@ void TypeLacks::add(const Found& found, const Link& link, Lacking& lacking) cons
   const Interface what{is_action ? InterfaceKind::kService : found.kind, *wire_part,
                        found.part_type,
                        is_action ? std::string_view{found.type} : std::string_view{}};
-  if (!side_.policy.decide(Direction::kExport, what, link.identity)) return;
+  if (!side_.policy.decide(Direction::kExport, what, link.login.identity())) return;
   if (!link.accepts || !link.accepts->takes(what).value_or(false)) return;
   const auto part = part_of_action(what.kind, what.name, what.type);
   LackTold told{found.kind, is_action && part ? std::string(part->action) : *wire_part, found.type,
@@ -78,7 +78,8 @@ void TypeLacks::on_offer(const Link& link, const Offer& offer) {
 
 void TypeLacks::on_told(const Link& link, const LackTold& told) {
   if (told.kind == InterfaceKind::kOther) return;
-  if (!side_.policy.decide(Direction::kImport, told.kind, told.name, told.type, link.identity))
+  if (!side_.policy.decide(Direction::kImport, told.kind, told.name, told.type,
+                           link.login.identity()))
     return;
   const std::string shown = shown_name(told.kind, told.name);
   auto& heard = heard_[link.id];

@@ -92,7 +92,7 @@ struct Carried {
 TEST(Links, ASessionGoesOnOnAnotherConnection) {
   Carried s;
   s.enter(1, "anna");
-  const Token128 session = s.link(1).session;
+  const Token128 session = s.link(1).login.session();
   EXPECT_TRUE(session);
   s.lose(1, 1000);
   s.enter(2, "anna", 2000, session);
@@ -107,19 +107,19 @@ TEST(Links, ASessionGoesOnOnAnotherConnection) {
 TEST(Links, TheSessionOfAnotherIdentityGoesOnForNobodyElse) {
   Carried s;
   s.enter(1, "anna");
-  const Token128 session = s.link(1).session;
+  const Token128 session = s.link(1).login.session();
   s.enter(2, "bert", 1000, session);
   EXPECT_EQ(s.noticed(), "open 1, open 2");
-  EXPECT_EQ(s.link(1).identity.name, "anna");
+  EXPECT_EQ(s.link(1).login.identity().name, "anna");
   EXPECT_EQ(s.link(1).connection->id(), ConnectionId{1});
-  EXPECT_NE(s.link(2).session, session);
+  EXPECT_NE(s.link(2).login.session(), session);
   EXPECT_EQ(s.asked(), "");
 }
 
 TEST(Links, ANewerConnectionOfASessionTakesOver) {
   Carried s;
   s.enter(1, "anna");
-  s.enter(2, "anna", 1000, s.link(1).session);
+  s.enter(2, "anna", 1000, s.link(1).login.session());
   EXPECT_EQ(s.noticed(), "open 1, lost 1, open 1");
   EXPECT_EQ(s.asked(), "close 1 replaced");
   s.packet(1, {0xff}, 1100);  // what was on its way
@@ -149,7 +149,7 @@ TEST(Links, ADeadLinkForWhichSomethingIsKeptMayReturn) {
   Carried s(options);
   s.user.keeps = true;
   s.enter(1, "anna");
-  const Token128 session = s.link(1).session;
+  const Token128 session = s.link(1).login.session();
   s.lose(1, 1000);
   s.links.on_time(now_ms(3000));
   s.links.on_time(now_ms(10'999));
@@ -209,7 +209,7 @@ TEST(Links, AnAnswerToNoLoginLetsNobodyIn) {
   s.judge(1, "anna");
   s.judge(1, "bert");  // once
   EXPECT_EQ(s.noticed(), "open 1");
-  EXPECT_EQ(s.link(1).identity.name, "anna");
+  EXPECT_EQ(s.link(1).login.identity().name, "anna");
   EXPECT_EQ(s.links.all().size(), 1U);
 }
 

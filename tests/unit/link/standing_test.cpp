@@ -10,10 +10,10 @@ namespace {
 TEST(Standing, TheLogTellsWhatWasBeforeAConnection) {
   OneLink one;
   Link& link = one.link;
-  link.session.bytes[0] = 1;
   Peer same;
   same.side.bytes[0] = 2;
-  same.session = link.session;
+  same.session.bytes[0] = 1;
+  link.login.set_session(same.session);
   Peer other = same;
   other.session.bytes[0] = 3;
   EXPECT_EQ(past_of(link, same, true), "");

@@ -43,7 +43,7 @@ struct OfferedServices : topics_test::Actions {
     from.link.expect_offered(offer.channel, InterfaceKind::kService);
     const auto decision = policy.decide(
         Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
-        from.link.identity);
+        from.link.login.identity());
     EXPECT_TRUE(decision);
     EXPECT_TRUE(service->on_offer(from.link, offer, decision.value()));
     mirroring.update(*service, ms(at));

@@ -48,7 +48,7 @@ TEST(MirroredService, ARestartedClientTakesOverFromItsOldConnection) {
   OneLink successor(2);
   successor.link.peer_side = another_side();
   Fed s;
-  s.peer.link.identity = successor.link.identity = called("ops");
+  for (OneLink* of : {&s.peer, &successor}) of->link.login.set_identity(called("ops"));
   s.offer(successor, service_channel(1, "/s"));
   EXPECT_EQ(s.did(), "unmirror_service 1\n");
   EXPECT_EQ(s.said(), "withdraw 1\n");

@@ -76,7 +76,7 @@ TEST(ExportedTopic, IsNotSubscribedInAnotherWayTooOften) {
   odd.identities = {"odd"};
   odd.treatment.qos.reliability = Reliability::kBestEffort;
   OneLink calm(1), toggles(2);
-  toggles.link.identity.name = "odd";
+  toggles.link.login.set_identity({"odd", {}, 0});
   Exporting s({odd, everything()});
   s.see(topic("/a").pub(1));
   s.offer(calm);

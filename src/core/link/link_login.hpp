@@ -1,0 +1,67 @@
+// Who the peer of a link is by its login, for how long, and with which secret the link goes on.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "core/base/ids.hpp"
+#include "core/base/pace.hpp"
+#include "core/base/result.hpp"
+#include "core/base/time.hpp"
+#include "core/policy/policy.hpp"
+
+namespace connect_bridge {
+
+// It outlives connections, as the link does. A client's peer, the server, has no identity.
+// Single-threaded.
+class LinkLogin {
+ public:
+  enum class Expired : std::uint8_t { kNothing, kLogin, kCertificate };
+
+  // ---- who
+  [[nodiscard]] const Identity& identity() const { return identity_; }
+  // A login or its renewal was accepted, or the login method reports a change.
+  void set_identity(Identity identity) { identity_ = std::move(identity); }
+  // A connection of the link was ended for an offence.
+  void note_offence() { offended_ = true; }
+  [[nodiscard]] bool has_offended() const { return offended_; }
+
+  // ---- the session: a secret of both sides that names the link
+  [[nodiscard]] const Token128& session() const { return session_; }
+  void set_session(const Token128& session) { session_ = session; }
+  // Whether a login goes on with the link. A session is no credential: it continues only a link of
+  // its own identity.
+  [[nodiscard]] bool is_continued_by(const Token128& session, const Identity& identity) const {
+    return session && session == session_ && identity.name == identity_.name;
+  }
+
+  // ---- a new login on the open connection: one at a time
+  [[nodiscard]] bool renewing() const { return renewing_; }
+  // Client: it asks the server.
+  void begin_renewal() { renewing_ = true; }
+  // Server: the client asks. Errors: kIllegal while it has no answer, kTooLarge when it asks too
+  // often.
+  Result<Nothing> admit_renewal(const Now& now);
+  // The answer is here, or will not come. False: nobody had asked.
+  bool end_renewal() { return std::exchange(renewing_, false); }
+
+  // ---- expiry
+  // What has expired; if nothing has, deadline() is when to look again. `certificate`: when the
+  // peer's does, by the system clock; 0: never.
+  [[nodiscard]] Expired check_expiry(Stamp certificate, const Now& now);
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return expires_at_; }
+
+  // The connection is gone.
+  void lost();
+
+ private:
+  Identity identity_;
+  Token128 session_;
+  bool offended_ = false;
+  bool renewing_ = false;
+  Pace renewals_{16, std::chrono::seconds(1)};
+  std::optional<TimePoint> expires_at_;
+};
+
+}  // namespace connect_bridge
