@@ -49,9 +49,9 @@ BESIDE_BRIDGES = [
     Mutant("who was started again waits for itself", "if (!is_successor(link, other))",
            "if (true)"),
     Mutant("neighbours are told all the time", "free_at_ = now.steady + kPause;", ""),
-    Mutant("neighbours of later peers", "if (since <= link.opened_at + kMeanwhile)", ""),
+    Mutant("neighbours of later peers", "if (since <= link.life.opened_at() + kMeanwhile)", ""),
     Mutant("one of the same name is not told",
-           "if (other->second.connection->last_heard() <= link.opened_at) return false;",
+           "if (other->second.connection()->last_heard() <= link.life.opened_at()) return false;",
            "return false;"),
     # what follows from waiting
     Mutant("who has waited feeds before it claims",

@@ -15,6 +15,45 @@ constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remember
 
 }  // namespace
 
+// ---- the connection
+
+void Link::opened(std::unique_ptr<Connection> connection, const Now& now) {
+  connection_ = std::move(connection);
+  const Peer& peer = connection_->peer();
+  peer_ = {peer.side, peer.address, peer.node};
+  login.set_session(peer.session);
+  connection_->carry(*this, &memory);
+  life.opened(now);
+}
+
+void Link::lose(Loss loss, const Now& now) {
+  life.lost(loss, connection_->dead_at(), now);
+  connection_->close();
+}
+
+void Link::drop_connection() {
+  incoming_.clear();
+  outgoing_.clear();
+  offered_ = ended_ = 0;
+  account->text.forget(id);
+  login.lost();
+  accepts.lost();
+  connection_.reset();
+}
+
+void Link::on_time(const Now& now) {
+  if (connection_) connection_->on_time(now);
+  if (const auto result = take_accepts(now); !result) fail(result.error());
+}
+
+std::optional<TimePoint> Link::deadline() const {
+  std::optional<TimePoint> first = earliest(life.deadline(), accepts.deadline());
+  if (connection_) first = earliest(first, connection_->deadline());
+  return earliest(first, login.deadline());
+}
+
+// ---- channels
+
 void Link::let_go(ChannelId number) {
   const auto it = incoming_.find(number);
   if (it == incoming_.end() || !it->second.channel) return;
@@ -28,48 +67,43 @@ void Link::forget(ChannelId number) {
   if (it->second.offered) --offered_;
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
-  if (connection) connection->forget_incoming(number);
+  if (connection_) connection_->forget_incoming(number);
 }
 
 void Link::withdraw(ChannelId number, const Ending& why) {
   close_channel(number);
-  if (connection) connection->outbox().remove_channel(number);
+  if (connection_) connection_->outbox().remove_channel(number);
   send(why.code.empty() ? Withdraw{{number}} : Withdraw{{number}, why.code, why.reason});
 }
 
-void Link::forget_channels() {
-  incoming_.clear();
-  outgoing_.clear();
-  offered_ = ended_ = 0;
-  account->text.forget(id);
-}
+// ---- for people
 
 LinkStatus Link::status() const {
   LinkStatus shown;
-  shown.peer = address;
-  shown.node = node;
+  shown.peer = peer_.address;
+  shown.node = peer_.node;
   shown.identity = login.identity().name;
   shown.open = open();
-  shown.connects = connects;
+  shown.connects = life.connects();
   shown.mirrors_waited = mirrors.waited();
   shown.memory_bytes = memory.used();
-  if (!connection) return shown;
-  const Outbox& outbox = connection->outbox();
-  shown.sent_bytes = connection->sent_bytes();
-  shown.received_bytes = connection->received_bytes();
+  if (!connection_) return shown;
+  const Outbox& outbox = connection_->outbox();
+  shown.sent_bytes = connection_->sent_bytes();
+  shown.received_bytes = connection_->received_bytes();
   shown.queued_bytes = outbox.data_bytes() + outbox.kept_bytes();
   shown.unacknowledged_bytes = outbox.unacknowledged_bytes();
   shown.rate = outbox.pacer().rate();
   shown.path_queue = outbox.pacer().queue();
-  const ClockEstimate& clock = connection->clock();
+  const ClockEstimate& clock = connection_->clock();
   shown.clock = {clock.known(), clock.offset(), clock.round_trip(), clock.error_bound()};
   return shown;
 }
 
 std::uint64_t Link::memory_bytes() const {
-  if (!connection) return 0;
-  const Outbox& outbox = connection->outbox();
-  return outbox.data_bytes() + outbox.kept_bytes() + connection->open_bytes();
+  if (!connection_) return 0;
+  const Outbox& outbox = connection_->outbox();
+  return outbox.data_bytes() + outbox.kept_bytes() + connection_->open_bytes();
 }
 
 void Link::keep_counts(std::vector<TopicStatus> topics) {
@@ -85,6 +119,8 @@ void Link::add_past(TopicStatus& topic) const {
   const auto past = past_.find({topic.exported, topic.topic, topic.type});
   if (past != past_.end()) topic.add_past(past->second);
 }
+
+// ---- what arrives
 
 Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
@@ -108,32 +144,28 @@ void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
 
 Result<Nothing> Link::on(Accepts& accepted, const Now& now) {
   if (accepted.message_bytes_max > 0)
-    connection->set_peer_message_bytes_max(accepted.message_bytes_max);
+    connection_->set_peer_message_bytes_max(accepted.message_bytes_max);
   accepts.put(std::move(accepted), now);
   return take_accepts(now);
 }
 
 Result<Nothing> Link::take_accepts(const Now& now) {
-  auto list = accepts.take_due(opened_at, now);
+  auto list = accepts.take_due(life.opened_at(), now);
   return list ? user_.on(*this, std::move(*list), now) : Nothing{};
 }
 
 bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatment& treatment,
                   std::size_t bytes, const Now& now) {
   if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return true;
-  if (rates.size() >= kRatesMax && !rates.contains(topic)) {
-    std::erase_if(rates, [&](const auto& entry) { return entry.second.idle(now.steady); });
-    if (rates.size() >= kRatesMax) return false;
+  if (rates_.size() >= kRatesMax && !rates_.contains(topic)) {
+    std::erase_if(rates_, [&](const auto& entry) { return entry.second.idle(now.steady); });
+    if (rates_.size() >= kRatesMax) return false;
   }
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
-  RateLimit& limit = rates.try_emplace(topic, fresh).first->second;
+  RateLimit& limit = rates_.try_emplace(topic, fresh).first->second;
   // The rules may have changed while nothing came.
   if (!limit.is(treatment.max_rate, treatment.bytes_per_second_max)) limit = fresh;
   return limit.admit(bytes, now.steady);
-}
-
-void Link::on_time(const Now& now) {
-  if (const auto result = take_accepts(now); !result) fail(result.error());
 }
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {

@@ -18,8 +18,10 @@
 #include "core/link/channel.hpp"
 #include "core/link/connection.hpp"
 #include "core/link/link_accepts.hpp"
+#include "core/link/link_life.hpp"
 #include "core/link/link_login.hpp"
 #include "core/link/link_mirrors.hpp"
+#include "core/link/loss.hpp"
 #include "core/ports/status.hpp"
 
 namespace connect_bridge {
@@ -42,56 +44,66 @@ class LinkUser {
   ~LinkUser() = default;
 };
 
+// Who is at the other end of a link.
+struct LinkPeer {
+  Token128 side;        // the process; zero: there was no connection yet
+  std::string address;  // for people
+  std::string node;
+};
+
 class Link final : public ConnectionUser {
  public:
   static constexpr std::size_t kOfferedMax = 4096;
 
-  Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>())
-      : id(link), account(std::move(own)), user_(user) {}
+  // `resume_for`: as LinkOptions says.
+  Link(LinkId link, LinkUser& user, std::shared_ptr<Account> own = std::make_shared<Account>(),
+       Duration resume_for = {})
+      : id(link), account(std::move(own)), life(resume_for), user_(user) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
   const LinkId id;
   const std::shared_ptr<Account> account;  // of its identity
-  Budget memory{&account->memory};
-  std::unique_ptr<Connection> connection;  // null while it is lost
+  Budget memory{&account->memory};         // what the peer makes this side hold, in bytes
+  LinkLife life;
   LinkLogin login;
   LinkAccepts accepts{account->accepts, memory};  // what the peer would import
-  std::optional<TimePoint> orphans_end_at;  // open again: what was not offered again by then ends
-  TimePoint opened_at{};
-  std::optional<TimePoint> dead_at;       // lost: when its calls and mirrors end
-  std::optional<TimePoint> forgotten_at;  // lost: when nothing of it is left
-  Duration resume_for{};   // how long what a lost connection loses is kept; zero: not at all
-  bool returns = false;    // lost: the peer has not ended, so that what was kept may go on
-  bool outlasted = false;  // the break was longer than something was kept for it
-  std::uint64_t connects = 0;
-  std::uint32_t last_channel = 0;
-  LinkMirrors mirrors{account->places, memory};  // what appears here because of the peer
-  // What our rules have let through, by topic and type: a peer that offers a topic again gets no
-  // more.
-  std::map<std::pair<std::string, std::string>, RateLimit> rates;
+  LinkMirrors mirrors{account->places, memory};   // what appears here because of the peer
   ArrivedTopics arrived;
-  Token128 peer_side;   // of the last connection
-  std::string address;  // of the last connection, for people
-  std::string node;
 
-  [[nodiscard]] bool open() const { return connection && connection->open(); }
+  // ---- the connection
+  // It carries the link from now on; there was none.
+  void opened(std::unique_ptr<Connection> connection, const Now& now);
+  // It is gone, or about to be, and does nothing more. Owners of channels may still look at it,
+  // until drop_connection().
+  void lose(Loss loss, const Now& now);
+  // It is destroyed, and its channels and what belonged to it go with it.
+  void drop_connection();
+  // Null while it is lost.
+  [[nodiscard]] Connection* connection() const { return connection_.get(); }
+  [[nodiscard]] bool open() const { return connection_ && connection_->open(); }
+  // As of the last connection; also known while it is lost.
+  [[nodiscard]] const LinkPeer& peer() const { return peer_; }
   // "node at address", for log lines.
-  [[nodiscard]] std::string label() const { return node + " at " + address; }
+  [[nodiscard]] std::string label() const { return peer_.node + " at " + peer_.address; }
   // For log lines about all links of an identity; a client's peer has none.
   [[nodiscard]] std::string owner() const {
     return login.identity().name.empty() ? label() : login.identity().name;
   }
   // Without a connection nothing is sent: owners of state send it again on the next one.
   void send(const Control& message) {
-    if (connection) connection->send(message);
+    if (connection_) connection_->send(message);
   }
   void send(std::string text) {
-    if (connection) connection->send(std::move(text));
+    if (connection_) connection_->send(std::move(text));
   }
   void fail(Error error) {
-    if (connection) connection->fail(error.code, std::move(error.message));
+    if (connection_) connection_->fail(error.code, std::move(error.message));
   }
+  // What is due on the connection; what the peer accepts now is looked at.
+  void on_time(const Now& now);
+  // Of that, and of its life and its login.
+  [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   // Whether a message of this size and topic may pass now, by our rules; then it counts.
   [[nodiscard]] bool admits(const std::pair<std::string, std::string>& topic,
@@ -103,10 +115,10 @@ class Link final : public ConnectionUser {
   }
 
   // ---- while there is a connection
-  [[nodiscard]] Outbox& outbox() const { return connection->outbox(); }
-  [[nodiscard]] const ClockEstimate& clock() const { return connection->clock(); }
+  [[nodiscard]] Outbox& outbox() const { return connection_->outbox(); }
+  [[nodiscard]] const ClockEstimate& clock() const { return connection_->clock(); }
   [[nodiscard]] std::uint32_t peer_message_bytes_max() const {
-    return connection->peer().message_bytes_max;
+    return connection_->peer().message_bytes_max;
   }
 
   // ---- channels on which the peer sends
@@ -138,7 +150,7 @@ class Link final : public ConnectionUser {
   // ---- channels on which this side sends
   // A new number. The outbox's queue is the caller's to add.
   ChannelId open_channel(OutgoingChannel& channel) {
-    const ChannelId number{++last_channel};
+    const ChannelId number{++last_channel_};
     outgoing_[number] = &channel;
     return number;
   }
@@ -153,13 +165,7 @@ class Link final : public ConnectionUser {
   }
   // Whether this side has ever sent on the number. A message about a channel that has ended crossed
   // its withdraw, and is not the peer's error.
-  [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel; }
-
-  // The connection is lost, and its channels with it.
-  void forget_channels();
-  // What the peer accepts now is looked at when it is due.
-  void on_time(const Now& now);
-  [[nodiscard]] std::optional<TimePoint> deadline() const { return accepts.deadline(); }
+  [[nodiscard]] bool was_opened(ChannelId number) const { return number.value <= last_channel_; }
 
   // ---- for people
   // The link's own part of its status.
@@ -204,10 +210,16 @@ class Link final : public ConnectionUser {
     bool service = false;
   };
   LinkUser& user_;
+  std::unique_ptr<Connection> connection_;
+  LinkPeer peer_;
   std::map<ChannelId, Incoming> incoming_;  // not hashed: the peer chooses the numbers
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
+  std::uint32_t last_channel_ = 0;  // on which this side has sent
+  // What our rules have let through, by topic and type: a peer that offers a topic again gets no
+  // more.
+  std::map<std::pair<std::string, std::string>, RateLimit> rates_;
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and

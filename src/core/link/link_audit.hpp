@@ -15,8 +15,8 @@ inline Audit audit_of(const Link& link, AuditEvent event) {
   line.event = event;
   line.link = link.id;
   line.identity = link.login.identity().name;
-  line.address = link.address;
-  line.node = link.node;
+  line.address = link.peer().address;
+  line.node = link.peer().node;
   return line;
 }
 

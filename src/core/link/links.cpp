@@ -11,8 +11,6 @@ namespace connect_bridge {
 namespace {
 
 constexpr std::uint32_t kIdentityLinksMin = 8;
-// After a reconnect the peer has this long for its first round of offers.
-constexpr Duration kOffersTime = std::chrono::seconds(30);
 // A link that lives this long counts as a success: the back-off starts again after it.
 constexpr Duration kSteadyLink = std::chrono::seconds(5);
 
@@ -48,15 +46,14 @@ ConnectionOptions Links::connection_options() const {
 
 Link* Links::link_of(ConnectionId connection) {
   for (auto& [id, link] : links_)
-    if (link.connection && link.connection->id() == connection) return &link;
+    if (link.connection() && link.connection()->id() == connection) return &link;
   return nullptr;
 }
 
 Link& Links::make_link(const std::string& identity) {
   const LinkId id{++last_link_};
-  Link& link = links_.try_emplace(id, id, user_, accounts_.of(identity)).first->second;
-  link.resume_for = options_.resume_for;
-  return link;
+  return links_.try_emplace(id, id, user_, accounts_.of(identity), options_.resume_for)
+      .first->second;
 }
 
 void Links::close(ConnectionId connection, CloseCode code, const std::string& reason) {
@@ -176,11 +173,11 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
   for (auto it = links_.begin(); it != links_.end(); ++it) {
     if (!counts(it->second)) continue;
     ++counted;
-    if (it->second.forgotten_at && lost == links_.end()) lost = it;
+    if (it->second.life.waits() && lost == links_.end()) lost = it;
   }
   if (counted < links_max) return true;
   if (lost == links_.end()) return false;
-  if (lost->second.dead_at) user_.on_link_dead(lost->second, now);
+  if (lost->second.life.waits_alive()) user_.on_link_dead(lost->second, now);
   user_.on_link_forgotten(lost->second, now);
   links_.erase(lost);
   return true;
@@ -189,31 +186,21 @@ bool Links::make_room(std::size_t links_max, const Now& now, Counts counts) {
 // ---- while a connection carries a link
 
 void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now& now) {
-  if (link.connection) {
+  if (link.connection()) {
     const std::string why = "a newer connection of this session took over";
     audit(outputs_, link, AuditEvent::kLinkLost, why, name_of(CloseCode::kReplaced));
-    close(link.connection->id(), CloseCode::kReplaced, why);
+    close(link.connection()->id(), CloseCode::kReplaced, why);
     lose(link, Loss::kBreak, now);
   }
   const Peer& peer = connection->peer();
   if (is_replaced(link, peer)) user_.on_peer_replaced(link, now);
   const std::string before = past_of(link, peer, user_.resumes(link));
   // A server that forgot the session does not know what it had of it.
-  if (link.connects > 0 && link.login.session() != peer.session) user_.on_link_forgotten(link, now);
-  link.peer_side = peer.side;
-  link.login.set_session(peer.session);
-  link.address = peer.address;
-  link.node = peer.node;
-  link.connection = std::move(connection);
-  link.connection->carry(link, &link.memory);
-  link.dead_at.reset();
-  link.forgotten_at.reset();
-  link.outlasted = false;
-  link.orphans_end_at = now.steady + kOffersTime;
-  link.opened_at = now.steady;
-  ++link.connects;
+  if (link.life.connects() > 0 && link.login.session() != peer.session)
+    user_.on_link_forgotten(link, now);
+  link.opened(std::move(connection), now);
   last_failure_.clear();
-  outputs_.push(OpenGate{link.connection->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
+  outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
   const std::string& name = link.login.identity().name;
   const std::string identity = name.empty() ? "" : " as " + name;
   log(link, LogLevel::kInfo, "link open with " + link.label() + identity + before, now);
@@ -229,7 +216,7 @@ void Links::on(PacketReceived& input, const Now& now) {
     return look_at(*stranger, now);
   }
   if (Link* link = link_of(input.connection))
-    link->connection->on_packet(input.text, input.payload, now);
+    link->connection()->on_packet(input.text, input.payload, now);
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
@@ -258,7 +245,7 @@ void Links::on(ConnectionClosed& input, const Now& now) {
 void Links::on(NetworkChanged& changed, const Now& now) {
   if (options_.role != Role::kClient || stopped_ || !changed.route) return;
   for (auto& [id, link] : links_)
-    if (link.connection) link.connection->probe(now);
+    if (link.connection()) link.connection()->probe(now);
   dialer_.hurry(now.steady);
   dial_if_due(now);
 }
@@ -267,15 +254,15 @@ bool Links::end_failed(const Now& now) {
   bool any = false;
   end_loudest(links_);
   for (auto& [id, link] : links_) {
-    if (!link.connection || !link.connection->failure()) continue;
-    const Error error = *link.connection->failure();
+    if (!link.connection() || !link.connection()->failure()) continue;
+    const Error error = *link.connection()->failure();
     log(link, LogLevel::kWarn,
         "closing the link with " + link.label() + ": " + error.message + " (" +
             std::string(name_of(error.code)) + ")",
         now);
     audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
     last_failure_.set(error.message, now);
-    close(link.connection->id(), error.code, error.message);
+    close(link.connection()->id(), error.code, error.message);
     note_offence(link, error.code, now);
     lose(link, loss_by(error, link, now), now);
     any = true;
@@ -284,26 +271,19 @@ bool Links::end_failed(const Now& now) {
 }
 
 void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
-  await_return(link, loss, options_.dead_after, now);
-  link.connection->close();
+  link.lose(loss, now);
   user_.on_link_lost(link, now);
-  link.forget_channels();
-  link.connection.reset();
-  link.login.lost();
-  link.accepts.lost();
-  link.orphans_end_at.reset();
+  link.drop_connection();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
   // A peer that accepts the login and then ends the link is not dialed in a hurry again and again.
-  if (now.steady - link.opened_at >= kSteadyLink) dialer_.opened();
+  if (link.life.open_for(now) >= kSteadyLink) dialer_.opened();
   dial_later(failure, now);
 }
 
-// If nothing can resume, the link is forgotten at once.
 void Links::end(Link& link, const Now& now) {
-  link.dead_at.reset();
   user_.on_link_dead(link, now);
-  if (!user_.resumes(link)) link.forgotten_at = now.steady;
+  link.life.died(user_.resumes(link), now);
 }
 
 // ---- time
@@ -330,21 +310,16 @@ void Links::on_time(const Now& now) {
   while (const auto failed = strangers_.failed()) look_at(*strangers_.find(*failed), now);
   for (auto it = links_.begin(); it != links_.end();) {
     Link& link = it->second;
-    if (link.connection) link.connection->on_time(now);
     link.on_time(now);
     check_expiry(link, now);
-    if (link.orphans_end_at && *link.orphans_end_at <= now.steady) {
-      link.orphans_end_at.reset();
-      user_.on_offers_over(link, now);
-    }
-    if (link.dead_at && *link.dead_at <= now.steady) end(link, now);
-    if (!link.forgotten_at || *link.forgotten_at > now.steady) {
+    if (link.life.take_offers_end(now)) user_.on_offers_over(link, now);
+    if (link.life.is_to_die(now)) end(link, now);
+    if (!link.life.is_to_be_forgotten(now)) {
       ++it;
       continue;
     }
-    link.outlasted = user_.resumes(link);
+    link.life.forgotten(user_.resumes(link));
     user_.on_link_forgotten(link, now);
-    link.forgotten_at.reset();
     it = options_.role == Role::kServer ? links_.erase(it) : std::next(it);
   }
 }
@@ -354,9 +329,9 @@ void Links::stop(const Now& now) {
   dialer_.stop();
   strangers_.close_all(CloseCode::kGoingAway, kPeerStops);
   for (auto& [id, link] : links_) {
-    if (!link.connection) continue;
+    if (!link.connection()) continue;
     audit(outputs_, link, AuditEvent::kLinkLost, "this side stops");
-    close(link.connection->id(), CloseCode::kGoingAway, kPeerStops);
+    close(link.connection()->id(), CloseCode::kGoingAway, kPeerStops);
     lose(link, Loss::kEnd, now);
   }
 }
@@ -364,18 +339,12 @@ void Links::stop(const Now& now) {
 std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
   if (Connection* const stranger = strangers_.find(id)) return stranger->next_packet(now);
   Link* link = link_of(id);
-  return link ? link->connection->next_packet(now, repairs) : std::nullopt;
+  return link ? link->connection()->next_packet(now, repairs) : std::nullopt;
 }
 
 std::optional<TimePoint> Links::deadline() const {
   std::optional<TimePoint> first = strangers_.deadline();
-  for (const auto& [id, link] : links_) {
-    if (link.connection)
-      first = earliest(first, earliest(link.login.deadline(), link.connection->deadline()));
-    first = earliest(first, earliest(link.dead_at, link.forgotten_at));
-    first = earliest(first, link.orphans_end_at);
-    first = earliest(first, link.deadline());
-  }
+  for (const auto& [id, link] : links_) first = earliest(first, link.deadline());
   return options_.role == Role::kClient ? earliest(first, dialer_.deadline()) : first;
 }
 

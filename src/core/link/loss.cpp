@@ -1,7 +1,5 @@
 #include "core/link/loss.hpp"
 
-#include <algorithm>
-
 #include "core/link/link.hpp"
 
 namespace connect_bridge {
@@ -21,16 +19,8 @@ Loss loss_by(std::optional<std::uint16_t> close_code, Role role) {
 // Silence on a changed network is known earlier than that the peer is gone.
 Loss loss_by(const Error& ours, const Link& link, const Now& now) {
   if (ours.code == CloseCode::kRevoked) return Loss::kEnd;
-  const bool silent = ours.code == CloseCode::kSilent && now.steady >= link.connection->dead_at();
+  const bool silent = ours.code == CloseCode::kSilent && now.steady >= link.connection()->dead_at();
   return silent ? Loss::kSilence : Loss::kBreak;
-}
-
-void await_return(Link& link, Loss loss, Duration dead_after, const Now& now) {
-  const TimePoint silent_at = link.connection->last_heard() + dead_after;
-  link.returns = loss == Loss::kBreak || loss == Loss::kSilence;
-  link.dead_at = is_dead(loss) ? now.steady : std::max(now.steady, silent_at);
-  link.forgotten_at =
-      link.returns ? std::max(*link.dead_at, now.steady + link.resume_for) : link.dead_at;
 }
 
 }  // namespace connect_bridge

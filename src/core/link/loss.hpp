@@ -28,7 +28,4 @@ enum class Loss : std::uint8_t {
   return loss == Loss::kSilence || loss == Loss::kEnd;
 }
 
-// Notes how long the link, which still has its connection, waits for another one.
-void await_return(Link& link, Loss loss, Duration dead_after, const Now& now);
-
 }  // namespace connect_bridge

@@ -75,8 +75,8 @@ void note_refusal(const Connection& refused, const Error& why, LogLimit& limit, 
 
 Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs, const Now& now) {
   if (auto admitted = link.login.admit_renewal(now); !admitted) return admitted;
-  outputs.push(Authenticate{link.connection->id(),
-                            link.address,
+  outputs.push(Authenticate{link.connection()->id(),
+                            link.peer().address,
                             renew.method,
                             {renew.credential.begin(), renew.credential.end()},
                             link.login.identity().name,
@@ -119,16 +119,13 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
   }
   audit(outputs, link, AuditEvent::kRevoked, "the login method withdrew the login");
   link.fail({CloseCode::kRevoked, "the login of " + identity.name + " was withdrawn"});
-  if (link.connection) return false;
-  link.returns = false;
-  if (link.dead_at) link.dead_at = now.steady;
-  link.forgotten_at = now.steady;
+  if (!link.connection()) link.life.give_up(now);
   return false;
 }
 
 void check_expiry(Link& link, const Now& now) {
   if (!link.open()) return;
-  switch (link.login.check_expiry(link.connection->peer().expires, now)) {
+  switch (link.login.check_expiry(link.connection()->peer().expires, now)) {
     case LinkLogin::Expired::kNothing: return;
     case LinkLogin::Expired::kLogin:
       return link.fail(
@@ -176,19 +173,19 @@ std::string advice(std::optional<std::uint16_t> close_code) {
 
 bool is_successor(const Link& newer, const Link& older) {
   const std::string& name = newer.login.identity().name;
-  return !name.empty() && newer.id > older.id && newer.peer_side != older.peer_side &&
-         newer.node == older.node && name == older.login.identity().name;
+  return !name.empty() && newer.id > older.id && newer.peer().side != older.peer().side &&
+         newer.peer().node == older.peer().node && name == older.login.identity().name;
 }
 
 bool is_replaced(const Link& link, const Peer& peer) {
-  return link.peer_side && link.peer_side != peer.side;
+  return link.peer().side && link.peer().side != peer.side;
 }
 
 std::string past_of(const Link& link, const Peer& peer, bool resumes) {
   if (is_replaced(link, peer)) return "; it was started again";
-  if (link.connects == 0) return "";
+  if (link.life.connects() == 0) return "";
   if (link.login.session() == peer.session) return "; it goes on after a break";
-  if (link.outlasted) return "; the break was longer than resume.seconds";
+  if (link.life.outlasted()) return "; the break was longer than resume.seconds";
   if (resumes) return "; the server has not kept what was under way";
   return "; it starts again, nothing had to be kept";
 }

@@ -145,7 +145,7 @@ bool MirroredService::may_exist(const Feed& feed) {
     return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
-  if (link.connection && mirroring_.claims.is_here(link.connection->peer().side)) return false;
+  if (link.connection() && mirroring_.claims.is_here(link.connection()->peer().side)) return false;
   if (!mirroring_.graph.has_server(key_.first) || mirroring_.claims.is_left_behind(gid))
     return true;
   if (mirroring_.claims.serves(gid)) return false;  // the graph tells soon whose server it is

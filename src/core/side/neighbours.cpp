@@ -23,7 +23,7 @@ std::optional<std::uint32_t> domain_of(const Link& link) {
 }
 
 const std::string& site_of(const Link& link) {
-  return link.connection->peer().site;
+  return link.connection()->peer().site;
 }
 
 // A domain and a network as one number that says nothing; zero where one of them is not
@@ -51,15 +51,15 @@ bool may_be_one_site(const std::string& a, const std::string& b) {
 
 // Whether both peers of this side may be in one graph, and the other one came before.
 bool is_neighbour(const Link& link, const Link& other) {
-  const bool before =
-      other.opened_at < link.opened_at || (other.opened_at == link.opened_at && other.id < link.id);
+  const bool before = other.life.opened_at() < link.life.opened_at() ||
+                      (other.life.opened_at() == link.life.opened_at() && other.id < link.id);
   if (!before || !other.open()) return false;
   const auto here = domain_of(link), there = domain_of(other);
   return (!here || !there || here == there) && may_be_one_site(site_of(link), site_of(other));
 }
 
 bool may_wait(const Link& link, const Now& now) {
-  return link.open() && now.steady < link.opened_at + Neighbours::kWaits;
+  return link.open() && now.steady < link.life.opened_at() + Neighbours::kWaits;
 }
 
 using FarPeers = std::map<Place, std::vector<Claims::FarPeer>>;
@@ -74,7 +74,7 @@ FarPeers far_peers(const Claims& claims) {
 
 // True: it was not there before.
 bool add(std::set<Token128>& sides, const Token128& side, const Link& link, const Claims& claims) {
-  if (side == link.peer_side || claims.is_here(side) || sides.size() >= kNeighboursMax)
+  if (side == link.peer().side || claims.is_here(side) || sides.size() >= kNeighboursMax)
     return false;
   return sides.insert(side).second;
 }
@@ -85,7 +85,7 @@ bool add_far(std::set<Token128>& sides, const FarPeers& far, const Link& link,
   if (found == far.end()) return false;
   bool added = false;
   for (const auto& [peer, since] : found->second)
-    if (since <= link.opened_at + kMeanwhile) added |= add(sides, peer.side, link, claims);
+    if (since <= link.life.opened_at() + kMeanwhile) added |= add(sides, peer.side, link, claims);
   return added;
 }
 
@@ -96,7 +96,7 @@ std::vector<ClaimedPeer> peers_of(const LinkTable& links) {
   for (const auto& [id, link] : links) {
     if (!link.open()) continue;
     if (const Place place = place_of(link); place != Place{})
-      peers.push_back({link.peer_side, place});
+      peers.push_back({link.peer().side, place});
   }
   return peers;
 }
@@ -110,7 +110,7 @@ Neighbours::Told& Neighbours::look(const Link& link, const LinkTable& links, con
   for (const auto& [id, other] : links) {
     if (!is_neighbour(link, other)) continue;
     if (!is_successor(link, other)) {
-      add(told.sides, other.peer_side, link, claims);
+      add(told.sides, other.peer().side, link, claims);
     } else if (told.elders.size() < kNeighboursMax) {
       told.elders.push_back(id);
     }
@@ -127,8 +127,8 @@ bool Neighbours::take_living(Told& told, const Link& link, const LinkTable& link
   std::erase_if(told.elders, [&](LinkId id) {
     const auto other = links.find(id);
     if (other == links.end() || !is_neighbour(link, other->second)) return true;
-    if (other->second.connection->last_heard() <= link.opened_at) return false;
-    added |= add(told.sides, other->second.peer_side, link, claims);
+    if (other->second.connection()->last_heard() <= link.life.opened_at()) return false;
+    added |= add(told.sides, other->second.peer().side, link, claims);
     return true;
   });
   return added;

@@ -15,7 +15,7 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
   services.collect_offers(link, offers, now);
   if (!link.may_offer())
     outputs.log_once(link.account->told, LogLevel::kWarn,
-                     "not all interfaces of this side are offered to " + link.node +
+                     "not all interfaces of this side are offered to " + link.peer().node +
                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
   const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;

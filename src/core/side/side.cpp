@@ -208,7 +208,7 @@ void Side::on_link_open(Link& link, const Now& now) {
   send_accepts(link, now);
   told_listeners_.tell(link);
   if (options_.clock_publish_period == Duration::zero()) return;
-  link.connection->set_time_period(kClockRequestPeriod);
+  link.connection()->set_time_period(kClockRequestPeriod);
   clock_publisher_.start(options_.names.to_local("/clock"), outputs_, now);
 }
 
@@ -217,7 +217,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   neighbours_.on_link_lost(link.id);
   // So that what is published here now does not count as lost with the connection.
   imports_.finish(link, now);
-  if (link.returns) exports_.keep(link, now);
+  if (link.life.may_return()) exports_.keep(link, now);
   LinkStatus last;
   exports_.add_status(link, last);
   imports_.add_status(link, last);
@@ -226,7 +226,7 @@ void Side::on_link_lost(Link& link, const Now& now) {
   told_listeners_.on_link_lost(link.id);
   types_.on_link_lost(link);
   imports_.on_link_lost(link.id, now);
-  if (!link.returns) link.arrived.clear();
+  if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
   service_imports_.on_link_lost(link.id);
   if (local_.expect(link.id, {}, now)) on_claims(now);
@@ -326,7 +326,7 @@ Status Side::status(const Now& now) const {
   status.shared_bytes_max = options_.account.memory_bytes_max;
   for (const auto& [id, link] : links_.all()) {
     status.links.push_back(status_of(link));
-    if (link.open()) status.links.back().open_for = now.steady - link.opened_at;
+    if (link.open()) status.links.back().open_for = link.life.open_for(now);
     status.memory_bytes += link.memory_bytes();
   }
   return status;

@@ -42,7 +42,7 @@ bool Backlogs::want_volatile() const {
 }
 
 ExportTimers::Timer Backlogs::timer_for(const Link& link, const Now& now) {
-  return context_.timers.set(now.steady + link.resume_for, &topic_);
+  return context_.timers.set(link.life.kept_until(now), &topic_);
 }
 
 void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample>& encoding,

@@ -174,7 +174,7 @@ bool Mirror::may_exist() const {
   if (context_.claims.taken(key_.second, feeds())) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
-  const auto& connection = candidates_.front().link->connection;
+  const Connection* const connection = candidates_.front().link->connection();
   return !connection || !context_.claims.is_here(connection->peer().side);
 }
 

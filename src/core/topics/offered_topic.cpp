@@ -193,8 +193,7 @@ void OfferedTopic::update_demand(const Now& now) {
 // Messages of /parameter_events are permitted one by one, by rules that may have changed when the
 // link returns.
 bool OfferedTopic::may_resume() const {
-  return link_.resume_for > Duration::zero() && !parameter_events_ &&
-         resumes(treatment(), key_.first, key_.second);
+  return link_.life.keeps() && !parameter_events_ && resumes(treatment(), key_.first, key_.second);
 }
 
 ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
@@ -205,7 +204,7 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
     begun.after = last_sequence_ = arrived.mapped().sequence;
-    link_.connection->resume_incoming(number_, last_sequence_);
+    link_.connection()->resume_incoming(number_, last_sequence_);
   }
   if (std::exchange(offers_resume_, false)) declined_kept_ = !begun.after;
   return begun;
@@ -329,7 +328,7 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   if (parameter_events_ && !is_event_of(mirror.origin().node, raw.view(),
                                         context_.graph_options.names, context_.graph.find(key_)))
     return dropped_.add(DropReason::kNotPermitted);
-  const ClockEstimate* clock = link_.connection ? &link_.clock() : nullptr;
+  const ClockEstimate* clock = link_.connection() ? &link_.clock() : nullptr;
   Duration age{0};
   if (clock && clock->known() && is_plausible(message.stamp)) {
     age = Duration(now.system - (message.stamp - clock->offset().count()));

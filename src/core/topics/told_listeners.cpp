@@ -65,9 +65,9 @@ void ToldListeners::tell(Link& link) {
   for (const auto& [key, listener] : present) {
     if (told.listeners.contains(key)) continue;
     if (told.listeners.size() >= kListenersMax) {
-      side_.outputs.log_once(
-          link.account->told, LogLevel::kWarn,
-          "only " + std::to_string(kListenersMax) + " listeners are reported to " + link.node);
+      side_.outputs.log_once(link.account->told, LogLevel::kWarn,
+                             "only " + std::to_string(kListenersMax) +
+                                 " listeners are reported to " + link.peer().node);
       break;
     }
     const ListenerId id{++told.last};

@@ -126,7 +126,7 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
 }
 
 void TopicOffer::configure_queue() {
-  if (link_.connection)
+  if (link_.connection())
     link_.outbox().add_channel(
         number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
                           context_.options));
@@ -179,7 +179,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   if (!is_open()) return;
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
-    if (link_.connection) link_.outbox().forget_base(number_, origin);
+    if (link_.connection()) link_.outbox().forget_base(number_, origin);
   }
   link_.send(OriginsChanged{number_, {}, removed});
   configure_queue();
@@ -212,7 +212,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 // the link returns.
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
-  return link_.resume_for > Duration::zero() && !parameter_events_ &&
+  return link_.life.keeps() && !parameter_events_ &&
          treatment().qos.reliability != Reliability::kBestEffort &&
          connect_bridge::resumes(treatment(), name, type);
 }
@@ -243,11 +243,11 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   });
   drop(DropReason::kTooLarge, too_large);
   for (auto& message : kept.messages) message.demand = demand_;
-  link_.outbox().go_on(number_, std::move(kept), now, now.steady + link_.resume_for);
+  link_.outbox().go_on(number_, std::move(kept), now, link_.life.kept_until(now));
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return is_open() && link_.connection && link_.outbox().holds(number_, origin);
+  return is_open() && link_.connection() && link_.outbox().holds(number_, origin);
 }
 
 // ---- samples
@@ -302,7 +302,7 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return !is_open() || !link_.connection || link_.outbox().counts(number_).queued == 0;
+  return !is_open() || !link_.connection() || link_.outbox().counts(number_).queued == 0;
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {
@@ -316,7 +316,7 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.bytes = raw_bytes_;
   s.declined = declined_;
   s.dropped = dropped_;
-  if (link_.connection) {
+  if (link_.connection()) {
     const ChannelCounts counts = link_.outbox().counts(number_);
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;

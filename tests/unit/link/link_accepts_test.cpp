@@ -98,7 +98,7 @@ TEST(LinkAccepts, WhatTheIdentityOwesPutsOffMore) {
 TEST(LinkAccepts, TheFirstListOfAConnectionIsLookedAtWithinTenSecondsWhateverOthersOwe) {
   Accepting s;
   s.account->accepts.take(60'000, now_ms(0).steady);
-  s.link.opened_at = now_ms(0).steady;
+  s.link.life.opened(now_ms(0));
   s.hear("a", 1000);
   EXPECT_EQ(s.link.accepts.deadline(), now_ms(10'000).steady);
   s.link.on_time(now_ms(10'000));
@@ -112,7 +112,7 @@ TEST(LinkAccepts, AListThatWaitsGoesWithItsConnection) {
   Accepting s;
   s.hear("a", 0);
   s.hear("b", 100);
-  s.link.accepts.lost();
+  s.link.drop_connection();
   EXPECT_FALSE(s.link.accepts.deadline());
   s.link.on_time(now_ms(60'000));
   EXPECT_EQ(s.looked_at(), "a");

@@ -232,7 +232,7 @@ TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
   const ChannelId number = s.link.open_channel(s.mouth);
   s.offered(ear, 5);
   EXPECT_TRUE(s.link.admits({"/a", "p/msg/T"}, slow, 100, now_ms(0)));
-  s.link.forget_channels();
+  s.link.drop_connection();
   EXPECT_FALSE(s.link.expects({5}));
   EXPECT_EQ(s.link.offered(), 0U);
   EXPECT_FALSE(s.link.outgoing(number));

@@ -111,7 +111,7 @@ TEST(Links, TheSessionOfAnotherIdentityGoesOnForNobodyElse) {
   s.enter(2, "bert", 1000, session);
   EXPECT_EQ(s.noticed(), "open 1, open 2");
   EXPECT_EQ(s.link(1).login.identity().name, "anna");
-  EXPECT_EQ(s.link(1).connection->id(), ConnectionId{1});
+  EXPECT_EQ(s.link(1).connection()->id(), ConnectionId{1});
   EXPECT_NE(s.link(2).login.session(), session);
   EXPECT_EQ(s.asked(), "");
 }
@@ -125,9 +125,9 @@ TEST(Links, ANewerConnectionOfASessionTakesOver) {
   s.packet(1, {0xff}, 1100);  // what was on its way
   s.lose(1, 1200);
   EXPECT_EQ(s.noticed(), "");
-  EXPECT_EQ(s.link(1).connection->id(), ConnectionId{2});
+  EXPECT_EQ(s.link(1).connection()->id(), ConnectionId{2});
   EXPECT_TRUE(s.link(1).open());
-  EXPECT_FALSE(s.link(1).dead_at);
+  EXPECT_FALSE(s.link(1).life.waits());
 }
 
 TEST(Links, ALostLinkIsDeadAfterSilenceAndForgottenIfNothingIsKeptForIt) {

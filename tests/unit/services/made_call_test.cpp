@@ -175,7 +175,7 @@ TEST(MadeCall, AnAnswerThatDoesNotDecompressEndsTheConnection) {
   s.did();
   s.finish({});
   EXPECT_EQ(s.did(), "drop_request 1.7\n");
-  EXPECT_TRUE(s.peer.link.connection->failure());
+  EXPECT_TRUE(s.peer.link.connection()->failure());
 }
 
 TEST(MadeCall, AnAnswerIsForNobodyWhenItsCallerHasGone) {

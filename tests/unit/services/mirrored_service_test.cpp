@@ -46,7 +46,6 @@ TEST(MirroredService, OfTwoLinksOneFeedsAndTheOtherStandsBy) {
 
 TEST(MirroredService, ARestartedClientTakesOverFromItsOldConnection) {
   OneLink successor(2);
-  successor.link.peer_side = another_side();
   Fed s;
   for (OneLink* of : {&s.peer, &successor}) of->link.login.set_identity(called("ops"));
   s.offer(successor, service_channel(1, "/s"));
@@ -269,7 +268,7 @@ TEST(MirroredService, AMirrorDoesNotGiveWayToABridgeThatComesLater) {
 TEST(MirroredService, APeerInOurOwnGraphHasNoMirror) {
   Fed s;
   Claim its_own;
-  its_own.side = s.peer.link.connection->peer().side;
+  its_own.side = s.peer.link.connection()->peer().side;
   s.claims.update(gid(9), its_own, ms(0).steady);
   s.update();
   EXPECT_EQ(s.did(), "unmirror_service 1\n");

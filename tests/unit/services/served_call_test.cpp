@@ -178,7 +178,7 @@ TEST(ServedCall, ARequestThatDoesNotDecompressEndsTheConnection) {
   s.did();
   s.finish({});
   EXPECT_EQ(s.did(), "");
-  EXPECT_TRUE(s.peer.link.connection->failure());
+  EXPECT_TRUE(s.peer.link.connection()->failure());
   EXPECT_EQ(s.held(), "0 0 0");
 }
 

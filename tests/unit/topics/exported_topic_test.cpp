@@ -123,7 +123,7 @@ TEST(ExportedTopic, WithoutANumberALatchedSampleIsKnownByItsStamp) {
   s.take(1, "volatile", 5);
   s.take(2, "latched", 5);
   std::vector<std::uint64_t> numbers;
-  while (const auto packet = peer.link.connection->next_packet(ms(5))) {
+  while (const auto packet = peer.link.connection()->next_packet(ms(5))) {
     const Bytes bytes = flow_test::joined(*packet);
     FrameReader reader(bytes);
     for (auto frame = reader.next(); frame && frame.value(); frame = reader.next())

@@ -216,8 +216,8 @@ TEST(OfferedTopic, WhatDoesNotDecompressEndsTheLink) {
   s.give(s.large());
   s.did();
   s.finish(std::nullopt);
-  ASSERT_TRUE(s.one.link.connection->failure());
-  EXPECT_EQ(s.one.link.connection->failure()->code, CloseCode::kMalformed);
+  ASSERT_TRUE(s.one.link.connection()->failure());
+  EXPECT_EQ(s.one.link.connection()->failure()->code, CloseCode::kMalformed);
 }
 
 // A rule's limits for a peer's rates apply at the importer, whatever the peer's own rules say.

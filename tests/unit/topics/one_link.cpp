@@ -16,23 +16,32 @@ Now ms(std::int64_t at) {
 
 OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account)
     : link({n}, *this, std::move(account)) {
-  link.node = "/peer";
-  link.address = "10.0.0." + std::to_string(n);
-  link.accepts.adopt(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  link.connection =
-      std::make_unique<Connection>(link_test::options(false), ConnectionId{n}, link.address, ms(0));
-  while (link.connection->next_packet(ms(0))) {
-  }
-  const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
-  link.connection->on_packet(false, Payload::copy_of(welcome), ms(0));
-  link.connection->carry(link);
+  connect();
 }
 
 OneLink::~OneLink() = default;
 
+void OneLink::connect() {
+  const std::uint64_t n = link.id.value;
+  auto connection = std::make_unique<Connection>(link_test::options(false), ConnectionId{n},
+                                                 "10.0.0." + std::to_string(n), ms(0));
+  while (connection->next_packet(ms(0))) {
+  }
+  const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
+  connection->on_packet(false, Payload::copy_of(welcome), ms(0));
+  link.opened(std::move(connection), ms(0));
+  link.accepts.adopt(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+}
+
+void OneLink::reconnect() {
+  link.lose(Loss::kBreak, ms(0));
+  link.drop_connection();
+  connect();
+}
+
 std::string OneLink::said(std::int64_t at) {
   std::string lines;
-  while (const auto packet = link.connection->next_packet(ms(at)))
+  while (const auto packet = link.connection()->next_packet(ms(at)))
     if (const std::string line = line_of(*packet); !line.empty()) lines += line + "\n";
   return lines;
 }

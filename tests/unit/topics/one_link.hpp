@@ -20,12 +20,15 @@ struct OneLink final : private LinkUser {
   explicit OneLink(std::uint32_t n = 1,
                    std::shared_ptr<Account> account = std::make_shared<Account>());
   ~OneLink();
+  // The connection is lost; another one carries the link at once.
+  void reconnect();
   // One packet per line.
   std::string said(std::int64_t at = 0);
 
   Link link;
 
  private:
+  void connect();
   Result<Nothing> on(Link&, const Offer&, const Now&) override;
   Result<Nothing> on(Link&, Accepts, const Now&) override;
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }

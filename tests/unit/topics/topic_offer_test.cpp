@@ -112,7 +112,7 @@ TEST(TopicOffer, CountsWhatItsRateForbids) {
 
 TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   Offering s;
-  s.peer.link.connection->set_peer_message_bytes_max(100);
+  s.peer.link.connection()->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand({1}, ms(0));
   EXPECT_FALSE(s.offer.admit({1}, bytes(101), TopicOffer::Age::kNew, ms(0)));
@@ -132,7 +132,7 @@ TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
   OneLink first(1, account), second(2, account), other(3);
   Offering s;
   const auto drop_one = [&](Link& link) {
-    link.connection->set_peer_message_bytes_max(100);
+    link.connection()->set_peer_message_bytes_max(100);
     TopicOffer again(s.context, s.subject, link);
     ASSERT_TRUE(again.open());
     again.on_demand({1}, ms(0));

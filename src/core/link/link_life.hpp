@@ -1,0 +1,79 @@
+// How long a link lives: when it was opened and lost, and what of it ends when.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/base/time.hpp"
+#include "core/base/timers.hpp"
+#include "core/link/loss.hpp"
+
+namespace connect_bridge {
+
+// A link is open on a connection, then lost. A lost one is dead after some silence: its calls and
+// mirrors end. What is kept for the peer's return waits longer, until the link is forgotten. On
+// another connection it is open again, whatever of that has happened. This knows when, and `Links`,
+// which owns the links, makes these transitions and tells its user of them. Single-threaded.
+class LinkLife {
+ public:
+  // `resume_for`: how long what a lost connection loses is kept; zero: not at all.
+  explicit LinkLife(Duration resume_for) : resume_for_(resume_for) {}
+
+  // ---- transitions
+  void opened(const Now& now);
+  // `silent_at`: when a peer that may return counts as gone, as it was heard before.
+  void lost(Loss loss, TimePoint silent_at, const Now& now);
+  // Its calls and mirrors have ended. Unless something resumes, it is to be forgotten at once.
+  void died(bool resumes, const Now& now);
+  // Lost: its peer may not return, so whatever is left of it is to end at once.
+  void give_up(const Now& now);
+  // Nothing of it is left; `resumes`: until now there was something to go on with.
+  void forgotten(bool resumes);
+
+  // ---- what is due
+  // The time for offers is over; true once for each connection.
+  [[nodiscard]] bool take_offers_end(const Now& now);
+  [[nodiscard]] bool is_to_die(const Now& now) const { return dead_at_ && *dead_at_ <= now.steady; }
+  [[nodiscard]] bool is_to_be_forgotten(const Now& now) const {
+    return forgotten_at_ && *forgotten_at_ <= now.steady;
+  }
+  [[nodiscard]] std::optional<TimePoint> deadline() const {
+    return earliest(earliest(dead_at_, forgotten_at_), offers_end_at_);
+  }
+
+  // ---- what was
+  // How many connections have carried it.
+  [[nodiscard]] std::uint64_t connects() const { return connects_; }
+  // The last of them, since it was opened.
+  [[nodiscard]] TimePoint opened_at() const { return opened_at_; }
+  [[nodiscard]] Duration open_for(const Now& now) const { return now.steady - opened_at_; }
+  // Lost, and not forgotten yet.
+  [[nodiscard]] bool waits() const { return forgotten_at_.has_value(); }
+  // Lost, and its calls and mirrors wait, too.
+  [[nodiscard]] bool waits_alive() const { return dead_at_.has_value(); }
+  // Lost: the peer has not ended, so that what was kept may go on.
+  [[nodiscard]] bool may_return() const { return may_return_; }
+  // The last break was longer than something was kept for it; until the link is open again.
+  [[nodiscard]] bool outlasted() const { return outlasted_; }
+
+  // ---- what is kept for a return
+  [[nodiscard]] bool keeps() const { return resume_for_ > Duration::zero(); }
+  // Until when what is lost now is kept.
+  [[nodiscard]] TimePoint kept_until(const Now& now) const { return now.steady + resume_for_; }
+
+ private:
+  // After a connection was opened the peer has this long for its first round of offers: what it
+  // offered on the one before and not again by then ends.
+  static constexpr Duration kOffersTime = std::chrono::seconds(30);
+
+  const Duration resume_for_;
+  std::uint64_t connects_ = 0;
+  TimePoint opened_at_{};
+  std::optional<TimePoint> offers_end_at_;  // open
+  std::optional<TimePoint> dead_at_;        // lost
+  std::optional<TimePoint> forgotten_at_;   // lost, or dead
+  bool may_return_ = false;
+  bool outlasted_ = false;
+};
+
+}  // namespace connect_bridge
