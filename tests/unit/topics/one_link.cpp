@@ -18,17 +18,37 @@ OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account)
     : link({n}, *this, std::move(account)) {
   link.node = "/peer";
   link.address = "10.0.0." + std::to_string(n);
-  link.accepts.emplace(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
-  link.connection =
-      std::make_unique<Connection>(link_test::options(false), ConnectionId{n}, link.address, ms(0));
-  while (link.connection->next_packet(ms(0))) {
-  }
-  const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
-  link.connection->on_packet(false, Payload::copy_of(welcome), ms(0));
-  link.connection->carry(link);
+  connect();
 }
 
 OneLink::~OneLink() = default;
+
+void OneLink::connect(std::int64_t at) {
+  const auto n = static_cast<std::uint8_t>(link.id.value);
+  link.accepts.emplace(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
+  link.connection = std::make_unique<Connection>(link_test::options(false), ConnectionId{n},
+                                                 link.address, ms(at));
+  while (link.connection->next_packet(ms(at))) {
+  }
+  const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
+  link.connection->on_packet(false, Payload::copy_of(welcome), ms(at));
+  link.connection->carry(link);
+}
+
+void OneLink::lose() {
+  link.forget_channels();
+  link.connection.reset();
+  link.accepts.reset();
+}
+
+void OneLink::show_round_trip(std::int64_t round_trip_ms) {
+  Outbox& outbox = link.outbox();
+  outbox.add_channel({99}, {});
+  outbox.push({99}, flow_test::message(20'000), ms(50 - round_trip_ms));
+  while (outbox.next(ms(50 - round_trip_ms))) {
+  }
+  EXPECT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, ms(50)));
+}
 
 std::string OneLink::said(std::int64_t at) {
   std::string lines;

@@ -22,6 +22,12 @@ struct OneLink final : private LinkUser {
   ~OneLink();
   // One packet per line.
   std::string said(std::int64_t at = 0);
+  // Its connection and channels are gone; owners of channels are told by the test.
+  void lose();
+  // Another connection carries it.
+  void connect(std::int64_t at = 0);
+  // Its path has shown this round trip by 50 ms: a new connection may send 32 KiB in each.
+  void show_round_trip(std::int64_t round_trip_ms = 50);
 
   Link link;
 
