@@ -149,6 +149,7 @@ void Socket::end_flood() {
 // ---- writing
 
 void Socket::send() {
+  pull_again_ = true;
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
   if (!has_room()) return wait_for_room();
   const int native = socket_->next_layer().socket().native_handle();
@@ -157,6 +158,7 @@ void Socket::send() {
   packet_ =
       setup_.events->next_packet(setup_.opened.connection, repairs_of(native, repair_watch_, now));
   if (!packet_ || state_ != State::kOpen) return;
+  pull_again_ = packet_->more;
   writing_ = true;
   limit_unsent(packet_->unsent_bytes_max);
   gather(*packet_);
@@ -223,7 +225,7 @@ void Socket::on_written(const ErrorCode& error) {
     return set_deadline();
   }
   if (error) return fail(error);
-  send();
+  if (pull_again_) send();
 }
 
 // ---- ending

@@ -111,6 +111,7 @@ class Socket : public std::enable_shared_from_this<Socket> {
   ExtraFrames extra_frames_;
 
   bool writing_ = false;
+  bool pull_again_ = false;  // when the packet is written: there was more, or something happened
   bool waiting_for_room_ = false;
   std::uint32_t unsent_max_;        // 0: what the kernel allows
   std::uint64_t unsent_bound_ = 0;  // the kernel holds at most this many unsent bytes

@@ -34,13 +34,21 @@ void Loop::feed(Input&& input) {
 
 std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
   auto packet = side_.next_packet(connection, now(), repairs);
-  if (!packet) set_timer();
+  if (!sending_ && (!packet || !packet->more)) set_timer();
   return packet;
 }
 
 void Loop::handle(Input&& input) {
+  handled_ = true;
   side_.handle(std::move(input), now());
   while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
+}
+
+void Loop::send() {
+  sending_ = true;
+  ports_.send();
+  sending_ = false;
+  set_timer();
 }
 
 // A timer that is set too early is left as it is: deadlines move with every packet, and setting the

@@ -45,6 +45,7 @@ class Loop {
   auto step(Source&& source) {
     const auto begin = std::chrono::steady_clock::now();
     stepping_ = true;
+    handled_ = false;
     const auto result = source([this](Input&& input) { handle(std::move(input)); });
     while (!waiting_.empty()) {
       Input input = std::move(waiting_.front());
@@ -52,14 +53,14 @@ class Loop {
       handle(std::move(input));
     }
     stepping_ = false;
-    ports_.send();
-    set_timer();
+    if (handled_) send();
     longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - begin));
     return result;
   }
 
  private:
   void handle(Input&& input);
+  void send();
   void set_timer();
   void wait_until(TimePoint when);
 
@@ -71,6 +72,8 @@ class Loop {
   TimePoint reads_until_{};  // sockets are read first, before the timer does its work
   std::deque<Input> waiting_;
   bool stepping_ = false;
+  bool handled_ = false;  // an input, in this step
+  bool sending_ = false;  // as the end of a step, which sets the timer itself
   Duration longest_{};
 };
 

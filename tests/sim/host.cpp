@@ -146,6 +146,7 @@ void Host::input(Input input) {
   if (!side_) return;
   if (blocked_) return waiting_.push_back(std::move(input));
   side_->handle(std::move(input), now());
+  emptied_.clear();
   drain();
   world_.checker.after_input(*this);
 }
@@ -298,6 +299,8 @@ std::optional<FlatPacket> Host::pull(ConnectionId id) {
     });
   }
   if (!packet) return {};
+  if (emptied_.contains(id)) violated("a packet follows one that says that nothing does");
+  if (!packet->more) emptied_.insert(id);
   FlatPacket flat{packet->text, {}};
   flat.bytes.reserve(packet->size());
   for (const auto& piece : packet->pieces) {

@@ -204,6 +204,7 @@ class Host : public Party {
   int policy_number_ = 0;  // counts the rules it has had
   bool snapshot_planned_ = false;
   bool draining_ = false, drain_planned_ = false;
+  std::set<ConnectionId> emptied_;  // the last packet said so, and nothing has happened since
   bool blocked_ = false;
   std::vector<Input> waiting_;  // while it is blocked
   std::optional<TimePoint> planned_deadline_;

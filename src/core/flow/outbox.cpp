@@ -203,10 +203,10 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   cap_.sent(packet_.size() + kAckRequestBytes, now.steady);
   // Data that the cap holds back does not wait for the path, so nothing about the path's rate can
   // be learnt from it.
-  const bool more_waits = !schedule_.empty() && !cap_.holds(now.steady);
+  const bool more_data = !schedule_.empty() && !cap_.holds(now.steady);
   // Whatever is in the packets: ask for an acknowledgement before the window is full.
   const auto ask_bytes = std::max(options_.unacknowledged_bytes_max / 4, kAskBytesMin);
-  const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_waits, now.steady)) ||
+  const bool asks = (holds_data && pacer_.wants_ack(packet_.size(), more_data, now.steady)) ||
                     std::max(sent_bytes_ - asked_end_, kept_since_ask_) >= ask_bytes;
   if (asks) packet_.add(AckRequest{});
   sent_bytes_ += packet_.size();
@@ -216,18 +216,24 @@ std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   }
   if (holds_data) {
     pacer_.sent(
-        {sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks, more_waits});
+        {sent_bytes_, static_cast<std::uint32_t>(packet_.size()), now.steady, asks, more_data});
   }
   in_flight_.packet_ends(sent_bytes_);
   auto packet = packet_.finish();
   packet.unsent_bytes_max = pacer_.unsent_bytes();
+  packet.more = more_waits();
   return packet;
 }
 
 Packet Outbox::next_control(const Now& now) {
   Packet packet = controls_.take();
   cap_.sent(packet.size(), now.steady);
+  packet.more = more_waits();
   return packet;
+}
+
+bool Outbox::more_waits() const {
+  return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();
 }
 
 bool Outbox::add_data(const Now& now) {

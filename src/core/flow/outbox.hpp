@@ -114,6 +114,7 @@ class Outbox {
 
  private:
   Packet next_control(const Now& now);
+  [[nodiscard]] bool more_waits() const;
   // A small message of a channel without a configured priority leaves right after the urgent ones,
   // as long as such messages use little of the link's rate; otherwise all that waits on the channel
   // is sent with its class.

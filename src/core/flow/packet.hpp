@@ -17,6 +17,8 @@ struct Packet {
   // The next packet is pulled when fewer bytes than this are unsent in the socket; 0: as for the
   // packet before.
   std::uint32_t unsent_bytes_max = 0;
+  // Whether the next pull may give another packet although nothing happens before it.
+  bool more = true;
   [[nodiscard]] std::size_t size() const;
 };
 

@@ -157,14 +157,16 @@ Result<bool> Connection::on_data(Result<std::optional<InMessage>> whole, const N
 }
 
 Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, const Now& now) {
-  const Error unknown{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
+  const auto unknown = [] {
+    return Error{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
+  };
   if (const auto* message = std::get_if<MessageFrame>(&frame)) {
-    if (!user_->expects(message->channel)) return unknown;
+    if (!user_->expects(message->channel)) return unknown();
     const bool keep = user_->wants(message->channel, message->demand);
     return on_data(reassembly_.on_message(*message, packet, keep), now);
   }
   if (const auto* part = std::get_if<PartFrame>(&frame)) {
-    if (!user_->expects(part->channel)) return unknown;
+    if (!user_->expects(part->channel)) return unknown();
     return on_data(reassembly_.on_part(*part), now);
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {

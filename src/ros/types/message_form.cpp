@@ -9,6 +9,7 @@
 #include "ros/rcl/rcl_result.hpp"
 #include "ros/rcl/take_buffer.hpp"
 #include "ros/types/cdr_check.hpp"
+#include "ros/types/type_functions.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -23,6 +24,7 @@ class InstalledForm final : public MessageForm {
   InstalledForm(const rosidl_message_type_support_t* type,
                 const rosidl_message_type_support_t* introspection)
       : type_(type),
+        functions_(*type),
         introspection_(introspection),
         members_(*static_cast<const Members*>(introspection->data)),
         memory_(::operator new(members_.size_of_)) {
@@ -37,7 +39,7 @@ class InstalledForm final : public MessageForm {
   void* message() override { return memory_; }
 
   std::optional<std::string> write_to(rmw_serialized_message_t& bytes) override {
-    const rmw_ret_t result = rmw_serialize(memory_, type_, &bytes);
+    const rmw_ret_t result = serialize(bytes);
     size_ = bytes.buffer_length;
     const auto what = [this] {
       return std::string{"cannot serialize a "} + members_.message_name_;
@@ -58,13 +60,7 @@ class InstalledForm final : public MessageForm {
       return std::string{"not a "} + members_.message_name_ + ": " + *problem;
     }
     size_ = bytes.size();
-    const rmw_serialized_message_t message = as_serialized(bytes);
-    rmw_ret_t result = RMW_RET_ERROR;
-    try {
-      result = rmw_deserialize(&message, type_, memory_);
-    } catch (...) {
-      // Not every middleware catches the exceptions of its CDR library.
-    }
+    const rmw_ret_t result = deserialize(bytes);
     if (result == RMW_RET_OK) return std::nullopt;
     auto text = error_text(std::string{"not a "} + members_.message_name_, result);
     clear();
@@ -77,6 +73,19 @@ class InstalledForm final : public MessageForm {
   }
 
  private:
+  rmw_ret_t serialize(rmw_serialized_message_t& bytes) {
+    if (!functions_) return rmw_serialize(memory_, type_, &bytes);
+    return functions_.write(memory_, bytes) ? RMW_RET_OK : RMW_RET_ERROR;
+  }
+  rmw_ret_t deserialize(ByteView bytes) {
+    if (functions_) return functions_.read(bytes, memory_) ? RMW_RET_OK : RMW_RET_ERROR;
+    const rmw_serialized_message_t message = as_serialized(bytes);
+    try {
+      return rmw_deserialize(&message, type_, memory_);
+    } catch (...) {  // not every middleware catches the exceptions of its CDR library
+      return RMW_RET_ERROR;
+    }
+  }
   void init() { members_.init_function(memory_, ROSIDL_RUNTIME_C_MSG_INIT_ALL); }
   void clear() {
     members_.fini_function(memory_);
@@ -84,6 +93,7 @@ class InstalledForm final : public MessageForm {
   }
 
   const rosidl_message_type_support_t* const type_;
+  const TypeFunctions functions_;
   const rosidl_message_type_support_t* const introspection_;
   const Members& members_;
   void* const memory_;

@@ -60,15 +60,6 @@ TEST(LinkLife, WithNothingToGoOnWithADeadLinkIsForgottenAtOnce) {
   EXPECT_TRUE(life.is_to_be_forgotten(now_ms(3000)));
 }
 
-// Its mirrors wait for a peer that starts again, but nothing is kept for it.
-TEST(LinkLife, WhoRestartsReturnsWithoutWhatItHad) {
-  LinkLife life = open_link();
-  life.lost(Loss::kRestart, after(3000), now_ms(1000));
-  EXPECT_FALSE(life.may_return());
-  EXPECT_FALSE(life.is_to_be_forgotten(now_ms(2999)));
-  EXPECT_TRUE(life.is_to_be_forgotten(now_ms(3000)));
-}
-
 TEST(LinkLife, ALostLinkThatIsGivenUpEndsAtOnce) {
   LinkLife life = open_link();
   life.lost(Loss::kBreak, after(3000), now_ms(1000));

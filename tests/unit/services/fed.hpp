@@ -122,7 +122,8 @@ struct Fed : OfferedServices {
   void deliver(std::uint32_t call) { peer.link.outgoing({1})->on_delivered({call}, ms(at)); }
   void lose() {
     subject->on_link_lost({1});
-    peer.reconnect();
+    peer.lose();
+    peer.connect();
     said();
   }
 

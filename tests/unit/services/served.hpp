@@ -91,7 +91,8 @@ struct Served : topics_test::Actions {
   void detach() { peer.link.incoming({1})->on_withdraw({}, ms(at)); }
   void lose() {
     subject.on_link_lost({1});
-    peer.reconnect();
+    peer.lose();
+    peer.connect();
   }
   std::string said() { return peer.said(at); }
 

@@ -241,16 +241,9 @@ struct Thin : Exporting {
     for (OneLink* peer : peers) {
       offer(*peer);
       demand(*peer);
-      show_round_trip(peer->link.outbox());
+      peer->show_round_trip();
     }
     did();
-  }
-  static void show_round_trip(Outbox& outbox) {
-    outbox.add_channel({99}, {});
-    outbox.push({99}, flow_test::message(20'000), ms(0));
-    while (outbox.next(ms(0))) {
-    }
-    EXPECT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, ms(50)));
   }
   void compressed(std::size_t bytes, std::int64_t at) { finish(Payload::adopt(Bytes(bytes)), at); }
 };

@@ -1,6 +1,7 @@
 // A topic that a peer offers on channel 1, without a side.
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "core/compress/compress.hpp"
@@ -9,6 +10,8 @@
 namespace connect_bridge::topics_test {
 
 struct OfferedScript : Importing {
+  explicit OfferedScript(Duration resume_for = {})
+      : one(1, std::make_shared<Account>(), resume_for) {}
   ~OfferedScript() { context.mirrors.clear(); }  // before the links, whose memory they hold
   IncomingChannel& channel_1() { return *one.link.incoming({1}); }
   void give(InMessage message, std::int64_t at = 0) {

@@ -14,29 +14,37 @@ Now ms(std::int64_t at) {
   return flow_test::now_ms(at);
 }
 
-OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account)
-    : link({n}, *this, std::move(account)) {
+OneLink::OneLink(std::uint32_t n, std::shared_ptr<Account> account, Duration resume_for)
+    : link({n}, *this, std::move(account), resume_for) {
   connect();
 }
 
 OneLink::~OneLink() = default;
 
-void OneLink::connect() {
+void OneLink::connect(std::int64_t at) {
   const std::uint64_t n = link.id.value;
   auto connection = std::make_unique<Connection>(link_test::options(false), ConnectionId{n},
-                                                 "10.0.0." + std::to_string(n), ms(0));
-  while (connection->next_packet(ms(0))) {
+                                                 "10.0.0." + std::to_string(n), ms(at));
+  while (connection->next_packet(ms(at))) {
   }
   const auto welcome = encode(link_test::a_welcome(static_cast<std::uint8_t>(100 + n)));
-  connection->on_packet(false, Payload::copy_of(welcome), ms(0));
-  link.opened(std::move(connection), ms(0));
+  connection->on_packet(false, Payload::copy_of(welcome), ms(at));
+  link.opened(std::move(connection), ms(at));
   link.accepts.adopt(Accepts{{{{"/**"}, {}, {"/**"}, {"/**"}, {"/**"}}}, {}});
 }
 
-void OneLink::reconnect() {
-  link.lose(Loss::kBreak, ms(0));
+void OneLink::lose(std::int64_t at) {
+  link.lose(Loss::kBreak, ms(at));
   link.drop_connection();
-  connect();
+}
+
+void OneLink::show_round_trip(std::int64_t round_trip_ms) {
+  Outbox& outbox = link.outbox();
+  outbox.add_channel({99}, {});
+  outbox.push({99}, flow_test::message(20'000), ms(50 - round_trip_ms));
+  while (outbox.next(ms(50 - round_trip_ms))) {
+  }
+  EXPECT_TRUE(outbox.acknowledge({outbox.unacknowledged_bytes(), 1}, ms(50)));
 }
 
 std::string OneLink::said(std::int64_t at) {

@@ -18,17 +18,21 @@ Now ms(std::int64_t at);
 // Link n, open: what it would send is read as words. The peer accepts everything.
 struct OneLink final : private LinkUser {
   explicit OneLink(std::uint32_t n = 1,
-                   std::shared_ptr<Account> account = std::make_shared<Account>());
+                   std::shared_ptr<Account> account = std::make_shared<Account>(),
+                   Duration resume_for = {});
   ~OneLink();
-  // The connection is lost; another one carries the link at once.
-  void reconnect();
   // One packet per line.
   std::string said(std::int64_t at = 0);
+  // Its connection and channels are gone; owners of channels are told by the test.
+  void lose(std::int64_t at = 0);
+  // Another connection carries it.
+  void connect(std::int64_t at = 0);
+  // Its path has shown this round trip by 50 ms: a new connection may send 32 KiB in each.
+  void show_round_trip(std::int64_t round_trip_ms = 50);
 
   Link link;
 
  private:
-  void connect();
   Result<Nothing> on(Link&, const Offer&, const Now&) override;
   Result<Nothing> on(Link&, Accepts, const Now&) override;
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
