@@ -7,7 +7,7 @@ namespace connect_bridge {
 namespace {
 
 // A graph knows an endpoint before the name of its node, if that ever has one.
-constexpr Duration kNaming = std::chrono::seconds(2);
+constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
 
 }  // namespace
 
@@ -17,7 +17,8 @@ void SubscriberWarning::look(const Qos& qos, const Now& now) {
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos, mirror_.origin().node, patient);
   for (const auto& line : found.lines) context_.tell_once(mirror_, LogLevel::kWarn, line);
-  if (found.unnamed && !unnamed_) unnamed_ = context_.timers.set(now.steady + kNaming, &mirror_);
+  if (found.unnamed && !unnamed_)
+    unnamed_ = context_.timers.set(now.steady + kSubscriberNaming, &mirror_);
   if (!patient) unnamed_.cancel();
 }
 

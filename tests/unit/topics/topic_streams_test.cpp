@@ -130,21 +130,21 @@ TEST(TopicStreams, BehindTheWorkerNoMoreWaitThanTheSubscriptionKeeps) {
 }
 
 TEST(TopicStreams, LargeSamplesThatWaitHaveSoManyBytesOnly) {
-  constexpr std::size_t kMiB = 1 << 20;
+  constexpr std::size_t kOneMiB = 1 << 20;
   OneLink peer;
   Streams s({&peer}, kZstd, qos(100));
-  for (int i = 0; i < 4; ++i) s.encode(kZstd, kMiB, 'x', {&peer});
+  for (int i = 0; i < 4; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
   EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 0U);
-  for (int i = 0; i < 2; ++i) s.encode(kZstd, kMiB, 'x', {&peer});
+  for (int i = 0; i < 2; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
   EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 2U);  // three wait, of 4 bytes more each
 }
 
 // They come at once, and no other ones will.
 TEST(TopicStreams, AllLastSamplesOfLatchedOriginsGetThrough) {
-  constexpr std::size_t kMiB = 1 << 20;
+  constexpr std::size_t kOneMiB = 1 << 20;
   OneLink peer;
   Streams s({&peer}, kZstd, latched(2));
-  for (int i = 0; i < 8; ++i) s.encode(kZstd, kMiB, 'x', {&peer});
+  for (int i = 0; i < 8; ++i) s.encode(kZstd, kOneMiB, 'x', {&peer});
   EXPECT_EQ(s.dropped(peer, DropReason::kQueueBytes), 0U);
 }
 
