@@ -99,8 +99,9 @@ std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
                 who);
 }
 
-std::optional<Decision> Policy::decide_parameter_events(Direction direction,
+std::optional<Decision> Policy::decide_parameter_events(Direction direction, std::string_view type,
                                                         const Identity& who) const {
+  if (type != kParameterEventType) return std::nullopt;
   const Rule* first = nullptr;
   for (const auto& rule : rules_) {
     if (!applies_to(rule, who)) continue;

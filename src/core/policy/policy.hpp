@@ -67,10 +67,11 @@ class Policy {
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
                                                const Identity& who) const;
-  // Whether /parameter_events is carried at all, and how it is treated: by the first rule that
-  // opens the parameters of some node. Which of its origins are carried is decided by decide() for
-  // each.
+  // Whether /parameter_events with this type is carried at all (with another than its own it never
+  // is), and how it is treated: by the first rule that opens the parameters of some node. Which of
+  // its origins are carried is decided by decide() for each.
   [[nodiscard]] std::optional<Decision> decide_parameter_events(Direction direction,
+                                                                std::string_view type,
                                                                 const Identity& who) const;
 
   // What a peer with this identity may offer us (the wire's `accepts`).

@@ -101,7 +101,7 @@ std::optional<Decision> ImportContext::permission(const Link& link, const std::s
                                                   const std::string& type,
                                                   const std::string& action_type) const {
   if (is_parameter_events(InterfaceKind::kTopic, wire_name))
-    return policy.decide_parameter_events(Direction::kImport, link.login.identity());
+    return policy.decide_parameter_events(Direction::kImport, type, link.login.identity());
   return policy.decide(Direction::kImport, {InterfaceKind::kTopic, wire_name, type, action_type},
                        link.login.identity());
 }

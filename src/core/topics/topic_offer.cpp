@@ -23,8 +23,8 @@ std::optional<Decision> TopicOffer::own_permission() const {
   if (!wire_name) return std::nullopt;
   if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
     // Each origin is decided on its own, see is_withheld().
-    if (type != kParameterEventType) return std::nullopt;
-    return context_.policy.decide_parameter_events(Direction::kExport, link_.login.identity());
+    return context_.policy.decide_parameter_events(Direction::kExport, type,
+                                                   link_.login.identity());
   }
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   if (!action_type) return std::nullopt;

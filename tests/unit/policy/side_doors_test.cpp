@@ -37,6 +37,10 @@ std::string decided(const Policy& policy, Direction direction, const Interface& 
   return decision ? decision->rule : "denied";
 }
 
+std::optional<Decision> events(const Policy& policy, Direction direction, const Identity& who) {
+  return policy.decide_parameter_events(direction, kParameterEventType, who);
+}
+
 // How many of `all` the policy allows, each way, and a peer with its rules would take.
 std::size_t opened(const Policy& policy, const std::vector<Interface>& all) {
   std::size_t exported = 0;
@@ -182,8 +186,8 @@ TEST(Rights, IdentitiesNarrowAllKinds) {
     EXPECT_EQ(decided(policy, kExport, what, kNobody), "denied");
     EXPECT_FALSE(accepted_by(policy.accepts(kNobody), what));
   }
-  EXPECT_TRUE(policy.decide_parameter_events(kExport, kOperator));
-  EXPECT_FALSE(policy.decide_parameter_events(kExport, kNobody));
+  EXPECT_TRUE(events(policy, kExport, kOperator));
+  EXPECT_FALSE(events(policy, kExport, kNobody));
 }
 
 TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
@@ -200,9 +204,9 @@ TEST(Rights, TheFirstRuleThatOpensTheActionOrNodeTreatsAllOfIt) {
       policy.decide(kExport, InterfaceKind::kAction, "/nav/fib", kFibonacci, kOperator);
   ASSERT_TRUE(whole);
   EXPECT_EQ(whole->treatment, first.treatment);
-  const auto events = policy.decide_parameter_events(kExport, kOperator);
-  ASSERT_TRUE(events);
-  EXPECT_EQ(events->rule, "first");
+  const auto decision = events(policy, kExport, kOperator);
+  ASSERT_TRUE(decision);
+  EXPECT_EQ(decision->rule, "first");
 }
 
 TEST(Rights, ParametersHaveADirection) {
@@ -213,19 +217,26 @@ TEST(Rights, ParametersHaveADirection) {
     EXPECT_TRUE(policy.decide(kExport, what, kOperator));
     EXPECT_FALSE(policy.decide(kImport, what, kOperator));
   }
-  EXPECT_TRUE(policy.decide_parameter_events(kExport, kOperator));
-  EXPECT_FALSE(policy.decide_parameter_events(kImport, kOperator));
+  EXPECT_TRUE(events(policy, kExport, kOperator));
+  EXPECT_FALSE(events(policy, kImport, kOperator));
   EXPECT_TRUE(policy.accepts(kOperator).rules.empty());
 }
 
+// A peer could offer anything under that name otherwise: no pattern for topics is asked.
+TEST(Rights, ParameterEventsHaveTheirOwnTypeOnly) {
+  const Policy policy({rule(kTopics | kParameters, {"/**"})});
+  EXPECT_TRUE(policy.decide_parameter_events(kExport, kParameterEventType, kOperator));
+  EXPECT_FALSE(policy.decide_parameter_events(kExport, "p/msg/T", kOperator));
+}
+
 TEST(Rights, ParameterEventsAsAWholeCanBeDenied) {
-  EXPECT_FALSE(Policy{}.decide_parameter_events(kExport, kOperator));
-  EXPECT_FALSE(Policy{{rule(kTopics, {"/**"})}}.decide_parameter_events(kExport, kOperator));
+  EXPECT_FALSE(events(Policy{}, kExport, kOperator));
+  EXPECT_FALSE(events(Policy{{rule(kTopics, {"/**"})}}, kExport, kOperator));
   auto open = rule(kParameters, {"/nav/node"});
-  EXPECT_TRUE(Policy{{open}}.decide_parameter_events(kExport, kOperator));
+  EXPECT_TRUE(events(Policy{{open}}, kExport, kOperator));
   Rule closed;
   closed.deny = patterns({"/parameter_*"});
-  EXPECT_FALSE((Policy{{open, closed}}.decide_parameter_events(kExport, kOperator)));
+  EXPECT_FALSE(events(Policy{{open, closed}}, kExport, kOperator));
 }
 
 TEST(Accepts, IsWhatThisIdentityMayOffer) {

@@ -70,8 +70,10 @@ TEST(PeerTopics, WhatIsNoTopicOrHasNoProperNameIsDeclined) {
   Rule parameters = rule({}, {});  // whose topic no pattern for topics opens
   parameters.import_parameters = {Pattern::parse("/**").value()};
   s.policy = Policy({parameters});
-  s.offer_topic(4, "/parameter_events", "no type");
-  EXPECT_EQ(s.one.said(), "decline 4 not_permitted\n");
+  for (const char* type : {"no type", "p/msg/T"}) {
+    s.offer_topic(4, "/parameter_events", type);
+    EXPECT_EQ(s.one.said(), "decline 4 not_permitted\n") << type;
+  }
   EXPECT_EQ(s.topics(), "");
   EXPECT_EQ(s.did(), "");
 }
