@@ -44,6 +44,8 @@ CHANGES = [
     Mutant("answers of few bytes become gigabytes",
            "if (why.empty() && !link_.may_inflate(message, now))", "if (false)",
            within="Feed::on_message"),
+    Mutant("parameter events have any type",
+           "if (type != kParameterEventType) return std::nullopt;", ""),
     Mutant("a file that could not be read is not read again",
            "unusable_ = true;", ""),
     Mutant("a certificate that could not be read is not read again",

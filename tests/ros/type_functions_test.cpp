@@ -38,9 +38,8 @@ class Sample {
   Sample& operator=(const Sample&) = delete;
 
   [[nodiscard]] Bytes by_middleware() const {
-    return cleared([&](auto& bytes) {
-      return ignore_error(rmw_serialize(memory, support, &bytes));
-    });
+    return cleared(
+        [&](auto& bytes) { return ignore_error(rmw_serialize(memory, support, &bytes)); });
   }
   [[nodiscard]] Bytes by_functions() const {
     return cleared([&](auto& bytes) { return TypeFunctions(*support).write(memory, bytes); });
@@ -93,8 +92,7 @@ TEST_P(TypeFunctionsTest, ReadWhatTheMiddlewareReads) {
     const Sample other(GetParam());
     if (check_cdr(bytes, *one.introspection, call_limits(1U << 20))) continue;
     const auto message = as_serialized(bytes);
-    const bool by_middleware =
-        ignore_error(rmw_deserialize(&message, one.support, one.memory));
+    const bool by_middleware = ignore_error(rmw_deserialize(&message, one.support, one.memory));
     ASSERT_EQ(by_middleware, TypeFunctions(*other.support).read(bytes, other.memory));
     if (!by_middleware) continue;
     ++read;

@@ -59,8 +59,7 @@ TypeFunctions::TypeFunctions(const rosidl_message_type_support_t& type) {
 
 bool TypeFunctions::write(const void* message, rmw_serialized_message_t& bytes) const {
   const std::size_t size = kCdrHeaderSize + functions_->get_serialized_size(message);
-  if (bytes.buffer_capacity < size &&
-      !ignore_error(rmw_serialized_message_resize(&bytes, size)))
+  if (bytes.buffer_capacity < size && !ignore_error(rmw_serialized_message_resize(&bytes, size)))
     return false;
   try {
     FastBuffer buffer(as_chars(bytes.buffer), bytes.buffer_capacity);

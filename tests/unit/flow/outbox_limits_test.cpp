@@ -11,6 +11,27 @@ namespace {
 
 using std::chrono::milliseconds;
 
+TEST(OutboxQueue, APacketSaysWhetherAnotherFollows) {
+  Outbox outbox(one_by_one());
+  outbox.add_channel(kA, queue(Priority::kNormal));
+  const auto more = [&] { return outbox.next(now_ms(0)).value().more; };
+  outbox.push(kA, message(250), now_ms(0));
+  EXPECT_TRUE(more());
+  EXPECT_TRUE(more());
+  EXPECT_FALSE(more());
+  EXPECT_TRUE(outbox.push_control("text"));
+  EXPECT_FALSE(more());
+  EXPECT_TRUE(outbox.push_control("text"));
+  outbox.push_small(TimeRequest{1});
+  EXPECT_TRUE(more());
+  EXPECT_FALSE(more());
+  outbox.push(kA, message(150), now_ms(0));
+  EXPECT_TRUE(more());
+  outbox.clear_channel(kA);  // its open message is aborted
+  EXPECT_FALSE(more());
+  EXPECT_EQ(next(outbox), "-");
+}
+
 TEST(OutboxQueue, KeepLastDropsTheOldest) {
   Outbox outbox(one_by_one());
   auto options = queue(Priority::kNormal);
