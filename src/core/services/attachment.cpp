@@ -132,6 +132,7 @@ void Attachment::send_attached(const Now& now) {
   Attached attached{channel_, requests_, seen_, {}, service_.type_hash()};
   for (const auto& [id, call] : calls_) attached.calls.push_back(id);
   link_.send(attached);
+  // Behind the list: without it the peer takes no answers (docs/protocol.md section 9.7).
   for (auto it = calls_.begin(); it != calls_.end();) {
     ServedCall& call = (it++)->second;
     if (call.state() == ServedCall::State::kAnswered) push(call, now);
@@ -174,6 +175,7 @@ void Attachment::on_decline(const Decline& decline, const Now& now) {
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   if (requests_) return Error{CloseCode::kIllegal, "attached to a service twice"};
+  // A client takes the middleware about a millisecond, in which the loop does nothing else.
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
   link_.expect(attach.requests, *this);
@@ -224,6 +226,7 @@ Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
   const bool used_up = id.value >= kCallNumbersMax;
   if (used_up && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "call numbers are used up too often"};
+  // Whatever becomes of it: what is sent again is not executed (docs/protocol.md section 9.5).
   seen_ = id;
   take(std::move(message), now);
   // The peer has used up its call numbers; the calls of others go on.

@@ -28,6 +28,8 @@ void CallGate::open(ServiceClientId service, bool results) {
 void CallGate::server_gone(ServiceClientId service) {
   const auto it = services_.find(service);
   if (it == services_.end()) return;
+  // Its callers are dismissed one after the other, and what each gives back goes to others at once:
+  // none of those that are still there may be handed over then.
   it->second.placed.clear();
   it->second.queue.clear();
   it->second.timer.cancel();
@@ -47,6 +49,7 @@ void CallGate::dismiss(const Caller& caller) {
   if (!at) return;
   auto& [unused, state, service, link] = *at;
   link.waiting -= state.waiting.size();
+  // The first of them took no place of the link, see passes_link().
   if (!service.results && state.taken > 0) link.taken -= state.taken - 1;
   std::erase(link.turns, caller.service);
   std::erase(service.placed, caller);
@@ -80,6 +83,8 @@ void CallGate::preparing(const Caller& caller, CallId call) {
   ++at->service.preparing;
 }
 
+// The room that was reserved for a prepared call is taken by its request from now on. The next call
+// of the caller may begin only now: a worker may be slow, and calls are handed over in their order.
 void CallGate::handed_over(const Caller& caller, CallId call, InvocationId request, TimePoint now) {
   const auto at = find(caller);
   if (!at) return;
@@ -122,6 +127,8 @@ void CallGate::leave(const Caller& caller, CallId call) {
 }
 
 void CallGate::free_place(const Found& at) {
+  // In this order, as in take_place(): passes_link() is asked without the place in question, so
+  // that the link gets back exactly the places that it gave.
   --at.state.taken;
   if (!passes_link(at)) --at.link.taken;
 }
@@ -133,6 +140,8 @@ void CallGate::consider(const Caller& caller) {
 }
 
 void CallGate::mark(const Caller& caller) {
+  // What is marked while the gate is held is not remembered: whoever releases it considers all
+  // callers (ServiceExports::go_on). Several changes of one caller in a row need one look.
   if (!held_ && (due_.empty() || due_.back() != caller)) due_.push_back(caller);
 }
 
@@ -154,6 +163,9 @@ std::optional<CallGate::Next> CallGate::next(TimePoint now) {
   return std::nullopt;
 }
 
+// Without room it is looked at again when the server answers, or when it has been silent for so
+// long that its requests count as taken (watch). A caller that is let in shares places next: it has
+// none placed now, so its next call may line up behind those of other links.
 std::optional<CallGate::Next> CallGate::let_in(ServiceClientId id, TimePoint now) {
   const auto it = services_.find(id);
   if (it == services_.end()) return std::nullopt;
@@ -172,10 +184,15 @@ std::optional<CallGate::Next> CallGate::share_places(Caller caller, TimePoint no
   const auto link = links_.find(caller.link);
   if (link == links_.end() || link->second.closed) return std::nullopt;
   if (const auto at = find(caller)) {
+    // What takes no place of the link waits for no turn: a caller's only call, and calls for
+    // results. So a link whose places are all taken by services that never answer can still call
+    // each other one.
     while (passes_link(*at) && !at->state.waiting.empty() && has_place(at->state, at->service))
       if (auto found = take_place(*at, now)) return found;
     line_up(*at);
   }
+  // One call of each service, and then to the end of the line, if it has more: a service with a
+  // thousand calls that wait keeps no other one of its link from its turn.
   auto& turns = link->second.turns;
   while (!turns.empty() && link->second.taken < link_places_) {
     const Caller next{caller.link, turns.front()};
@@ -219,6 +236,7 @@ std::optional<CallGate::Next> CallGate::take_place(const Found& at, TimePoint no
 
 void CallGate::expire(TimePoint now) {
   while (const auto service = timers_.take_due(now)) {
+    // If callers still wait, let_in() sets it again for the requests that are left.
     services_.at(*service).timer.cancel();
     mark({{}, *service});
   }
@@ -238,6 +256,7 @@ std::optional<CallGate::Found> CallGate::find(const Caller& caller) {
   const auto state = callers_.find(caller);
   const auto service = services_.find(caller.service);
   if (state == callers_.end() || service == services_.end()) return std::nullopt;
+  // admit() has made the link's entry, which is forgotten after all its callers are dismissed.
   return Found{state->first, state->second, service->second, links_.at(caller.link)};
 }
 
@@ -254,6 +273,8 @@ bool CallGate::has_room(const CallerState& state, Service& service, TimePoint no
   return service.queue.has_room(state.terms.queue_depth, service.preparing, now);
 }
 
+// For the limit of calls that wait: one that can be placed at once is not refused because of the
+// many of its link that cannot.
 bool CallGate::would_wait(const Caller& caller) {
   const auto at = find(caller);
   return !at || !has_place(at->state, at->service) || !at->state.waiting.empty() ||

@@ -12,6 +12,7 @@ std::string DescriptionServers::service_of(const std::string& node) const {
 
 void DescriptionServers::update(const std::function<bool(const std::string&)>& exists, bool alone) {
   const auto& nodes = types_.nodes();
+  // What ends makes room for others, within kServersMax.
   for (auto it = servers_.begin(); it != servers_.end();) {
     const auto at = it++;
     if (nodes.empty() || (!at->first.empty() && !(alone && nodes.contains(at->first)))) {
@@ -25,6 +26,7 @@ void DescriptionServers::update(const std::function<bool(const std::string&)>& e
     if (alone && servers_.size() < kServersMax) servers_.try_emplace(node);
   for (auto& [node, server] : servers_) {
     const std::string service = service_of(node);
+    // Two servers of one name would both answer, and the caller would take whatever comes first.
     if (exists(service)) {
       end(server);
     } else if (!server.id && !server.failed) {
@@ -38,6 +40,7 @@ void DescriptionServers::update(const std::function<bool(const std::string&)>& e
 void DescriptionServers::end(Server& server) {
   if (!server.id) return;
   outputs_.push(DestroyServiceMirror{server.id});
+  // Descriptions that still come must not be given as answers of a mirror that does not exist.
   types_.calls().on_server_gone(server.id);
   server.id = {};
 }
@@ -55,6 +58,7 @@ bool DescriptionServers::on_failed(const ServiceMirrorFailed& failed) {
                                [&](const auto& entry) { return entry.second.id == failed.id; });
   if (at == servers_.end()) return false;
   types_.calls().on_server_gone(failed.id);
+  // Not tried again while the node is here: it would fail after each change of the graph.
   at->second = {{}, true};
   outputs_.log(LogLevel::kDebug, service_of(at->first) + " cannot be served: " + failed.reason);
   return true;

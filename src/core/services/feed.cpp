@@ -98,11 +98,13 @@ Result<Nothing> Feed::on_attached(const Attached& attached, const Now& now) {
 void Feed::reconcile(const Attached& attached, const Now& now) {
   const std::set<CallId> open(attached.calls.begin(), attached.calls.end());
   std::vector<CallId> forget;
+  // Nobody here waits for these any longer: without `forget` they would be executed for nobody.
   for (const CallId id : open)
     if (id <= attached.seen && !calls_.contains(id)) forget.push_back(id);
   for (auto it = calls_.begin(); it != calls_.end();) {
     MadeCall& call = (it++)->second;
     if (call.id() > attached.seen) {
+      // Nobody waits: it is never executed, and its number is left out (docs/protocol.md 9.6).
       if (!call.request()) {
         erase(call);
       } else if (call.is_kept() || call.is_delivered()) {
@@ -120,6 +122,7 @@ void Feed::reconcile(const Attached& attached, const Now& now) {
       erase(call);
     }
   }
+  // A feed may be newer than the epoch: its numbers begin behind those of the one before it.
   last_ = std::max(last_, attached.seen);
   std::sort(forget.begin(), forget.end());
   say_forget(std::move(forget));

@@ -31,11 +31,14 @@ void MadeCall::keep(Codec codec, std::uint32_t raw_bytes, const Payload& body) {
   message_.codec = codec;
   message_.raw_bytes = raw_bytes;
   message_.body = body;
+  // What waits, perhaps to be sent again, is the compressed request.
   request_bytes_.resize(body.size());
 }
 
 void MadeCall::on_delivered() {
   state_ = State::kDelivered;
+  // The exporter has it, and drops whatever comes again under its number: it need not be kept for
+  // another connection (docs/protocol.md section 9.7).
   message_.body = {};
   request_bytes_.release();
 }

@@ -14,6 +14,9 @@ RealService::RealService(ServiceKey key, Serving& serving)
 // ---- the graph
 
 void RealService::update_servers(const ServiceState& state, const Now& now) {
+  // Ids that come first may belong to servers that have been here all the time, as the graph has
+  // them only while there is a client. Whoever appears later cannot have got what was sent before
+  // (end_lost).
   std::map<Gid, TimePoint> servers;
   const auto first_seen = servers_.empty() ? TimePoint::min() : now.steady;
   for (const auto& server : state.servers) {
@@ -44,6 +47,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
 }
 
 void RealService::end(const Now& now) {
+  // First: while the attachments end one by one no call of another one may begin.
   serving_.gate.server_gone(client_);
   end_attachments(now);
   release_client();
@@ -63,6 +67,8 @@ void RealService::end_attachments(const Now& now) {
 }
 
 void RealService::end_lost(const Now& now) {
+  // Each call goes to all servers that are there. So what was handed over since the oldest of those
+  // that are left appeared may still be answered, and only what is older is lost.
   TimePoint since = TimePoint::max();
   for (const auto& [gid, seen] : servers_) since = std::min(since, seen);
   for (auto& [link, attachment] : attachments_) attachment.end_lost(since, now);
@@ -98,6 +104,8 @@ void RealService::recheck(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
   if (auto decision = permission(link)) {
+    // The peer declined it under a list that it has replaced by now: it may have forgotten that
+    // (docs/protocol.md, "decline"). Whoever rechecks collects new offers afterwards.
     if (it->second.is_to_be_offered_again()) return on_link_dead(link.id, now);
     return it->second.on_decision(std::move(*decision));
   }
@@ -129,6 +137,8 @@ void RealService::on_link_dead(LinkId link, const Now& now) {
   release_client();
 }
 
+// The new attachment draws another epoch, so numbers of the old one mean nothing any more. Others
+// keep theirs: a peer that uses up its numbers ends no calls but its own.
 void RealService::renew(LinkId link, const Now& now) {
   on_link_dead(link, now);
   serving_.offers_due = true;
@@ -169,6 +179,8 @@ void RealService::release_client() {
   note_action_use(false);
 }
 
+// A peer that is attached to the goals can send one at any time: feedback and status stay
+// subscribed as long as that (Exports::hold_action).
 void RealService::note_action_use(bool on) {
   const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
   if (part && part->part == ActionPart::kSendGoal)
@@ -177,6 +189,9 @@ void RealService::note_action_use(bool on) {
 
 void RealService::on(const ServiceReady& ready, const Now& now) {
   if (ready_ == ready.ready) return;
+  // The middleware cannot reach the server, though the graph may still show it. Nobody answers the
+  // calls under way. Who attaches to the new offer waits until it can be called (docs/protocol.md,
+  // 9.2).
   if (!ready.ready) {
     end(now);
     serving_.offers_due = true;
@@ -189,6 +204,9 @@ void RealService::on(const ServiceReady& ready, const Now& now) {
 }
 
 void RealService::on(const ServiceClientFailed& failed, const Now& now) {
+  // The attachments end but stay. So the links that had them are not offered the service at once
+  // and again without end, but when its servers change, or a client can be made after all
+  // (forget_ended).
   serving_.by_client.erase(client_);
   const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
   serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
@@ -223,6 +241,7 @@ ServedCall* RealService::take_invocation(InvocationId invocation) {
 }
 
 void RealService::on(ResponseTaken& response, const Now& now) {
+  // Also if nobody waits for it any longer: it shows that the server takes its requests.
   serving_.gate.answered(client_, response.invocation, now.steady);
   if (ServedCall* call = take_invocation(response.invocation))
     call->on_response(std::move(response.payload), now);

@@ -15,6 +15,8 @@ ServedCall::ServedCall(Attachment& attachment, CallId id, InMessage request, con
       call_(attachment.load().calls.hold(1)),
       request_bytes_(attachment.load().request_bytes.hold(request.body.size())),
       request_(std::move(request)) {
+  // From the arrival of the request, so that the time at the gate counts (docs/protocol.md section
+  // 9.5, rule 9). A result comes when its goal ends.
   const Duration timeout = attachment.treatment().call_timeout;
   if (!attachment.service().gives_results() && timeout != kForever)
     timer_ = serving_.timers.set(now.steady + timeout, {&attachment, this});
@@ -37,6 +39,8 @@ void ServedCall::leave() {
 }
 
 void ServedCall::set_state(State next) {
+  // The order of the states counts: up to kHandedOver the gate knows the call, which takes its
+  // places there; from kAnswered on no time limit applies, as the server has done its part.
   const bool was_at_gate = state_ <= State::kHandedOver;
   leave();
   state_ = next;
@@ -53,6 +57,7 @@ void ServedCall::keep_copy() {
 void ServedCall::begin(const Now& now) {
   const bool waits = request_.codec != Codec::kNone && serving_.jobs.is_large(request_.raw_bytes);
   if (waits) keep_copy();  // for a worker
+  // Taken out first: with the state it would be forgotten (leave).
   const InMessage request = std::move(request_);
   if (request.codec == Codec::kNone) return hand_over(request.body, now);
   if (waits) {
@@ -76,6 +81,7 @@ void ServedCall::on_response(Payload answer, const Now& now) {
   set_state(State::kEncoding);
   const std::size_t size = answer.size();
   answer_.body = std::move(answer);
+  // Counted before it is judged: the answer is here, whatever the limits say.
   answer_bytes_ = attachment_.load().answer_bytes.hold(size);
   if (const std::string why = attachment_.no_room_for_answer(size); !why.empty())
     return attachment_.withhold(*this, why, now);

@@ -24,6 +24,8 @@ void ServerQueue::answered(InvocationId request, TimePoint now) {
   progress_ = now;
 }
 
+// That a request never left, and that its answer cannot be used, look alike here: so unlike an
+// answer this proves nothing about the requests before it.
 void ServerQueue::failed(InvocationId request) {
   std::erase_if(untaken_, [&](const Entry& entry) { return entry.request == request; });
 }
@@ -38,6 +40,9 @@ void ServerQueue::clear() {
 }
 
 std::optional<TimePoint> ServerQueue::deadline() const {
+  // An answer shows that the server goes on to those behind only now, so their time is counted from
+  // then. Else what waits behind long calls would count as taken while it still fills the server's
+  // queue.
   if (untaken_.empty()) return std::nullopt;
   return std::max(untaken_.front().handed_over, progress_) + silence_max_;
 }

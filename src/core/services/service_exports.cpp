@@ -41,6 +41,8 @@ void ServiceExports::on_link_lost(LinkId link) {
 }
 
 void ServiceExports::on_link_dead(LinkId link, const Now& now) {
+  // Closed first: as its attachments end one by one, the places that become free must not begin
+  // calls of those that end next. The link's entries go last, as calls give back to them.
   serving_.gate.close(link);
   for (auto& [key, service] : services_) service.on_link_dead(link, now);
   serving_.gate.forget(link);

@@ -34,15 +34,20 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
     audit(mirroring_.outputs, link, AuditEvent::kChannelRefused, shown, reason, code);
     link.send(Decline{offer.channel, code, reason});
   };
+  // Names and types go into rules, logs and the local graph, so they are checked before anything
+  // else looks at them.
   if (!is_canonical_name(offer.name) || !is_service_type(offer.type))
     return no("not_permitted", "the name or type is not canonical");
   auto decision = mirroring_.policy.decide(
       Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
       link.login.identity());
   if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
+  // Through `remap` two names on the wire may come to one name here: they would share a mirror,
+  // though the rules judge each by its own name.
   if (names.to_wire(names.to_local(offer.name)) != offer.name)
     return no("not_permitted", "another name is mapped to its name here");
   const ServiceKey key{names.to_local(offer.name), offer.type};
+  // Before an entry is made: a peer could offer one name with types without end.
   if (has_too_many_types(mirroring_, link, key))
     return no("limit", "its name is offered with too many types");
   auto& service = mirroring_.services[key];
@@ -71,6 +76,7 @@ void ServiceImports::on_link_dead(LinkId link, const Now& now) {
     MirroredService& service = *(it++)->second;
     if (service.on_link_dead(link)) mirroring_.update(service, now);
   }
+  // Last: the calls that have ended now gave back to it.
   mirroring_.loads.erase(link);
 }
 
@@ -148,6 +154,8 @@ bool ServiceImports::take_claim_change() {
   const bool nodes = mirroring_.types.take_nodes_change();
   const bool look = std::exchange(graph_changed_, false) || nodes || changed;
   if (!look || !mirroring_.options.describes_types) return changed;
+  // A service that is claimed counts, though its mirror is not made yet: else a server of ours
+  // would appear in its place, and the two would stand side by side for a moment.
   const auto exists = [this](const std::string& name) {
     const auto& services = mirroring_.services;
     for (auto at = services.lower_bound({name, ""}); at != services.end(); ++at) {
