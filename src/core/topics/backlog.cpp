@@ -15,6 +15,8 @@ bool is_behind(std::uint32_t sequence, std::uint32_t last) {
 
 void LinkBacklog::keep_bound() {
   while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {
+    // The new message may be the one that goes: it is in the topic with the most bytes, perhaps
+    // alone. Each turn makes that topic smaller, so it ends.
     const auto most =
         std::max_element(topics_.begin(), topics_.end(),
                          [](const Backlog* a, const Backlog* b) { return a->bytes_ < b->bytes_; });
@@ -53,6 +55,9 @@ void Backlog::add(OutMessage message) {
 }
 
 std::deque<OutMessage> Backlog::take(std::uint32_t after) {
+  // Messages that were begun on the lost connection have a number and are the first. Of these the
+  // peer says how far it has got; those without a number never left. What it has counts as arrived,
+  // though no acknowledgement said so, and not as dropped (Backlogs::go_on).
   while (!messages_.empty() && messages_.front().sequence != 0 &&
          !is_behind(messages_.front().sequence, after))
     messages_.pop_front();
@@ -62,6 +67,7 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   return std::exchange(messages_, {});
 }
 
+// It may stay for a moment as an empty mark, for which nothing is kept (Backlogs::take_over).
 void Backlog::end(DropReason reason) {
   while (!messages_.empty()) drop_oldest(reason);
   over_ = true;

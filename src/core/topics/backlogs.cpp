@@ -6,6 +6,12 @@
 
 #include "core/topics/exported_topic.hpp"
 
+// The course of a break, for one topic and one link (docs/protocol.md section 8.10). When the
+// connection is about to be lost, begin() takes what may not have arrived out of the link's queue.
+// Then add() keeps each new reliable sample. When the link is back and the topic is offered to it
+// again, take_over() says whether the offer continues (`resume`). The first demand decides: go_on()
+// sends the rest behind what the peer has, or drops it. If that demand does not come in time,
+// end_overdue() drops it. A further loss before it changes nothing but the time (renew).
 namespace connect_bridge {
 namespace {
 
@@ -18,6 +24,7 @@ TopicStatus status_of(const TopicKey& key) {
 }
 
 void keep(Backlog& backlog, const OutSample& sample) {
+  // Raw: how it is to be compressed depends on the connection that will carry it.
   OutMessage message = TopicOffer::message_of(sample, Codec::kNone, sample.raw);
   message.resumes = true;
   backlog.add(std::move(message));
@@ -54,6 +61,8 @@ void Backlogs::begin(TopicOffer& offer, LinkId link, const std::vector<OutSample
   LinkBacklog& all =
       context_.kept.try_emplace(link, context_.options.resume_bytes_max, lost.memory).first->second;
   Backlog& backlog = backlogs_.try_emplace(link, all, lost, std::move(options)).first->second;
+  // In the order of the channel: what the link had in its queue was taken before what a worker
+  // still compresses.
   for (auto& message : unarrived.messages) backlog.add(std::move(message));
   for (const auto& sample : encoding)
     if (sample.reliable) keep(backlog, sample);
@@ -142,7 +151,10 @@ void Backlogs::remove(std::map<LinkId, Backlog>::iterator backlog, const Now& no
   Link& link = backlog->second.link();
   link.keep_counts({std::move(counts)});
   backlogs_.erase(backlog);
+  // The topic may be over with that, but cannot be destroyed while it is asked: its next deadline,
+  // at once, does it.
   if (backlogs_.empty()) ended_ = context_.timers.set(now.steady, &topic_);
+  // One line of the log for all topics of the link, when the last of them has ended.
   const auto all = context_.kept.find(link.id);
   if (!all->second.empty()) return;
   const auto resumed = all->second.resumed();

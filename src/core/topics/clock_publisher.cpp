@@ -31,6 +31,7 @@ void ClockPublisher::start(const std::string& topic, Outputs& outputs, const Now
   claimed_ = service_gid("time on " + topic);  // no service has such a name
   claim_changed_ = true;
   next_ = now.steady;
+  // The link was dead: what its peer's clock did before says nothing about now.
   sample_.reset();
   rate_ = 1.0;
   measured_rate_ = 1.0;
@@ -48,6 +49,8 @@ void ClockPublisher::add_mirrored(Claim& claim) const {
 
 void ClockPublisher::on_reply(const TimeReply& reply, Stamp t4) {
   if (reply.ros <= 0 || !is_plausible(reply.ros) || !is_plausible(reply.t1)) return;
+  // The peer read its clock somewhere within the round trip; its middle is wrong by half of that at
+  // the most (as in RFC 5905 section 8).
   const Stamp round_trip = t4 - reply.t1;
   if (round_trip < 0) return;
   const Sample sample{t4 - round_trip / 2, reply.ros};
@@ -72,9 +75,12 @@ Stamp ClockPublisher::ros_at(Stamp local) const {
 
 void ClockPublisher::on_time(Outputs& outputs, const Claims& claims, const Now& now) {
   if (!mirror_ || now.steady < next_) return;
+  // A loop that stood still makes up for no ticks: they would come at once, with nearly one time.
   next_ = std::max(next_ + period_, now.steady);
   if (!sample_ || claims.service_taken(claimed_, true)) return;
   Stamp ros = ros_at(now.system);
+  // A new sample may correct the estimate downwards by a little: then time stands still until the
+  // peer's has caught up. By more than a second the peer's time has jumped, and ours follows.
   if (ros < last_published_ && last_published_ - ros < kStampSecond) ros = last_published_;
   last_published_ = ros;
   outputs.push(Publish{mirror_, clock_message(ros)});

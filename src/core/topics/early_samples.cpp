@@ -33,6 +33,8 @@ QosOverride EarlySamples::rules_of_awaited() const {
 }
 
 void EarlySamples::add(const OutSample& sample, const Now& now) {
+  // A link that joins gets the samples before this one first, so that its order is that of the
+  // others.
   for (auto& [link, offer] : offers_)
     if (is_awaited(offer, link) && !waiting_.contains(link)) join(offer, link, now);
   for (auto& [link, offer] : offers_)
@@ -53,6 +55,9 @@ void EarlySamples::join(TopicOffer& offer, LinkId link, const Now& now) {
 
 void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now) {
   const std::size_t bytes = sample.raw.size();
+  // A peer makes this side keep samples just by saying that it listens, to as many topics as it
+  // likes. So beyond the limits of its identity and of all nothing new is kept; within those of the
+  // topic the oldest gives way.
   Budget& of_account = offer.link().account->early;
   if (bytes > kBytesMax || of_account.used() + bytes > kAccountBytesMax ||
       context_.early.used() + bytes > kAllBytesMax)
@@ -81,6 +86,7 @@ void EarlySamples::keep(TopicOffer& offer, LinkId link, const OutSample& sample,
 }
 
 std::deque<OutSample> EarlySamples::answer(LinkId link) {
+  // From now on its demand decides, whatever it was: what is published goes the usual way.
   over_.insert(link);
   const auto waiting = waiting_.find(link);
   if (waiting == waiting_.end()) return {};
@@ -94,6 +100,7 @@ void EarlySamples::on_time(const Now& now) {
   for (const auto& [link, waiting] : waiting_)
     if (waiting.until.at() <= now.steady) late.push_back(link);
   for (const LinkId link : late) {
+    // For this offer the link is over with that: what is published later is not kept for it either.
     const std::size_t count = answer(link).size();
     if (const auto offer = offers_.find(link); offer != offers_.end())
       offer->second.drop(DropReason::kNoDemand, count);

@@ -143,6 +143,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   const bool subscribed = bool(subscription_);
   // It is tried again, for all.
   if (offer.demanded() && std::exchange(failed_, false)) offer_closed_again();
+  // What was kept over a break comes first; else what a worker has is of an ended demand.
   if (!backlogs_.go_on(offer, link, demand, now))
     offer.drop(DropReason::kNoDemand, streams_.forget(link).size());
   update_subscription(now);
@@ -159,6 +160,7 @@ void ExportedTopic::on_time(const Now& now) {
   streams_.on_time(now);
   if (backlogs_.end_overdue(now)) update_subscription(now);
   early_.on_time(now);
+  // Last: what still waits anywhere keeps its origin (drained).
   remove_vanished(now);
   if (late_ && late_.at() <= now.steady) update_subscription(now);
 }

@@ -15,6 +15,8 @@ void Exports::on_graph(const Now& now) {
 }
 
 void Exports::recheck(const Link& link, const Now& now) {
+  // Listeners first: which of them count, and by which rules, decides what a topic is subscribed as
+  // when it looks at its offers.
   context_.listeners.recheck(link, now);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.recheck(link, now);
@@ -35,6 +37,8 @@ Result<Nothing> Exports::on_listeners(Link& link, const Listeners& change, const
 void Exports::update_listened(const Now& now) {
   std::set<std::string> left;
   for (const TopicKey& key : context_.listeners.take_changes()) {
+    // Also when the last listener has left: the topic is there then, and ends here unless something
+    // else keeps it.
     const auto topic = topics_.try_emplace(key, context_, key).first;
     topic->second.on_listeners(now);
     if (topic->second.is_over()) left.insert(erase(topic));
@@ -61,6 +65,7 @@ void Exports::update_subscriptions(const std::string& name, const Now& now) {
 }
 
 void Exports::on_link_lost(LinkId link, const Now& now) {
+  // First, so that no topic is subscribed again for a listener that goes with the same link.
   context_.listeners.on_link_lost(link);
   update_listened(now);
   for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
@@ -118,6 +123,8 @@ void Exports::on_subscription_failed(const SubscriptionFailed& failed) {
 void Exports::on_time(const Now& now) {
   context_.listeners.on_time(now);
   update_listened(now);
+  // Names of topics that are over. Others of these names are looked at behind the loop, not while
+  // it erases.
   std::set<std::string> left;
   while (const auto due = context_.timers.take_due(now.steady)) {
     ExportedTopic& topic = **due;

@@ -32,6 +32,8 @@ Result<Nothing> FarListeners::on_listeners(Link& link, const Listeners& change, 
   OfLink& of_link = links_[link.id];
   of_link.link = &link;
   auto& listeners = of_link.listeners;
+  // Those that go are first (docs/protocol.md, "listeners"), so a peer at its limit can replace all
+  // in one message. Each may end a subscription here, so a peer must not do that without a pause.
   for (const ListenerId gone : change.removed) {
     const auto it = listeners.find(gone);
     if (it == listeners.end()) continue;
@@ -62,12 +64,16 @@ void FarListeners::add(const Link& link, const ListenerTold& told, const Now& no
   admit({link.id, told.listener}, listener, now);
 }
 
+// By both sides' rules for a topic that this side exports (docs/protocol.md, "listeners", rule 2).
+// Parts of actions and what is not ours by its name have no topic, and are never permitted.
 void FarListeners::decide(const Link& link, Listener& listener) const {
   const bool before = std::exchange(listener.permitted, false);
   if (!listener.topic || !link.accepts) return;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
   const auto decision = side_.policy.decide(Direction::kExport, what, link.login.identity());
   if (!decision) return;
+  // While a long list is being compared the last answer holds: a new list that changes nothing must
+  // not end subscriptions.
   listener.permitted = link.accepts->takes(what).value_or(before);
   listener.rule = decision->treatment.qos;
 }
@@ -78,6 +84,7 @@ void FarListeners::recheck(const Link& link, const Now& now) {
   for (auto& [id, listener] : of_link->second.listeners) {
     const QosOverride before = listener.rule;
     decide(link, listener);
+    // The topic may have to be subscribed in another way (rules_of).
     if (listener.counts && !(listener.rule == before)) changed_.insert(*listener.topic);
     admit({link.id, id}, listener, now);
   }
@@ -123,6 +130,7 @@ Duration FarListeners::wait_to_count(const OfLink& of_link, const TopicKey& topi
     lacking = "no memory is left in its share (memory_max)";
   if (has_too_many_types(account, topic)) lacking = "a name has too many types";
   if (!lacking) return account.wait_to_appear(account.listeners, now.steady);
+  // It may be there when others end, which nobody tells: so it is asked for again.
   side_.outputs.log_once(
       account.told, LogLevel::kWarn,
       "not all listeners of a peer have a subscription here: " + std::string(lacking));
@@ -147,6 +155,7 @@ void FarListeners::set(Key key, Listener& listener, bool counts) {
   links_.at(key.first).counting += counts ? 1 : -1;
   changed_.insert(*listener.topic);
   const auto topic = topics_.try_emplace(*listener.topic).first;
+  // Who joins a topic that is subscribed already is shown at once; the others when it is (show).
   if (counts) {
     topic->second.listeners[key] = &listener;
     if (topic->second.shown) show(listener, true);

@@ -40,6 +40,7 @@ bool FirstMessages::keep(const Payload& raw, TimePoint expires, OfferedTopic* fe
     feeder->on_lost(1, DropReason::kQueueDepth);
   }
   held_.resize(bytes_);
+  // Not always the latest: with another rule, or from another link, its time may be shorter.
   if (due_ && messages_.back().leaves() < due_.at()) set_due();
   return true;
 }
@@ -58,6 +59,8 @@ void FirstMessages::publish_due(Outputs& outputs, MirrorId mirror, OfferedTopic*
     due_.cancel();
     return publish(outputs, mirror, feeder, now);
   }
+  // One that cannot wait any longer takes those before it along, so that the order stays: they are
+  // lost to subscribers that have not found the mirror yet, as it is itself.
   const auto last = std::find_if(messages_.rbegin(), messages_.rend(), [&](const Waiting& message) {
     return message.leaves() <= now.steady;
   });
@@ -73,6 +76,8 @@ void FirstMessages::publish(Outputs& outputs, MirrorId mirror, OfferedTopic* fee
 void FirstMessages::publish_first(std::ptrdiff_t count, Outputs& outputs, MirrorId mirror,
                                   OfferedTopic* feeder, const Now& now) {
   for (; count > 0; --count) {
+    // What waited for the name of its origin's node may be too old by now. It was counted as
+    // published when it came (OfferedTopic::on_lost).
     const bool fresh = messages_.front().expires >= now.steady;
     Payload raw = take();
     if (fresh) {

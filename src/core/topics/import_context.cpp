@@ -24,6 +24,8 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   const auto known = mirrors.find(key);
   const bool is_known = known != mirrors.end();
   if (is_known && known->second.candidate(link.id)) return &known->second;
+  // From the narrowest limit to the widest: of the link, of one topic of it, and then what its
+  // identity may have of the places that all share.
   if (link.mirrors.all() >= options.mirrors_max) return nullptr;
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && link.account->places.room() == 0) return nullptr;

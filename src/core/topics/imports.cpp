@@ -23,6 +23,8 @@ void Imports::on_link_dead(LinkId link, const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     Mirror& mirror = (it++)->second;
     if (!mirror.candidate(link)) continue;
+    // While the candidate is still there: what the link brings when it returns depends on whether
+    // another one may feed the mirror meanwhile.
     mirror.lose_link(link);
     context_.remove_candidate(mirror, link, now);
   }
@@ -45,6 +47,8 @@ void Imports::on_graph(const Now& now) {
 }
 
 void Imports::on_claims(LinkTable& links, const Now& now) {
+  // What another bridge mirrors now, subscribers here get from it. If the link went on where it
+  // ended, they would get it twice (docs/protocol.md section 8.10, rule 3).
   for (auto& [id, link] : links)
     forget_origins(link.arrived, [&](const Gid& gid) { return context_.claims.claimed(gid); });
   for (auto& [key, mirror] : context_.mirrors) mirror.on_claims(now);
@@ -60,7 +64,10 @@ bool Imports::is_permitted_as_before(const Mirror& mirror) const {
 }
 
 void Imports::on_policy(const Now& now) {
-  // What waits in a mirror came under the rules before.
+  // What waits in a mirror came under the rules before. Then all topics are judged, and only then
+  // mirrors are renewed: whoever feeds one by then has been judged. A lost link has no topics to
+  // judge, but keeps its candidates, which are looked at themselves. Last samples are asked for at
+  // the end, from whoever feeds by then.
   std::vector<MirrorKey> emptied;
   for (auto& [key, mirror] : context_.mirrors) {
     if (!mirror.has_first() || is_permitted_as_before(mirror)) continue;
@@ -82,6 +89,8 @@ void Imports::on_policy(const Now& now) {
 }
 
 void Imports::expect_goal(const std::string& action, const Now& now) {
+  // Without a subscriber there is no demand, and the first feedback would be lost while the graph
+  // still has to show that the caller subscribes.
   for (const ActionPart part : {ActionPart::kFeedback, ActionPart::kStatus}) {
     const std::string name = name_of_part(action, part);
     for (auto it = context_.mirrors.lower_bound({{name, ""}, Gid{}});
@@ -142,6 +151,8 @@ void Imports::add_mirrored(Claim& claim) const {
   for (const auto& [key, mirror] : context_.mirrors)
     if (mirror.is_claimed()) claim.origins.push_back({key.second, mirror.feeds()});
   for (const auto& [id, made] : context_.made)
+    // Others know by these ids which publishers are mirrors, also under proxy nodes
+    // (docs/protocol.md section 14, rule 6).
     if (made.gid != Gid{}) claim.mirrors.push_back(made.gid);
 }
 

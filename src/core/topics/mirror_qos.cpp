@@ -19,6 +19,7 @@ Qos mirror_qos(const Qos& origin, const QosOverride& ruled, const TopicOptions& 
   Qos qos = origin;
   qos.depth = keep_all ? depth_max : std::min(qos.depth, depth_max);
   qos.history = History::kKeepLast;
+  // The operator's rule comes after the limits for peers, and may ask for more.
   qos = with_override(qos, ruled);
   const bool latched = qos.durability == Durability::kTransientLocal;
   if (qos.depth == 0) qos.depth = latched ? options.latched_depth : options.default_depth;

@@ -6,6 +6,13 @@
 #include "core/policy/interface.hpp"
 #include "core/topics/import_context.hpp"
 
+// The times, all to be over before the mirror feeds: 500 ms since the first picture of the graph
+// (kDiscovery); beside another bridge also 250 ms since it was made (kTopicSettle), in which claims
+// of the same origin cross; and while a bridge that a peer has named as a neighbour is not heard,
+// 3.5 s since that first picture (kNeighbourDiscovery). In this last time nothing is claimed
+// (`released_`), so that a bridge that need not wait does not give way; when it ends, the mirror
+// claims and takes 250 ms more if anybody may contest that. docs/protocol.md section 14, rules 4
+// and 5.
 namespace connect_bridge {
 
 void MirrorSettling::begin(MirrorId id, Duration least, const Now& now) {
@@ -29,6 +36,7 @@ void MirrorSettling::end() {
 
 void MirrorSettling::again(const Now& now) {
   const TimePoint settled = now.steady + kTopicSettle;
+  // It keeps feeds_: the claim stays as it was, or another bridge would take over what only pauses.
   settles_ = context_.timers.set(settles_ ? std::max(settles_.at(), settled) : settled, &mirror_);
 }
 
@@ -53,6 +61,8 @@ void MirrorSettling::release(bool silent, const Now& now) {
 
 void MirrorSettling::on_claims(const Now& now) {
   const bool misses = context_.claims.misses();
+  // Once it feeds nobody is waited for, whoever is named later (docs/protocol.md section 7, rule
+  // 5).
   if (!settles_ || feeds_ || misses == waits_for_neighbours_) return;
   waits_for_neighbours_ = released_ = misses;
   context_.claim_changed = true;

@@ -27,6 +27,8 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
     // The graph may know an endpoint before the name of its node.
     const bool named = origin.node.empty() && !node_of(publisher).empty();
     if (named) origin.node = node_of(publisher);
+    // A node's name is told later as another `added` of the same number (docs/protocol.md,
+    // "origins", rule 3).
     if (is_new || named) told.push_back(publisher.gid);
     origin.vanishes.cancel();
     origin.lingering = false;
@@ -43,6 +45,9 @@ std::vector<Gid> Origins::update(const TopicState* state, const Now& now) {
 std::vector<OriginId> Origins::remove_vanished(bool drained,
                                                const std::function<bool(OriginId)>& is_kept,
                                                const Now& now) {
+  // What is kept for a lost link holds its origin for as long as it is kept: the link's own time
+  // limit ends that. What waits in a queue holds it once for kOriginLingerMax: a peer that takes
+  // nothing must not keep an origin for ever.
   std::vector<OriginId> removed;
   for (auto it = origins_.begin(); it != origins_.end();) {
     Origin& origin = it->second;
@@ -78,6 +83,7 @@ Origin* Origins::find(const Gid& gid, Durability subscribed) {
   };
   std::uint64_t all = 0;
   for (const auto& [id, origin] : origins_) all += share(origin);
+  // The samples of one turn go to the origins in their order, to each as many as it keeps.
   std::uint64_t turn = turns_++ % all;
   auto it = origins_.begin();
   for (; turn >= share(it->second); ++it) turn -= share(it->second);

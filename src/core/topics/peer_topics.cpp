@@ -9,12 +9,16 @@
 namespace connect_bridge {
 void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
   const NameMap& names = context_.graph_options.names;
+  // Nothing else may be read of a kind that is not known: it may be one of a later version
+  // (docs/protocol.md section 15).
   if (offer.kind != InterfaceKind::kTopic)
     return decline(offer, "unsupported", "such channels are not forwarded");
   if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
     return decline(offer, "not_permitted", "the name or type is not canonical");
   auto decision = context_.permission(link_, offer.name, offer.type, offer.action_type);
   if (!decision) return decline(offer, "not_permitted", "no rule allows importing " + offer.name);
+  // Through `remap` two names on the wire may come to one name here, and the rules judge each by
+  // its own name.
   const std::string local = names.to_local(offer.name);
   if (names.to_wire(local) != offer.name)
     return decline(offer, "not_permitted", "another name is mapped to its name here");
@@ -75,6 +79,7 @@ std::optional<Payload> PeerTopics::decompress_at_once(const InMessage& message, 
   if (message.codec == Codec::kNone) return message.body;
   const auto bytes = static_cast<double>(message.raw_bytes);
   if (at_once_.owed(now.steady) + bytes > kAtOnceMax) return std::nullopt;
+  // Before it is tried: bytes that do not decompress have cost their time, too.
   at_once_.take(bytes, now.steady);
   auto raw = decompress(message.body.view(), message.codec, message.raw_bytes);
   if (!raw) return std::nullopt;
@@ -88,11 +93,16 @@ void PeerTopics::on_link_lost(const Now& now) {
 void PeerTopics::change_demand(const OfferedTopic& topic, bool on) {
   auto& now_in = on ? wants_ : ends_;
   auto& before_in = on ? ends_ : wants_;
+  // What changes back before it was told is not told: the peer goes on as if nothing had happened,
+  // and so does this side.
   if (std::erase(before_in, topic.number()) == 0) now_in.push_back(topic.number());
 }
 
 void PeerTopics::send_demands() {
   // A topic may be withdrawn by now.
+  // Ends go first: a channel may be demanded again under a new number. All that begins has one
+  // number, as only messages of one channel are compared by it. `resume` and `after` hold for all
+  // channels of their message, so there are up to three messages.
   for (const ChannelId number : ends_)
     if (const auto topic = topics_.find(number); topic != topics_.end()) topic->second.end_demand();
   if (!ends_.empty()) link_.send(Demand{std::exchange(ends_, {}), 0});

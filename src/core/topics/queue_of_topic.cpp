@@ -21,6 +21,8 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   queue.priority = priority_of(key, treatment);
   queue.may_be_light = !treatment.priority && queue.priority != Priority::kUrgent &&
                        queue.priority != Priority::kBulk;
+  // A limit of the operator is one for bursts, too. Without it a burst may have what the link
+  // allows one channel (Outbox::add_channel).
   if (treatment.queue_bytes_max > 0) {
     queue.queue_bytes_max = treatment.queue_bytes_max;
   } else {

@@ -9,6 +9,8 @@ bool SubscribedNames::are_free(const std::string& name, const ExportedTopic& top
 
 ExportedTopic* SubscribedNames::take(const std::string& name, ExportedTopic& topic, bool stands) {
   taken_[name].insert(&topic);
+  // A topic with publishers never gives way, so several types of a name may be subscribed for
+  // those. What stands for listeners alone gives way to them: the caller ends it.
   if (stands) {
     standing_[name] = &topic;
     return nullptr;

@@ -50,11 +50,15 @@ std::map<ToldListeners::Key, ToldListeners::Listener> ToldListeners::listeners_f
 void ToldListeners::tell(Link& link) {
   if (!link.open()) return;
   Told& told = links_[link.id];
+  // Rules are asked once for each topic and link, as this runs with each picture of the graph. What
+  // left the graph is forgotten, so that the memory of answers stays as large as the graph.
   std::erase_if(told.permitted, [&](const auto& p) { return !side_.graph.find(p.first); });
   auto present = listeners_for(told, link);
   Listeners change;
   for (auto it = told.listeners.begin(); it != told.listeners.end();) {
     const auto still = present.find(it->first);
+    // Of a listener nothing can be changed on the wire: with another QoS it goes, and comes again
+    // under a new number.
     if (still != present.end() && still->second.qos == it->second.qos) {
       ++it;
       continue;
@@ -82,6 +86,8 @@ void ToldListeners::tell(Link& link) {
 void ToldListeners::send(Link& link, Listeners change) {
   auto& added = change.added;
   for (std::size_t at = 0; at == 0 || at < added.size(); at += kInOneMessage) {
+    // All that go are in the first part: the peer applies them first, so it never counts more than
+    // its limit.
     const auto begin = added.begin() + static_cast<std::ptrdiff_t>(at);
     const auto count = std::min(kInOneMessage, added.size() - at);
     Listeners part;

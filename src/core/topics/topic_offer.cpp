@@ -44,6 +44,8 @@ std::optional<bool> TopicOffer::is_accepted() const {
   const auto& [name, type] = topic_.key();
   const std::string wire_name = *context_.graph_options.names.to_wire(name);
   if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
+    // The topic is one channel for all nodes, and is offered to whoever takes the parameters of
+    // some; each origin is judged by its node (docs/protocol.md section 9.13, rule 2).
     const auto& rules = link_.accepts->told().rules;
     return std::any_of(rules.begin(), rules.end(),
                        [](const auto& rule) { return !rule.parameters.empty(); });
@@ -81,6 +83,8 @@ std::set<OriginId> TopicOffer::withheld() const {
 
 bool TopicOffer::is_current() const {
   const auto decision = permission();
+  // A peer may forget what it declined under a list that it has replaced, so it is offered that
+  // again (docs/protocol.md, "decline").
   const bool declined = !demanded() && declined_under_ && *declined_under_ != link_.accepts.lists();
   return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_ &&
          is_hash_of(type_hash_, topic_.type_hash()) && !declined;
@@ -125,6 +129,8 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
           qos_to_offer(origin.qos, treatment().qos)};
 }
 
+// Depth, bytes and lifespan follow the publishers that are there now. What waits already stays
+// (ChannelQueue::configure).
 void TopicOffer::configure_queue() {
   if (link_.connection())
     link_.outbox().add_channel(
@@ -186,11 +192,16 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
 }
 
 void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
+  // Of a channel that is demanded another number changes nothing (docs/protocol.md, "demand"): the
+  // peer cannot make this side begin again by saying it again and again.
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;
   resume_ = demand.resume && may_resume();
   if (demanded()) declined_under_.reset();
   note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
+  // An open message is aborted and what waits is dropped before the topic hears of it: a demand
+  // that follows begins with the last samples, and what is older must not come behind them
+  // (docs/protocol.md section 8, rule 5).
   if (!demanded()) link_.outbox().clear_channel(number_);
   // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
@@ -232,16 +243,20 @@ bool TopicOffer::may_continue(const Backlog& backlog) const {
   return decision && decision->treatment == backlog.treatment();
 }
 
+// The same treatment and definition: what was kept was admitted by the rules and rates of then, and
+// the importer knows its bytes by the type of then.
 bool TopicOffer::may_take_place_of(const Backlog& backlog) const {
   return is_open() && may_resume() && !backlog.is_over() && backlog.treatment() == treatment() &&
          is_hash_of(backlog.type_hash(), type_hash_);
 }
 
 void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
+  // Another connection may have brought another limit of the peer.
   const auto too_large = std::erase_if(kept.messages, [&](const OutMessage& message) {
     return message.raw_bytes > link_.peer_message_bytes_max();
   });
   drop(DropReason::kTooLarge, too_large);
+  // They answer the new demand: under the number of the old one the peer would drop them.
   for (auto& message : kept.messages) message.demand = demand_;
   link_.outbox().go_on(number_, std::move(kept), now, link_.life.kept_until(now));
 }
@@ -254,6 +269,7 @@ bool TopicOffer::holds(OriginId origin) const {
 
 bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.size();
+  // Not counted as dropped: nobody was to get it.
   if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
   if (!permits(sample)) {
     drop(DropReason::kNotPermitted);
@@ -269,6 +285,8 @@ bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const No
     drop(DropReason::kTooLarge);
     return false;
   }
+  // The rate comes last, so that what is dropped for another reason uses nothing of it. What a
+  // publisher had kept comes at once: the rate would let the first sample pass and lose the rest.
   if (age == Age::kKept || rate_.admit(bytes, now.steady)) return true;
   drop(DropReason::kRate);
   return false;
@@ -280,6 +298,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   raw_bytes_ += sample.raw.size();
   OutMessage message = message_of(sample, codec, body);
   message.demand = demand_;
+  // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
   link_.outbox().push(number_, std::move(message), now);
 }

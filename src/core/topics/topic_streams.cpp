@@ -62,6 +62,7 @@ void TopicStreams::Stream::on_job(std::optional<Payload> result, const Now& now)
     gain.note_in_vain();
   }
   const double took = std::chrono::duration<double>(now.steady - begun).count();
+  // One slow job, while others took the workers, says little: the mean moves by a quarter.
   const double latest = took / bytes + kDecompressSecondsPerByte;
   seconds_per_byte += (latest - seconds_per_byte) / 4;
   encoder.finish(std::move(result));
@@ -69,6 +70,9 @@ void TopicStreams::Stream::on_job(std::optional<Payload> result, const Now& now)
 }
 
 void TopicStreams::send_encoded(Stream& stream, const Now& now) {
+  // In the order of the samples, until one must wait: what was only in line behind others, and
+  // would not be compressed by itself, passes; a large one waits while its links have enough to
+  // send; else it is compressed, at once or by a worker, whose result calls this again.
   const bool at_work = stream.encoder.bytes_at_work() > 0;
   stream.later.cancel();
   for (;;) {
@@ -86,6 +90,7 @@ void TopicStreams::send_encoded(Stream& stream, const Now& now) {
     if (!ready) break;
     send(*ready, now);
   }
+  // If a worker has begun just now, its time counts from here (on_job).
   if (!at_work) stream.begun = now.steady;
 }
 
