@@ -29,6 +29,8 @@ void ActionTopics::remove(const std::string& topic, MirrorId mirror) {
 }
 
 bool ActionTopics::all(const std::string& action, bool feed) const {
+  // Servers of one action's name have a publisher each, so a topic may have several mirrors: one is
+  // enough.
   const auto holds = [&](ActionPart part) {
     const auto it = topics_.find(name_of_part(action, part));
     if (it == topics_.end()) return false;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+// An action is found by its service for goals, whose type contains the action's. With both, names
+// and types of the other parts follow, and it is whole if all of them are there (docs/protocol.md
+// section 9.12, rule 3): an action is ready as a whole or not at all.
 namespace connect_bridge {
 
 bool LocalActions::update(const GraphView& graph, const Claims& claims) {
@@ -17,6 +20,7 @@ bool LocalActions::update(const GraphView& graph, const Claims& claims) {
       const std::string type = type_of_part(goal->action_type, part);
       if (kind_of(part) == InterfaceKind::kService) {
         const auto found = graph.services().find({name, type});
+        // A mirror of another bridge is no server of this graph, whatever its node is called.
         if (found == graph.services().end() || claims.serves(service_gid(name))) return false;
         if (found->second.lack && !lack) lack = &*found->second.lack;
         return true;
@@ -27,6 +31,8 @@ bool LocalActions::update(const GraphView& graph, const Claims& claims) {
       return true;
     };
     if (!std::all_of(kActionParts.begin(), kActionParts.end(), exists)) continue;
+    // All parts exist, but one cannot be taken here: no part is offered, and peers are told
+    // (TypeLacks).
     if (lack) {
       lacked_.emplace(goal->action, LackedAction{std::string(goal->action_type), *lack});
     } else {
@@ -44,6 +50,7 @@ std::optional<std::string> LocalActions::type_of(InterfaceKind kind, const std::
   const auto part = part_of_action(kind, name, type);
   const auto action = part ? types_.find(std::string(part->action)) : types_.end();
   if (action == types_.end()) return std::nullopt;
+  // The action of this name is whole, but may have another type than this part.
   if (type_of_part(action->second, part->part) != type) return std::nullopt;
   return action->second;
 }

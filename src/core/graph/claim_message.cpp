@@ -30,6 +30,8 @@ std::span<const T> first_of(const std::vector<T>& all, std::size_t count_max) {
 bool take(std::string_view hex, std::vector<Gid>& ids) {
   Gid id;
   if (!from_hex(hex, id.bytes)) return false;
+  // What is beyond the limit is not read, but must be a word all the same (docs/protocol.md section
+  // 12).
   if (ids.size() < kClaimOriginsMax) ids.push_back(id);
   return true;
 }
@@ -85,6 +87,8 @@ Payload serialize(const Claim& claim, Stamp stamp) {
     text += std::string(" ") + kPeer + to_hex(side.bytes) + to_hex(place.bytes);
   for (const Gid& mirror : first_of(claim.mirrors, kClaimOriginsMax))
     text += std::string(" ") + kMirror + to_hex(mirror.bytes);
+  // Where there is no room for all, services go first: an origin with two mirrors repeats its
+  // samples, but two servers of one name execute each call twice.
   const auto services = first_of(claim.services, kClaimOriginsMax);
   for (const auto& [gid, feeds] : services)
     text += std::string(" ") + kService + to_hex(gid.bytes) + (feeds ? "+" : "");
@@ -104,6 +108,8 @@ Payload serialize(const Claim& claim, Stamp stamp) {
 
 std::optional<Claim> parse_claim(ByteView cdr) {
   CdrReader reader(cdr);
+  // The stamp and the level do not count. A read that fails makes all later ones fail, so that the
+  // last text is all that needs a look.
   reader.u32();
   reader.u32();
   reader.u8();

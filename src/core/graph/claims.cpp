@@ -33,6 +33,8 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   hear(claim.side);
   const bool is_last = claim.good_for == Duration::zero();
   const bool is_new = !by_side_.contains(claim.side);
+  // Whoever can publish in the graph can write claims, of as many sides as it likes. The last word
+  // of a bridge that was never heard ends nothing.
   if (is_new && (by_side_.size() >= kBridgesMax || is_last)) return false;
   Bridge& bridge = by_side_[claim.side];
   bridge.publisher = publisher;
@@ -40,8 +42,12 @@ bool Claims::update(const Gid& publisher, Claim claim, TimePoint now) {
   if (claim.good_for <= kClaimGoodMax) bridge.ends = now + claim.good_for;
   bridge.claim.good_for = claim.good_for;
   if (!is_new && !is_last && bridge.claim == claim) return false;
+  // Before the new claim takes the place of the old one: what it does not name any longer has
+  // ended, but the graph may still show it.
   end(bridge.claim, claim, false, now);
   if (is_new || is_last || bridge.claim.peers != claim.peers) peers_changed_ = true;
+  // Of a bridge that is heard first nobody knows when its links opened: its peers count as earlier
+  // than any of ours (core/side/neighbours.cpp).
   const auto before = std::exchange(bridge.peers_since, {});
   for (const auto& [side, place] : claim.peers) {
     const auto known = before.find(side);
@@ -172,6 +178,8 @@ void Claims::add(const std::vector<Claimed>& claimed, bool smaller, OthersOf& to
   }
 }
 
+// From all claims, as one entry may have come from several bridges. Claims change seldom, and are
+// asked for each origin after each picture of the graph.
 void Claims::rebuild() {
   origins_.clear();
   services_.clear();

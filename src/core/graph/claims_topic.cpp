@@ -36,11 +36,15 @@ ClaimsTopic::ClaimsTopic(Claims& claims, Duration dead_after, Outputs& outputs)
 }
 
 Duration ClaimsTopic::period_of(std::size_t bytes) const {
+  // When another bridge is heard, repeat_at() takes the shorter period at once: it does not wait
+  // for the end of a long one.
   const Duration shortest = claims_.any() ? kBesideOthers : kAlone;
   return shortest * static_cast<std::int64_t>(1 + bytes / kPeriodBytes);
 }
 
 bool ClaimsTopic::take_due(const Now& now) {
+  // A change that comes too soon after many others is not lost: `changed_` stays until the pace
+  // allows a claim, which then names all changes (docs/protocol.md section 14, rule 2).
   const bool due = changed_ || repeat_at() <= now.steady;
   if (!due || !pace_.take(now.steady)) return false;
   changed_ = false;

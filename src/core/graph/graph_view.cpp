@@ -27,6 +27,8 @@ std::string node_of(const Server& server) {
 }
 
 GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors) {
+  // All bridges are known before the first endpoint is judged: the topics of a picture have no
+  // order that would show them first.
   BridgeNodes bridges;
   for (const auto& topic : graph.topics) {
     if (topic.name != kClaimsTopic) continue;
@@ -60,6 +62,7 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
 
 void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set<Gid>& mirrors) {
   for (TopicState& added : publishers) {
+    // Also the id: a peer that offers this publisher to this side makes a circle (is_local).
     publishers_.insert(added.publishers.front().gid);
     const auto [it, is_new] = topics_.try_emplace({added.name, added.type}, added);
     if (!is_new) it->second.publishers.push_back(std::move(added.publishers.front()));
@@ -121,6 +124,8 @@ IncompatibleSubscribers incompatible_subscribers(const TopicState& topic, const 
     const std::string policy = incompatible_policy(offered, subscriber.qos);
     if (policy.empty()) continue;
     const std::string name = node_of(subscriber);
+    // A line with both names is worth waiting for: it is written once for each pair, and a second
+    // one with the name would be another line.
     if (patient && (name.empty() || node.empty())) {
       found.unnamed = true;
       continue;

@@ -20,6 +20,10 @@ std::unordered_set<Gid> shown_services(const GraphChanged& picture) {
 
 void LocalGraph::update(GraphChanged picture, const Now& now) {
   if (!since_) since_ = now.steady;
+  // In this order. The memory of servers that have ended shrinks to those that the picture shows;
+  // new publishers are taken out of the picture before it becomes the view, but their ids stay
+  // known, as a peer that offers one of them makes a circle; and then claims end whose bridges were
+  // in the last view and are not in this one.
   const auto bridges_before = view.bridges();
   if (claims.any_served()) claims.retain_served(shown_services(picture));
   new_publishers_.hold(picture, claims.misses(), now);
@@ -31,6 +35,8 @@ void LocalGraph::update(GraphChanged picture, const Now& now) {
 
 bool LocalGraph::expect(LinkId link, const std::vector<Token128>& sides, const Now& now) {
   const bool missed = claims.misses();
+  // The time counts from the first picture and not from each peer's word: one that names neighbours
+  // again and again cannot hold this side up for longer (docs/protocol.md section 7, rule 5).
   const bool too_late = since_ && now.steady >= *since_ + kNeighbourDiscovery;
   claims.expect(link, too_late ? std::vector<Token128>{} : sides);
   return missed != claims.misses();
@@ -44,6 +50,8 @@ bool LocalGraph::expire(const Now& now) {
 }
 
 bool LocalGraph::release(const Now& now) {
+  // A publisher that was held back and has left meanwhile is in the view once, so that what it has
+  // published can be forwarded, and out of it with the next call.
   if (!left_.empty()) {
     view.remove(left_);
     left_.clear();

@@ -50,6 +50,8 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
     if (topic.name == kClaimsTopic) continue;
     std::vector<Endpoint> counting;
     for (Endpoint& publisher : topic.publishers) {
+      // Without a time it counts. One that counted in the last picture goes on to count, also if
+      // the first other bridge has come since: it was here before.
       auto& first = seen_[publisher.gid] = first_seen(publisher);
       const TimePoint until = first ? *first + time_of(publisher) : now.steady;
       if (until > now.steady) {
@@ -62,6 +64,8 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
     }
     topic.publishers = std::move(counting);
   }
+  // `ros2 topic pub --once` may be gone before it counts. What it said is parked, and crosses when
+  // its time has come.
   for (Held& held : held_before) {
     if (seen_.contains(held.gid())) continue;
     held.left = true;
