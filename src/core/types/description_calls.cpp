@@ -13,6 +13,8 @@ bool DescriptionCalls::admit(ServiceMirrorId server, const Now& now) {
                                        [&](const Call& call) { return call.server == server; });
   if (calls_.size() >= kCallsMax || under_way >= std::ptrdiff_t{kServerCallsMax}) return false;
   Pace& own = paces_.try_emplace(server, kServerAtOnceMax, kServerPeriod).first->second;
+  // The server's own pace first: a caller that asks one server too often uses up nothing of the
+  // pace that all servers share.
   return own.take(now.steady) && pace_.take(now.steady);
 }
 
@@ -69,6 +71,7 @@ void DescriptionCalls::on_server_gone(ServiceMirrorId server) {
 }
 
 void DescriptionCalls::on_time(const Now& now) {
+  // All have the same patience, so they end in the order in which they came.
   while (!calls_.empty() && calls_.front().until <= now.steady) {
     const Call call = std::move(calls_.front());
     calls_.erase(calls_.begin());
@@ -83,6 +86,8 @@ std::optional<TimePoint> DescriptionCalls::deadline() const {
 
 void DescriptionCalls::answer(const Call& call, const std::string& text) {
   const auto& [type, hash] = call.type;
+  // Also what is installed here is checked: the caller names the hash, and must get that definition
+  // or none. A text may have the right hash and be that of another type's name.
   const bool right = !text.empty() && type_hash_of(text) == hash;
   const auto description = parse_description(right ? text : std::string{});
   const bool known = description && description.value().type.name == type;

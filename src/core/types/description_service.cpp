@@ -45,6 +45,7 @@ class Response {
     DescribedType read{text(), {}};
     const auto count = number<std::uint32_t>(reader_.u32());
     fields_ += count;
+    // Before the loop: the number is a node's word, of which each one costs memory.
     good_ = good_ && count <= kDescribedFieldsMax && fields_ <= kDescribedFieldsMax;
     for (std::uint32_t i = 0; i < count && good_; ++i) read.fields.push_back(field());
     return read;
@@ -53,6 +54,8 @@ class Response {
   DescribedField field() {
     DescribedField read{text()};
     const auto id = number<std::uint8_t>(reader_.u8());
+    // A number that is no kind is not refused here: the text that is made of it has not the hash
+    // that was asked for, or parse_description() refuses it.
     read.kind = static_cast<FieldKind>(id % kFieldShapeStep);
     read.shape = static_cast<FieldShape>(id / kFieldShapeStep);
     read.capacity = number<std::uint32_t>(reader_.u64());

@@ -18,11 +18,15 @@ std::string_view why_unknown(bool asked, bool here) {
 bool Mismatches::begin(Mismatch mismatch, const Now& now) {
   const auto& [type, hash] = mismatch.there;
   const std::string key = mismatch.used ? "type_mismatch_used " : "type_mismatch ";
+  // By type and hash, not by topic: however many topics have the type, it has one line. That it is
+  // used nevertheless is another message.
   if (!mismatch.account->told.first(key + type + " " + hash)) return false;
   const auto own = std::count_if(lines_.begin(), lines_.end(), [&](const Line& line) {
     return line.mismatch.account == mismatch.account;
   });
   Line line{std::move(mismatch), {}, now.steady + kPatience, {}, {}};
+  // Still one line, but without the difference: a peer that offers thousands of wrong types makes
+  // this side look up no more than a few at a time, and takes no places from the lines of others.
   if (lines_.size() >= kWaitingMax || static_cast<std::size_t>(own) >= kAccountWaitingMax) {
     write(line);
     return false;
@@ -67,6 +71,7 @@ void Mismatches::write_complete() {
 }
 
 void Mismatches::on_time(const Now& now) {
+  // What has not come by now is left out: an incomplete line is better than none.
   while (!lines_.empty() && lines_.front().until <= now.steady) {
     const Line line = std::move(lines_.front());
     lines_.erase(lines_.begin());

@@ -2,6 +2,12 @@
 
 #include "core/types/type_description.hpp"
 
+// A description that something needs is in one of these states: known (`text`); asked for, from one
+// link (`asked`); in the line of a link that has enough questions open (`turn`); or left alone,
+// until a peer that did not know it may be asked again (`next`), or a channel with that type is
+// offered. ask() is called whenever that may change, and moves it on. A peer that lies about a type
+// ends its own connection, as the text has not the hash; one that is silent is passed over after
+// kPatience.
 namespace connect_bridge {
 namespace {
 
@@ -40,6 +46,8 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
   const auto source = type.sources.find(link.id);
   if (source == type.sources.end() || source->second.channels.erase(channel) == 0)
     return;  // it went with the connection
+  // The last channel of the link with this type: it cannot be asked any longer, and what it gave
+  // counts for another link that offers the same.
   if (source->second.channels.empty()) {
     if (type.turn && type.turn->first == link.id) leave_line(type);
     type.sources.erase(source);
@@ -56,6 +64,7 @@ void PeerTypes::remove(Link& link, ChannelId channel, const Definition& name) {
 }
 
 void PeerTypes::on_link_lost(const Link& link) {
+  // No answer comes any more; on another connection the channels have other numbers.
   questions_.erase(link.id);
   for (auto it = types_.begin(); it != types_.end();) {
     const auto at = it++;
@@ -243,6 +252,8 @@ Result<Nothing> PeerTypes::on_description(Link& link, const Description& descrip
   const auto question = questions.open.find(description.channel);
   if (question == questions.open.end())
     return Error{CloseCode::kIllegal, "a description that was not asked for"};
+  // It may come after kPatience, when another peer was asked: it is checked and taken all the same.
+  // Without a name this side has given up the channel, and the answer with it.
   const std::optional<Definition> name = std::move(question->second);
   questions.open.erase(question);
   const auto at = name ? types_.find(*name) : types_.end();
@@ -263,6 +274,7 @@ Result<Nothing> PeerTypes::on_description(Link& link, const Description& descrip
 // What is right but beyond the limits here is as good as not known.
 void PeerTypes::keep(const Definition& name, PeerType& type, Link& link, const std::string& text) {
   const auto read = parse_description(text);
+  // It has the hash, so every other peer would give the same text: none is asked again.
   type.unusable = !read || read.value().type.name != name.first;
   if (type.unusable) return;
   if (cost_of(text) > link.memory.room()) return;

@@ -31,9 +31,13 @@ Result<Nothing> TypeAnswers::on_describe(Link& link, const Describe& describe, c
     const std::pair key{link.id, channel};
     if (questions_.contains(key))
       return Error{CloseCode::kIllegal, "a type was asked for that is being looked up"};
+    // Those whose channels this side has withdrawn do not count: the peer knows that no answer
+    // comes (docs/protocol.md, "describe", rule 1).
     if (unanswered(link) >= kDescribesMax)
       return Error{CloseCode::kTooLarge, "more types are asked for at a time than allowed"};
     auto type = of->type();
+    // Not an error: a peer with many types may ask often. "Not known" costs this side next to
+    // nothing, and ends the question as any answer does.
     if (!type || !link.account->describes.take(now.steady)) {
       link.send(Description{channel});
       continue;
@@ -65,6 +69,8 @@ void TypeAnswers::ask_node(Questions::iterator question, const Now& now) {
   Question& asked = question->second;
   if (asked.type.node.empty() || !asked.link->account->nodes_asked.take(now.steady))
     return answer(question, {});
+  // A node of this graph that may be anything: it may never answer, or answer what is wrong. So
+  // there is a time limit, and answer() checks the text before it is sent.
   asked.client = outputs_.new_service_client();
   asked.until = now.steady + kPatience;
   const std::string service =
@@ -81,6 +87,7 @@ void TypeAnswers::on_ready(const ServiceReady& ready) {
   const auto question = find(ready.client);
   if (question == questions_.end() || !ready.ready) return;
   Question& asked = question->second;
+  // The server may be lost and found again meanwhile: one request is enough.
   if (std::exchange(asked.sent, true)) return;
   outputs_.push(SendRequest{asked.client, outputs_.new_invocation(),
                             description_request(asked.type.type, asked.type.hash)});

@@ -102,6 +102,7 @@ class Reading {
   }
 
   std::uint32_t number() {
+    // No number of 32 bits has more, so the value cannot overflow 64 bits before it is judged.
     constexpr std::size_t kDigitsMax = 10;
     const auto end = std::min(rest_.find_first_not_of("0123456789"), rest_.size());
     std::uint64_t value = 0;
@@ -206,6 +207,8 @@ class Nesting {
       if (!nested) return wrong("a nested type is missing");
       std::size_t& depth = depths_[static_cast<std::size_t>(nested - of_.nested.data())];
       if (depth == kOpen) return wrong("a type contains itself");
+      // Each type is looked into once, and its depth remembered: with types that each use the next
+      // one twice, the number of ways through them doubles with each.
       if (depth == kNotSeen) {
         depth = kOpen;
         const std::size_t found = depth_of(*nested, above + 1);
@@ -213,6 +216,7 @@ class Nesting {
         depth = found;
       }
       deepest = std::max(deepest, depth + 1);
+      // Also for a type whose depth was found elsewhere: here it may be deeper down.
       if (above + deepest > kDescribedDepthMax) return wrong("types are nested too deeply");
     }
     return deepest;

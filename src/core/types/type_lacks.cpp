@@ -26,6 +26,8 @@ TypeLacks::Lacking TypeLacks::lacking_for(const Link& link) const {
     add({InterfaceKind::kService, key.first, key.first, key.second, key.second, *service.lack},
         link, lacking);
   }
+  // An action is told as a whole, under its own name and type; its rights are those of any part,
+  // here of the one for goals.
   for (const auto& [name, action] : side_.actions.lacked())
     add({InterfaceKind::kAction, name, name_of_part(name, ActionPart::kSendGoal), action.type,
          type_of_part(action.type, ActionPart::kSendGoal), action.lack},
@@ -41,6 +43,7 @@ void TypeLacks::add(const Found& found, const Link& link, Lacking& lacking) cons
   const Interface what{is_action ? InterfaceKind::kService : found.kind, *wire_part,
                        found.part_type,
                        is_action ? std::string_view{found.type} : std::string_view{}};
+  // What is not compared yet is told later: this is asked again when it is (Side::recheck).
   if (!side_.policy.decide(Direction::kExport, what, link.login.identity())) return;
   if (!link.accepts || !link.accepts->takes(what).value_or(false)) return;
   const auto part = part_of_action(what.kind, what.name, what.type);
@@ -78,6 +81,8 @@ void TypeLacks::on_offer(const Link& link, const Offer& offer) {
 
 void TypeLacks::on_told(const Link& link, const LackTold& told) {
   if (told.kind == InterfaceKind::kOther) return;
+  // The peer must not write names into this side's log and status that no rule here lets it offer.
+  // The number of types, and with it of lines, is bounded as well.
   if (!side_.policy.decide(Direction::kImport, told.kind, told.name, told.type,
                            link.login.identity()))
     return;
