@@ -15,6 +15,7 @@ std::vector<OutSample> Encoder::push(OutSample sample) {
   waiting_bytes_ += sample.raw.size();
   waiting_.push_back(std::move(sample));
   std::vector<OutSample> displaced;
+  // The newest always stays, however large it is; what a worker has is not counted.
   while (waiting_.size() > 1 && ((options_.depth > 0 && waiting_.size() > options_.depth) ||
                                  waiting_bytes_ > options_.queue_bytes_max))
     displaced.push_back(take_waiting());
