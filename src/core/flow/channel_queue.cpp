@@ -6,6 +6,11 @@
 
 #include "core/base/check.hpp"
 
+// A message is in one of three places, and moves from right to left: sent (`sent_`, only if it
+// resumes), open (`open_`, partly handed out), waiting (`waiting_`). What waits begins with what
+// goes on after a break (`replay_.count()` messages), which nothing displaces; depth and bytes
+// bound the rest. The form in which the first one leaves is decided when it is looked at
+// (`front_`), and again whenever another one becomes the first, or the peer's bases change.
 namespace connect_bridge {
 namespace {
 
@@ -49,6 +54,8 @@ bool ChannelQueue::has_room(std::size_t body_bytes, const Now& now) const {
   const auto bytes = waiting_bytes_ - replay_.bytes() + body_bytes;
   const auto first = replay_.count();  // that is limited
   if (waiting_.size() == first || bytes <= options_.queue_bytes_max) return true;
+  // A burst has more room while the link moves: when its oldest has waited for kStalled the link
+  // does not carry what is published, and to keep more would only make all of it late.
   return bytes <= options_.burst_bytes_max && now.steady - waiting_[first].since <= kStalled;
 }
 
@@ -61,6 +68,8 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   // The protocol requires equal sizes for an uncompressed message.
   if (message.codec == Codec::kNone) message.raw_bytes = body_bytes_of(message);
   const auto body_bytes = message.body.size();
+  // What takes part in a replay is bounded by bytes alone (Replay::takes), and only as long as
+  // nothing that does not waits before it: the order of the channel stays.
   if (options_.newest_only) {
     drop_waiting(DropReason::kNewerAvailable);
   } else if (replay_.count() == waiting_.size() &&
@@ -107,6 +116,8 @@ void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrival
 
 std::deque<OutMessage> ChannelQueue::take_unarrived() {
   std::deque<OutMessage> taken;
+  // In this order they were accepted: first what was sent, then what is partly sent, then what
+  // waits.
   for (auto& [message, bytes] : sent_.take()) {
     --counts_.sent;
     counts_.sent_bytes -= bytes;
@@ -178,6 +189,8 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
   auto& message = next.message;
   const auto body_bytes = body_bytes_of(message);
   const auto size = std::min(fragment_bytes, body_bytes);
+  // When it begins, so that what was dropped before leaves no gap. What goes on after a break has
+  // its number from the connection before (docs/protocol.md section 8.10).
   if (message.sequence == 0)
     message.sequence = sequence_ =
         sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
@@ -195,6 +208,7 @@ ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;
   auto& message = next.message;
+  // From here on it counts as it leaves; `raw` stays, as the next base and for another connection.
   counts_.queued_bytes -= message.body.size() - front->smaller->bytes.size();
   next.raw = std::exchange(message.body, front->smaller->bytes);
   message.codec = front->smaller->codec;
@@ -255,6 +269,8 @@ bool ChannelQueue::take_back(Subject subject) {
   return false;
 }
 
+// Its sequence number is used up all the same, and no base has changed: an aborted message counts
+// as one that began and never ended (docs/protocol.md section 6).
 bool ChannelQueue::drop_open(DropReason reason) {
   if (!open_) return false;
   count_dropped(open_->message, reason);

@@ -38,8 +38,13 @@ void ClassSchedule::add(ChannelQueue& queue) {
 
 void ClassSchedule::add_turn(ChannelQueue& queue) {
   auto& in = classes_[index_of(queue)];
+  // A class that was idle gets nothing for that time: it would hold back the others until it has
+  // caught up.
   if (in.turns.empty()) in.clock = std::max(in.clock, present_);
   std::uint64_t& clock = queue.turn_.clock;
+  // The same of a channel: its clock begins no earlier than the latest turn, nor than the channel
+  // that has had least. One that comes again and again keeps its later clock: it pays for what it
+  // had.
   clock = std::max(clock, in.begin);
   if (in.turns.size() > kComparedMost) return begin_turn(in, queue);
   const auto is_behind = [](const ChannelQueue* one, const ChannelQueue* other) {
@@ -133,6 +138,7 @@ ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
 void ClassSchedule::sent(std::size_t bytes) {
   auto& from = charge(bytes);
   ChannelQueue& queue = *from.turns.front();
+  // In the middle of a message it keeps its turn, up to what counts at a time.
   if (queue.is_open() && queue.turn_.clock - queue.turn_.begin < turn_bytes_) return;
   from.turns.pop_front();
   if (queue.rests_until()) {

@@ -14,6 +14,7 @@ constexpr double kSecondsPerByte = 20e-9;
 }  // namespace
 
 DeltaEncoder::Base* DeltaEncoder::base_of(const Message& message) {
+  // The peer forgets its bases with each demand (docs/protocol.md section 6).
   const auto base = bases_.find(message.subject.value);
   if (base == bases_.end() || base->second.demand != message.demand) return nullptr;
   return &base->second;
@@ -21,6 +22,8 @@ DeltaEncoder::Base* DeltaEncoder::base_of(const Message& message) {
 
 Codec DeltaEncoder::codec_for(const Message& message, const Base* base) const {
   if (!has_origins_) return Codec::kZstd;
+  // The new base takes the place of the old one. Without room for it the message is compressed by
+  // itself: to exceed the limit would end the connection.
   const auto others = budget_.used() - (base ? base->bytes.amount() : 0);
   if (others + message.raw.size() + kBaseOverheadBytes > kBasesBytesMax) return Codec::kZstd;
   return base && base->deltas < kDeltasMax ? Codec::kZstdDelta : Codec::kZstdBase;
@@ -54,6 +57,7 @@ std::optional<Bytes> DeltaEncoder::compressed(const Message& message, Codec code
 }
 
 void DeltaEncoder::sent(const Message& message, Codec codec, Budget::Hold room) {
+  // Sent whole, so the peer has it, or will have it before what is encoded next.
   if (!makes_base(codec)) return;
   Base& base = bases_[message.subject.value];
   base.deltas = codec == Codec::kZstdDelta ? base.deltas + 1 : 0;

@@ -20,6 +20,7 @@ void HistoryCache::add(Sample sample) {
   samples_.push_back(std::move(sample));
   auto& own = by_origin_[samples_.back().origin];
   own.push_back(std::prev(samples_.end()));
+  // First by depth: an origin that says much displaces its own samples, not those of others.
   if (depth_ > 0 && own.size() > depth_) drop_oldest_of(own);
   keep_bytes();
 }
@@ -47,6 +48,7 @@ void HistoryCache::drop_oldest_of(Own& own) {
 
 void HistoryCache::keep_bytes() {
   held_.resize(bytes_);
+  // The oldest of all is the oldest of its origin, too.
   while (bytes_ > bytes_max_ || (bytes_ > kHistoryFloorBytes && held_.is_full()))
     drop_oldest_of(by_origin_[samples_.front().origin]);
 }

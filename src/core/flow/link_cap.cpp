@@ -30,6 +30,7 @@ std::uint32_t LinkCap::part_bytes(std::uint32_t most) const {
 }
 
 void LinkCap::received(std::size_t bytes, TimePoint now) {
+  // What is received is not sent, but TCP's acknowledgements of it are.
   charge(kSegmentHeader * pieces(bytes, kSegmentsPerAck * kSegmentBytes), now);
 }
 
@@ -39,6 +40,8 @@ void LinkCap::charge(std::uint64_t bytes, TimePoint now) {
   // Bounded first: a clock's type cannot hold any price.
   const auto took = std::chrono::duration_cast<Duration>(
       std::min<std::chrono::duration<double>>(price, kDebtMax));
+  // A pause saves up no more than kBurst; urgent data may run into debt, which is forgotten beyond
+  // kDebtMax, or a flood of it would silence all else long after its end.
   paid_ = std::min(std::max(paid_, now - kBurst) + took, now + kDebtMax);
 }
 

@@ -49,6 +49,8 @@ Duration from_seconds(double time) {
 
 TimePoint Pacer::next_at(TimePoint now) const {
   if (target_ <= Duration::zero()) return now;
+  // In this order: to see the path empty is for a moment only, and lasts until what is under way
+  // has arrived; on a fast path nothing else is held back; then the window, and the rate last.
   if (path_.acked_bytes() < drain_end_) return kNever;
   if (path_.delivery() >= kFastRate) return now;
   // No acknowledgement of ours shows what arrives while TCP repairs a loss: ask TCP again.
@@ -125,6 +127,7 @@ double Pacer::assumed_rate() const {
 }
 
 void Pacer::sent(const SentPacket& packet) {
+  // After a pause neither a queue nor its absence is known to have lasted.
   if (path_.idle()) {
     full_ = {packet.at, Duration::zero()};
     empty_at_ = packet.at;
@@ -149,6 +152,8 @@ void Pacer::acknowledged(const Arrival& ack, TimePoint now) {
   if (covered->recovered) boost_ = kBoostMax;
   // What waited for a repair shows nothing about the queue.
   round_limited_ = round_limited_ || covered->limited || covered->behind_loss;
+  // A round ends when all that was sent at its begin is acknowledged: by then what the last change
+  // of the rate has done shows.
   if (covered->end >= round_end_) {
     end_round(round_limited_);
     if (round_limited_) {
@@ -184,6 +189,7 @@ bool Pacer::queue_stays(Duration queue, TimePoint now) {
     full_ = {now, Duration::zero()};
     return false;
   }
+  // It has shrunk by half, as a queue of our own does soon after less is sent.
   if (queue < full_.queue / 2) full_ = {now, Duration::zero()};
   full_.queue = std::max(full_.queue, queue);
   const Duration rounds =

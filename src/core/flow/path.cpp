@@ -69,6 +69,7 @@ std::optional<Path::Covered> Path::acknowledged(const Arrival& ack, TimePoint no
     in_flight_bytes_ -= last->bytes;
     if (last->asks) asks_.pop_front();
     covered.end = last->end;
+    // One packet behind which nothing waited, and the time until the next one is the traffic's.
     covered.limited = covered.limited || last->end <= limited_end_;
   }
   if (!last) return std::nullopt;
@@ -101,6 +102,8 @@ Duration Path::rate_window() const {
 void Path::measure_delay(const SentPacket& last, const Arrival& ack, TimePoint now) {
   const auto one_way =
       static_cast<double>(ack.at) - static_cast<double>(last.at.time_since_epoch().count());
+  // The two clocks have begun anywhere, so only the difference to the shortest of these counts: it
+  // is the path without a queue.
   one_way_.add(one_way, now, kBaseWindow);
   const double waited = one_way - one_way_.get();
   waited_now_ = waited;
@@ -167,6 +170,7 @@ void Path::measure_rate(const Arrival& ack, const Covered& covered, TimePoint no
   // Little traffic does not show what the path could carry.
   const double first_rate = kFirstBytes / std::chrono::duration<double>(round_trip()).count();
   if (any_limited && !queue_stays(now) && rate < std::max(delivery_.get(), first_rate)) return;
+  // This one counts while the queue is too long, else the maximum (Pacer::carries).
   latest_delivery_ = rate;
   delivery_.add(rate, now, rate_window());
 }

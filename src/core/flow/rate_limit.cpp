@@ -47,6 +47,7 @@ RateLimit::RateLimit(double max_rate, std::uint64_t bytes_per_second_max)
       bytes_(static_cast<double>(bytes_per_second_max), kByteSlack) {}
 
 bool RateLimit::admit(std::size_t bytes, TimePoint now) {
+  // Both or none: a message that one of them stops is not counted by the other.
   if (!idle(now)) return false;
   messages_.take(1, now);
   bytes_.take(static_cast<double>(bytes), now);

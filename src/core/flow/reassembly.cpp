@@ -31,6 +31,8 @@ Payload slice_of(const Payload& packet, ByteView part) {
 
 Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& frame,
                                                         const Payload& packet, bool keep) {
+  // Sizes first, against limits that nothing of the peer's can change; then whether they fit each
+  // other; then whether this channel may begin a message now. Memory is taken after the last check.
   if (frame.raw_bytes > options_.message_bytes_max ||
       frame.body_bytes > options_.message_bytes_max) {
     return refusal(CloseCode::kTooLarge, frame.channel,
@@ -91,6 +93,7 @@ Result<std::optional<InMessage>> Reassembly::on_part(const PartFrame& frame) {
     return refusal(CloseCode::kMalformed, frame.channel, "a part that is empty or too long");
   }
   open.missing -= static_cast<std::uint32_t>(frame.part.size());
+  // The parts of what is not kept are counted only: a peer must send them as the protocol says.
   if (open.kept_bytes > 0) open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
   if (open.missing > 0) return std::optional<InMessage>{};
   auto message = std::move(open.message);
