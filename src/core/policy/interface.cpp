@@ -58,6 +58,8 @@ Opening opening_of_part(const Interface& what) {
   if (!part) return {};
   const auto told = what.action_type;
   const auto type = part->action_type.empty() ? told : part->action_type;
+  // For cancel and status the offer alone says which action they belong to; for the others it must
+  // not contradict their own type.
   if (!is_action_type(type) || (!told.empty() && told != type)) return {};
   return {OpenedBy::kActions, part->action, type};
 }
@@ -94,6 +96,7 @@ bool has_action_token(std::string_view name) {
 
 std::optional<PartOfAction> part_of_action(InterfaceKind kind, std::string_view name,
                                            std::string_view type) {
+  // The last one: what is before it must be a name of an action, which has no such token.
   const auto at = name.rfind(kActionToken);
   if (at == std::string_view::npos || at == 0) return std::nullopt;
   const auto action = name.substr(0, at);
@@ -125,6 +128,7 @@ std::optional<std::string_view> node_of_parameter_service(std::string_view name,
                                                           std::string_view type) {
   const auto* service = parameter_service(name);
   if (service == nullptr || service->type != type) return std::nullopt;
+  // With the '/' behind it; a service at the root has no node.
   const auto node = name.substr(0, name.size() - service->token.size());
   if (node.size() < 2) return std::nullopt;
   return node.substr(0, node.size() - 1);
@@ -155,6 +159,9 @@ Opening opening_of(const Interface& what) {
   if (!topic && what.kind != InterfaceKind::kService) return {};
   if (!is_canonical_name(what.name) || is_of_bridges(what.name)) return {};
   if (!(topic ? is_topic_type(what.type) : is_service_type(what.type))) return {};
+  // The narrow kinds come first, and what looks like one of them without being one is nothing: a
+  // pattern for topics or services, even `/**`, opens no part of an action, no parameter service
+  // and no /parameter_events (docs/protocol.md sections 9.12 and 9.13).
   if (has_action_token(what.name)) return opening_of_part(what);
   if (is_parameter_events(what.kind, what.name)) {
     if (what.type != kParameterEventType) return {};

@@ -52,6 +52,8 @@ std::optional<bool> PeerAccepts::takes(const Interface& what) const {
   std::string key = key_of(what);
   if (const auto known = known_.find(key); known != known_.end()) return known->second;
   const std::uint64_t bytes = 2 * key.size() + kKnownBytes;
+  // Answers are only remembered, so all may be forgotten at once: whoever asks again has them noted
+  // again. Questions go too, since their entries do.
   if (known_.size() >= kKnownMax || (memory_ && memory_->room() < bytes)) {
     known_.clear();
     noted_.clear();

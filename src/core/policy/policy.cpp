@@ -68,6 +68,7 @@ bool denied(const Interface& what, const Opening& opening, Covers&& covers) {
 
 std::optional<Decision> Policy::decide(Direction direction, const Interface& what,
                                        const Identity& who) const {
+  // What is no valid name or type is opened by nothing, whatever patterns say.
   const auto opening = opening_of(what);
   if (opening.by == OpenedBy::kNothing) return std::nullopt;
   const Rule* first = nullptr;
@@ -77,6 +78,8 @@ std::optional<Decision> Policy::decide(Direction direction, const Interface& wha
       return std::any_of(rule.deny.begin(), rule.deny.end(),
                          [&](const Pattern& pattern) { return pattern.covers(name); });
     };
+    // Also behind the first rule that allows it: a deny wins wherever it stands, so the loop goes
+    // on to the last rule.
     if (denied(what, opening, covered)) return std::nullopt;
     if (first != nullptr || !type_allowed(rule.types, opening)) continue;
     const auto& allowed = *patterns_of(rule, direction, opening.by);
@@ -93,6 +96,8 @@ std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
                                        std::string_view name, std::string_view type,
                                        const Identity& who) const {
   if (kind != InterfaceKind::kAction) return decide(direction, {kind, name, type}, who);
+  // A whole action is decided as one of its parts, since all five have the same rights. This part's
+  // own type says nothing of the action's, so that is given beside it.
   return decide(direction,
                 {InterfaceKind::kService, name_of_part(name, ActionPart::kCancelGoal),
                  type_of_part(type, ActionPart::kCancelGoal), type},
@@ -105,6 +110,7 @@ std::optional<Decision> Policy::decide_parameter_events(Direction direction, std
   const Rule* first = nullptr;
   for (const auto& rule : rules_) {
     if (!applies_to(rule, who)) continue;
+    // A deny of the topic by its own name, from any rule, ends it for all nodes.
     for (const auto& pattern : rule.deny) {
       if (pattern.covers(kParameterEvents)) return std::nullopt;
     }
@@ -176,6 +182,7 @@ std::size_t action_suffix(std::string_view name) {
 std::string NameMap::to_local(std::string_view wire) const {
   if (const auto at = action_suffix(wire); at != std::string_view::npos)
     return to_local(wire.substr(0, at)) + std::string(wire.substr(at));
+  // A remapped name is exact and takes no prefix.
   for (const auto& pair : remap_) {
     if (pair.wire == wire) return pair.local;
   }
@@ -188,6 +195,7 @@ std::optional<std::string> NameMap::to_wire(std::string_view local) const {
     if (action) *action += local.substr(at);
     return action;
   }
+  // Before the map: not even `remap` lets a peer reach what bridges tell each other.
   if (is_of_bridges(local)) return std::nullopt;
   for (const auto& pair : remap_) {
     if (pair.local == local) return pair.wire;
