@@ -73,6 +73,7 @@ Result<Control> decode_control(std::string_view text) {
   if (text.size() > kControlBytesMax) {
     return Error{CloseCode::kTooLarge, "a control message is larger than 1 MiB"};
   }
+  // Limits before the parser: what it makes of a text may be many times as large as the text.
   if (auto shape = check_control_shape(text); !shape) return shape.error();
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object())
@@ -84,6 +85,8 @@ Result<Control> decode_control(std::string_view text) {
   Control message;
   if (!error && !become(type, message, std::make_index_sequence<kControlTypes.size()>{}))
     return malformed("unknown control message \"" + type + "\"");
+  // The reader keeps the first error and reads nothing after it. Members that are not named in
+  // fields() are skipped: later versions may add some (docs/protocol.md section 15).
   std::visit([&reader](auto& kind) { fields(reader, kind); }, message);
   if (error) return *std::move(error);
   return message;

@@ -11,6 +11,7 @@ Result<Nothing> check_control_shape(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
+      // The character behind it ends no string, whatever it is.
       if (c == '\\') ++i;
       if (c == '"') in_string = false;
       continue;
@@ -18,6 +19,7 @@ Result<Nothing> check_control_shape(std::string_view text) {
     if (c == '"') in_string = true;
     if (c == '{' || c == '[') ++depth;
     if ((c == '}' || c == ']') && depth > 0) --depth;
+    // A value follows each of these, but for an empty object or list, which counts as one more.
     if (c == ',' || c == '{' || c == '[') ++values;
     if (depth > kControlDepthMax) {
       return Error{CloseCode::kTooLarge, "a control message is nested too deeply"};

@@ -53,6 +53,7 @@ std::size_t header_bytes(FrameType type) {
 
 // Cuts the part that follows a header off `rest`; nullopt when the packet is shorter.
 std::optional<ByteView> take_part(ByteView& rest, std::size_t header, std::uint32_t part_bytes) {
+  // The header is there (FrameReader::next), so this does not go below zero; a sum could overflow.
   if (rest.size() - header < part_bytes) return std::nullopt;
   const ByteView part = rest.subspan(header, part_bytes);
   rest = rest.subspan(header + part_bytes);
@@ -215,6 +216,8 @@ void append(const TimeReply& frame, Bytes& out) {
 
 Outcome FrameReader::next() {
   if (rest_.empty()) return std::optional<Frame>{};
+  // The length of the header is known by its type alone, so it is checked before a field of it is
+  // read. After an error `rest_` still begins with the same frame: the error stays.
   const auto type = static_cast<FrameType>(rest_[0]);
   const std::size_t header = header_bytes(type);
   if (header == 0) return malformed("unknown frame type " + std::to_string(rest_[0]));

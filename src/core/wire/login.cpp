@@ -104,6 +104,7 @@ Bytes encode(const Welcome& record) {
   put(kWelcomeMagic, out);
   put_le(record.version, out);
   put_le(std::uint16_t{0}, out);
+  // 0 is a value of its own on the wire ("not given"); anything else is brought into the range.
   const std::uint32_t dead_after_ms =
       std::clamp(record.dead_after_ms, kDeadAfterMsMin, kDeadAfterMsMax);
   put_le(record.dead_after_ms == 0 ? 0 : dead_after_ms, out);
@@ -136,6 +137,7 @@ Result<Hello> decode_hello(ByteView record) {
   hello.side = get_token(record, 8);
   hello.session = get_token(record, 24);
   const auto node_bytes = get_le<std::uint16_t>(record, 40);
+  // Exactly: a record is a whole message, and nothing may hide behind it.
   if (record.size() != kHelloBytes + node_bytes) return malformed("a hello has a wrong length");
   const std::string_view node = text_in(record.subspan(kHelloBytes));
   if (!hello.side) return malformed("a hello has no side id");
@@ -167,6 +169,7 @@ Result<Welcome> decode_welcome(ByteView record) {
   if (auto checked = check(record, kWelcomeMagic, kVersionsEnd); !checked) return checked.error();
   Welcome welcome;
   welcome.version = get_le<std::uint16_t>(record, 4);
+  // First of all, as the rest has the layout of that version.
   if (welcome.version != kProtocolVersion) {
     return Error{CloseCode::kVersion, "the server chose protocol version " +
                                           std::to_string(welcome.version) +

@@ -53,6 +53,7 @@ std::string to_text(std::string_view bytes, std::size_t bytes_max) {
     const std::string_view character = size == 0 ? std::string_view{"?"} : bytes.substr(0, size);
     if (text.size() + character.size() > bytes_max) break;
     text += character;
+    // One byte is replaced at a time, so that valid characters behind it stay.
     bytes.remove_prefix(size == 0 ? 1 : size);
   }
   return text;
