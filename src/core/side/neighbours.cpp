@@ -105,6 +105,7 @@ std::vector<ClaimedPeer> peers_of(const LinkTable& links) {
 // have one identity and one name: the same launch file on two machines.
 Neighbours::Told& Neighbours::look(const Link& link, const LinkTable& links, const Claims& claims,
                                    const Now& now) {
+  // From nothing: what was told before may have named peers that stand elsewhere, as is known now.
   Told& told = told_[link.id] = {};
   add_far(told.sides, far_peers(claims), link, claims);
   for (const auto& [id, other] : links) {
@@ -137,6 +138,8 @@ bool Neighbours::take_living(Told& told, const Link& link, const LinkTable& link
 std::vector<Token128> Neighbours::tell(const Link& link, const LinkTable& links,
                                        const Claims& claims, const Now& now) {
   if (!may_wait(link, now)) return {};
+  // `accepts` is sent for other reasons, too: then the same neighbours are in it, as a list
+  // replaces the one before (docs/protocol.md section 7, rule 5).
   const auto known = told_.find(link.id);
   const Told& told = known != told_.end() ? known->second : look(link, links, claims, now);
   return {told.sides.begin(), told.sides.end()};
@@ -161,6 +164,8 @@ std::vector<Link*> Neighbours::take_due(LinkTable& links, Claims& claims, const 
   });
   if (told_.empty()) return due;
   const FarPeers far = far_peers(claims);
+  // A later list only grows (docs/protocol.md section 7, rule 5): who was named is waited for
+  // already.
   for (auto& [id, told] : told_) {
     Link& link = links.at(id);
     const bool farther = add_far(told.sides, far, link, claims);

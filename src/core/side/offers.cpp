@@ -17,6 +17,9 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
     outputs.log_once(link.account->told, LogLevel::kWarn,
                      "not all interfaces of this side are offered to " + link.peer().node +
                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
+  // The first round is over when nothing that may be offered waits to be compared with a long list
+  // of the peer: at `complete` the peer forgets what it had and was not offered again
+  // (docs/protocol.md section 7, rule 9).
   const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;
   for (auto& text : encode_offers(offers, completes)) link.send(std::move(text));
@@ -31,6 +34,8 @@ Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channel
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};
     if (link.offered() >= channels_max)
       return Error{CloseCode::kTooLarge, "more channels offered than this side accepts"};
+    // Before an owner judges it: a channel that is declined stays offered, counts for the limit,
+    // and may be withdrawn later.
     link.expect_offered(channel.channel, channel.kind);
     if (channel.kind == InterfaceKind::kService) {
       services.on_offer(link, channel, now);
