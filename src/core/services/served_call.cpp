@@ -108,6 +108,7 @@ void ServedCall::on_job(std::optional<Payload> result, const Now& now) {
   } else {
     attachment_.on_malformed(*this);
   }
+  // Malformed or not, the room that was reserved for it at the server is free or used now.
   serving.begin_calls(now);
 }
 
