@@ -9,6 +9,7 @@ bool ParkedSamples::add(MessageTaken taken, const Now& now) {
   if (samples_.size() >= kSamplesMax || all_.used() >= kBytesMax) return false;
   auto bytes = all_.hold(taken.payload.size());
   samples_.push_back({std::move(taken), now.steady + kTime, std::move(bytes)});
+  // They wait equally long, so the time of the first one is the next that comes.
   if (samples_.size() == 1) watch();
   return true;
 }

@@ -31,6 +31,7 @@ Qos qos_for(const Origins& origins, const std::map<LinkId, TopicOffer>& offers,
   }
   for (const auto& [link, offer] : offers) {
     const QosOverride& o = offer.treatment().qos;
+    // The rule of a link that wants nothing must not weaken what the others get.
     if (!offer.demanded()) continue;
     if (o.reliability == Reliability::kBestEffort) qos.reliability = Reliability::kBestEffort;
     if (o.durability == Durability::kVolatile) qos.durability = Durability::kVolatile;

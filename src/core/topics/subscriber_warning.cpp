@@ -14,6 +14,7 @@ constexpr Duration kSubscriberNaming = std::chrono::seconds(2);
 void SubscriberWarning::look(const Qos& qos, const Now& now) {
   const TopicState* topic = context_.graph.find(mirror_.key().first);
   if (!topic || !context_.graph_options.qos_must_fit) return;
+  // When the time for names is over, those that still have none are logged without one.
   const bool patient = !unnamed_ || unnamed_.at() > now.steady;
   const auto found = incompatible_subscribers(*topic, qos, mirror_.origin().node, patient);
   for (const auto& line : found.lines) context_.tell_once(mirror_, LogLevel::kWarn, line);
