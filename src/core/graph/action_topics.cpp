@@ -16,6 +16,7 @@ std::string action_of(const std::string& topic) {
 
 void ActionTopics::set(const std::string& topic, MirrorId mirror, bool feeds) {
   const auto [it, is_new] = topics_[topic].try_emplace(mirror, feeds);
+  // Only real changes are told: each makes the services of the action be looked at again.
   if (!is_new && it->second == feeds) return;
   it->second = feeds;
   changed_.insert(action_of(topic));

@@ -50,6 +50,8 @@ bool take_time(std::string_view digits, Duration& time) {
   std::int64_t ms = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), ms);
   const bool is_number = error == std::errc{} && end == digits.data() + digits.size();
+  // With a longer time a bridge that is long gone would hold its origins (docs/protocol.md section
+  // 12).
   if (!is_number || ms < 0 || ms > kClaimGoodMax / std::chrono::milliseconds(1)) return false;
   time = std::chrono::milliseconds(ms);
   return true;

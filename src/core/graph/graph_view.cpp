@@ -51,6 +51,7 @@ GraphView::GraphView(GraphChanged graph, const std::unordered_set<Gid>& mirrors)
     TopicKey key{topic.name, topic.type};
     topics_.emplace(std::move(key), std::move(topic));
   }
+  // A bridge's server that shows neither by name nor by id is known by its claim (Claims::serves).
   for (auto& service : graph.services) {
     std::erase_if(service.servers, [&](const Server& s) { return bridges.own(s); });
     if (service.servers.empty()) continue;
@@ -70,6 +71,8 @@ void GraphView::add(std::vector<TopicState> publishers, const std::unordered_set
   hide(mirrors);
 }
 
+// Beside what the graph shows: a mirror under a proxy node has another node's name, and with some
+// middlewares an id that does not tell its process.
 bool GraphView::hide(const std::unordered_set<Gid>& mirrors) {
   const bool any = std::any_of(mirrors.begin(), mirrors.end(),
                                [&](const Gid& gid) { return publishers_.contains(gid); });
