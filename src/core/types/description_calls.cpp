@@ -38,6 +38,7 @@ std::optional<Definition> DescriptionCalls::on_looked_up(const TypeLookedUp& fou
     return call.lookup && call.lookup == found.lookup;
   });
   if (at == calls_.end()) return std::nullopt;
+  // From here on it waits for a peer, and is found by its type: several calls may want the same.
   at->lookup = {};
   const Definition type = at->type;
   if (found.text.empty()) return type;

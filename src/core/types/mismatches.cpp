@@ -44,6 +44,7 @@ bool Mismatches::waits_for(const Definition& there) const {
 
 void Mismatches::on_there(const Definition& there, const std::string& text) {
   for (Line& line : lines_)
+    // Empty, too, is an answer: the line does not wait any longer for this side of it.
     if (!line.there && line.mismatch.there == there) line.there = text;
   write_complete();
 }

@@ -126,6 +126,7 @@ class Reading {
       if (++fields_ > kDescribedFieldsMax) return fail("it has too many fields");
       read.fields.push_back(field());
     });
+    // An empty message has one, too: structure_needs_at_least_one_member.
     if (read.fields.empty()) fail("a type has no fields");
     literal("}");
     return read;
@@ -175,6 +176,7 @@ class Nesting {
   explicit Nesting(const TypeDescription& of) : of_(of), depths_(of.nested.size(), kNotSeen) {}
 
   [[nodiscard]] std::string_view problem() {
+    // First their order: find() relies on it.
     for (std::size_t i = 0; i < of_.nested.size(); ++i) {
       if (i > 0 && of_.nested[i - 1].name >= of_.nested[i].name) return "types are not in order";
       if (of_.nested[i].name == of_.type.name) return "a type is there twice";

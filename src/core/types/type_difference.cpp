@@ -49,6 +49,7 @@ class Differences {
         if (other.contains(field.name)) names.push_back(field.name);
       return names;
     };
+    // A sample has no names of fields: in another order its bytes mean something else.
     if (common(here, theirs) != common(there, ours)) add(prefix + "fields are in another order");
   }
 
@@ -57,6 +58,7 @@ class Differences {
     std::string line;
     for (std::size_t i = 0; i < texts_.size(); ++i) {
       const std::string more = "; " + std::to_string(texts_.size() - i) + " more differences";
+      // Behind each there must be room to say how many are left out.
       if (line.size() + texts_[i].size() + more.size() + 2 > kDifferenceBytesMax)
         return line + more;
       if (i > 0) line += "; ";

@@ -60,6 +60,8 @@ void TypeLacks::tell(Link& link) {
     if (told.contains(type)) continue;
     if (side_.outputs.told().first("type_lacking " + type))
       side_.outputs.log(LogLevel::kWarn, "cannot export " + shown + ": " + lack.reason);
+    // A peer takes no more on a connection (docs/protocol.md section 12); this side's own log is
+    // complete.
     if (told.size() >= kLacksMax) continue;
     told.insert(type);
     offer.lacking.push_back(std::move(lack));
