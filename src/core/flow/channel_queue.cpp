@@ -84,6 +84,8 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 void ChannelQueue::make_room(const OutMessage& message, const Now& now) {
   const auto first = replay_.count();  // of those that may be dropped
   if (empty()) overload_.emptied();
+  // Where the link does not carry what is published, of each publisher only the newest waits behind
+  // the message under way (docs/flow.md section 4): as many arrive, and each of them sooner.
   for (auto i = waiting_.size(); overload_.newest_only() && i-- > first;)
     if (waiting_[i].message.subject == message.subject)
       drop_waiting_at(i, DropReason::kNewerAvailable);
@@ -157,6 +159,7 @@ void ChannelQueue::prepare(double rate) {
   if (open_ || front_) return;
   front_.emplace();
   const auto& message = waiting_.front().message;
+  // Against what the peer has now; what keep-last drops before it leaves does no harm to the bases.
   if (deltas_ && message.codec == Codec::kNone)
     front_->smaller = deltas_->encode({message.subject, message.demand, message.body}, rate);
 }

@@ -67,6 +67,7 @@ void ClassSchedule::begin_turn(Class& in, ChannelQueue& queue) const {
 
 void ClassSchedule::remove(ChannelQueue& queue) {
   if (!queue.turn_.scheduled) return;
+  // Its clock stays: what it has sent counts when it comes again.
   queue.turn_.scheduled = false;
   std::erase(classes_[index_of(queue)].turns, &queue);
   std::erase(resting_, &queue);
@@ -125,6 +126,7 @@ ClassSchedule::Class& ClassSchedule::charge(std::size_t bytes) {
   const auto i = next_class();
   CONNECT_CHECK(i < classes_.size());
   auto& from = classes_[i];
+  // With 0 bytes nothing was sent, as what waited had become too old: the clock of the class stays.
   if (i >= kStrict && bytes > 0) {
     present_ = from.clock;
     from.clock += bytes * kTicksPerByte[i];

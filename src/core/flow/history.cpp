@@ -15,6 +15,7 @@ void HistoryCache::limit(std::uint32_t depth, std::uint64_t bytes_max) {
 }
 
 void HistoryCache::add(Sample sample) {
+  // It would displace all others and then itself.
   if (sample.payload.size() > bytes_max_) return;
   bytes_ += sample.payload.size();
   samples_.push_back(std::move(sample));

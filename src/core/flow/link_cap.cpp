@@ -25,6 +25,7 @@ std::uint64_t LinkCap::cost(std::size_t bytes) {
 
 std::uint32_t LinkCap::part_bytes(std::uint32_t most) const {
   if (rate_ == 0) return most;
+  // While a part is paid for, urgent messages go on but everything else waits.
   const double fitting = std::max<double>(rate_ * kPartSeconds, kSegmentBytes);
   return static_cast<std::uint32_t>(std::min<double>(fitting, most));
 }

@@ -244,6 +244,8 @@ void Pacer::end_round(bool limited) {
   // The queue of a burst has yet to come.
   if (burst_begins && error > 0) return;
   variation_ += (std::abs(now - before) / std::max(now, before) - variation_) / 16;
+  // Slow: this learns over many rounds by how much the measured rate is wrong, while gain() answers
+  // the queue of the moment (docs/flow.md section 3).
   trim_ = std::clamp(trim_ + 0.02 * std::clamp(error, -1.5, 1.0), kTrimMin, 0.05);
   if (error <= 0.5) return;
   // Where the rate varies much, there is often much more to find.
@@ -273,6 +275,8 @@ double Pacer::gain() const {
   if (starting_) return 2;
   const double missing = aim() - seconds(path_.queue());
   const double loop = seconds(path_.round_trip()) + 0.005;  // how late its acknowledgement comes
+  // A stronger answer would oscillate, as its effect is seen a round trip late (docs/flow.md
+  // section 3).
   return 1 + trim_ + boost_ + std::clamp(0.3 * missing / loop, -0.5, 0.1);
 }
 

@@ -34,6 +34,7 @@ bool Throttle::ready(TimePoint now) const {
 }
 
 void Throttle::take(double amount, TimePoint now) {
+  // The time in which nothing came is not saved up.
   if (per_second_ > 0) paid_ = std::max(paid_, now) + price_of(amount, per_second_);
 }
 
