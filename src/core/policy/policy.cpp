@@ -202,6 +202,7 @@ std::optional<std::string> NameMap::to_wire(std::string_view local) const {
   }
   if (local.substr(0, prefix_.size()) != prefix_) return std::nullopt;
   const auto wire = local.substr(prefix_.size());
+  // Below the prefix, and not only beginning like it: /robot10/tf is nothing of /robot1.
   if (wire.size() < 2 || wire.front() != '/') return std::nullopt;
   // A name that remap moved does not also exist at its old place.
   for (const auto& pair : remap_) {
