@@ -60,6 +60,8 @@ std::optional<ByteView> take_part(ByteView& rest, std::size_t header, std::uint3
   return part;
 }
 
+// Refuses what is wrong in every state. What depends on the channel (whether it exists, its
+// sequence, its open message) is judged by the link and by Reassembly, in the order of the frames.
 Outcome read_message(ByteView& rest) {
   MessageFrame frame;
   const auto codec = rest[1];

@@ -119,6 +119,7 @@ Bytes encode(const Welcome& record) {
 }
 
 Result<Hello> decode_hello(ByteView record) {
+  // Only as far as the versions: what is behind them is longer or shorter in another version.
   if (auto checked = check(record, kHelloMagic, kVersionsEnd); !checked) return checked.error();
   Hello hello;
   hello.version_min = get_le<std::uint16_t>(record, 4);
