@@ -43,8 +43,8 @@ void TypeLacks::add(const Found& found, const Link& link, Lacking& lacking) cons
   const Interface what{is_action ? InterfaceKind::kService : found.kind, *wire_part,
                        found.part_type,
                        is_action ? std::string_view{found.type} : std::string_view{}};
-  // What is not compared yet is told later: this is asked again when it is (Side::recheck).
   if (!side_.policy.decide(Direction::kExport, what, link.login.identity())) return;
+  // What is not compared yet is told later: this is asked again when it is (Side::recheck).
   if (!link.accepts || !link.accepts->takes(what).value_or(false)) return;
   const auto part = part_of_action(what.kind, what.name, what.type);
   LackTold told{found.kind, is_action && part ? std::string(part->action) : *wire_part, found.type,
