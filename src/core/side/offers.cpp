@@ -17,8 +17,7 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
     outputs.log_once(link.account->told, LogLevel::kWarn,
                      "not all interfaces of this side are offered to " + link.peer().node +
                          ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
-  // The first round is over when nothing that may be offered waits to be compared with a long list
-  // of the peer: at `complete` the peer forgets what it had and was not offered again
+  // Not too early: at `complete` the peer forgets what it had and was not offered again
   // (docs/protocol.md section 7, rule 9).
   const bool completes = link.accepts.take_completion();
   if (offers.empty() && !completes) return;
