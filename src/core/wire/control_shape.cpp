@@ -8,6 +8,7 @@ Result<Nothing> check_control_shape(std::string_view text) {
   std::size_t depth = 0;
   std::size_t values = 1;
   bool in_string = false;
+  bool opened = false;  // an object or list, and nothing of it has come yet
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
@@ -16,11 +17,15 @@ Result<Nothing> check_control_shape(std::string_view text) {
       if (c == '"') in_string = false;
       continue;
     }
+    if (c == ' ' || c == '\t' || c == '\n' || c == '\r') continue;
+    const bool opens = c == '{' || c == '[';
+    const bool closes = c == '}' || c == ']';
     if (c == '"') in_string = true;
-    if (c == '{' || c == '[') ++depth;
-    if ((c == '}' || c == ']') && depth > 0) --depth;
-    // A value follows each of these, but for an empty object or list, which counts as one more.
-    if (c == ',' || c == '{' || c == '[') ++values;
+    if (opens) ++depth;
+    if (closes && depth > 0) --depth;
+    // Each value but the first of all is the first in an object or list, or follows a comma.
+    if (c == ',' || (opened && !closes)) ++values;
+    opened = opens;
     if (depth > kControlDepthMax) {
       return Error{CloseCode::kTooLarge, "a control message is nested too deeply"};
     }

@@ -310,8 +310,10 @@ TEST(Control, WholeMessageHasLimitsOfBytesValuesAndDepth) {
   EXPECT_EQ(code_of(text + ' '), CloseCode::kTooLarge);
 
   const std::string ignored = R"({"type":"withdraw","channels":[],"x":[)";
-  EXPECT_EQ(code_of(list(ignored, kControlValuesMax - 10, "0", "]}")), CloseCode::kNormal);
-  EXPECT_EQ(code_of(list(ignored, kControlValuesMax, "0", "]}")), CloseCode::kTooLarge);
+  for (const char* value : {"0", "[]", "{ }", R"("[")"}) {  // beside four others
+    EXPECT_EQ(code_of(list(ignored, kControlValuesMax - 4, value, "]}")), CloseCode::kNormal);
+    EXPECT_EQ(code_of(list(ignored, kControlValuesMax - 3, value, "]}")), CloseCode::kTooLarge);
+  }
 
   const auto nested = [](std::size_t depth) {
     return R"({"type":"withdraw","channels":[],"x":)" + std::string(depth - 1, '[') +
