@@ -26,10 +26,15 @@ Now Loop::now() const {
 
 void Loop::feed(Input&& input) {
   if (stepping_) return waiting_.push_back(std::move(input));
-  step([&](const auto& handle_it) {
-    handle_it(std::move(input));
-    return true;
-  });
+  begin_step();
+  handle(std::move(input));
+  end_step();
+}
+
+void Loop::begin_step() {
+  began_ = std::chrono::steady_clock::now();
+  stepping_ = true;
+  handled_ = false;
 }
 
 std::optional<Packet> Loop::next_packet(ConnectionId connection, const Repairs& repairs) {
@@ -44,11 +49,23 @@ void Loop::handle(Input&& input) {
   while (auto action = side_.next_action()) ports_.carry_out(std::move(*action));
 }
 
-void Loop::send() {
-  sending_ = true;
-  ports_.send();
-  sending_ = false;
-  set_timer();
+// Where no input came there is nothing new to send: the middleware woke the loop for what an
+// earlier step has taken.
+void Loop::end_step() {
+  while (!waiting_.empty()) {
+    Input input = std::move(waiting_.front());
+    waiting_.pop_front();
+    handle(std::move(input));
+  }
+  stepping_ = false;
+  const auto began = began_;  // a failed write may be the input of another step
+  if (handled_) {
+    sending_ = true;
+    ports_.send();
+    sending_ = false;
+    set_timer();
+  }
+  longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - began));
 }
 
 // A timer that is set too early is left as it is: deadlines move with every packet, and setting the

@@ -43,24 +43,16 @@ class Loop {
   // that were ready together are packed together. Returns what `source` returns.
   template <class Source>
   auto step(Source&& source) {
-    const auto begin = std::chrono::steady_clock::now();
-    stepping_ = true;
-    handled_ = false;
+    begin_step();
     const auto result = source([this](Input&& input) { handle(std::move(input)); });
-    while (!waiting_.empty()) {
-      Input input = std::move(waiting_.front());
-      waiting_.pop_front();
-      handle(std::move(input));
-    }
-    stepping_ = false;
-    if (handled_) send();
-    longest_ = std::max(longest_, Duration(std::chrono::steady_clock::now() - begin));
+    end_step();
     return result;
   }
 
  private:
+  void begin_step();
   void handle(Input&& input);
-  void send();
+  void end_step();
   void set_timer();
   void wait_until(TimePoint when);
 
@@ -71,6 +63,7 @@ class Loop {
   std::optional<TimePoint> timer_at_;
   TimePoint reads_until_{};  // sockets are read first, before the timer does its work
   std::deque<Input> waiting_;
+  std::chrono::steady_clock::time_point began_{};  // the step
   bool stepping_ = false;
   bool handled_ = false;  // an input, in this step
   bool sending_ = false;  // as the end of a step, which sets the timer itself
