@@ -254,7 +254,8 @@ bool TopicOffer::holds(OriginId origin) const {
 
 bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.size();
-  if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
+  if (!demanded() || !link_.open()) return false;
+  if (parameter_events_ && withheld_.contains(origin)) return false;
   if (!permits(sample)) {
     drop(DropReason::kNotPermitted);
     return false;

@@ -114,7 +114,7 @@ class TopicOffer final : public OutgoingChannel {
   bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;
   RateLimit rate_;
-  std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens
+  std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue
   std::string declined_;
