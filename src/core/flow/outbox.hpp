@@ -50,7 +50,7 @@ class Outbox {
   [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
   // Drops what is queued (counted as kWithdrawn), forgets the channel and returns its last counts.
   // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets
-  // its unfinished message (Reassembly::forget).
+  // its unfinished message with the channel.
   ChannelCounts remove_channel(ChannelId channel);
   // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
   void clear_channel(ChannelId channel);
