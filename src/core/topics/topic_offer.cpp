@@ -127,7 +127,7 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
 
 void TopicOffer::configure_queue() {
   if (link_.connection())
-    link_.outbox().add_channel(
+    queue_ = &link_.outbox().add_channel(
         number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
                           context_.options));
 }
@@ -139,6 +139,7 @@ void TopicOffer::withdraw(const Ending& why) {
   note(AuditEvent::kChannelEnded, why);
   link_.withdraw(number_, why);
   number_ = {};
+  queue_ = nullptr;
   demand_ = 0;
 }
 
@@ -282,7 +283,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   OutMessage message = message_of(sample, codec, body);
   message.demand = demand_;
   message.resumes = resume_ && sample.reliable;
-  link_.outbox().push(number_, std::move(message), now);
+  link_.outbox().push(*queue_, std::move(message), now);
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

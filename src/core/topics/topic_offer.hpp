@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/flow/channel_queue.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
@@ -107,7 +108,8 @@ class TopicOffer final : public OutgoingChannel {
   const ExportContext& context_;
   ExportedTopic& topic_;
   Link& link_;
-  ChannelId number_;  // none: the peer may not have the topic
+  ChannelId number_;               // none: the peer may not have the topic
+  ChannelQueue* queue_ = nullptr;  // that of the number, and null without it
   Decision decision_;
   std::string type_hash_;     // as it was offered
   std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
