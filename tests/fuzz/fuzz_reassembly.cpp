@@ -33,8 +33,10 @@ class Model {
   std::map<ChannelId, Bytes> open_;
 };
 
+using Streams = std::map<ChannelId, Reassembly::Stream>;
+
 // False: the connection would be closed.
-bool feed(const Payload& packet, Reassembly& reassembly, Model& model) {
+bool feed(const Payload& packet, Reassembly& reassembly, Streams& streams, Model& model) {
   FrameReader reader{packet.view()};
   for (;;) {
     const auto next = reader.next();
@@ -42,10 +44,10 @@ bool feed(const Payload& packet, Reassembly& reassembly, Model& model) {
     if (!next.value()) return true;
     Result<std::optional<InMessage>> whole{std::optional<InMessage>{}};
     if (const auto* message = std::get_if<MessageFrame>(&*next.value())) {
-      whole = reassembly.on_message(*message, packet);
+      whole = reassembly.on_message(streams[message->channel], *message, packet);
       if (whole.ok()) model.begin(message->channel, message->part);
     } else if (const auto* part = std::get_if<PartFrame>(&*next.value())) {
-      whole = reassembly.on_part(*part);
+      whole = reassembly.on_part(streams[part->channel], *part);
       if (whole.ok()) model.add(part->channel, part->part);
     }
     if (!whole.ok()) return false;
@@ -58,11 +60,12 @@ bool feed(const Payload& packet, Reassembly& reassembly, Model& model) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   Reassembly reassembly{kOptions};
+  Streams streams;
   Model model;
   ByteView rest{data, size};
   while (rest.size() >= 2) {
     const std::size_t bytes = std::min<std::size_t>(rest[0] | rest[1] << 8, rest.size() - 2);
-    if (!feed(Payload::copy_of(rest.subspan(2, bytes)), reassembly, model)) break;
+    if (!feed(Payload::copy_of(rest.subspan(2, bytes)), reassembly, streams, model)) break;
     rest = rest.subspan(2 + bytes);
   }
   return 0;

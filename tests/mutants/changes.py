@@ -53,4 +53,6 @@ CHANGES = [
            "if (!still || again) return std::nullopt;"),
     Mutant("a queue on the way back holds up bulk",
            "std::max(round, back));", "round);"),
+    Mutant("a connection that was replaced still brings the link's packets",
+           "carrying_.erase(link.connection()->id());", ""),
 ]

@@ -1,4 +1,4 @@
-"""Faults in what a peer with a login may cost: lines of the log, and time to compare names."""
+"""Faults in what a peer with a login may cost: lines of the log, memory, time to compare names."""
 
 from mutant import Mutant
 
@@ -27,6 +27,9 @@ COSTS = [
            "0 * std::exchange(carry, places >> (kPlacesOfWord - 1))"),
     Mutant("call numbers are used up without a pace",
            "!link_.account->attaches.take(now.steady)", "false", within="Attachment::on_message"),
+    Mutant("what nobody takes is kept",
+           "to->channel && to->channel->wants(message->demand);",
+           "!to->channel || to->channel->wants(message->demand);"),
     Mutant("a service has types without end", "return others >= kTypesOfServiceMax;",
            "return others >= 1000;"),
     Mutant("a publisher takes another's place in the queue",

@@ -12,18 +12,6 @@ constexpr std::uint64_t kAskBytesMin = 4096;
 constexpr double kTurnSeconds = 0.5;
 constexpr double kTurnBytesMin = 16 << 10;
 
-// A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
-// below the size that every receiver accepts.
-OutboxOptions bounded(OutboxOptions options) {
-  // A fragment must fit into the window while acknowledgements for the other half are on their way.
-  const auto half_window = std::max<std::uint64_t>(options.unacknowledged_bytes_max / 2, 1);
-  const auto fragment_max = std::min<std::uint64_t>(half_window, kPacketBytesMax / 2);
-  options.fragment_bytes = static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(options.fragment_bytes, 1, fragment_max));
-  options.packet_bytes = std::min<std::uint32_t>(options.packet_bytes, kPacketBytesMax / 4);
-  return options;
-}
-
 // How much of a large message may leave before others of its class have a turn, where the link
 // carries so many bytes per second (0: not known).
 std::uint64_t turn_bytes(double rate) {
@@ -55,17 +43,18 @@ void Outbox::change(ChannelQueue& queue, Change&& change) {
   }
 }
 
-void Outbox::add_channel(ChannelId channel, QueueOptions options) {
+ChannelQueue& Outbox::add_channel(ChannelId channel, QueueOptions options) {
   // A burst of one topic must not displace waiting messages of others.
   options.burst_bytes_max = std::min(options.burst_bytes_max, options_.data_bytes_max / 4);
   const auto [at, is_new] = queues_.try_emplace(channel, channel, options, *bases_);
-  if (is_new) return;
   auto& queue = at->second;
+  if (is_new) return queue;
   schedule_.leave_class(queue);  // it may change
   bytes_of(queue) -= queue.bytes();
   queue.configure(options);
   bytes_of(queue) += queue.bytes();
   if (!queue.empty()) schedule_.add(queue);
+  return queue;
 }
 
 ChannelCounts Outbox::remove_channel(ChannelId channel) {
@@ -134,12 +123,14 @@ Outbox::Unarrived Outbox::take_unarrived(ChannelId channel) {
 }
 
 void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
-  const auto at = queues_.find(channel);
-  if (at == queues_.end()) return;
-  judge_weight(at->second, message.body.size(), now);
-  change(at->second,
-         [&](ChannelQueue& queue) { queue.push(std::move(message), ++arrivals_, now); });
-  if (is_over()) keep_data_budget(at->second.priority());
+  if (const auto at = queues_.find(channel); at != queues_.end())
+    push(at->second, std::move(message), now);
+}
+
+void Outbox::push(ChannelQueue& queue, OutMessage message, const Now& now) {
+  judge_weight(queue, message.body.size(), now);
+  change(queue, [&](ChannelQueue& to) { to.push(std::move(message), ++arrivals_, now); });
+  if (is_over()) keep_data_budget(queue.priority());
 }
 
 bool Outbox::is_over() {

@@ -39,8 +39,9 @@ class Outbox {
   Outbox(Outbox&&) = default;  // channels keep their addresses, so the schedule stays valid
   Outbox& operator=(Outbox&&) = default;
 
-  // An existing channel gets the new options and keeps its queue and counts.
-  void add_channel(ChannelId channel, QueueOptions options);
+  // An existing channel gets the new options and keeps its queue and counts. The queue is there for
+  // push() alone, until the channel is removed.
+  ChannelQueue& add_channel(ChannelId channel, QueueOptions options);
   using Unarrived = UnarrivedMessages;
   // The channel, on which nothing was sent yet, continues one of an earlier connection: the
   // messages that were left there come first, and the sequence numbers go on (ChannelQueue::go_on).
@@ -50,7 +51,7 @@ class Outbox {
   [[nodiscard]] Unarrived take_unarrived(ChannelId channel);
   // Drops what is queued (counted as kWithdrawn), forgets the channel and returns its last counts.
   // An open message ends without `abort`: send `withdraw` after this call, and the receiver forgets
-  // its unfinished message (Reassembly::forget).
+  // its unfinished message with the channel.
   ChannelCounts remove_channel(ChannelId channel);
   // Drops what is queued (kNoDemand) and aborts an open message, but keeps channel and counts.
   void clear_channel(ChannelId channel);
@@ -62,6 +63,8 @@ class Outbox {
   // Queues a message; what the channel's policy displaces is dropped and counted. For a channel
   // that does not exist (any more) it does nothing.
   void push(ChannelId channel, OutMessage message, const Now& now);
+  // The same, where add_channel() has found the queue.
+  void push(ChannelQueue& queue, OutMessage message, const Now& now);
   // Queues a control text. False beyond control_bytes_max: close the connection with kSlowPeer.
   [[nodiscard]] bool push_control(std::string text) {
     return controls_.push(std::move(text), options_.control_bytes_max);

@@ -1,9 +1,11 @@
 // How much may wait on a link, and in what sizes it leaves.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "core/base/time.hpp"
+#include "core/wire/frame.hpp"
 
 namespace connect_bridge {
 
@@ -28,6 +30,18 @@ struct OutboxOptions {
   // lowest class is dropped.
   std::uint64_t data_bytes_max = 64 << 20;
 };
+
+// A packet holds at most a gathered part (packet_bytes), one fragment and headers; it must stay
+// below the size that every receiver accepts.
+[[nodiscard]] inline OutboxOptions bounded(OutboxOptions options) {
+  // A fragment must fit into the window while acknowledgements for the other half are on their way.
+  const auto half_window = std::max<std::uint64_t>(options.unacknowledged_bytes_max / 2, 1);
+  const auto fragment_max = std::min<std::uint64_t>(half_window, kPacketBytesMax / 2);
+  options.fragment_bytes = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(options.fragment_bytes, 1, fragment_max));
+  options.packet_bytes = std::min<std::uint32_t>(options.packet_bytes, kPacketBytesMax / 4);
+  return options;
+}
 
 // By how much urgent messages may exceed unacknowledged_bytes_max. Acks, time frames and aborts are
 // never held back: they are small and few, and two sides whose acks wait for each other would wait

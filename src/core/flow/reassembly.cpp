@@ -29,7 +29,7 @@ Payload slice_of(const Payload& packet, ByteView part) {
 
 }  // namespace
 
-Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& frame,
+Result<std::optional<InMessage>> Reassembly::on_message(Stream& stream, const MessageFrame& frame,
                                                         const Payload& packet, bool keep) {
   // Sizes first, against limits that nothing of the peer's can change; then whether they fit each
   // other; then whether this channel may begin a message now. Memory is taken after the last check.
@@ -42,16 +42,15 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
       (frame.codec == Codec::kNone && frame.raw_bytes != frame.body_bytes)) {
     return refusal(CloseCode::kMalformed, frame.channel, "sizes that contradict each other");
   }
-  auto& stream = streams_[frame.channel];
-  if (stream.open) {
+  if (stream.open_) {
     return refusal(CloseCode::kIllegal, frame.channel, "a message begins inside another one");
   }
-  if (!is_after(frame.sequence, stream.last_sequence)) {
+  if (!is_after(frame.sequence, stream.last_sequence_)) {
     return refusal(CloseCode::kIllegal, frame.channel, "a sequence number that does not rise");
   }
   InMessage message{frame, frame.channel, {}};
   if (frame.part.size() == frame.body_bytes) {
-    stream.last_sequence = frame.sequence;
+    stream.last_sequence_ = frame.sequence;
     message.body = slice_of(packet, frame.part);
     return std::optional<InMessage>{std::move(message)};
   }
@@ -62,15 +61,14 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
                    "no memory is left for unfinished messages");
   message.kept = keep && fits;
   const std::uint32_t kept = message.kept ? frame.body_bytes : 0;
-  if (open_bytes_ + kept > options_.open_bytes_max) {
+  if (open_->used() + kept > options_.open_bytes_max) {
     return refusal(CloseCode::kTooLarge, frame.channel, "too many bytes in unfinished messages");
   }
-  stream.last_sequence = frame.sequence;
-  open_bytes_ += kept;
+  stream.last_sequence_ = frame.sequence;
   const auto missing = frame.body_bytes - static_cast<std::uint32_t>(frame.part.size());
-  auto& open = stream.open.emplace(Open{std::move(message), missing, kept, {}, {}});
+  auto& open = stream.open_.emplace(Stream::Open{std::move(message), missing, {}, {}});
   if (kept == 0) return std::optional<InMessage>{};
-  if (memory_) open.memory = memory_->hold(kept);
+  open.kept = open_->hold(kept);
   // Reserves all at once: it is within the budget, and memory pages that the peer never fills are
   // never touched.
   open.body.reserve(frame.body_bytes);
@@ -78,15 +76,13 @@ Result<std::optional<InMessage>> Reassembly::on_message(const MessageFrame& fram
   return std::optional<InMessage>{};
 }
 
-Result<std::optional<InMessage>> Reassembly::on_part(const PartFrame& frame) {
-  const auto at = streams_.find(frame.channel);
-  if (at == streams_.end() || !at->second.open) {
+Result<std::optional<InMessage>> Reassembly::on_part(Stream& stream, const PartFrame& frame) {
+  if (!stream.open_) {
     return refusal(CloseCode::kIllegal, frame.channel, "a part without an open message");
   }
-  auto& stream = at->second;
-  auto& open = *stream.open;
+  auto& open = *stream.open_;
   if (frame.abort) {
-    close(stream);
+    stream.open_.reset();
     return std::optional<InMessage>{};
   }
   if (frame.part.empty() || frame.part.size() > open.missing) {
@@ -94,24 +90,12 @@ Result<std::optional<InMessage>> Reassembly::on_part(const PartFrame& frame) {
   }
   open.missing -= static_cast<std::uint32_t>(frame.part.size());
   // The parts of what is not kept are counted only: a peer must send them as the protocol says.
-  if (open.kept_bytes > 0) open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
+  if (open.message.kept) open.body.insert(open.body.end(), frame.part.begin(), frame.part.end());
   if (open.missing > 0) return std::optional<InMessage>{};
   auto message = std::move(open.message);
   message.body = Payload::adopt(std::move(open.body));
-  close(stream);
+  stream.open_.reset();
   return std::optional<InMessage>{std::move(message)};
-}
-
-void Reassembly::forget(ChannelId channel) {
-  const auto at = streams_.find(channel);
-  if (at == streams_.end()) return;
-  if (at->second.open) close(at->second);
-  streams_.erase(at);
-}
-
-void Reassembly::close(Stream& stream) {
-  open_bytes_ -= stream.open->kept_bytes;
-  stream.open.reset();
 }
 
 }  // namespace connect_bridge

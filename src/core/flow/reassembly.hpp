@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <memory>
 #include <optional>
 
 #include "core/base/budget.hpp"
@@ -27,50 +27,53 @@ struct ReassemblyOptions {
 // Belongs to one connection. Checks before it allocates: sizes against the options (kTooLarge),
 // parts against the open message (kMalformed), a part without an open message, a message inside
 // another one or with a sequence number that does not rise (kIllegal). An error ends the connection
-// with its code. The caller has checked that the channel was offered: what is kept per channel is
-// bounded by that.
+// with its code. The caller keeps a stream for each channel that was offered, and so bounds them.
 class Reassembly {
  public:
+  // What has come on one channel of the connection: its last sequence and its unfinished message,
+  // which goes with it. It ends before the Reassembly does.
+  class Stream {
+   public:
+    // Nothing has come yet: it continues after this sequence of an earlier connection.
+    void go_on(std::uint32_t sequence) { last_sequence_ = sequence; }
+
+   private:
+    friend class Reassembly;
+    struct Open {
+      InMessage message;  // without its body
+      std::uint32_t missing = 0;
+      Bytes body;
+      Budget::Hold kept;
+    };
+
+    std::uint32_t last_sequence_ = 0;
+    std::optional<Open> open_;
+  };
+
   explicit Reassembly(ReassemblyOptions options) : options_(options) {}
 
-  // Unfinished messages also count in this budget, which outlives this. If it has no room for a
-  // message, that message arrives without its body (InMessage::kept).
-  void draw_from(Budget& memory) { memory_ = &memory; }
+  // To be called before anything comes. Unfinished messages also count in this budget, which
+  // outlives this. If it has no room for a message, that message arrives without its body
+  // (InMessage::kept).
+  void draw_from(Budget& memory) {
+    memory_ = &memory;
+    open_ = std::make_unique<Budget>(&memory);
+  }
 
   // `packet` is the packet in which the frame's part lies: a message that is whole in one frame
   // becomes a slice of it, without a copy. `keep`: false for a message that will be dropped anyway;
   // its parts are checked, but take no memory and no budget, and its body stays empty.
-  Result<std::optional<InMessage>> on_message(const MessageFrame& frame, const Payload& packet,
-                                              bool keep = true);
-  Result<std::optional<InMessage>> on_part(const PartFrame& frame);
-  // The channel, on which nothing has arrived yet, continues after this sequence of an earlier
-  // connection.
-  void go_on(ChannelId channel, std::uint32_t sequence) {
-    streams_[channel].last_sequence = sequence;
-  }
-  // The channel was withdrawn: forgets its unfinished message and its sequence.
-  void forget(ChannelId channel);
+  // The stream is that of the frame's channel.
+  Result<std::optional<InMessage>> on_message(Stream& stream, const MessageFrame& frame,
+                                              const Payload& packet, bool keep = true);
+  Result<std::optional<InMessage>> on_part(Stream& stream, const PartFrame& frame);
 
-  [[nodiscard]] std::uint64_t open_bytes() const { return open_bytes_; }
+  [[nodiscard]] std::uint64_t open_bytes() const { return open_->used(); }
 
  private:
-  struct Open {
-    InMessage message;  // without its body
-    std::uint32_t missing = 0;
-    std::uint32_t kept_bytes = 0;  // of the budget
-    Bytes body;
-    Budget::Hold memory;
-  };
-  struct Stream {
-    std::uint32_t last_sequence = 0;
-    std::optional<Open> open;
-  };
-  void close(Stream& stream);
-
   ReassemblyOptions options_;
   Budget* memory_ = nullptr;
-  std::map<ChannelId, Stream> streams_;  // not hashed: the peer chooses the numbers
-  std::uint64_t open_bytes_ = 0;
+  std::unique_ptr<Budget> open_ = std::make_unique<Budget>();  // of all streams; does not move
 };
 
 }  // namespace connect_bridge

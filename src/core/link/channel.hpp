@@ -38,6 +38,14 @@ class IncomingChannel {
   virtual Result<Nothing> on_refuse(const Refuse& refuse, const Now& now);
 };
 
+// A number on which the peer may send, as its link keeps it.
+struct Incoming {
+  IncomingChannel* channel = nullptr;  // null: it was declined or has ended, what comes is dropped
+  bool offered = false;                // by the peer; else the peer's requests
+  bool service = false;
+  Reassembly::Stream stream{};
+};
+
 // What a demand says of one channel.
 struct ChannelDemand {
   std::uint16_t number = 0;              // 0: it is not wanted any longer

@@ -148,10 +148,11 @@ Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
   return Nothing{};
 }
 
-Result<bool> Connection::on_data(Result<std::optional<InMessage>> whole, const Now& now) {
+Result<bool> Connection::on_data(IncomingChannel* channel, Result<std::optional<InMessage>> whole,
+                                 const Now& now) {
   if (!whole) return whole.error();
-  if (!whole.value()) return true;
-  auto result = user_->on_message(std::move(*std::move(whole).value()), now);
+  if (!whole.value() || !channel) return true;
+  auto result = channel->on_message(std::move(*std::move(whole).value()), now);
   if (!result) return result.error();
   return true;
 }
@@ -161,13 +162,15 @@ Result<bool> Connection::on_frame(const Frame& frame, const Payload& packet, con
     return Error{CloseCode::kUnknownChannel, "data for a channel that does not exist"};
   };
   if (const auto* message = std::get_if<MessageFrame>(&frame)) {
-    if (!user_->expects(message->channel)) return unknown();
-    const bool keep = user_->wants(message->channel, message->demand);
-    return on_data(reassembly_.on_message(*message, packet, keep), now);
+    Incoming* const to = user_->incoming(message->channel);
+    if (!to) return unknown();
+    const bool keep = to->channel && to->channel->wants(message->demand);
+    return on_data(to->channel, reassembly_.on_message(to->stream, *message, packet, keep), now);
   }
   if (const auto* part = std::get_if<PartFrame>(&frame)) {
-    if (!user_->expects(part->channel)) return unknown();
-    return on_data(reassembly_.on_part(*part), now);
+    Incoming* const to = user_->incoming(part->channel);
+    if (!to) return unknown();
+    return on_data(to->channel, reassembly_.on_part(to->stream, *part), now);
   }
   if (const auto* ack = std::get_if<AckFrame>(&frame)) {
     if (!outbox_.acknowledge({ack->received_bytes, ack->arrived}, now))

@@ -10,6 +10,7 @@
 #include "core/flow/outbox.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/link/acknowledger.hpp"
+#include "core/link/channel.hpp"
 #include "core/link/clock_estimate.hpp"
 #include "core/policy/policy.hpp"
 #include "core/wire/control.hpp"
@@ -49,14 +50,12 @@ struct Peer {
 // connection with its code.
 class ConnectionUser {
  public:
-  // Whether the peer may send on this channel; asked before anything of a message is kept.
-  [[nodiscard]] virtual bool expects(ChannelId channel) const = 0;
-  // Whether a message that begins on it now, for this demand, is of any use.
-  [[nodiscard]] virtual bool wants(ChannelId channel, std::uint16_t demand) const = 0;
+  // The channel to which a message goes; asked before anything of it is kept. Null: the peer may
+  // not send on it. Valid until its owner gets the message, by which it may end.
+  [[nodiscard]] virtual Incoming* incoming(ChannelId channel) = 0;
   // Before a control message of so many bytes is read. False: the peer says too much.
   [[nodiscard]] virtual bool hears(std::size_t bytes, const Now& now) = 0;
   virtual Result<Nothing> on_control(Control& control, const Now& now) = 0;
-  virtual Result<Nothing> on_message(InMessage message, const Now& now) = 0;
   // The peer has all of a tracked message.
   virtual void on_delivered(const Outbox::Delivered& whole, const Now& now) = 0;
   // The peer's ROS time, sampled; `t4` is our system clock at its arrival.
@@ -110,12 +109,6 @@ class Connection {
   // A bound on the sum of both directions' buffers lives in OutboxOptions and ReassemblyOptions.
   Outbox& outbox() { return outbox_; }
   [[nodiscard]] const Outbox& outbox() const { return outbox_; }
-  // The peer's channel goes on behind this sequence of the connection before.
-  void resume_incoming(ChannelId channel, std::uint32_t sequence) {
-    reassembly_.go_on(channel, sequence);
-  }
-  // The peer's channel has ended: its unfinished message is forgotten.
-  void forget_incoming(ChannelId channel) { reassembly_.forget(channel); }
   // How often the peer's clock is asked; the default is dead_after / 3.
   void set_time_period(Duration period) { time_period_ = period; }
 
@@ -143,7 +136,9 @@ class Connection {
   Result<Nothing> on_frames(const Payload& packet, const Now& now);
   // Whether the frame carried data (so that an acknowledgement is due).
   Result<bool> on_frame(const Frame& frame, const Payload& packet, const Now& now);
-  Result<bool> on_data(Result<std::optional<InMessage>> whole, const Now& now);
+  // Gives what is whole to the channel, which may end by that. Null: it is dropped.
+  Result<bool> on_data(IncomingChannel* channel, Result<std::optional<InMessage>> whole,
+                       const Now& now);
   void opened(const Now& now);
   [[nodiscard]] TimePoint silent_at() const;
 

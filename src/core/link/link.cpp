@@ -67,7 +67,10 @@ void Link::forget(ChannelId number) {
   if (it->second.offered) --offered_;
   if (!it->second.offered && !it->second.channel) --ended_;
   incoming_.erase(it);
-  if (connection_) connection_->forget_incoming(number);
+}
+
+void Link::resume_incoming(ChannelId number, std::uint32_t sequence) {
+  if (Incoming* const channel = incoming(number)) channel->stream.go_on(sequence);
 }
 
 void Link::withdraw(ChannelId number, const Ending& why) {
@@ -126,17 +129,6 @@ Result<Nothing> Link::on_control(Control& control, const Now& now) {
   return std::visit([&](auto& message) { return on(message, now); }, control);
 }
 
-bool Link::wants(ChannelId number, std::uint16_t demand) const {
-  const IncomingChannel* channel = incoming(number);
-  return channel && channel->wants(demand);
-}
-
-Result<Nothing> Link::on_message(InMessage message, const Now& now) {
-  IncomingChannel* channel = incoming(message.channel);
-  // Null: it was declined, or has ended here.
-  return channel ? channel->on_message(std::move(message), now) : Nothing{};
-}
-
 void Link::on_delivered(const Outbox::Delivered& whole, const Now& now) {
   if (OutgoingChannel* channel = outgoing(whole.channel))
     channel->on_delivered(whole.subject.call(), now);
@@ -169,13 +161,11 @@ bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatm
 }
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {
-  const auto it = incoming_.find(change.channel);
-  if (it == incoming_.end())
-    return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
-  if (it->second.service)
+  const Incoming* const to = incoming(change.channel);
+  if (!to) return Error{CloseCode::kUnknownChannel, "origins of a channel that does not exist"};
+  if (to->service)
     return Error{CloseCode::kUnknownChannel, "origins of a channel that is no topic"};
-  IncomingChannel* channel = it->second.channel;
-  return channel ? channel->on_origins(change, now) : Nothing{};  // null: it was declined
+  return to->channel ? to->channel->on_origins(change, now) : Nothing{};
 }
 
 Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
@@ -183,10 +173,11 @@ Result<Nothing> Link::on(Withdraw& withdraw, const Now& now) {
     const auto it = incoming_.find(number);
     if (it == incoming_.end())
       return Error{CloseCode::kUnknownChannel, "a channel that does not exist was withdrawn"};
-    const Incoming ended = it->second;
+    IncomingChannel* const channel = it->second.channel;
+    const bool was_offered = it->second.offered;
     forget(number);
-    if (ended.channel) ended.channel->on_withdraw(withdraw, now);
-    if (ended.offered && !note_withdrawal(now))
+    if (channel) channel->on_withdraw(withdraw, now);
+    if (was_offered && !note_withdrawal(now))
       return Error{CloseCode::kTooLarge, "channels are offered and withdrawn too often"};
   }
   return Nothing{};
@@ -227,17 +218,16 @@ Result<Nothing> Link::on(Attach& attach, const Now& now) {
 }
 
 Result<Nothing> Link::on(Attached& attached, const Now& now) {
-  if (!expects(attached.channel))
-    return Error{CloseCode::kUnknownChannel, "attached to a service that does not exist"};
-  IncomingChannel* channel = incoming(attached.channel);
-  return channel ? channel->on_attached(attached, now) : Nothing{};
+  const Incoming* const to = incoming(attached.channel);
+  if (!to) return Error{CloseCode::kUnknownChannel, "attached to a service that does not exist"};
+  return to->channel ? to->channel->on_attached(attached, now) : Nothing{};
 }
 
 Result<Nothing> Link::on(Refuse& refuse, const Now& now) {
-  if (!expects(refuse.channel))
+  const Incoming* const to = incoming(refuse.channel);
+  if (!to)
     return Error{CloseCode::kUnknownChannel, "calls of a service that does not exist are refused"};
-  IncomingChannel* channel = incoming(refuse.channel);
-  return channel ? channel->on_refuse(refuse, now) : Nothing{};
+  return to->channel ? to->channel->on_refuse(refuse, now) : Nothing{};
 }
 
 Result<Nothing> Link::on(Forget& forget, const Now& now) {

@@ -137,14 +137,13 @@ class Link final : public ConnectionUser {
   }
   // The channel has ended here. What the peer still sends on it is dropped, until it withdraws it.
   void let_go(ChannelId number);
+  // It goes on behind this sequence of the connection before.
+  void resume_incoming(ChannelId number, std::uint32_t sequence);
   // The peer will not send on it any more.
   void forget(ChannelId number);
   // The peer takes back what it offered. False: it does so too often.
   [[nodiscard]] bool note_withdrawal(const Now& now) { return withdrawals_.take(now.steady); }
-  [[nodiscard]] IncomingChannel* incoming(ChannelId number) const {
-    const auto it = incoming_.find(number);
-    return it == incoming_.end() ? nullptr : it->second.channel;
-  }
+  [[nodiscard]] bool expects(ChannelId channel) const { return incoming_.contains(channel); }
   [[nodiscard]] std::uint32_t offered() const { return offered_; }
 
   // ---- channels on which this side sends
@@ -176,15 +175,14 @@ class Link final : public ConnectionUser {
   void add_past(TopicStatus& topic) const;
 
   // ---- what arrives
-  [[nodiscard]] bool expects(ChannelId channel) const override {
-    return incoming_.contains(channel);
+  [[nodiscard]] Incoming* incoming(ChannelId channel) override {
+    const auto it = incoming_.find(channel);
+    return it == incoming_.end() ? nullptr : &it->second;
   }
-  [[nodiscard]] bool wants(ChannelId channel, std::uint16_t demand) const override;
   [[nodiscard]] bool hears(std::size_t bytes, const Now& now) override {
     return account->text.take(id, bytes, now.steady);
   }
   Result<Nothing> on_control(Control& control, const Now& now) override;
-  Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_delivered(const Outbox::Delivered& whole, const Now& now) override;
   void on_peer_time(const TimeReply& reply, Stamp t4) override { user_.on_peer_time(reply, t4); }
 
@@ -204,15 +202,12 @@ class Link final : public ConnectionUser {
     return user_.on(*this, message, now);
   }
 
-  struct Incoming {
-    IncomingChannel* channel = nullptr;  // null: what comes is dropped
-    bool offered = false;                // by the peer; else the peer's requests
-    bool service = false;
-  };
   LinkUser& user_;
   std::unique_ptr<Connection> connection_;
   LinkPeer peer_;
-  std::map<ChannelId, Incoming> incoming_;  // not hashed: the peer chooses the numbers
+  // Behind the connection, so that their streams end first. Not hashed: the peer chooses the
+  // numbers.
+  std::map<ChannelId, Incoming> incoming_;
   std::unordered_map<ChannelId, OutgoingChannel*> outgoing_;
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn

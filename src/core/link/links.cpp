@@ -44,10 +44,9 @@ ConnectionOptions Links::connection_options() const {
   return o;
 }
 
-Link* Links::link_of(ConnectionId connection) {
-  for (auto& [id, link] : links_)
-    if (link.connection() && link.connection()->id() == connection) return &link;
-  return nullptr;
+Link* Links::link_of(ConnectionId connection) const {
+  const auto it = carrying_.find(connection);
+  return it == carrying_.end() ? nullptr : it->second;
 }
 
 Link& Links::make_link(const std::string& identity) {
@@ -198,6 +197,7 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
   // A server that forgot the session does not know what it had of it.
   if (link.life.connects() > 0 && link.login.session() != peer.session)
     user_.on_link_forgotten(link, now);
+  carrying_.emplace(connection->id(), &link);
   link.opened(std::move(connection), now);
   last_failure_.clear();
   outputs_.push(OpenGate{link.connection()->id(), static_cast<std::uint32_t>(kPacketBytesMax)});
@@ -211,12 +211,12 @@ void Links::carry(Link& link, std::unique_ptr<Connection> connection, const Now&
 }
 
 void Links::on(PacketReceived& input, const Now& now) {
-  if (Connection* const stranger = strangers_.find(input.connection)) {
-    stranger->on_packet(input.text, input.payload, now);
-    return look_at(*stranger, now);
-  }
-  if (Link* link = link_of(input.connection))
-    link->connection()->on_packet(input.text, input.payload, now);
+  if (Link* const link = link_of(input.connection))
+    return link->connection()->on_packet(input.text, input.payload, now);
+  Connection* const stranger = strangers_.find(input.connection);
+  if (!stranger) return;
+  stranger->on_packet(input.text, input.payload, now);
+  look_at(*stranger, now);
 }
 
 void Links::on(ConnectionClosed& input, const Now& now) {
@@ -273,6 +273,7 @@ bool Links::end_failed(const Now& now) {
 void Links::lose(Link& link, Loss loss, const Now& now, DialFailure failure) {
   link.lose(loss, now);
   user_.on_link_lost(link, now);
+  carrying_.erase(link.connection()->id());
   link.drop_connection();
   if (is_dead(loss)) end(link, now);
   if (options_.role == Role::kServer || stopped_) return;
@@ -337,9 +338,9 @@ void Links::stop(const Now& now) {
 }
 
 std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const Repairs& repairs) {
-  if (Connection* const stranger = strangers_.find(id)) return stranger->next_packet(now);
-  Link* link = link_of(id);
-  return link ? link->connection()->next_packet(now, repairs) : std::nullopt;
+  if (Link* const link = link_of(id)) return link->connection()->next_packet(now, repairs);
+  Connection* const stranger = strangers_.find(id);
+  return stranger ? stranger->next_packet(now) : std::nullopt;
 }
 
 std::optional<TimePoint> Links::deadline() const {

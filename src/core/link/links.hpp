@@ -66,7 +66,8 @@ class Links {
 
  private:
   [[nodiscard]] ConnectionOptions connection_options() const;
-  [[nodiscard]] Link* link_of(ConnectionId connection);
+  // Null: it carries no link.
+  [[nodiscard]] Link* link_of(ConnectionId connection) const;
   void answer_login(Authenticated& answer, const Now& now);
   // The link whose session the client continues, if it is its own.
   [[nodiscard]] Link* continued_by(const Connection& connection, const Identity& identity);
@@ -99,6 +100,9 @@ class Links {
   LinksUser& user_;
   Accounts accounts_;
   LinkTable links_;
+  // Exactly the connections of these: carry() adds one, lose() removes it. The others are
+  // strangers.
+  std::map<ConnectionId, Link*> carrying_;
   Strangers strangers_;
   Dialer dialer_;
   ConnectionId dialing_;  // client: dial or connection under way

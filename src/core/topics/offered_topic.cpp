@@ -204,7 +204,7 @@ ChannelDemand OfferedTopic::begin_demand(std::uint16_t number) {
   const auto arrived = link_.arrived.extract(key_);
   if (offers_resume_ && resume_ && arrived && context_.graph.has_reliable_subscriber(key_)) {
     begun.after = last_sequence_ = arrived.mapped().sequence;
-    link_.connection()->resume_incoming(number_, last_sequence_);
+    link_.resume_incoming(number_, last_sequence_);
   }
   if (std::exchange(offers_resume_, false)) declined_kept_ = !begun.after;
   return begun;

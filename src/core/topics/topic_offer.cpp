@@ -133,7 +133,7 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
 // (ChannelQueue::configure).
 void TopicOffer::configure_queue() {
   if (link_.connection())
-    link_.outbox().add_channel(
+    queue_ = &link_.outbox().add_channel(
         number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
                           context_.options));
 }
@@ -145,6 +145,7 @@ void TopicOffer::withdraw(const Ending& why) {
   note(AuditEvent::kChannelEnded, why);
   link_.withdraw(number_, why);
   number_ = {};
+  queue_ = nullptr;
   demand_ = 0;
 }
 
@@ -270,7 +271,8 @@ bool TopicOffer::holds(OriginId origin) const {
 bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.size();
   // Not counted as dropped: nobody was to get it.
-  if (!demanded() || withheld_.contains(origin) || !link_.open()) return false;
+  if (!demanded() || !link_.open()) return false;
+  if (parameter_events_ && withheld_.contains(origin)) return false;
   if (!permits(sample)) {
     drop(DropReason::kNotPermitted);
     return false;
@@ -300,7 +302,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.demand = demand_;
   // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
-  link_.outbox().push(number_, std::move(message), now);
+  link_.outbox().push(*queue_, std::move(message), now);
 }
 
 OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Payload& body) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/flow/channel_queue.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
@@ -107,14 +108,15 @@ class TopicOffer final : public OutgoingChannel {
   const ExportContext& context_;
   ExportedTopic& topic_;
   Link& link_;
-  ChannelId number_;  // none: the peer may not have the topic
+  ChannelId number_;               // none: the peer may not have the topic
+  ChannelQueue* queue_ = nullptr;  // that of the number, and null without it
   Decision decision_;
   std::string type_hash_;     // as it was offered
   std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
   bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;
   RateLimit rate_;
-  std::set<OriginId> withheld_;  // of /parameter_events: of nodes that no rule opens
+  std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue
   std::string declined_;

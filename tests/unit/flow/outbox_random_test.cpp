@@ -125,7 +125,7 @@ class Scenario {
     if (!packet) return;
     if (packet->text) {
       const auto bytes = joined(*packet);
-      receiver_.forget(ChannelId{
+      streams_.erase(ChannelId{
           static_cast<std::uint32_t>(std::stoul(std::string(bytes.begin(), bytes.end())))});
       return;
     }
@@ -137,9 +137,9 @@ class Scenario {
       ASSERT_TRUE(frame) << frame.error().message;
       if (!frame.value()) return;
       if (const auto* first = std::get_if<MessageFrame>(&*frame.value())) {
-        arrive(receiver_.on_message(*first, whole));
+        arrive(receiver_.on_message(streams_[first->channel], *first, whole));
       } else if (const auto* part = std::get_if<PartFrame>(&*frame.value())) {
-        arrive(receiver_.on_part(*part));
+        arrive(receiver_.on_part(streams_[part->channel], *part));
       }
     }
   }
@@ -227,6 +227,7 @@ class Scenario {
   OutboxOptions options_;
   Outbox outbox_;
   Reassembly receiver_{ReassemblyOptions{}};
+  std::map<ChannelId, Reassembly::Stream> streams_;
   std::map<ChannelId, Channel> channels_;
   std::set<std::uint64_t> tracked_;  // numbers of tracked messages
   std::deque<Whole> undelivered_;    // tracked, arrived, not yet reported

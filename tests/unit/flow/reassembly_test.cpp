@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 
 namespace connect_bridge {
@@ -29,13 +30,17 @@ class ReassemblyTest : public ::testing::Test {
   // A message frame with `part` bytes of `body`.
   std::string begin(ChannelId channel, std::uint32_t sequence, std::uint32_t part,
                     std::uint32_t body) {
-    return outcome_of(reassembly_.on_message(frame(channel, sequence, part, body), packet_));
+    return outcome_of(on_message(frame(channel, sequence, part, body)));
   }
   std::string go_on(ChannelId channel, std::uint32_t part) {
-    return outcome_of(reassembly_.on_part({channel, false, packet_.view().first(part)}));
+    return outcome_of(on_part({channel, false, packet_.view().first(part)}));
   }
-  std::string abort(ChannelId channel) {
-    return outcome_of(reassembly_.on_part({channel, true, {}}));
+  std::string abort(ChannelId channel) { return outcome_of(on_part({channel, true, {}})); }
+  Result<std::optional<InMessage>> on_message(const MessageFrame& frame, bool keep = true) {
+    return reassembly_.on_message(streams_[frame.channel], frame, packet_, keep);
+  }
+  Result<std::optional<InMessage>> on_part(const PartFrame& frame) {
+    return reassembly_.on_part(streams_[frame.channel], frame);
   }
   MessageFrame frame(ChannelId channel, std::uint32_t sequence, std::uint32_t part,
                      std::uint32_t body) const {
@@ -53,11 +58,12 @@ class ReassemblyTest : public ::testing::Test {
 
   Payload packet_ = Payload::adopt(Bytes(1000, 0xAB));
   Reassembly reassembly_{small()};
+  std::map<ChannelId, Reassembly::Stream> streams_;
 };
 
 // A peer without any right may offer channels and begin messages on them.
 TEST_F(ReassemblyTest, WhatIsNotWantedIsCheckedButNotKept) {
-  const auto begun = reassembly_.on_message(frame(kFirst, 1, 5, 20), packet_, false);
+  const auto begun = on_message(frame(kFirst, 1, 5, 20), false);
   EXPECT_EQ(outcome_of(begun), "open");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
   EXPECT_EQ(go_on(kFirst, 16), "malformed");
@@ -69,7 +75,7 @@ TEST_F(ReassemblyTest, WhatIsNotWantedIsCheckedButNotKept) {
 TEST_F(ReassemblyTest, AWholeMessageIsASliceOfItsPacket) {
   auto sent = frame(kFirst, 1, 0, 10);
   sent.part = packet_.view().subspan(20, 10);
-  const auto result = reassembly_.on_message(sent, packet_);
+  const auto result = on_message(sent);
   ASSERT_TRUE(result.ok() && result.value());
   EXPECT_EQ(result.value()->body.view().data(), packet_.view().data() + 20);
   EXPECT_EQ(result.value()->body.size(), 10U);
@@ -98,14 +104,14 @@ TEST_F(ReassemblyTest, SizesAreCheckedBeforeAnythingIsKept) {
   auto bomb = frame(kFirst, 1, 10, 10);
   bomb.codec = Codec::kZstd;
   bomb.raw_bytes = 101;
-  EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "too_large");
+  EXPECT_EQ(outcome_of(on_message(bomb)), "too_large");
   bomb.raw_bytes = 100;
-  EXPECT_EQ(outcome_of(reassembly_.on_message(bomb, packet_)), "whole 10");
+  EXPECT_EQ(outcome_of(on_message(bomb)), "whole 10");
   EXPECT_EQ(begin(kSecond, 1, 20, 10), "malformed");
   EXPECT_EQ(begin(kSecond, 1, 0, 10), "malformed");
   auto two_sizes = frame(kSecond, 1, 10, 10);
   two_sizes.raw_bytes = 11;
-  EXPECT_EQ(outcome_of(reassembly_.on_message(two_sizes, packet_)), "malformed");
+  EXPECT_EQ(outcome_of(on_message(two_sizes)), "malformed");
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
@@ -160,8 +166,7 @@ TEST_F(ReassemblyTest, AnAbortedMessageLeavesRoomForTheNext) {
 
 TEST_F(ReassemblyTest, AForgottenChannelIsAsNew) {
   EXPECT_EQ(begin(kFirst, 9, 5, 10), "open");
-  reassembly_.forget(kFirst);
-  reassembly_.forget(kSecond);
+  streams_.erase(kFirst);
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
   EXPECT_EQ(go_on(kFirst, 5), "illegal");
   EXPECT_EQ(begin(kFirst, 1, 1, 1), "whole 1");
@@ -174,7 +179,7 @@ TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
     const ChannelId channel{1 + pick(5)};
     switch (pick(8)) {
       case 0: abort(channel); break;
-      case 1: reassembly_.forget(channel); break;
+      case 1: streams_.erase(channel); break;
       case 2:
       case 3: {
         const auto body = pick(120);
@@ -185,7 +190,7 @@ TEST_F(ReassemblyTest, NoSequenceOfFramesBreaksTheBudget) {
     }
     ASSERT_LE(reassembly_.open_bytes(), small().open_bytes_max);
   }
-  for (std::uint32_t id = 1; id <= 5; ++id) reassembly_.forget(ChannelId{id});
+  streams_.clear();
   EXPECT_EQ(reassembly_.open_bytes(), 0U);
 }
 
@@ -198,7 +203,7 @@ TEST_F(ReassemblyTest, WhatFindsNoMemoryArrivesWithoutItsBody) {
   EXPECT_EQ(begin(kFirst, 1, 20, 60), "open");
   EXPECT_EQ(memory.used(), 150U);
   EXPECT_EQ(go_on(kFirst, 41), "malformed");
-  const auto whole = reassembly_.on_part({kFirst, false, packet_.view().first(40)});
+  const auto whole = on_part({kFirst, false, packet_.view().first(40)});
   ASSERT_TRUE(whole.ok() && whole.value());
   EXPECT_FALSE(whole.value()->kept);
   EXPECT_TRUE(whole.value()->body.empty());

@@ -32,6 +32,26 @@ TEST(ConnectionOpen, DataForAForgottenChannelEndsTheLink) {
   EXPECT_EQ(script.binary(part(1, 6)), "failed 4010");
 }
 
+TEST(ConnectionOpen, AChannelMayEndWithItsMessage) {
+  auto script = open_client();
+  script.expect_one(1);
+  EXPECT_EQ(script.binary(message(1, 1, 10, 4)), "-");
+  EXPECT_EQ(script.binary(part(1, 6) + message(1, 2, 5)), "message 1#1:10, failed 4010");
+  EXPECT_EQ(script.link.open_bytes(), 0U);
+}
+
+// The peer does not know it yet: its frames are checked, and take no memory.
+TEST(ConnectionOpen, WhatComesOnAChannelThatHasEndedHereIsDropped) {
+  auto script = open_client();
+  script.expect(1);
+  EXPECT_EQ(script.binary(message(1, 1, 10, 4)), "-");
+  script.let_go(1);
+  EXPECT_EQ(script.binary(part(1, 6) + message(1, 2, 5)), "-");
+  EXPECT_EQ(script.binary(message(1, 3, 10, 4)), "-");
+  EXPECT_EQ(script.link.open_bytes(), 0U);
+  EXPECT_EQ(script.binary(part(1, 6) + part(1, 1)), "failed 4009");
+}
+
 // All frames of a packet are one turn of the loop.
 TEST(ConnectionOpen, APacketOfTooManyFramesEndsTheLink) {
   auto script = open_client();

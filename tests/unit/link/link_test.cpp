@@ -23,7 +23,6 @@ std::string taken(std::string& words) {
 struct Receives final : IncomingChannel {
   explicit Receives(Link& of) : link(of) {}
 
-  [[nodiscard]] bool wants(std::uint16_t demand) const override { return demand == 3; }
   Result<Nothing> on_message(InMessage message, const Now&) override {
     words += "message " + std::to_string(message.sequence);
     return Nothing{};
@@ -79,7 +78,7 @@ struct Numbered {
     InMessage message;
     message.channel = {number};
     message.sequence = sequence;
-    EXPECT_TRUE(link.on_message(std::move(message), now_ms(0)));
+    EXPECT_TRUE(link.incoming({number})->channel->on_message(std::move(message), now_ms(0)));
   }
   void offered(Receives& ear, std::uint32_t number) {
     link.expect_offered({number}, InterfaceKind::kTopic);
@@ -104,8 +103,6 @@ TEST(Link, WhatArrivesReachesTheOwnerOfItsNumber) {
   EXPECT_EQ(s.hear(OriginsChanged{{5}, {}, {}}), "");
   EXPECT_EQ(taken(a.words), "origins of 5");
   EXPECT_EQ(taken(b.words), "message 1");
-  EXPECT_TRUE(s.link.wants({5}, 3));
-  EXPECT_FALSE(s.link.wants({5}, 2));
   EXPECT_EQ(s.link.offered(), 2U);
   EXPECT_EQ(s.withdraw(5), "");
   EXPECT_EQ(a.words + b.words, "withdrawn");
@@ -121,8 +118,7 @@ TEST(Link, WhatComesWithoutAnOwnerIsDroppedUntilItIsWithdrawn) {
   s.link.let_go({6});
   for (const std::uint32_t number : {5U, 6U}) {
     EXPECT_TRUE(s.link.expects({number}));
-    EXPECT_FALSE(s.link.wants({number}, 3));
-    s.message_on(number, 1);
+    EXPECT_FALSE(s.link.incoming({number})->channel);
     EXPECT_EQ(s.hear(OriginsChanged{{number}, {}, {}}), "");
     EXPECT_EQ(s.withdraw(number), "");
     EXPECT_FALSE(s.link.expects({number}));
@@ -163,7 +159,7 @@ TEST(Link, WhatCrossesOurWithdrawIsNoErrorOfThePeer) {
   EXPECT_EQ(s.hear(Forget{number, {}}), "");
   EXPECT_EQ(s.hear(Attach{number, {8}}), "");
   EXPECT_TRUE(s.link.expects({8}));  // requests may follow at once
-  s.message_on(8, 1);
+  EXPECT_FALSE(s.link.incoming({8})->channel);
   EXPECT_EQ(s.withdraw(8), "");
   EXPECT_EQ(s.mouth.words, "");
 }

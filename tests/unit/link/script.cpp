@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <set>
+#include <map>
 #include <utility>
 
 namespace connect_bridge::link_test {
@@ -68,15 +68,24 @@ Bytes operator+(Bytes a, const Bytes& b) {
 }
 
 // Records as words what an open connection reports: "clock", "control", "message 1#5:100".
-class Recorder final : public ConnectionUser {
+class Recorder final : public ConnectionUser, private IncomingChannel {
  public:
-  [[nodiscard]] bool wants(ChannelId, std::uint16_t) const override { return true; }
-  [[nodiscard]] bool expects(ChannelId channel) const override {
-    return expected.contains(channel);
+  void expect(ChannelId channel) { expected_.try_emplace(channel, Incoming{this}); }
+  void expect_one(ChannelId channel) {
+    expect(channel);
+    last_ = channel;
+  }
+  void let_go(ChannelId channel) { expected_.at(channel).channel = nullptr; }
+  void forget(ChannelId channel) { expected_.erase(channel); }
+
+  [[nodiscard]] Incoming* incoming(ChannelId channel) override {
+    const auto it = expected_.find(channel);
+    return it == expected_.end() ? nullptr : &it->second;
   }
   bool hears(std::size_t, const Now&) override { return true; }
   Result<Nothing> on_control(Control&, const Now&) override { return note("control"); }
   Result<Nothing> on_message(InMessage message, const Now&) override {
+    if (message.channel == last_) forget(last_);
     return note("message " + std::to_string(message.channel.value) + "#" +
                 std::to_string(message.sequence) + ":" + std::to_string(message.body.size()));
   }
@@ -92,7 +101,12 @@ class Recorder final : public ConnectionUser {
   }
 
   std::string words;
-  std::set<ChannelId> expected;
+
+ private:
+  void on_withdraw(const Withdraw&, const Now&) override {}
+
+  std::map<ChannelId, Incoming> expected_;
+  ChannelId last_;
 };
 
 Script::Script(bool server) : Script(link_test::options(server)) {}
@@ -136,12 +150,19 @@ std::string Script::send(std::string text) {
 }
 
 void Script::expect(std::uint32_t channel) {
-  user_->expected.insert({channel});
+  user_->expect({channel});
 }
 
 void Script::forget(std::uint32_t channel) {
-  user_->expected.erase({channel});
-  link.forget_incoming({channel});
+  user_->forget({channel});
+}
+
+void Script::expect_one(std::uint32_t channel) {
+  user_->expect_one({channel});
+}
+
+void Script::let_go(std::uint32_t channel) {
+  user_->let_go({channel});
 }
 
 std::string Script::packet_in(bool text, const Bytes& packet) {

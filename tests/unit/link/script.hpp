@@ -56,6 +56,10 @@ class Script {
   // The peer may send on this channel; and may no longer.
   void expect(std::uint32_t channel);
   void forget(std::uint32_t channel);
+  // It ends with its next message.
+  void expect_one(std::uint32_t channel);
+  // It has ended here; the peer may still send on it.
+  void let_go(std::uint32_t channel);
 
   Connection link;
   std::int64_t at = 0;

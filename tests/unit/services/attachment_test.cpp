@@ -12,7 +12,7 @@ TEST(Attachment, WhoAttachesWithoutEndIsEnded) {
   s.peer.link.account->attaches = Pace(3, std::chrono::milliseconds(20));
   const auto attach = [&](std::uint32_t requests, std::int64_t at) {
     const auto result = s.peer.link.outgoing({1})->on_attach(Attach{{1}, {requests}}, ms(at));
-    if (result) s.peer.link.incoming({requests})->on_withdraw({}, ms(at));
+    if (result) s.peer.link.incoming({requests})->channel->on_withdraw({}, ms(at));
     return result ? CloseCode::kNormal : result.error().code;
   };
   for (std::uint32_t n = 1; n <= 3; ++n) EXPECT_EQ(attach(n, 0), CloseCode::kNormal);

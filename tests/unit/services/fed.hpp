@@ -50,10 +50,11 @@ struct OfferedServices : topics_test::Actions {
     return *mirroring.services.at(key);
   }
   bool attached(OneLink& from, const Attached& attached) {
-    return static_cast<bool>(from.link.incoming(attached.channel)->on_attached(attached, ms(at)));
+    return static_cast<bool>(
+        from.link.incoming(attached.channel)->channel->on_attached(attached, ms(at)));
   }
   void withdraw(OneLink& from, std::uint32_t channel = 1) {
-    IncomingChannel* ended = from.link.incoming({channel});
+    IncomingChannel* ended = from.link.incoming({channel})->channel;
     from.link.forget({channel});
     ended->on_withdraw({}, ms(at));
   }
@@ -111,12 +112,12 @@ struct Fed : OfferedServices {
     message.channel = {1};
     message.subject = CallId{call};
     message.body = sample(text);
-    EXPECT_TRUE(peer.link.incoming({1})->on_message(std::move(message), ms(at)));
+    EXPECT_TRUE(peer.link.incoming({1})->channel->on_message(std::move(message), ms(at)));
   }
   // An answer to call 1 that a worker decompresses.
   void answer_slowly() {
-    EXPECT_TRUE(peer.link.incoming({1})->on_message(topics_test::call_in(std::make_shared<Bytes>()),
-                                                    ms(at)));
+    EXPECT_TRUE(peer.link.incoming({1})->channel->on_message(
+        topics_test::call_in(std::make_shared<Bytes>()), ms(at)));
   }
   // The peer has the request.
   void deliver(std::uint32_t call) { peer.link.outgoing({1})->on_delivered({call}, ms(at)); }

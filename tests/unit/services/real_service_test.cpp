@@ -118,12 +118,12 @@ TEST(RealService, LinksShareAClientButNotTheirCalls) {
   two.channel = {1};
   two.subject = CallId{1};
   two.body = sample("two");
-  EXPECT_TRUE(other.link.incoming({1})->on_message(std::move(two), ms(0)));
+  EXPECT_TRUE(other.link.incoming({1})->channel->on_message(std::move(two), ms(0)));
   EXPECT_EQ(s.did(), "invoke 1.1 one\ninvoke 1.2 two\n");
   s.answer(2, "for two");
   EXPECT_EQ(s.said(), "");
   EXPECT_EQ(other.said(), "1.1 for two\n");
-  other.link.incoming({1})->on_withdraw({}, ms(0));
+  other.link.incoming({1})->channel->on_withdraw({}, ms(0));
   EXPECT_EQ(s.did(), "");
   s.detach();
   EXPECT_EQ(s.did(), "drop_invocation 1.1\nuncall_service 1\n");

@@ -81,14 +81,15 @@ struct Served : topics_test::Actions {
     message.codec = codec;
     message.raw_bytes =
         codec == Codec::kNone ? static_cast<std::uint32_t>(message.body.size()) : 2000;
-    return static_cast<bool>(peer.link.incoming({1})->on_message(std::move(message), ms(at)));
+    return static_cast<bool>(
+        peer.link.incoming({1})->channel->on_message(std::move(message), ms(at)));
   }
   void forget(std::uint32_t call) {
     EXPECT_TRUE(peer.link.outgoing({1})->on_forget(Forget{{1}, {{call}}}, ms(at)));
   }
   // The peer has the answer.
   void deliver(std::uint32_t call) { peer.link.outgoing({1})->on_delivered({call}, ms(at)); }
-  void detach() { peer.link.incoming({1})->on_withdraw({}, ms(at)); }
+  void detach() { peer.link.incoming({1})->channel->on_withdraw({}, ms(at)); }
   void lose() {
     subject.on_link_lost({1});
     peer.lose();

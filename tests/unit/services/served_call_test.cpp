@@ -31,7 +31,7 @@ TEST(ServedCall, ARequestThatWaitsDoesNotKeepItsPacket) {
   Served s;
   s.attach();
   const auto packet = std::make_shared<Bytes>();
-  EXPECT_TRUE(s.peer.link.incoming({1})->on_message(topics_test::call_in(packet), ms(0)));
+  EXPECT_TRUE(s.peer.link.incoming({1})->channel->on_message(topics_test::call_in(packet), ms(0)));
   EXPECT_NE(s.did().find("decompress"), std::string::npos);
   EXPECT_EQ(packet.use_count(), 1);
 }

@@ -18,7 +18,7 @@ TEST(OfferedTopic, WhatAWorkerHasIsPublishedBeforeTheTopicIsWithdrawn) {
   s.give(s.message("small"));
   s.did();
   s.channel_1().on_withdraw({}, ms(0));
-  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
+  EXPECT_FALSE(s.one.link.incoming({1})->channel);
   EXPECT_EQ(s.peer.decoding().used(), 0U);
   EXPECT_EQ(s.did(), "cancel 1\npublish 1 " + map + "\npublish 1 small\n");
   s.finish(sample("late"));

@@ -30,7 +30,7 @@ struct PeerScript : OfferedScript {
     peer.on_offer(offered, ms(0));
   }
   void withdraw(std::uint32_t number) {
-    one.link.incoming({number})->on_withdraw({}, ms(0));
+    one.link.incoming({number})->channel->on_withdraw({}, ms(0));
     one.link.forget({number});
   }
   // Somebody listens to these.
@@ -85,8 +85,7 @@ TEST(PeerTopics, WhatComesOnADeclinedChannelIsNoErrorOfThePeer) {
   s.offer_topic(1, "/a");
   EXPECT_EQ(s.one.said(), "decline 1 not_permitted\n");
   EXPECT_TRUE(s.one.link.expects({1}));
-  EXPECT_FALSE(s.one.link.wants({1}, 0));
-  EXPECT_TRUE(s.one.link.on_message(s.message("x"), ms(0)));
+  EXPECT_FALSE(s.one.link.incoming({1})->channel);
 }
 
 TEST(PeerTopics, ANameHereBelongsToTheNameThatItIsMappedTo) {
@@ -136,7 +135,7 @@ TEST(PeerTopics, ALostConnectionTakesAllChannelsAndTheMirrorsWait) {
   s.did();
   s.peer.on_link_lost(ms(0));
   EXPECT_EQ(s.topics(), "");
-  EXPECT_EQ(s.one.link.incoming({1}), nullptr);
+  EXPECT_FALSE(s.one.link.incoming({1})->channel);
   EXPECT_EQ(s.context.mirrors.size(), 2U);
   for (const auto& [key, mirror] : s.context.mirrors)
     EXPECT_EQ(mirror.candidates().front().offered, nullptr);
@@ -169,7 +168,7 @@ TEST(PeerTopics, WhatChangesBackBeforeItIsToldIsNotTold) {
   s.listen_to({});
   s.listen_to({"/a"});
   EXPECT_EQ(s.demands(), "");
-  EXPECT_TRUE(s.one.link.wants({1}, 1));
+  EXPECT_TRUE(s.one.link.incoming({1})->channel->wants(1));
 }
 
 TEST(PeerTopics, NothingIsDemandedOfAChannelThatWasWithdrawnMeanwhile) {
