@@ -60,7 +60,7 @@ CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
     Mutant("a cap counts no headers",
            "return sealed + kSegmentHeader * pieces(sealed, kSegmentBytes);", "return bytes;"),
     Mutant("what was kept comes although another one brought it",
-           "forget_origins(link.arrived, ...);", "static_cast<void>(link);"),
+           "context_.claims.claimed(gid)", "gid == Gid{}", within="Imports::on_claims"),
     Mutant("what is treated otherwise goes on", "backlog.treatment() == treatment()", "true"),
     Mutant("what left small is kept without a bound",
            "return !queue.begins_resuming() || resend_bytes_ <= ...;", "return true;"),

@@ -23,7 +23,7 @@ class Sample {
  public:
   explicit Sample(const std::string& name) {
     static TypeSupports types;
-    const auto& type = std::get<0>(types.message(std::string{kTestPackage} + name, ""));
+    const auto type = std::get<0>(types.message(std::string{kTestPackage} + name, ""));
     support = type.handle.get();
     introspection = type.introspection;
     members_ = static_cast<const Members*>(introspection->data);
