@@ -24,11 +24,14 @@ namespace connect_bridge {
 struct Certified;  // net/certified.hpp
 
 // Where the network's results go. `input` is called from the io_context only, never from inside a
-// call of Network; `next_packet` also from inside ready(). All of Network may be called from inside
-// `input`.
+// call of Network; those about packets also from inside ready(). All of Network may be called from
+// inside `input`.
 struct NetworkEvents {
   // ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed; NetworkChanged after a dial.
   std::function<void(Input&&)> input;
+  // False: there is no packet for this connection now; next_packet is not called. It is asked for
+  // each connection at each ready(): quick.
+  std::function<bool(ConnectionId)> may_have_packet;
   // The next packet to send on a connection, or nullopt when there is none now; with what TCP
   // repairs there.
   std::function<std::optional<Packet>(ConnectionId, const Repairs&)> next_packet;

@@ -151,6 +151,7 @@ void Socket::end_flood() {
 void Socket::send() {
   pull_again_ = true;
   if (writing_ || waiting_for_room_ || state_ != State::kOpen) return;
+  if (!setup_.events->may_have_packet(setup_.opened.connection)) return;
   if (!has_room()) return wait_for_room();
   const int native = socket_->next_layer().socket().native_handle();
   const TimePoint now = steady_now();

@@ -45,6 +45,7 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
                    [this](AuditEvent event, const std::string& what) { note(event, what); }}),
       network_(io_,
                {[this](Input&& input) { on_network(std::move(input)); },
+                [this](ConnectionId id) { return loop_.may_have_packet(id); },
                 [this](ConnectionId id, const Repairs& repairs) {
                   return loop_.next_packet(id, repairs);
                 },

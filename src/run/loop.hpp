@@ -39,6 +39,11 @@ class Loop {
   // of the link's rate is pulled again when its time has come.
   std::optional<Packet> next_packet(ConnectionId connection, const Repairs& repairs);
 
+  // False: next_packet() has nothing for this connection, and need not be called.
+  [[nodiscard]] bool may_have_packet(ConnectionId connection) const {
+    return side_.may_have_packet(connection);
+  }
+
   // One step with all the inputs that `source` gives to the function that it gets, so that messages
   // that were ready together are packed together. Returns what `source` returns.
   template <class Source>

@@ -132,9 +132,10 @@ class World {
   std::string asked_;
   const StandIn other_;
   boost::asio::io_context io_;
-  Network network_{io_,
-                   {[this](Input&& input) { on(std::move(input)); },
-                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+  Network network_{
+      io_,
+      {[this](Input&& input) { on(std::move(input)); }, [](ConnectionId) { return false; },
+       [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
 };
 
 }  // namespace

@@ -97,9 +97,10 @@ class World {
   bool opened_ = false;
   std::size_t packet_bytes_ = 0;
   boost::asio::io_context io_;
-  Network network_{io_,
-                   {[this](Input&& input) { on(std::move(input)); },
-                    [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
+  Network network_{
+      io_,
+      {[this](Input&& input) { on(std::move(input)); }, [](ConnectionId) { return false; },
+       [](ConnectionId, const Repairs&) { return std::nullopt; }, [](Log&&) {}}};
 };
 
 }  // namespace

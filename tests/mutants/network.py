@@ -23,6 +23,8 @@ NETWORK = [
            "if (!done_) return; set_deadline(options_->timeout);", "if (!done_) return;"),
     Mutant("who waits for a turn waits for ever", "constexpr int kWaitTimes = 4;",
            "constexpr int kWaitTimes = 4000;"),
+    Mutant("who has nothing to send is asked for a packet at each step",
+           "if (!setup_.events->may_have_packet(setup_.opened.connection)) return;", ""),
     # HTTP
     Mutant("web pages connect", "if (!request[http::field::origin].empty())", "if (false)"),
     Mutant("an answer of any length",

@@ -38,4 +38,5 @@ PACING = [
     Mutant("a queue is the path's delay at once",
            "return now - full_.since > 2 * full_.queue",
            "return now - full_.since < 2 * full_.queue"),
+    Mutant("what is on its way is not measured", "|| pacer_.measures()", ""),
 ]

@@ -290,6 +290,7 @@ void Host::on_closed(ConnectionId id, std::optional<std::uint16_t> code) {
 
 std::optional<FlatPacket> Host::pull(ConnectionId id) {
   if (!side_ || blocked_) return {};
+  if (!side_->may_have_packet(id)) return {};
   auto packet = side_->next_packet(id, now());
   // Taking a packet may have changed when the side wants to be called, and may have made actions.
   if (!draining_ && !drain_planned_) {

@@ -134,7 +134,7 @@ void Outbox::push(ChannelQueue& queue, OutMessage message, const Now& now) {
 }
 
 bool Outbox::is_over() {
-  held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
+  held_.resize(held_bytes());
   return data_bytes_ > options_.data_bytes_max || held_.is_full();
 }
 
@@ -183,7 +183,7 @@ bool Outbox::drop_one_of(Priority priority) {
 std::optional<Packet> Outbox::next(const Now& now, const Repairs& repairs) {
   pacer_.repairs(repairs);
   held_until_.reset();
-  held_.resize(data_bytes_ + controls_.bytes() + resend_bytes_);
+  held_.resize(held_bytes());
   schedule_.set_turn_bytes(turn_bytes(assumed_rate()));
   // What measures the link takes turns with texts. Data may need what they announce, and follows.
   if (!controls_.empty() && !(small_.waits() && std::exchange(small_first_, !small_first_)))
@@ -221,10 +221,6 @@ Packet Outbox::next_control(const Now& now) {
   cap_.sent(packet.size(), now.steady);
   packet.more = more_waits();
   return packet;
-}
-
-bool Outbox::more_waits() const {
-  return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();
 }
 
 bool Outbox::add_data(const Now& now) {

@@ -74,6 +74,11 @@ class Outbox {
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now, const Repairs& repairs = {});
+  // False: next() would give nothing and change nothing, for nothing waits, and of the path nothing
+  // is measured now. Of many connections most are so, and to ask TCP for its repairs costs time.
+  [[nodiscard]] bool may_have_packet() const {
+    return more_waits() || held_until_ || pacer_.measures() || held_.amount() != held_bytes();
+  }
 
   // When next() has something to hand out that is held back: for the link's rate, or it rests.
   // Whatever else it waits for (something to send, an acknowledgement) comes as an input.
@@ -117,7 +122,12 @@ class Outbox {
 
  private:
   Packet next_control(const Now& now);
-  [[nodiscard]] bool more_waits() const;
+  [[nodiscard]] bool more_waits() const {
+    return !schedule_.empty() || !controls_.empty() || small_.waits() || small_.aborts_wait();
+  }
+  [[nodiscard]] std::uint64_t held_bytes() const {
+    return data_bytes_ + controls_.bytes() + resend_bytes_;
+  }
   // A small message of a channel without a configured priority leaves right after the urgent ones,
   // as long as such messages use little of the link's rate; otherwise all that waits on the channel
   // is sent with its class.

@@ -26,6 +26,9 @@ class Pacer {
   // To be told before next_at().
   void repairs(const Repairs& told) { path_.repairs(told); }
 
+  // Whether data is under way, or was cut short, so that repairs() matters before there is more.
+  [[nodiscard]] bool measures() const { return !path_.idle(); }
+
   // Whether a packet with data that is about to leave should ask for an acknowledgement at once.
   [[nodiscard]] bool wants_ack(std::size_t bytes, bool more_waits, TimePoint now) const;
   void sent(const SentPacket& packet);

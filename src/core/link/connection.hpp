@@ -113,6 +113,9 @@ class Connection {
   void set_time_period(Duration period) { time_period_ = period; }
 
   std::optional<Packet> next_packet(const Now& now, const Repairs& repairs = {});
+  [[nodiscard]] bool may_have_packet() const {
+    return !records_.empty() || (open() && outbox_.may_have_packet());
+  }
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   [[nodiscard]] State state() const { return state_; }

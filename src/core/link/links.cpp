@@ -343,6 +343,12 @@ std::optional<Packet> Links::next_packet(ConnectionId id, const Now& now, const 
   return stranger ? stranger->next_packet(now) : std::nullopt;
 }
 
+bool Links::may_have_packet(ConnectionId id) const {
+  if (const Link* const link = link_of(id)) return link->connection()->may_have_packet();
+  const Connection* const stranger = strangers_.find(id);
+  return stranger && stranger->may_have_packet();
+}
+
 std::optional<TimePoint> Links::deadline() const {
   std::optional<TimePoint> first = strangers_.deadline();
   for (const auto& [id, link] : links_) first = earliest(first, link.deadline());

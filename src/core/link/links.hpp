@@ -51,6 +51,7 @@ class Links {
   void stop(const Now& now);
 
   std::optional<Packet> next_packet(ConnectionId id, const Now& now, const Repairs& repairs = {});
+  [[nodiscard]] bool may_have_packet(ConnectionId id) const;
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
   // Those of living links and of lost ones.

@@ -49,6 +49,10 @@ class Side final : private LinksUser {
                                     const Repairs& repairs = {}) {
     return links_.next_packet(connection, now, repairs);
   }
+  // False: next_packet() need not be called for this connection until another input came.
+  [[nodiscard]] bool may_have_packet(ConnectionId connection) const {
+    return links_.may_have_packet(connection);
+  }
   // When handle(TimePassed) must be called at the latest; nullopt: not needed.
   [[nodiscard]] std::optional<TimePoint> next_deadline() const;
   [[nodiscard]] Status status(const Now& now) const;

@@ -27,5 +27,43 @@ TEST(OutboxMemory, WhatFindsNoMemoryTakesTheRoomOfLowerClasses) {
   EXPECT_EQ(memory.used(), 0U);
 }
 
+// A side with many connections asks most of them in vain, and TCP each time.
+TEST(OutboxMemory, AsksToBePulledWhileAnythingWaitsOrIsOnItsWay) {
+  Budget memory(4000);
+  Outbox outbox({});
+  outbox.draw_from(memory);
+  outbox.add_channel(kA, queue(Priority::kNormal));
+  EXPECT_FALSE(outbox.may_have_packet());
+  outbox.push(kA, message(100), now_ms(0));
+  EXPECT_TRUE(outbox.may_have_packet());
+  const auto packet = outbox.next(now_ms(0));
+  ASSERT_TRUE(packet);
+  EXPECT_TRUE(outbox.may_have_packet()) << "what TCP repairs matters until it has arrived";
+  EXPECT_TRUE(outbox.acknowledge({packet->size(), 0}, now_ms(100)));
+  drain(outbox);  // gives its memory back
+  EXPECT_FALSE(outbox.may_have_packet());
+  ASSERT_TRUE(outbox.push_control("{}"));
+  EXPECT_TRUE(outbox.may_have_packet());
+  drain(outbox);
+  EXPECT_FALSE(outbox.may_have_packet());
+  outbox.push_small(AckFrame{100, 0});
+  EXPECT_TRUE(outbox.may_have_packet());
+  drain(outbox);
+  EXPECT_FALSE(outbox.may_have_packet());
+}
+
+TEST(OutboxMemory, GivesBackWhatWasTakenOutBeforeItWaitsForMore) {
+  Budget memory(4000);
+  Outbox outbox({});
+  outbox.draw_from(memory);
+  outbox.add_channel(kA, queue(Priority::kNormal));
+  outbox.push(kA, message(100), now_ms(0));
+  outbox.remove_channel(kA);
+  while (outbox.may_have_packet()) {
+    ASSERT_FALSE(outbox.next(now_ms(0)));
+  }
+  EXPECT_EQ(memory.used(), 0U);
+}
+
 }  // namespace
 }  // namespace connect_bridge::flow_test

@@ -57,6 +57,7 @@ struct Side {
   explicit Side(Loop& loop, SocketOptions sockets = {})
       : network(loop.io,
                 {[this](Input&& input) { on(std::move(input)); },
+                 [this](ConnectionId id) { return !out[id].empty(); },
                  [this](ConnectionId id, const Repairs&) { return next(id); },
                  [this](Log&& log) { logs.push_back(log.text); }},
                 std::move(sockets)) {}
@@ -70,6 +71,7 @@ struct Side {
   }
 
   std::optional<Packet> next(ConnectionId id) {
+    ++asked;
     auto& queue = out[id];
     if (queue.empty()) return std::nullopt;
     Packet packet = std::move(queue.front());
@@ -111,6 +113,7 @@ struct Side {
   std::map<ConnectionId, std::vector<PacketReceived>> received;
   std::map<ConnectionId, Closing> closed;
   std::vector<std::string> logs;
+  std::size_t asked = 0;  // for a packet
   std::size_t received_bytes = 0;
   std::size_t closed_count = 0;
   std::size_t failure_count = 0;
