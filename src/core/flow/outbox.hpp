@@ -74,8 +74,8 @@ class Outbox {
 
   // The next packet to hand to the connection, or nullopt when nothing may be sent now.
   std::optional<Packet> next(const Now& now, const Repairs& repairs = {});
-  // False: next() would give nothing and change nothing, for nothing waits, and of the path nothing
-  // is measured now. Of many connections most are so, and to ask TCP for its repairs costs time.
+  // False: nothing waits, and nothing is on its way for which `repairs` matter: next() need not be
+  // called. Most of many connections are so, and it takes time to ask TCP for its repairs.
   [[nodiscard]] bool may_have_packet() const {
     return more_waits() || held_until_ || pacer_.measures() || held_.amount() != held_bytes();
   }

@@ -26,7 +26,7 @@ class Pacer {
   // To be told before next_at().
   void repairs(const Repairs& told) { path_.repairs(told); }
 
-  // Whether data is under way, or was cut short, so that repairs() matters before there is more.
+  // Whether data is under way, or was cut short: then repairs() matters even if none waits.
   [[nodiscard]] bool measures() const { return !path_.idle(); }
 
   // Whether a packet with data that is about to leave should ask for an acknowledgement at once.
