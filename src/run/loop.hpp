@@ -1,4 +1,4 @@
-// The loop of a side: docs/architecture.md, section 4.
+// The loop of a side: docs/architecture.md, "The loop".
 #pragma once
 
 #include <algorithm>

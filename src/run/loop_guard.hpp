@@ -29,7 +29,7 @@ class Standstill {
   unsigned ticks_ = 0;
 };
 
-// A call into the middleware may never return (docs/architecture.md, section 8), and the loop with
+// A call into the middleware may never return (docs/troubles.md), and the loop with
 // it. Then nothing that waits for the loop happens: no link, no status, and no signal. So this is a
 // thread that waits for its own signals and its own timer alone, and touches nothing that another
 // thread may hold. With the first SIGINT or SIGTERM it sets the deadline by which the process ends,
