@@ -1,4 +1,4 @@
-# make test does everything from a fresh clone; make help lists the rest.
+# make builds the programs, make test everything, from a fresh clone; make help lists the rest.
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
 MAKEFLAGS += --no-print-directory
@@ -27,12 +27,12 @@ asan_compile = $(call compile,$(BUILD)-asan,$(clang_tools) -DCONNECT_FUZZ=ON -DC
 # The middleware is not built with the thread sanitizer: what happens only inside it is not reported.
 tsan_options = ignore_noninstrumented_modules=1 halt_on_error=1 second_deadlock_stack=1
 
-.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build test sim bench bench-wan fuzz tls-scan demo format check asan asan-e2e tsan clang jazzy clean
+.PHONY: help setup packages prefix prefix-jazzy rmw-cyclonedds build all test sim bench bench-wan fuzz tls-scan demo format check asan asan-e2e tsan clang jazzy clean
 
 help: ## this list
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
-packages: ## install the system packages
+packages: ## install all system packages, those of the tests too
 	@bash tools/setup/packages.sh
 
 prefix: packages ## make the ROS 2 prefix, if no distribution is sourced
@@ -46,28 +46,33 @@ setup: prefix
 rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
 	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
 
-build: setup ## build everything into build/ (BUILD=dir for another folder, TARGETS="sim ..." for a part, CMAKE_ARGS=-DCMAKE_UNITY_BUILD=OFF: each source by itself)
+build: ## set up what server, client and ctl need, and build these into build/ (BUILD=dir for another folder)
+	@bash tools/setup/packages.sh programs
+	@bash tools/setup/prefix.sh $(PREFIX) programs
+	@$(in_env) TESTS= TARGETS="server client ctl" $(call compile,$(BUILD))
+
+all: setup ## build everything, the tests too (TARGETS="sim ..." for a part, CMAKE_ARGS=-DCMAKE_UNITY_BUILD=OFF: each source by itself)
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
 
-test: build ## set up, build, and run all tests
+test: all ## set up, build, and run all tests
 	@bash tools/setup/proxies.sh
 	@bash tools/setup/scanner.sh
 	@$(in_env) $(call ctest,$(BUILD),-j $(places))
 
-sim: build ## SEEDS=n scenarios of the simulator
+sim: all ## SEEDS=n scenarios of the simulator
 	@"$(BUILD)/sim" --seeds $(SEEDS)
 
-bench: build ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
+bench: all ## the benchmark, about 10 minutes; QUICK=1: 2 minutes
 	@$(in_env) tools/bench/run $(if $(QUICK),--quick)
 
-bench-wan: build ## the same over a slow, lossy, unstable network (as root), some 30 minutes; QUICK=1: about 3 minutes
+bench-wan: all ## the same over a slow, lossy, unstable network (as root), some 30 minutes; QUICK=1: about 3 minutes
 	@$(in_env) tools/bench/wan $(if $(QUICK),--quick)
 
 fuzz: setup ## SECONDS=n of fuzzing, split over the targets; in the folder of make asan
 	@$(in_env) TARGETS=fuzz_targets $(asan_compile)
 	@tools/setup/fuzz.sh "$(BUILD)-asan" $(SECONDS_OF_FUZZ)
 
-tls-scan: build ## a public scanner's opinion of the server's TLS, against Mozilla's "intermediate"
+tls-scan: all ## a public scanner's opinion of the server's TLS, against Mozilla's "intermediate"
 	@bash tools/setup/scanner.sh
 	@$(in_env) CONNECT_BUILD_DIR="$(abspath $(BUILD))" python3 -B -m pytest -q -rs tests/e2e/test_tls_scan.py
 
@@ -110,7 +115,7 @@ clang: setup ## build everything with the other compiler
 	@$(in_env) $(call compile,$(BUILD)-clang,$(clang_tools))
 
 jazzy: prefix-jazzy ## build everything against the Jazzy prefix
-	@$(MAKE) build CONNECT_BRIDGE_PREFIX=jazzy BUILD=$(BUILD)-jazzy
+	@$(MAKE) all CONNECT_BRIDGE_PREFIX=jazzy BUILD=$(BUILD)-jazzy
 
 clean: ## remove the build folders; the prefix stays
 	rm -rf "$(BUILD)" "$(BUILD)"-*

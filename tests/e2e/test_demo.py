@@ -3,15 +3,20 @@
 import os
 import pathlib
 import pty
+import re
 import select
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
 
 from graph import until
 from harness.programs import ROOT
+
+sys.path.insert(0, str(ROOT / "tools" / "demo"))
+import table  # noqa: E402
 
 MARK = "CONNECT_DEMO_TEST"
 
@@ -40,7 +45,22 @@ def test_every_topic_crosses_and_it_ends_by_itself():
     assert demo.returncode == 0, said
     assert "Every topic crossed" in said and "\x1b[" not in said
     assert "service, action and parameter change were answered" in said
+    shown = said.split("Waiting for the first messages ...")[1]
+    assert "of 3 frames" in shown and not re.search(r"[012] of 3 frames|\s-\s+-\s", shown), said
     assert not marked("timed")
+
+
+def report(megabytes):
+    """One of a side that has seen so much, at 500 MB/s."""
+    topic = {"messages": megabytes, "bytes": megabytes * 1_000_000, "late_ms": [1.0, 2.0, 90.0]}
+    return {"time": megabytes / 500, "topics": {"/camera/image": topic}}
+
+
+def test_columns_stay_apart_and_the_median_is_one():
+    seen = table.Seen()
+    for megabytes in (1000, 1500):
+        seen.add(report(megabytes))
+    assert seen.cells("/camera/image").split() == ["500.0", "500000.0", "1500.000", "2.00"]
 
 
 def test_what_did_not_cross_is_named(tmp_path):

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # build.sh <folder> <cmake option>...: configures and compiles. On a terminal with ninja's progress, elsewhere with a line
 # now and then, and the result or the errors. JOBS limits the parallel steps, TARGETS names what to build instead of everything.
+# TESTS= leaves the tests out of a new folder; one that has them keeps them.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 . "$root/tools/setup/common.sh"
@@ -11,7 +12,7 @@ mkdir -p "$build"
 export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
 # In CI, where warnings are errors first, also whether they are: tests/mutants compiles the same without that.
 [ -z "${CI:-}" ] || export CCACHE_IGNOREOPTIONS='-Werror -Wno-*'
-if ! cmake -S . -B "$build" -G Ninja -DCONNECT_TESTS=ON -DCONNECT_WERROR=ON "$@" >"$build/configure.log" 2>&1; then
+if ! cmake -S . -B "$build" -G Ninja ${TESTS--DCONNECT_TESTS=ON} -DCONNECT_WERROR=ON "$@" >"$build/configure.log" 2>&1; then
   grep -v '^--' "$build/configure.log" | tail -n 40 >&2
   exit 1
 fi

@@ -1,30 +1,34 @@
 #!/usr/bin/env bash
-# Installs the system packages of the build, the tests and the ROS prefix, on Debian 12, Ubuntu 22.04 and 24.04.
-# A stamp makes the second run a no-op. CONNECT_SKIP_PACKAGES=1 leaves the system alone.
+# packages.sh [programs|all]: installs the system packages of the programs and the ROS prefix, or also those of the tests, on
+# Debian 12, Ubuntu 22.04 and 24.04. A stamp makes the second run a no-op. CONNECT_SKIP_PACKAGES=1 leaves the system alone.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-stamp=$root/.ros2/stamp-packages
+what=${1:-all}
+stamp=$root/.ros2/stamp-packages-$what
 . "$root/tools/setup/common.sh"
 
 packages=(
   make cmake ninja-build ccache g++ patchelf                    # build
-  clang clang-format libclang-rt-14-dev                         # second compiler, sanitizers, libFuzzer, format
   libboost-dev libssl-dev nlohmann-json3-dev libfmt-dev         # the programs
   liblz4-dev libzstd-dev libyaml-cpp-dev libcli11-dev
-  libgtest-dev libgmock-dev                                     # tests
   python3-venv python3-dev                                      # the prefix and the type support of its messages
 )
 if ! ros_is_sourced; then
-  packages+=(ament-cmake colcon python3-colcon-ros python3-colcon-bash)           # a ROS distribution brings its own
+  packages+=(ament-cmake)                                       # a ROS distribution brings its own
+fi
+if [ "$what" = all ]; then
+  packages+=(
+    libgtest-dev libgmock-dev                                   # tests
+    clang clang-format libclang-rt-14-dev                       # second compiler, sanitizers, libFuzzer, format
+  )
 fi
 
-# Ubuntu 24.04 has clang 18 only, and Ubuntu names the colcon package otherwise than Debian.
+# Ubuntu 24.04 has clang 18 only.
 available() { apt-cache show "$1" >/dev/null 2>&1; }
 other_name() {
   case $1 in
     libclang-rt-14-dev) echo "libclang-rt-18-dev libclang-rt-dev" ;;
-    colcon) echo "python3-colcon-common-extensions" ;;
   esac
 }
 

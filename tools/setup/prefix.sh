@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# prefix.sh <kilted|jazzy>: makes .ros2/<distribution>, a ROS 2 prefix from pinned wheels, with the messages of the tests.
-# With a ROS 2 distribution sourced it makes only the messages of the tests, in .ros2/overlay-<distribution>.
+# prefix.sh <kilted|jazzy> [programs|all]: makes .ros2/<distribution>, a ROS 2 prefix from pinned wheels, with the messages of
+# the demo, or also with what the tests need. With a ROS 2 distribution sourced it makes only the messages, in
+# .ros2/overlay-<distribution>.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -9,8 +10,12 @@ here=$root/tools/setup
 exec 9>"$root/.ros2/lock"
 flock 9
 
+what=${2:-all}
+messages=(tf2_msgs)
+[ "$what" = programs ] || messages+=(connect_bridge_test_interfaces)
+
 if ros_is_sourced; then
-  exec bash "$here/interfaces.sh" "$root/.ros2/overlay-$ROS_DISTRO" tf2_msgs connect_bridge_test_interfaces
+  exec bash "$here/interfaces.sh" "$root/.ros2/overlay-$ROS_DISTRO" "${messages[@]}"
 fi
 
 distro=${1:-kilted}
@@ -40,12 +45,11 @@ if ! stamp_is_fresh "$prefix/stamp-fixes" "$wanted"; then
   stamp_write "$prefix/stamp-fixes" "$wanted"
 fi
 wanted=$(content_hash "$here/requirements/tests.txt")
-if ! stamp_is_fresh "$prefix/stamp-tests" "$wanted"; then
+if [ "$what" = all ] && ! stamp_is_fresh "$prefix/stamp-tests" "$wanted"; then
   pip_install tests
   stamp_write "$prefix/stamp-tests" "$wanted"
 fi
 
-messages=(tf2_msgs connect_bridge_test_interfaces)
 [ "$distro" = kilted ] || messages=(std_msgs std_srvs geometry_msgs sensor_msgs "${messages[@]}")
 # Its wheels have none of these; CI generates only what it uses.
 [ "$distro" = kilted ] || [ -z "${CONNECT_JAZZY_MESSAGES:-}" ] || read -ra messages <<<"$CONNECT_JAZZY_MESSAGES"
