@@ -184,7 +184,6 @@ class ConfigMaker {
     const std::string graph = values_.text("graph");
     config_.limits.proxy_nodes = graph.empty() ? !is_server() : graph == "nodes";
     config_.carries_types_not_installed = values_.text("types_not_installed") == "carry";
-    config_.limits.describes_types = config_.carries_types_not_installed;
     std::set<std::string> wires;
     std::set<std::string> locals;
     for (const std::string& text : values_.list("remap")) {

@@ -188,8 +188,8 @@ void add_operation(Rows& rows) {
            "File in which this side keeps its status as JSON, once a second. Of the program: "
            "version, started, certificate_valid_until; time: when it was written; running: false "
            "after an orderly end. Of each link: open_seconds (for how long it is open), the clock, "
-           "types that the exporter lacks, and per topic messages, bytes, latency and drops by "
-           "reason. The bridge waits while it writes: use a folder in memory, below /run."},
+           "and per topic messages, bytes, latency and drops by reason. The bridge waits while it "
+           "writes: use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
   add({.key = "usage_file",
        .syntax = check_not_empty,
@@ -201,8 +201,8 @@ void add_operation(Rows& rows) {
        .fallback = "carry",
        .words = {"carry", "refuse"},
        .help = "Interfaces whose type's package is not installed at this side. `carry`: "
-               "their messages are carried, and unchecked until the peer has described "
-               "the type. `refuse`: only what can be checked reaches a node."});
+               "their messages are carried, and their content is not checked. "
+               "`refuse`: only what can be checked reaches a node."});
 }
 
 void add_audit(Rows& rows) {

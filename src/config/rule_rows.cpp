@@ -123,7 +123,7 @@ void add_rule_exceptions(Rows& rows) {
   add({.key = "allow_type_mismatch",
        .fallback = false,
        .help = "For imports whose type has another definition here than at the peer (another type "
-               "hash). `false`: they are declined, and the log says how the definitions differ. "
+               "hash). `false`: they are declined, and the log says so. "
                "`true`: they are used. Messages that do not fit the definition here are dropped; "
                "those that fit may mean something else."},
       [](Rule& r) { return &r.treatment.allow_type_mismatch; });

@@ -20,7 +20,6 @@ struct GatewayCounters {
   std::uint32_t service_clients = 0;
   std::uint32_t proxy_nodes = 0;
   std::uint32_t types_not_installed = 0;  // types of messages, requests and responses in use
-  std::uint32_t types_described = 0;      // of those of messages, that a peer has described
   std::uint32_t pending_calls = 0;        // requests and invocations that are kept for an answer
   Duration graph_reading{};               // how long the last one took
 };

@@ -86,10 +86,6 @@ void Gateway::apply(const DropInvocation& action) {
   if (auto* client = services_.clients.find(action.client)) client->drop(action.invocation);
 }
 
-void Gateway::apply(const LookUpType& action) {
-  shared_.report(TypeLookedUp{action.id, shared_.types.description(action.type, action.hash)});
-}
-
 GatewayCounters Gateway::counters() const {
   GatewayCounters counters = shared_.counters;
   counters.graph_readings = graph_.readings();
@@ -100,7 +96,6 @@ GatewayCounters Gateway::counters() const {
   counters.service_clients = static_cast<std::uint32_t>(services_.clients.size());
   counters.proxy_nodes = static_cast<std::uint32_t>(shared_.proxies.size());
   counters.types_not_installed = static_cast<std::uint32_t>(shared_.types.made());
-  counters.types_described = static_cast<std::uint32_t>(shared_.types.described());
   counters.pending_calls = static_cast<std::uint32_t>(services_.pending());
   return counters;
 }

@@ -55,10 +55,6 @@ class Gateway {
   void apply(const DestroyServiceClient& action) { services_.destroy_client(action.id); }
   void apply(const SendRequest& action);
   void apply(const DropInvocation& action);
-  void apply(const LookUpType& action);
-  void apply(const DescribeType& action) {
-    shared_.types.describe(action.type, action.hash, action.text);
-  }
   void apply(const FollowClock& action) { time_.follow(action.on); }
   void apply(const RefreshGraph& action) { graph_.refresh(action.topic); }
 

@@ -68,13 +68,6 @@ OrderedJson to_value(const ServiceStatus& service) {
   return json;
 }
 
-OrderedJson to_value(const LackStatus& lack) {
-  return {{"what", lack.what},
-          {"type", lack.type},
-          {"direction", lack.exported ? "export" : "import"},
-          {"reason", lack.reason}};
-}
-
 OrderedJson to_value(const LinkStatus& link) {
   OrderedJson json = {
       {"peer", link.peer},
@@ -99,7 +92,6 @@ OrderedJson to_value(const LinkStatus& link) {
   for (const auto& topic : link.topics) json["topics"].push_back(to_value(topic));
   json["services"] = OrderedJson::array();
   for (const auto& service : link.services) json["services"].push_back(to_value(service));
-  for (const auto& lack : link.lacking) json["lacking"].push_back(to_value(lack));
   return json;
 }
 
@@ -121,7 +113,6 @@ std::string to_json(const Status& status, const RunStatus& run) {
       {"published", run.ros.published},
       {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
       {"types_not_installed", run.ros.types_not_installed},
-      {"types_described", run.ros.types_described},
       {"reading_held", run.network.held},
       {"extra_frames", run.network.extra_frames},
       {"last_failure", status.last_failure}};

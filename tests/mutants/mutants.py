@@ -386,15 +386,4 @@ CORE = BESIDE_BRIDGES + CHANGES + COSTS + PACING + [
     Mutant("large bombs count like small ones", "slowness * (raw_bytes - usual)",
            "raw_bytes - usual"),
     Mutant("lines do not take turns", "lines_.splice(lines_.end(), lines_, next);", ""),
-
-#-- -- types
-    Mutant("a peer is believed about a type",
-           "if (type_hash_of(description.text) != name->second)", "if (false)"),
-    Mutant("a node is believed about a type",
-           "&& type_hash_of(text) == asked.type.hash", ""),
-    Mutant("any number of types is asked for at a time",
-           "if (questions.open.size() < kDescribesMax)", "if (true)"),
-    Mutant("a break forgets which types are needed",
-           "if (!type->second.sources.empty() || type->second.users > 0) return;", ""),
-    Mutant("types may contain themselves", 'if (depth == kOpen) return wrong(...);', ""),
 ]

@@ -19,9 +19,6 @@ ORIGINS_MAX = 1024  # of a channel
 CREDENTIAL_MAX = 3900
 LISTENERS_MAX = 1024  # of a link
 NEIGHBOURS_MAX = 256
-LACKS_MAX = 64  # types that an offer says are lacking
-DESCRIBES_MAX = 8  # channels of a link that wait for their description
-DESCRIPTION_MAX = 262_144
 
 
 def _integer(word):
@@ -145,10 +142,6 @@ def _check_offer(message):
         for origin in items(channel, "origins", ORIGINS_MAX):
             _check_origin(origin)
     member(message, "complete", bool, False)
-    for told in items(message, "lacking", LACKS_MAX) if "lacking" in message else ():
-        for key in ("kind", "name", "type"):
-            string(told, key, 255)
-        _check_code(told)
 
 
 def _check_accepts(message):
@@ -233,12 +226,6 @@ def decode_control(text):
         _check_code(message)
     elif kind in ("attach", "attached", "refuse", "forget"):
         _check_call(kind, message)
-    elif kind == "describe":
-        for channel in items(message, "channels", DESCRIBES_MAX):
-            number(channel)
-    elif kind == "description":
-        number(member(message, "channel", int))
-        string(message, "text", DESCRIPTION_MAX, "")
     elif kind == "listeners":
         _check_listeners(message)
     elif kind == "renew":

@@ -33,7 +33,6 @@ from connect_records import (
 )
 from connect_renew import Renewals
 from connect_socket import open_socket
-from connect_types import Describing
 
 WINDOW = 16 << 20
 ACK_BYTES, ACK_AFTER = 1 << 20, 0.1
@@ -46,7 +45,7 @@ class Sample:
         self.codec, self.data = head["codec"], data
 
 
-class Peer(Renewals, Listening, Describing, Calls):
+class Peer(Renewals, Listening, Calls):
     """A client that is logged in. A thread reads, answers, acknowledges and sends time requests."""
 
     def __init__(
@@ -156,7 +155,6 @@ class Peer(Renewals, Listening, Describing, Calls):
         with self._changed:
             channel = self.next_number()
             self.offered[channel] = name
-            self.type_hashes[channel] = more.get("type_hash", "")
         qos = {"reliability": "reliable", "durability": durability, "depth": 10}
         origin = {
             "origin": 1,

@@ -1,5 +1,4 @@
 #include "sim/checker.hpp"
-#include "sim/types.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -47,12 +46,6 @@ void Checker::after_input(const Host& host) {
 
 void Checker::on_mirror(const Host& host, const Host::MirrorInfo& mirror) {
   check_import(host, mirror.made.topic, mirror.made.type);
-}
-
-void Checker::on_description(const Host& host, const DescribeType& told) {
-  if (told.text != text_of_type(told.type) || told.hash != hash_of_type(told.type))
-    violated(describe(host) + " takes a description that is not that of " + told.type);
-  ledger_.coverage().count(Judged::kDescriptions);
 }
 
 void Checker::on_subscription(const Host& host, const CreateSubscription& made) {

@@ -45,7 +45,6 @@ class Checker {
     wire_.on_received(host, id, packet);
   }
   void on_mirror(const Host& host, const Host::MirrorInfo& mirror);
-  void on_description(const Host& host, const DescribeType& told);
   void on_publish(const Host& host, const Host::MirrorInfo& mirror, ByteView message) {
     deliveries_.on_publish(host, mirror, message);
   }

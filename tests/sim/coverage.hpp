@@ -34,7 +34,6 @@ enum class Judged : std::uint8_t {
   kListeners,
   kFirstWords,
   kMetered,
-  kDescriptions,
   kCount,
 };
 
@@ -67,7 +66,6 @@ inline constexpr std::array<std::string_view, kJudgedCount> kJudgedNames = {
     "topics expected to be subscribed for listeners of the other side",
     "first messages of new publishers expected at listeners of the other side",
     "packets under a cap in bytes per second",
-    "descriptions of types that came from a peer",
 };
 
 class Coverage {

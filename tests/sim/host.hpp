@@ -167,8 +167,6 @@ class Host : public Party {
   void act(const DestroyServiceClient& action);
   void act(const SendRequest& action);
   void act(const DropInvocation& action);
-  void act(const LookUpType& action);
-  void act(const DescribeType& action);
   void act(const FollowClock& action);
   void act(const RefreshGraph& action);
   void act(const Dial& action);
@@ -182,9 +180,6 @@ class Host : public Party {
   void act(const Audit& action);
   void act(const Stopped& action);
 
-  void compare_types(const CreateMirror& made);
-  void compare_types(const CreateServiceMirror& made);
-  bool asks_node(const CreateServiceClient& action);
   EndpointSpec endpoint(const std::string& topic, const std::string& type,
                         const std::string& type_hash, const Qos& qos, std::uint64_t handle,
                         const std::string& proxy = {}) const;

@@ -82,7 +82,6 @@ void Host::act(const CreateMirror& action) {
   mirrors_[action.id] = MirrorInfo{writer, action};
   tell("mirrors " + action.topic + " as publisher " + std::to_string(writer));
   world_.checker.on_mirror(*this, mirrors_[action.id]);
-  compare_types(action);
   const Gid gid = world_.middleware.writer(writer).gid;
   later(rng_.between(1us, 200us), [id = action.id, gid]() -> Input { return MirrorMade{id, gid}; });
 }

@@ -25,7 +25,6 @@ void Host::act(const CreateServiceMirror& action) {
   service_mirrors_[action.id] = ServiceMirrorInfo{servant, action, 0, {}};
   tell("mirrors service " + action.service + " as server " + std::to_string(servant));
   world_.checker.on_service_mirror(*this, action);
-  compare_types(action);
 }
 
 void Host::act(const DestroyServiceMirror& action) {
@@ -94,7 +93,6 @@ void Host::on_caller_gone(const Caller& caller) {
 
 void Host::act(const CreateServiceClient& action) {
   if (service_clients_.contains(action.id)) violated("a service client is created twice");
-  if (asks_node(action)) return;
   if (!world_.middleware.knows_type(plan_.graph, action.type)) {
     failed_service_clients_.insert(action.id);
     later(rng_.between(1us, 2ms), [action]() -> Input {

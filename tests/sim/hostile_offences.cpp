@@ -47,7 +47,7 @@ HostileServices::Offence HostileServices::offend() {
     offence = say_malformed();
   }
   // An offence that needs nothing of the peer is always possible.
-  return offence.stands ? offence : name_what_never_was(rng_.below(9));
+  return offence.stands ? offence : name_what_never_was(rng_.below(7));
 }
 
 std::optional<std::uint32_t> HostileServices::an_attached() {
@@ -229,8 +229,6 @@ HostileServices::Offence HostileServices::name_what_never_was(std::uint64_t whic
     case 3: say(Forget{{kNever}, {{1}}}); break;
     case 4: say(Withdraw{{{number}}}); break;
     case 5: send_request(number, 1, 1); break;
-    case 6: say(Describe{{{kNever}}}); break;
-    case 7: say(Description{{number}}); break;
     default: say(OriginsChanged{{number}, {}, {}});
   }
   return {"speaks of a channel that never was (" + std::to_string(which) + ")", always};

@@ -115,7 +115,6 @@ void WireCheck::on_control(const Host& host, const Identity& who, Connection& co
                            const Control& control) {
   if (const auto* offer = std::get_if<Offer>(&control)) {
     for (const auto& channel : offer->channels) on_offer(host, who, connection, channel);
-    for (const auto& told : offer->lacking) check_lack(host, who, told);
   } else if (const auto* change = std::get_if<OriginsChanged>(&control)) {
     const auto it = connection.channels.find(change->channel);
     if (it == connection.channels.end()) violated("origins of a channel that was not offered");
@@ -174,13 +173,6 @@ void WireCheck::on_offer(const Host& host, const Identity& who, Connection& conn
   for (const auto& origin : offer.origins) {
     channel.origins[origin.origin] = Origin{origin.gid, origin.qos, ledger_.now()};
   }
-}
-
-void WireCheck::check_lack(const Host& host, const Identity& who, const LackTold& told) const {
-  if (told.kind != InterfaceKind::kAction &&
-      !ledger_.was_permitted(host, ledger_.now() - 5s, Direction::kExport, told.kind, told.name,
-                             told.type, who))
-    violated(describe(host) + " tells of " + told.name + " without a right");
 }
 
 void WireCheck::count(Connection& connection, Channel& channel, std::size_t bytes) {

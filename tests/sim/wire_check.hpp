@@ -84,7 +84,6 @@ class WireCheck {
                   const Control& control);
   void on_offer(const Host& host, const Identity& who, Connection& connection,
                 const ChannelOffer& offer);
-  void check_lack(const Host& host, const Identity& who, const LackTold& told) const;
   void on_attach(const Host& host, const Identity& who, Connection& connection,
                  const Attach& attach);
   void on_message(const Host& host, ConnectionId id, Connection& connection,

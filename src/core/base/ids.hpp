@@ -25,7 +25,6 @@ using ServiceMirrorId = Id<struct ServiceMirrorTag>;  // a service server held b
 using ServiceClientId = Id<struct ServiceClientTag>;  // a service client held by an exporter
 using RequestId = Id<struct RequestTag>;              // a request taken at a service mirror
 using InvocationId = Id<struct InvocationTag>;        // a request handed to a real service
-using LookupId = Id<struct LookupTag>;                // a description that was asked for here
 using JobId = Id<struct JobTag>;                      // a piece of work given to a worker
 
 // On the wire.

@@ -123,13 +123,11 @@ struct Account {
   // Of control messages. Each connection is read no faster than its own rate allows; this limits
   // peers that come again and again, or with many links.
   TextLimit text;
-  Pace withdrawals;  // of one link: each has a copy of it, as it is at the start
-  Pace attaches;     // those that create a client, which takes the middleware about a millisecond
-  Pace demands;      // that ended
-  Pace describes{4096, std::chrono::milliseconds(10)};   // of types that it asks for
-  Pace nodes_asked{512, std::chrono::milliseconds(50)};  // about their types, for it
-  LinePace lines;          // of links that come and go, and renew their logins
-  LogLimit declines;       // of channels that were declined before
+  Pace withdrawals;   // of one link: each has a copy of it, as it is at the start
+  Pace attaches;      // those that create a client, which takes the middleware about a millisecond
+  Pace demands;       // that ended
+  LinePace lines;     // of links that come and go, and renew their logins
+  LogLimit declines;  // of channels that were declined before
   CallLines calls_served;  // that its peers make here
   CallLines calls_made;    // to its peers
   TellOnce told;

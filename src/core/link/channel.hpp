@@ -53,13 +53,6 @@ struct ChannelDemand {
   std::optional<std::uint32_t> after{};  // goes on behind this sequence
 };
 
-// The type of a channel, as the peer was told, and where else than here it is known.
-struct ChannelType {
-  std::string type;
-  std::string hash;  // never empty
-  std::string node;  // local name of a node that has the type; empty: none is known
-};
-
 // A channel on which this side sends: a topic or a service that it offers, or its requests to a
 // service of the peer. What does not concern it is ignored, or is an error of the peer.
 class OutgoingChannel {
@@ -70,8 +63,6 @@ class OutgoingChannel {
   virtual void on_decline(const Decline& decline, const Now& now);
   virtual Result<Nothing> on_attach(const Attach& attach, const Now& now);
   virtual Result<Nothing> on_forget(const Forget& forget, const Now& now);
-  // nullopt: this side does not describe it.
-  [[nodiscard]] virtual std::optional<ChannelType> type() const { return std::nullopt; }
   // The peer has all of a tracked message.
   virtual void on_delivered(CallId call, const Now& now);
 };

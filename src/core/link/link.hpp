@@ -34,8 +34,6 @@ class LinkUser {
   virtual Result<Nothing> on(Link& link, const Offer& offer, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, Accepts accepts, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) = 0;
-  virtual Result<Nothing> on(Link& link, const Describe& describe, const Now& now) = 0;
-  virtual Result<Nothing> on(Link& link, const Description& description, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renew& renew, const Now& now) = 0;
   virtual Result<Nothing> on(Link& link, const Renewed& renewed, const Now& now) = 0;
   virtual void on_peer_time(const TimeReply& reply, Stamp t4) = 0;

@@ -83,19 +83,6 @@ struct DropInvocation {
   ServiceClientId client;
   InvocationId invocation;
 };
-// Ask for the description of an installed type: TypeLookedUp follows.
-struct LookUpType {
-  LookupId id;
-  std::string type;  // "std_msgs/msg/String"
-  std::string hash;  // the definition must have this one
-};
-// What a type that is not installed is made of: samples, or the answers of a service, are checked
-// with it. Of a name and hash that no mirror has it is ignored.
-struct DescribeType {
-  std::string type;
-  std::string hash;
-  std::string text;  // canonical, and has that hash
-};
 // Whether the ROS time of this side is that of /clock.
 struct FollowClock {
   bool on = false;
@@ -166,8 +153,8 @@ struct Stopped {};
 using Action =
     std::variant<CreateSubscription, DestroySubscription, CreateMirror, DestroyMirror, Publish,
                  CreateServiceMirror, DestroyServiceMirror, SendResponse, DropRequest,
-                 CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation, LookUpType,
-                 DescribeType, FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection,
-                 Authenticate, CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
+                 CreateServiceClient, DestroyServiceClient, SendRequest, DropInvocation,
+                 FollowClock, RefreshGraph, Dial, OpenGate, CloseConnection, Authenticate,
+                 CompressJob, DecompressJob, CancelJob, Log, Audit, Stopped>;
 
 }  // namespace connect_bridge

@@ -93,11 +93,12 @@ using SubscriptionFailed = EntityFailed<SubscriptionId>;
 using MirrorFailed = EntityFailed<MirrorId>;
 using ServiceMirrorFailed = EntityFailed<ServiceMirrorId>;
 using ServiceClientFailed = EntityFailed<ServiceClientId>;
-// The mirror exists, but the installed type is not that of its origin, or of the peer's service.
+// The mirror exists, but the installed type is not that of its origin, or of the peer's service:
+// the rules use it nevertheless.
 template <class Id>
 struct DefinitionDiffers {
   Id id;
-  std::string hash_here;  // of the installed type; empty: it is not installed
+  std::string hash_here;  // of the installed type
 };
 using TypeDiffers = DefinitionDiffers<MirrorId>;
 using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
@@ -105,12 +106,6 @@ using ServiceTypeDiffers = DefinitionDiffers<ServiceMirrorId>;
 struct MirrorMade {
   MirrorId mirror;
   Gid gid;
-};
-// The answer to LookUpType: the canonical text, empty where the type is not installed with this
-// hash.
-struct TypeLookedUp {
-  LookupId lookup;
-  std::string text;
 };
 // The middleware refused samples of Publish actions.
 struct PublishFailed {
@@ -233,12 +228,12 @@ struct StopRequested {};
 // Nothing but time has passed (a deadline of next_deadline() is reached).
 struct TimePassed {};
 
-using Input = std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
-                           MirrorFailed, TypeDiffers, TypeLookedUp, PublishFailed, QosIncompatible,
-                           RequestTaken, CallersGone, ServiceReady, ResponseTaken, InvocationFailed,
-                           ServiceMirrorFailed, ServiceTypeDiffers, ServiceClientFailed,
-                           ConnectionOpened, DialFailed, PacketReceived, ConnectionClosed,
-                           NetworkChanged, Authenticated, IdentitiesChanged, CredentialChanged,
-                           JobDone, PolicyChanged, StopRequested, TimePassed>;
+using Input =
+    std::variant<GraphChanged, MessageTaken, MessagesLost, SubscriptionFailed, MirrorMade,
+                 MirrorFailed, TypeDiffers, PublishFailed, QosIncompatible, RequestTaken,
+                 CallersGone, ServiceReady, ResponseTaken, InvocationFailed, ServiceMirrorFailed,
+                 ServiceTypeDiffers, ServiceClientFailed, ConnectionOpened, DialFailed,
+                 PacketReceived, ConnectionClosed, NetworkChanged, Authenticated, IdentitiesChanged,
+                 CredentialChanged, JobDone, PolicyChanged, StopRequested, TimePassed>;
 
 }  // namespace connect_bridge

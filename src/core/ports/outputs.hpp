@@ -43,7 +43,6 @@ class Outputs {
   ServiceMirrorId new_service_mirror() { return {++last_service_mirror_}; }
   ServiceClientId new_service_client() { return {++last_service_client_}; }
   InvocationId new_invocation() { return {++last_invocation_}; }
-  LookupId new_lookup() { return {++last_lookup_}; }
   JobId new_job() { return {++last_job_}; }
 
  private:
@@ -55,7 +54,6 @@ class Outputs {
   std::uint64_t last_service_mirror_ = 0;
   std::uint64_t last_service_client_ = 0;
   std::uint64_t last_invocation_ = 0;
-  std::uint64_t last_lookup_ = 0;
   std::uint64_t last_job_ = 0;
 };
 

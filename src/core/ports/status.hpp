@@ -58,14 +58,6 @@ struct ServiceStatus {
   std::string declined;  // exported: why the peer does not import it; empty if it does
 };
 
-// A type that the exporter cannot take, so what has it does not cross.
-struct LackStatus {
-  std::string what;  // one of that type: its name, the exporter's
-  std::string type;
-  bool exported = false;  // this side lacks it; else the peer
-  std::string reason;
-};
-
 struct ClockStatus {
   bool known = false;
   Duration offset{0};       // peer's system clock minus ours
@@ -92,7 +84,6 @@ struct LinkStatus {
   ClockStatus clock;
   std::vector<TopicStatus> topics;
   std::vector<ServiceStatus> services;
-  std::vector<LackStatus> lacking;  // one for each type
 };
 
 // A server's connections without a login.

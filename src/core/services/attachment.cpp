@@ -189,11 +189,6 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   return Nothing{};
 }
 
-std::optional<ChannelType> Attachment::type() const {
-  if (service_.type_hash().empty()) return std::nullopt;
-  return ChannelType{service_.key().second, service_.type_hash(), service_.node()};
-}
-
 void Attachment::on_withdraw(const Withdraw&, const Now& now) {
   detach(now);
   link_.outbox().clear_channel(channel_);

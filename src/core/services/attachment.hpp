@@ -67,7 +67,6 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // May destroy the attachment, when the call numbers are used up.
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
-  [[nodiscard]] std::optional<ChannelType> type() const override;
 
   // ---- its calls
   // The gate lets the call begin.

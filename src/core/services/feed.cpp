@@ -34,17 +34,7 @@ void Feed::on_offer(const ChannelOffer& offer, Decision decision) {
   link_.take_offered(channel_, *this);
 }
 
-void Feed::tell_type(const std::string& hash) {
-  const std::string& type = service_.key().second;
-  if (told_hash_ == hash && (hash.empty() || told_channel_ == channel_)) return;
-  if (!told_hash_.empty()) mirroring_.types.remove(link_, told_channel_, {type, told_hash_});
-  if (!hash.empty()) mirroring_.types.add(link_, channel_, {type, hash});
-  told_hash_ = hash;
-  told_channel_ = channel_;
-}
-
 void Feed::on_link_lost() {
-  tell_type({});
   channel_ = requests_ = {};
   attached_ = false;
 }
@@ -89,7 +79,6 @@ Result<Nothing> Feed::on_attached(const Attached& attached, const Now& now) {
     return Error{CloseCode::kIllegal, "more calls seen than can be made"};
   attached_ = true;
   type_hash_ = attached.type_hash;
-  tell_type(type_hash_);
   reconcile(attached, now);
   mirroring_.update(service_, now);
   return Nothing{};

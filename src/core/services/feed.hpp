@@ -37,7 +37,7 @@ class MirroredService;
 class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwner {
  public:
   Feed(MirroredService& service, Link& link, Mirroring& mirroring);
-  ~Feed() override { tell_type({}); }
+  ~Feed() override = default;
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
 
@@ -102,8 +102,6 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
  private:
   using Calls = std::map<CallId, MadeCall>;
 
-  // With which hash the type of the channel is offered now, to whom that is of use; empty: not.
-  void tell_type(const std::string& hash);
   void start_encoder();
   void send_encoded(const Now& now);
   void on_encoded(CallId id, Codec codec, const Payload& raw, const Payload& body, const Now& now);
@@ -131,8 +129,6 @@ class Feed final : public IncomingChannel, public OutgoingChannel, public JobOwn
   std::string node_;
   std::string action_type_;
   std::string type_hash_;
-  std::string told_hash_;   // to the types of peers
-  ChannelId told_channel_;  // the same
   bool unfit_ = false;
   Decision decision_;
   CallId last_;

@@ -5,9 +5,9 @@
 
 #include "core/graph/settling.hpp"
 #include "core/link/standing.hpp"
+#include "core/link/type_difference.hpp"
 #include "core/policy/interface.hpp"
 #include "core/services/calls.hpp"
-#include "core/types/description_service.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -140,9 +140,7 @@ bool MirroredService::may_exist(const Feed& feed) {
   const Gid gid = service_gid(key_.first);
   if (mirroring_.claims.service_taken(gid, bool(mirror_))) return false;
   // Our own services are not in our view of the graph.
-  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node ||
-      key_.first == mirroring_.own_node + "/" + std::string(kDescriptionService))
-    return false;
+  if (node_of_parameter_service(key_.first, key_.second) == mirroring_.own_node) return false;
   // Both ends are in one graph: what the peer exports is here already.
   const Link& link = feed.link();
   if (link.connection() && mirroring_.claims.is_here(link.connection()->peer().side)) return false;
@@ -218,7 +216,6 @@ void MirroredService::destroy_mirror() {
 }
 
 void MirroredService::forget_mirror() {
-  mirroring_.types.release(mirror_);
   mirroring_.by_mirror.erase(mirror_);
   mirror_ = {};
   place_.release();
@@ -312,12 +309,12 @@ void MirroredService::on_callers_gone(const CallersGone& gone) {
   feeding()->on_callers_gone(gone.requests);
 }
 
-void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
+void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed) {
   Feed* feed = feeding();
   const bool of_type = failed.code == "type_mismatch";
   // The rules may allow it since it was begun.
   const bool again = of_type && feed && feed->any_definition() && !any_definition_;
-  if (!failed.hash_here.empty() && !again) explain(failed.hash_here, false, now);
+  if (!failed.hash_here.empty() && !again) log_difference(failed.hash_here, false);
   forget_mirror();
   if (again) return close();
   if (feed) {
@@ -337,29 +334,20 @@ void MirroredService::on_mirror_failed(const ServiceMirrorFailed& failed, const 
   }
 }
 
-void MirroredService::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
+void MirroredService::on_type_differs(const ServiceTypeDiffers& differs) {
   const Feed* feed = feeding();
-  if (differs.hash_here.empty())
-    return mirroring_.types.need({key_.second, type_hash_}, mirror_,
-                                 mirroring_.graph_options.owner_of(feed ? feed->node() : ""));
   differs_ = true;
-  explain(differs.hash_here, true, now);
+  log_difference(differs.hash_here, true);
   // The rules may have changed since it was begun.
   if (feed && !feed->any_definition()) close();
 }
 
-void MirroredService::explain(const std::string& hash_here, bool used, const Now& now) {
+void MirroredService::log_difference(const std::string& hash_here, bool used) {
   const Feed* feed = feeding();
   if (!feed) return;
-  const Link& link = feed->link();
-  mirroring_.types.explain(
-      {{key_.second, type_hash_},
-       hash_here,
-       (used ? "" : "cannot mirror ") + shown(InterfaceKind::kService, key_.first, key_.second),
-       link.label(),
-       used,
-       link.account},
-      now);
+  connect_bridge::log_difference(mirroring_.outputs, feed->link(),
+                                 {shown(InterfaceKind::kService, key_.first, key_.second),
+                                  key_.second, hash_here, type_hash_, used});
 }
 
 void MirroredService::add_status(const Link& link, LinkStatus& status) const {

@@ -54,8 +54,8 @@ class MirroredService {
   void on_request(RequestTaken& request, const Now& now);
   void on_callers_gone(const CallersGone& gone);
   // The caller updates it after these two.
-  void on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now);
-  void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
+  void on_mirror_failed(const ServiceMirrorFailed& failed);
+  void on_type_differs(const ServiceTypeDiffers& differs);
   [[nodiscard]] ServiceMirrorId mirror() const { return mirror_; }
   // Whether it is claimed, for a mirror that exists or will exist.
   [[nodiscard]] bool is_claimed() const { return plan_ && !plan_->waits_for_neighbours; }
@@ -95,8 +95,7 @@ class MirroredService {
     if (!std::exchange(waits_, true)) feed.link().mirrors.note_wait();
   }
   void create_mirror(const Feed& feed);
-  // One line for the log, with the difference.
-  void explain(const std::string& hash_here, bool used, const Now& now);
+  void log_difference(const std::string& hash_here, bool used);
   void destroy_mirror();
   void forget_mirror();
   // The attachment of the feeding link ends, and the mirror.

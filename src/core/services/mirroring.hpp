@@ -12,7 +12,6 @@
 #include "core/graph/side_view.hpp"
 #include "core/link/link.hpp"
 #include "core/services/options.hpp"
-#include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
@@ -32,7 +31,6 @@ struct MadeLoad {
 struct Mirroring : SideView {
   const ServiceOptions& options;
   const std::string& own_node;
-  PeerTypes& types;
 
   Timers<MadeCall*> timers{};
   std::map<LinkId, MadeLoad> loads{};

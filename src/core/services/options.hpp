@@ -12,8 +12,6 @@ struct ServiceOptions {
   std::uint32_t calls_max = 256;
   std::uint32_t calls_waiting_max = 1000;   // calls that wait for their turn
   std::uint64_t call_bytes_max = 64 << 20;  // of requests, and of answers, that are kept
-  // Whether nodes here tell what types are made of that are not installed (DescriptionServers).
-  bool describes_types = false;
 };
 
 }  // namespace connect_bridge

@@ -81,7 +81,6 @@ void ServiceImports::on_link_dead(LinkId link, const Now& now) {
 }
 
 void ServiceImports::on_graph(const Now& now) {
-  graph_changed_ = true;
   if (!mirroring_.graph_since) mirroring_.graph_since = now.steady;
   mirroring_.update_all(now);
 }
@@ -114,27 +113,24 @@ const std::string* ServiceImports::goals_of(ServiceMirrorId mirror) const {
 }
 
 void ServiceImports::on_request(RequestTaken& request, const Now& now) {
-  if (describers_.on_request(request, now)) return;
   if (auto* service = find(request.mirror)) service->on_request(request, now);
 }
 
 void ServiceImports::on_callers_gone(const CallersGone& gone) {
-  describers_.on_callers_gone(gone);
   if (auto* service = find(gone.mirror)) service->on_callers_gone(gone);
 }
 
 void ServiceImports::on_mirror_failed(const ServiceMirrorFailed& failed, const Now& now) {
-  if (describers_.on_failed(failed)) return;
   auto* service = find(failed.id);
   if (!service) return;
-  service->on_mirror_failed(failed, now);
+  service->on_mirror_failed(failed);
   mirroring_.update(*service, now);
 }
 
 void ServiceImports::on_type_differs(const ServiceTypeDiffers& differs, const Now& now) {
   auto* service = find(differs.id);
   if (!service) return;
-  service->on_type_differs(differs, now);
+  service->on_type_differs(differs);
   mirroring_.update(*service, now);
 }
 
@@ -147,25 +143,6 @@ void ServiceImports::on_time(const Now& now) {
 
 std::optional<TimePoint> ServiceImports::deadline() const {
   return earliest(mirroring_.settles_at, mirroring_.timers.deadline());
-}
-
-bool ServiceImports::take_claim_change() {
-  const bool changed = std::exchange(mirroring_.claim_changed, false);
-  const bool nodes = mirroring_.types.take_nodes_change();
-  const bool look = std::exchange(graph_changed_, false) || nodes || changed;
-  if (!look || !mirroring_.options.describes_types) return changed;
-  // A service that is claimed counts, though its mirror is not made yet: else a server of ours
-  // would appear in its place, and the two would stand side by side for a moment.
-  const auto exists = [this](const std::string& name) {
-    const auto& services = mirroring_.services;
-    for (auto at = services.lower_bound({name, ""}); at != services.end(); ++at) {
-      if (at->first.first != name) break;
-      if (at->second->is_claimed()) return true;
-    }
-    return mirroring_.graph.has_server(name);
-  };
-  describers_.update(exists, mirroring_.graph.bridges().empty());
-  return changed;
 }
 
 void ServiceImports::add_mirrored(Claim& claim) const {

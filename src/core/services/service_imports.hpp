@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/services/description_servers.hpp"
 #include "core/services/mirrored_service.hpp"
 #include "core/services/mirroring.hpp"
 
@@ -18,9 +17,8 @@ namespace connect_bridge {
 // owned by the side.
 class ServiceImports {
  public:
-  ServiceImports(const SideView& side, const ServiceOptions& options, const std::string& own_node,
-                 PeerTypes& types)
-      : mirroring_{side, options, own_node, types}, describers_(own_node, side.outputs, types) {}
+  ServiceImports(const SideView& side, const ServiceOptions& options, const std::string& own_node)
+      : mirroring_{side, options, own_node} {}
 
   // The caller has found the number unused and expects data on it.
   void on_offer(Link& link, const ChannelOffer& offer, const Now& now);
@@ -45,9 +43,9 @@ class ServiceImports {
   void on_type_differs(const ServiceTypeDiffers& differs, const Now& now);
   void on_time(const Now& now);
 
-  // The entries of our own claim for the services mirrored here. take_claim_change(), after every
-  // input: true once after every change.
-  bool take_claim_change();
+  // The entries of our own claim for the services mirrored here. take_claim_change(): true once
+  // after every change.
+  bool take_claim_change() { return std::exchange(mirroring_.claim_changed, false); }
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const;
@@ -58,8 +56,6 @@ class ServiceImports {
   [[nodiscard]] MirroredService* find(ServiceMirrorId mirror) const;
 
   Mirroring mirroring_;
-  DescriptionServers describers_;
-  bool graph_changed_ = false;
 };
 
 }  // namespace connect_bridge

@@ -4,19 +4,68 @@
 #include <utility>
 #include <vector>
 
+#include "core/policy/interface.hpp"
+
 namespace connect_bridge {
 
-void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& lacks,
-              Outputs& outputs, const Now& now) {
+namespace {
+
+// With local names. Of an action `part` is the part for goals: its rights are those of any part.
+struct Lacking {
+  std::string shown;
+  const std::string& type;
+  const TypeLack& lack;
+  InterfaceKind kind;  // kTopic or kService
+  std::string part;
+  std::string part_type;
+  std::string action_type = {};
+};
+
+void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
+  const auto wire_name = side.graph_options.names.to_wire(lacking.part);
+  if (!wire_name) return;
+  const Interface what{lacking.kind, *wire_name, lacking.part_type, lacking.action_type};
+  if (!side.policy.decide(Direction::kExport, what, link.login.identity())) return;
+  // What is not compared yet is told later: this is asked again when it is (Side::recheck).
+  if (!link.accepts->takes(what).value_or(false)) return;
+  if (side.outputs.told().first("type_lacking " + lacking.type))
+    side.outputs.log(LogLevel::kWarn,
+                     "cannot export " + lacking.shown + ": " + lacking.lack.reason);
+}
+
+// An action is told as a whole, under its own name and type.
+void log_lacks(const Link& link, const SideView& side) {
+  for (const auto& [key, topic] : side.graph.topics())
+    if (topic.lack && !topic.publishers.empty() && !has_action_token(key.first))
+      log_lack(link, side,
+               {key.first, key.second, *topic.lack, InterfaceKind::kTopic, key.first, key.second});
+  for (const auto& [key, service] : side.graph.services()) {
+    if (!service.lack || has_action_token(key.first)) continue;
+    if (side.claims.serves(service_gid(key.first))) continue;  // another bridge's
+    log_lack(
+        link, side,
+        {key.first, key.second, *service.lack, InterfaceKind::kService, key.first, key.second});
+  }
+  for (const auto& [name, action] : side.actions.lacked())
+    log_lack(link, side,
+             {"the action " + name, action.type, action.lack, InterfaceKind::kService,
+              name_of_part(name, ActionPart::kSendGoal),
+              type_of_part(action.type, ActionPart::kSendGoal), action.type});
+}
+
+}  // namespace
+
+void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports& services,
+              const Now& now) {
   if (!link.open() || !link.accepts) return;
-  lacks.tell(link);
+  log_lacks(link, side);
   std::vector<ChannelOffer> offers;
   topics.collect_offers(link, offers);
   services.collect_offers(link, offers, now);
   if (!link.may_offer())
-    outputs.log_once(link.account->told, LogLevel::kWarn,
-                     "not all interfaces of this side are offered to " + link.peer().node +
-                         ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
+    side.outputs.log_once(link.account->told, LogLevel::kWarn,
+                          "not all interfaces of this side are offered to " + link.peer().node +
+                              ": no more than " + std::to_string(Link::kOfferedMax) + " at a time");
   // Not too early: at `complete` the peer forgets what it had and was not offered again
   // (docs/protocol.md section 7, rule 9).
   const bool completes = link.accepts.take_completion();
@@ -25,9 +74,7 @@ void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& 
 }
 
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
-                           Imports& topics, ServiceImports& services, TypeLacks& lacks,
-                           const Now& now) {
-  lacks.on_offer(link, offer);
+                           Imports& topics, ServiceImports& services, const Now& now) {
   for (const auto& channel : offer.channels) {
     if (!channel.channel || link.expects(channel.channel))
       return Error{CloseCode::kIllegal, "a channel number was offered twice"};

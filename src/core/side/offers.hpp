@@ -3,23 +3,22 @@
 
 #include <cstdint>
 
+#include "core/graph/side_view.hpp"
 #include "core/services/service_exports.hpp"
 #include "core/services/service_imports.hpp"
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
-#include "core/types/type_lacks.hpp"
 
 namespace connect_bridge {
 
-// Offers what the peer may have and has not been offered yet, as far as that is known; what it
-// could not get, as its type cannot be taken here, it is told instead.
-void offer_to(Link& link, Exports& topics, ServiceExports& services, TypeLacks& lacks,
-              Outputs& outputs, const Now& now);
+// Offers what the peer may have and has not been offered yet, as far as that is known. What it
+// could not get, as its type cannot be taken here, is in the log, once for each type.
+void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports& services,
+              const Now& now);
 
 // The peer offers these channels. Errors: kIllegal for a number that is in use, kTooLarge beyond
 // `channels_max`.
 Result<Nothing> take_offer(Link& link, const Offer& offer, std::uint32_t channels_max,
-                           Imports& topics, ServiceImports& services, TypeLacks& lacks,
-                           const Now& now);
+                           Imports& topics, ServiceImports& services, const Now& now);
 
 }  // namespace connect_bridge

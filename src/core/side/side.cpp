@@ -23,12 +23,11 @@ Side::Side(SideOptions options, std::uint64_t seed)
       links_(options_, side_, random_, outputs_, *this),
       view_{options_, policy_,        local_.view, local_.claims,
             actions_, action_topics_, jobs_,       outputs_},
-      types_(view_),
       exports_(view_, options_, &links_.memory()),
-      imports_(view_, options_, types_.peers),
+      imports_(view_, options_),
       told_listeners_(view_),
       service_exports_(view_, options_, random_),
-      service_imports_(view_, options_, options_.node, types_.peers),
+      service_imports_(view_, options_, options_.node),
       clock_publisher_(options_.clock_publish_period),
       claims_topic_(local_.claims, options_.dead_after, outputs_) {
   outputs_.set_audits(options_.audits);
@@ -37,7 +36,6 @@ Side::Side(SideOptions options, std::uint64_t seed)
 void Side::handle(Input input, const Now& now) {
   if (stopping_) return;
   if (!started_) start(now);
-  types_.handle(input, now);
   std::visit([&](auto& i) { on(i, now); }, input);
   if (!stopping_) settle(now);
 }
@@ -194,10 +192,9 @@ void Side::on(TimePassed&, const Now& now) {
 std::optional<TimePoint> Side::next_deadline() const {
   if (stopping_) return std::nullopt;
   std::optional<TimePoint> first = links_.deadline();
-  for (const auto& next :
-       {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
-        service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-        neighbours_.deadline(), accepts_review_.deadline(links_.all()), types_.deadline()})
+  for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
+                           service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
+                           neighbours_.deadline(), accepts_review_.deadline(links_.all())})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }
@@ -224,7 +221,6 @@ void Side::on_link_lost(Link& link, const Now& now) {
   link.keep_counts(std::move(last.topics));
   exports_.on_link_lost(link.id, now);
   told_listeners_.on_link_lost(link.id);
-  types_.on_link_lost(link);
   imports_.on_link_lost(link.id, now);
   if (!link.life.may_return()) link.arrived.clear();
   service_exports_.on_link_lost(link.id);
@@ -233,7 +229,6 @@ void Side::on_link_lost(Link& link, const Now& now) {
 }
 
 void Side::on_link_dead(Link& link, const Now& now) {
-  types_.peers.on_link_dead(link.id);
   imports_.on_link_dead(link.id, now);
   end_calls(link, now);
   clock_publisher_.stop(outputs_);
@@ -287,18 +282,17 @@ void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   for (Link* link : links) service_exports_.recheck(*link, now);
   hold_actions(now);
   for (Link* link : links) exports_.recheck(*link, now);
-  for (Link* link : links) offer_to(*link, exports_, service_exports_, types_.lacks, outputs_, now);
+  for (Link* link : links) offer_to(*link, view_, exports_, service_exports_, now);
   service_exports_.go_on(now);
 }
 
 void Side::send_offers(const Now& now) {
-  for (auto& [id, link] : links_.all())
-    offer_to(link, exports_, service_exports_, types_.lacks, outputs_, now);
+  for (auto& [id, link] : links_.all()) offer_to(link, view_, exports_, service_exports_, now);
 }
 
 Result<Nothing> Side::on(Link& link, const Offer& offer, const Now& now) {
   const auto taken =
-      take_offer(link, offer, options_.channels_max, imports_, service_imports_, types_.lacks, now);
+      take_offer(link, offer, options_.channels_max, imports_, service_imports_, now);
   if (taken && offer.complete) on_offers_over(link, now);
   return taken;
 }
@@ -312,7 +306,6 @@ LinkStatus Side::status_of(const Link& link) const {
   imports_.add_status(link, shown);
   service_exports_.add_status(link, shown);
   service_imports_.add_status(link, shown);
-  types_.lacks.add_status(link, shown);
   for (auto& topic : shown.topics) link.add_past(topic);
   return shown;
 }

@@ -25,7 +25,6 @@
 #include "core/topics/exports.hpp"
 #include "core/topics/imports.hpp"
 #include "core/topics/told_listeners.hpp"
-#include "core/types/types.hpp"
 
 namespace connect_bridge {
 
@@ -68,8 +67,7 @@ class Side final : private LinksUser {
   void on(PublishFailed& input, const Now&) { imports_.on_publish_failed(input); }
   void on(QosIncompatible& input, const Now&) { exports_.on_incompatible(input); }
   void on(RequestTaken& input, const Now& now);
-  void on(TypeDiffers& input, const Now& now) { imports_.on_type_differs(input, now); }
-  void on(TypeLookedUp&, const Now&) {}  // `types_` has seen it
+  void on(TypeDiffers& input, const Now&) { imports_.on_type_differs(input); }
   void on(CallersGone& input, const Now&) { service_imports_.on_callers_gone(input); }
   void on(ServiceMirrorFailed& in, const Now& now) { service_imports_.on_mirror_failed(in, now); }
   void on(ServiceTypeDiffers& in, const Now& now) { service_imports_.on_type_differs(in, now); }
@@ -92,12 +90,6 @@ class Side final : private LinksUser {
   Result<Nothing> on(Link& link, Accepts accepts, const Now& now) override;
   Result<Nothing> on(Link& link, const Listeners& listeners, const Now& now) override {
     return exports_.on_listeners(link, listeners, now);
-  }
-  Result<Nothing> on(Link& link, const Describe& describe, const Now& now) override {
-    return types_.answers.on_describe(link, describe, now);
-  }
-  Result<Nothing> on(Link& link, const Description& told, const Now&) override {
-    return types_.peers.on_description(link, told);
   }
   Result<Nothing> on(Link& link, const Renew& renew, const Now& now) override;
   Result<Nothing> on(Link& link, const Renewed& renewed, const Now&) override {
@@ -147,7 +139,6 @@ class Side final : private LinksUser {
   AcceptsReview accepts_review_;
   Neighbours neighbours_;
   SideView view_;
-  Types types_;
   Exports exports_;
   Imports imports_;
   ToldListeners told_listeners_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/link/type_difference.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -57,24 +58,19 @@ void ImportContext::tell_once(const Mirror& mirror, LogLevel level, const std::s
     outputs.log_once(mirror.candidates().front().link->account->told, level, text);
 }
 
-void ImportContext::tell_failed(const Mirror& mirror, const MirrorFailed& failed,
-                                const Now& now) const {
-  const std::string what = "cannot mirror " + name_of(mirror, failed.code == "type_mismatch");
-  if (failed.hash_here.empty())
-    return tell_once(mirror, LogLevel::kError, what + ": " + failed.reason);
-  if (mirror.candidates().empty()) return;
-  const Link& link = *mirror.candidates().front().link;
-  types.explain({mirror.definition(), failed.hash_here, what, link.label(), false, link.account},
-                now);
+void ImportContext::tell_failed(const Mirror& mirror, const MirrorFailed& failed) const {
+  if (!failed.hash_here.empty()) return tell_difference(mirror, failed.hash_here, false);
+  tell_once(
+      mirror, LogLevel::kError,
+      "cannot mirror " + name_of(mirror, failed.code == "type_mismatch") + ": " + failed.reason);
 }
 
-void ImportContext::tell_used(const Mirror& mirror, const std::string& hash_here,
-                              const Now& now) const {
+void ImportContext::tell_difference(const Mirror& mirror, const std::string& hash_here,
+                                    bool used) const {
   if (mirror.candidates().empty()) return;
-  const Link& link = *mirror.candidates().front().link;
-  types.explain(
-      {mirror.definition(), hash_here, name_of(mirror, true), link.label(), true, link.account},
-      now);
+  log_difference(
+      outputs, *mirror.candidates().front().link,
+      {name_of(mirror, true), mirror.key().first.second, hash_here, mirror.type_hash(), used});
 }
 
 // The status of an action is stale for nobody, as its goals have ids, and its services follow it.

@@ -9,13 +9,11 @@
 #include "core/graph/side_view.hpp"
 #include "core/topics/mirror.hpp"
 #include "core/topics/options.hpp"
-#include "core/types/peer_types.hpp"
 
 namespace connect_bridge {
 
 struct ImportContext : SideView {
   const TopicOptions& options;
-  PeerTypes& types;
 
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
@@ -47,11 +45,11 @@ struct ImportContext : SideView {
   // A line about a mirror has words of its peer: it is told once for the identity, and not at all
   // where nobody offers the mirror any longer.
   void tell_once(const Mirror& mirror, LogLevel level, const std::string& text) const;
-  // Says in the log why the mirror could not be made. If its type here is not the peer's, also how
-  // they differ, when that is known.
-  void tell_failed(const Mirror& mirror, const MirrorFailed& failed, const Now& now) const;
-  // The same, but the rules use the type nevertheless.
-  void tell_used(const Mirror& mirror, const std::string& hash_here, const Now& now) const;
+  // Says in the log why the mirror could not be made.
+  void tell_failed(const Mirror& mirror, const MirrorFailed& failed) const;
+  // Says in the log that the type here is not the one of the peer: `used`, the rules use it
+  // nevertheless.
+  void tell_difference(const Mirror& mirror, const std::string& hash_here, bool used) const;
   // Nobody listens, and nothing comes from `feeder`: what the mirror keeps for late subscribers
   // grows stale, so it is made again without. They get the origin's last samples.
   void forget_kept(const std::map<OriginId, Mirror*>& origins, const OfferedTopic& feeder,

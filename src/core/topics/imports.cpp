@@ -116,13 +116,9 @@ void Imports::on_mirror_failed(const MirrorFailed& failed, const Now& now) {
   if (Mirror* mirror = find(failed.id)) mirror->on_failed(failed, now);
 }
 
-void Imports::on_type_differs(const TypeDiffers& differs, const Now& now) {
-  const Mirror* mirror = find(differs.id);
-  if (!mirror) return;
-  if (differs.hash_here.empty())
-    return context_.types.need(mirror->definition(), differs.id,
-                               context_.graph_options.owner_of(mirror->origin().node));
-  context_.tell_used(*mirror, differs.hash_here, now);
+void Imports::on_type_differs(const TypeDiffers& differs) {
+  if (const Mirror* mirror = find(differs.id))
+    context_.tell_difference(*mirror, differs.hash_here, true);
 }
 
 void Imports::on_publish_failed(const PublishFailed& failed) {

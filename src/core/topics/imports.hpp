@@ -16,8 +16,7 @@ namespace connect_bridge {
 // the side.
 class Imports {
  public:
-  Imports(const SideView& side, const TopicOptions& options, PeerTypes& types)
-      : context_{side, options, types} {}
+  Imports(const SideView& side, const TopicOptions& options) : context_{side, options} {}
 
   // The caller has checked that the number is unused and registered it at the link. Also declines
   // unknown kinds of channels.
@@ -39,7 +38,7 @@ class Imports {
   void expect_goal(const std::string& action, const Now& now);
   void on_mirror_made(const MirrorMade& made);
   void on_mirror_failed(const MirrorFailed& failed, const Now& now);
-  void on_type_differs(const TypeDiffers& differs, const Now& now);
+  void on_type_differs(const TypeDiffers& differs);
   void on_publish_failed(const PublishFailed& failed);
   void on_time(const Now& now);
 

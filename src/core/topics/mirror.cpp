@@ -210,7 +210,6 @@ void Mirror::vanish(bool exists) {
   first_.end_wait();
   if (!id_) return;
   if (exists) context_.outputs.push(DestroyMirror{id_});
-  context_.types.release(id_);
   context_.made.erase(id_);
   id_ = {};
   settling_.end();
@@ -225,7 +224,7 @@ void Mirror::drop_first() {
 }
 
 void Mirror::on_failed(const MirrorFailed& failed, const Now& now) {
-  context_.tell_failed(*this, failed, now);
+  context_.tell_failed(*this, failed);
   failed_ = true;
   vanish(false);
   const bool passes = failed.code != "type_unknown" && failed.hash_here.empty();

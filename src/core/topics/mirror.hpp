@@ -17,7 +17,6 @@
 #include "core/topics/mirror_qos.hpp"
 #include "core/topics/mirror_settling.hpp"
 #include "core/topics/subscriber_warning.hpp"
-#include "core/types/mismatches.hpp"
 
 namespace connect_bridge {
 
@@ -111,7 +110,7 @@ class Mirror {
   [[nodiscard]] MirrorId id() const { return id_; }
   [[nodiscard]] const OriginOffer& origin() const { return origin_; }
   [[nodiscard]] const std::string& action_type() const { return action_type_; }
-  [[nodiscard]] Definition definition() const { return {key_.first.second, type_hash_}; }
+  [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
 
  private:
   using Timer = Timers<Mirror*>::Timer;

@@ -34,12 +34,10 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
                       is_parameter_events(InterfaceKind::kTopic, *wire_name);
   link_.take_offered(number_, *this);
-  context_.types.add(link_, number_, {key_.second, type_hash_});
   if (!offers_resume_) link_.arrived.erase(key_);
 }
 
 OfferedTopic::~OfferedTopic() {
-  context_.types.remove(link_, number_, {key_.second, type_hash_});
   link_.let_go(number_);
   peer_.forget_name(key_);
 }

@@ -115,14 +115,6 @@ std::optional<ChannelOffer> TopicOffer::open() {
   return offer;
 }
 
-std::optional<ChannelType> TopicOffer::type() const {
-  if (type_hash_.empty()) return std::nullopt;
-  ChannelType type{topic_.key().second, type_hash_, {}};
-  for (const auto& [gid, origin] : topic_.origins())
-    if (type.node.empty() && !withheld_.contains(origin.id)) type.node = origin.node;
-  return type;
-}
-
 // A node outside our prefix has no name on the wire but its own.
 OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
   return {origin.id, gid, context_.wire_name(origin.node),

@@ -43,7 +43,6 @@ class TopicOffer final : public OutgoingChannel {
 
   void on_demand(const ChannelDemand& demand, const Now& now) override;
   void on_decline(const Decline& decline, const Now& now) override;
-  [[nodiscard]] std::optional<ChannelType> type() const override;
 
   // ---- over connections
   // Whether the topic may be resumed, and whether the peer asked for it.

@@ -21,7 +21,6 @@ inline constexpr std::size_t kControlBytesMax = 1 << 20;
 inline constexpr std::size_t kControlDepthMax = 8;         // nesting of JSON objects and arrays
 inline constexpr std::size_t kControlValuesMax = 200'000;  // JSON values in one message
 inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one offer
-inline constexpr std::size_t kLacksMax = 64;               // types lacking, of one offer
 inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
 inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
 inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
@@ -32,9 +31,6 @@ inline constexpr std::size_t kListenersMax = 1024;         // listeners of a lin
 inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
 inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
 inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence with it
-// Channels of a link whose description was asked for and has not arrived.
-inline constexpr std::size_t kDescribesMax = 8;
-inline constexpr std::size_t kDescriptionBytesMax = 256 << 10;        // the description of a type
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".
@@ -66,20 +62,10 @@ struct ChannelOffer {
                             // means that the exporter remembers no calls
 };
 
-// What the exporter would offer, if it could take its type.
-struct LackTold {
-  InterfaceKind kind = InterfaceKind::kTopic;
-  std::string name;    // one of that type
-  std::string type;    // of an action: the action's
-  std::string code;    // as in a decline
-  std::string reason;  // one sentence
-};
-
 // "offer": these channels exist now. `complete` is true on the last offer of the first round.
 struct Offer {
   std::vector<ChannelOffer> channels;
   bool complete = false;
-  std::vector<LackTold> lacking = {};
 };
 // "origins": publishers of an offered channel came or went.
 struct OriginsChanged {
@@ -178,16 +164,6 @@ struct Forget {
   std::vector<CallId> calls;
 };
 
-// "describe": the importer would know what the types of these channels are made of.
-struct Describe {
-  std::vector<ChannelId> channels;
-};
-// "description": the exporter's answer for one of them.
-struct Description {
-  ChannelId channel;
-  std::string text = {};  // canonical (docs/protocol.md, "description"); empty: it is not known
-};
-
 // "renew": the client logs in again on the open connection, before its login expires.
 struct Renew {
   std::string method;
@@ -198,9 +174,8 @@ struct Renewed {
   bool accepted = false;
 };
 
-using Control =
-    std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach, Attached,
-                 Refuse, Forget, Renew, Renewed, Listeners, Describe, Description>;
+using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
+                             Attached, Refuse, Forget, Renew, Renewed, Listeners>;
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 

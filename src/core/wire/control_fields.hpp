@@ -38,7 +38,7 @@ concept Is = std::same_as<std::remove_const_t<T>, Message>;
 // The "type" of each message, in the order of Control.
 inline constexpr auto kControlTypes = std::to_array<std::string_view>(
     {"offer", "origins", "withdraw", "demand", "accepts", "decline", "attach", "attached", "refuse",
-     "forget", "renew", "renewed", "listeners", "describe", "description"});
+     "forget", "renew", "renewed", "listeners"});
 static_assert(kControlTypes.size() == std::variant_size_v<Control>);
 
 void fields(auto& io, Is<Qos> auto& qos) {
@@ -87,18 +87,9 @@ void identifier(auto& io, const char* key, auto& word, Presence presence = Prese
     io.check(is_method(word), key, "is not a word of [a-z0-9_]");
 }
 
-void fields(auto& io, Is<LackTold> auto& told) {
-  io.member("kind", told.kind);
-  io.member("name", told.name);
-  io.member("type", told.type);
-  identifier(io, "code", told.code);
-  io.cleaned("reason", told.reason, kReasonBytesMax);
-}
-
 void fields(auto& io, Is<Offer> auto& offer) {
   io.list("channels", offer.channels, kOfferChannelsMax);
   io.member("complete", offer.complete, Presence::kDefault);
-  io.list("lacking", offer.lacking, kLacksMax, Presence::kOptional);
 }
 
 void fields(auto& io, Is<OriginsChanged> auto& changed) {
@@ -185,15 +176,6 @@ void fields(auto& io, Is<Refuse> auto& refuse) {
 void fields(auto& io, Is<Forget> auto& forget) {
   io.member("channel", forget.channel);
   io.list("calls", forget.calls, kCallIdsMax);
-}
-
-void fields(auto& io, Is<Describe> auto& describe) {
-  io.list("channels", describe.channels, kDescribesMax);
-}
-
-void fields(auto& io, Is<Description> auto& description) {
-  io.member("channel", description.channel);
-  io.text("text", description.text, kDescriptionBytesMax, Presence::kOptional);
 }
 
 void fields(auto& io, Is<Renew> auto& renew) {

@@ -17,4 +17,11 @@ namespace connect_bridge {
 // names.
 [[nodiscard]] std::string to_text(std::string_view bytes, std::size_t bytes_max);
 
+// A type hash that a peer or a node gave, for the log: one of REP-2016 whole, as
+// `ros2 topic info --verbose` shows it, and no longer than that.
+[[nodiscard]] inline std::string shown_hash(std::string_view hash) {
+  constexpr std::size_t kHashBytes = 71;  // "RIHS01_" and 64 digits
+  return to_text(hash, kHashBytes);
+}
+
 }  // namespace connect_bridge

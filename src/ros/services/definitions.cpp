@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "core/types/type_difference.hpp"
+#include "core/wire/text.hpp"
 #include "ros/graph/counted_servers.hpp"
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/graph_queries.hpp"
@@ -24,9 +24,9 @@ std::string name_in_dds(const std::string& type) {
 std::string shown(const rmw_topic_endpoint_info_t& other, const ServicePart& part,
                   const std::string& service, ServiceEnd end) {
   const std::string is = end == ServiceEnd::kServer ? "server " : "client ";
-  return service + ": the definition of " + part.type + " here (" + shortened_hash(part.hash) +
+  return service + ": the definition of " + part.type + " here (" + shown_hash(part.hash) +
          ") is not that of its " + is + full_name({other.node_namespace, other.node_name}) + " (" +
-         shortened_hash(distro::type_hash_of(other)) +
+         shown_hash(distro::type_hash_of(other)) +
          "): calls of it may fail or hang. This node and this bridge need the same version of the "
          "package";
 }

@@ -42,10 +42,9 @@ std::optional<Refusal> ServiceMirror::open() {
   if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
   result = rcl_service_set_on_new_request_callback(&service_, &ReadyList::on_counted, slot());
   if (result != RCL_RET_OK) return failure("cannot serve " + create_.service, result);
-  const bool differs =
-      !type_->is_installed || (!type_->hash.empty() && type_->hash != create_.type_hash);
-  if (differs && !create_.type_hash.empty())
-    shared_.report(ServiceTypeDiffers{create_.id, type_->is_installed ? type_->hash : ""});
+  const bool known = type_->is_installed && !type_->hash.empty() && !create_.type_hash.empty();
+  if (known && type_->hash != create_.type_hash)
+    shared_.report(ServiceTypeDiffers{create_.id, type_->hash});
   // For requests that came before the callback was set: not every middleware reports them.
   ReadyList::mark(slot(), kReadyMessage);
   return std::nullopt;

@@ -44,19 +44,14 @@ std::optional<Refusal> Mirror::open() {
   if (own_id_) shared_.report(MirrorMade{create_.id, *own_id_});
   if (type_.introspection == nullptr) shared_.tell_not_installed(create_.type);
   if (!create_.any_definition) shared_.tell_if_unhashed(create_.type, create_.type_hash);
-  const bool differs = type_.is_bare || !type_.other_hash.empty();
-  if (differs && !create_.type_hash.empty())
-    shared_.report(TypeDiffers{create_.id, type_.other_hash});
+  if (!type_.other_hash.empty()) shared_.report(TypeDiffers{create_.id, type_.other_hash});
   return std::nullopt;
 }
 
 void Mirror::publish(ByteView bytes) {
   const bool small = bytes.size() <= kUncheckedBytesMax && type_.other_hash.empty();
-  const auto* fields = small ? nullptr : type_.fields();
-  if (fields != nullptr) {
-    const CdrLimits limits =
-        type_.is_bare ? described_limits(bytes.size()) : sample_limits(bytes.size());
-    if (const auto problem = check_cdr(bytes, *fields, limits))
+  if (const auto* fields = type_.introspection; fields != nullptr && !small) {
+    if (const auto problem = check_cdr(bytes, *fields, sample_limits(bytes.size())))
       return refuse("a peer's message on " + create_.topic + " is no " + create_.type + ": " +
                     *problem);
   }

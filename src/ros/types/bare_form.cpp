@@ -115,8 +115,7 @@ bool serialize(const void* untyped, Cdr& cdr) {
 
 class BareForm final : public MessageForm {
  public:
-  BareForm(std::string type, std::shared_ptr<const DescribedUse> service)
-      : type_(std::move(type)), service_(std::move(service)) {}
+  explicit BareForm(std::string type) : type_(std::move(type)) {}
 
   void* message() override { return &message_; }
 
@@ -132,11 +131,6 @@ class BareForm final : public MessageForm {
       return "not a " + type_ + ": the bytes are not plain CDR";
     if (bytes[1] != kOrder)
       return "a " + type_ + " of the other byte order can be sent only where the type is installed";
-    const auto* fields =
-        service_ && service_->fields ? service_->fields->introspection(type_) : nullptr;
-    if (fields != nullptr)
-      if (const auto problem = check_cdr(bytes, *fields, described_limits(bytes.size())))
-        return "not a " + type_ + ": " + *problem;
     message_.body = bytes.subspan(kCdrHeaderSize);
     return std::nullopt;
   }
@@ -148,7 +142,6 @@ class BareForm final : public MessageForm {
 
  private:
   const std::string type_;
-  const std::shared_ptr<const DescribedUse> service_;
   BareMessage message_;
 };
 
@@ -168,9 +161,8 @@ message_type_support_callbacks_t bare_callbacks() {
   return callbacks;
 }
 
-std::unique_ptr<MessageForm> bare_form(std::string type,
-                                       std::shared_ptr<const DescribedUse> service) {
-  return std::make_unique<BareForm>(std::move(type), std::move(service));
+std::unique_ptr<MessageForm> bare_form(std::string type) {
+  return std::make_unique<BareForm>(std::move(type));
 }
 
 }  // namespace connect_bridge::ros

@@ -6,7 +6,6 @@
 #include <memory>
 #include <string>
 
-#include "ros/types/described_fields.hpp"
 #include "ros/types/message_form.hpp"
 
 namespace connect_bridge::ros {
@@ -15,11 +14,9 @@ namespace connect_bridge::ros {
 // messages of a bare_form(). The caller sets the names.
 [[nodiscard]] message_type_support_callbacks_t bare_callbacks();
 
-// A request or response of a type that is not installed: the bytes are carried as they are. What a
-// peer sends is checked from when `service` is described; null: never. Only plain CDR in this
-// machine's byte order can be sent. The bytes that it reads from must live until reset(). `type` is
-// the name of the message.
-[[nodiscard]] std::unique_ptr<MessageForm> bare_form(
-    std::string type, std::shared_ptr<const DescribedUse> service = nullptr);
+// A request or response of a type that is not installed: the bytes are carried as they are, and
+// their fields are not checked. Only plain CDR in this machine's byte order can be sent. The bytes
+// that it reads from must live until reset(). `type` is the name of the message.
+[[nodiscard]] std::unique_ptr<MessageForm> bare_form(std::string type);
 
 }  // namespace connect_bridge::ros

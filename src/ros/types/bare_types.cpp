@@ -103,28 +103,10 @@ BareMessageType::Used BareMessageType::with_hash(const std::string& text, const 
   Handle& handle = handle_of(text, hash);
   auto use = handle.use.lock();
   if (!use) {
-    use = std::make_shared<Use>(std::move(self));
+    use = std::make_shared<Use>(Use{std::move(self)});
     handle.use = use;
   }
   return {&handle, std::move(use)};
-}
-
-std::shared_ptr<BareMessageType::Use> BareMessageType::in_use(const std::string& hash) const {
-  const auto found = handles_.find(hash);
-  return found == handles_.end() ? nullptr : found->second.use.lock();
-}
-
-bool BareMessageType::is_described() const {
-  return std::any_of(handles_.begin(), handles_.end(), [](const auto& entry) {
-    const auto used = entry.second.use.lock();
-    return used && used->fields;
-  });
-}
-
-const rosidl_message_type_support_t* BareMessageType::fields_of(
-    const rosidl_message_type_support_t& handle) {
-  const auto used = static_cast<const Handle&>(handle).use.lock();
-  return used && used->fields ? &used->fields->introspection() : nullptr;
 }
 
 const rosidl_message_type_support_t* BareMessageType::find(
@@ -156,26 +138,6 @@ BareTypes::Message BareTypes::message(const TypeName& name, const std::string& h
   return std::shared_ptr<const rosidl_message_type_support_t>(std::move(used.use), used.handle);
 }
 
-void BareTypes::describe(const TypeName& name, const std::string& hash,
-                         const std::string& text) const {
-  const auto found = types_.find(name.full());
-  const auto type = found == types_.end() ? nullptr : found->second.lock();
-  if (const auto use = type ? type->in_use(hash) : nullptr) use->describe(text);
-  const auto service = services_.find({name.full(), hash});
-  if (const auto use = service == services_.end() ? nullptr : service->second.lock())
-    use->describe(text);
-}
-
-std::shared_ptr<DescribedUse> BareTypes::service_use(const std::string& name,
-                                                     const std::string& hash) {
-  auto use = services_[{name, hash}].lock();
-  if (use) return use;
-  std::erase_if(services_, [](const auto& entry) { return entry.second.expired(); });
-  use = std::make_shared<DescribedUse>();
-  services_[{name, hash}] = use;
-  return use;
-}
-
 BareTypes::Service BareTypes::service(const TypeName& name, const std::string& hash) {
   const auto parsed = parse_type_hash(hash);
   if (!parsed) return no_hash(name, hash);
@@ -196,27 +158,14 @@ BareTypes::Service BareTypes::service(const TypeName& name, const std::string& h
   const auto* requests = part("_Request", made->request_use);
   const auto* responses = part("_Response", made->response_use);
   made->connect(requests, responses);
-  const auto use = service_use(made->name, hash);
-  made->request = bare_form(made->name + "_Request", use);
-  made->response = bare_form(made->name + "_Response", use);
+  made->request = bare_form(made->name + "_Request");
+  made->response = bare_form(made->name + "_Response");
   return Service{std::move(made)};
 }
 
 bool BareTypes::uses(std::string_view type) const {
   const auto found = types_.find(type);
   return found != types_.end() && !found->second.expired();
-}
-
-std::size_t BareTypes::described() const {
-  const auto messages = std::count_if(types_.begin(), types_.end(), [](const auto& entry) {
-    const auto type = entry.second.lock();
-    return type && type->is_described();
-  });
-  const auto services = std::count_if(services_.begin(), services_.end(), [](const auto& entry) {
-    const auto use = entry.second.lock();
-    return use && use->fields;
-  });
-  return static_cast<std::size_t>(messages + 2 * services);  // a request and a response
 }
 
 std::size_t BareTypes::size() const {

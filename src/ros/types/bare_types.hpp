@@ -12,7 +12,6 @@
 #include <variant>
 
 #include "ros/rcl/rcl_result.hpp"
-#include "ros/types/described_fields.hpp"
 #include "ros/types/hashed.hpp"
 #include "ros/types/service_type.hpp"
 #include "ros/types/type_name.hpp"
@@ -28,10 +27,9 @@ class BareMessageType {
   BareMessageType(const BareMessageType&) = delete;
   BareMessageType& operator=(const BareMessageType&) = delete;
 
-  // What the users of one hash share: its fields are freed with the last of them, which may be long
-  // before the last user of the name.
-  struct Use : DescribedUse {
-    explicit Use(std::shared_ptr<BareMessageType> of) : type(std::move(of)) {}
+  // What the users of one hash share. The last of them may go long before the last user of the
+  // name.
+  struct Use {
     std::shared_ptr<BareMessageType> type;
   };
 
@@ -43,12 +41,6 @@ class BareMessageType {
   };
   Used with_hash(const std::string& text, const TypeHash& hash,
                  std::shared_ptr<BareMessageType> self);
-  // nullptr: nobody uses it now.
-  [[nodiscard]] std::shared_ptr<Use> in_use(const std::string& hash) const;
-  [[nodiscard]] bool is_described() const;
-  // The fields behind such a type support, for who has a use of it; nullptr: not known.
-  static const rosidl_message_type_support_t* fields_of(
-      const rosidl_message_type_support_t& handle);
 
  private:
   struct Handle : Hashed<rosidl_message_type_support_t> {
@@ -83,24 +75,16 @@ class BareTypes {
   Message message(const TypeName& name, const std::string& hash);
   Service service(const TypeName& name, const std::string& hash);
 
-  // To those who use the type of this name and hash now, of messages or of services.
-  void describe(const TypeName& name, const std::string& hash, const std::string& text) const;
-
   // Whether the type of this full name is in use. While it is, the middleware keeps what was made
   // here, also if its package is installed meanwhile.
   [[nodiscard]] bool uses(std::string_view type) const;
   // How many types of messages are in use, those of requests and responses among them.
   [[nodiscard]] std::size_t size() const;
-  // Of how many of them the fields are known.
-  [[nodiscard]] std::size_t described() const;
 
  private:
   std::shared_ptr<BareMessageType> type(const TypeName& name);
-  std::shared_ptr<DescribedUse> service_use(const std::string& name, const std::string& hash);
 
   std::map<std::string, std::weak_ptr<BareMessageType>, std::less<>> types_;  // by full name
-  // The descriptions of services in use, by full name and hash.
-  std::map<std::pair<std::string, std::string>, std::weak_ptr<DescribedUse>> services_;
 };
 
 }  // namespace connect_bridge::ros

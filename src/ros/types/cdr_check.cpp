@@ -76,11 +76,6 @@ class Walk {
 
  private:
   bool member(const Member& field) {
-    if (room_.fields == 0) {
-      problem = "more fields than allowed (" + std::to_string(limits_.fields) + ")";
-      return false;
-    }
-    --room_.fields;
     if (!field.is_array_) return elements(field, 1);
     const bool fixed = field.array_size_ > 0 && !field.is_upper_bound_;
     if (fixed) return elements(field, field.array_size_);

@@ -30,7 +30,6 @@ struct CdrLimits {
   std::size_t memory = std::numeric_limits<std::size_t>::max();  // bytes of strings and sequences
   std::size_t blocks = std::numeric_limits<std::size_t>::max();  // how many of these
   std::size_t nested = std::numeric_limits<std::size_t>::max();  // messages within it
-  std::size_t fields = std::numeric_limits<std::size_t>::max();  // of these and of itself
 };
 
 // For a request or a response, which this process deserializes.
@@ -44,16 +43,6 @@ inline CdrLimits call_limits(std::size_t memory) {
 // the subscribers depends on their size.
 inline CdrLimits sample_limits(std::size_t bytes) {
   return {(16U << 20U) + 8 * bytes, 1'000'000, 8'000'000};
-}
-
-// For a sample whose type the peer has described: it chose the fields, too, so that what the check
-// costs must be in proportion to the bytes. More than two messages or four fields for each byte are
-// in none that anybody defines.
-inline CdrLimits described_limits(std::size_t bytes) {
-  CdrLimits limits = sample_limits(bytes);
-  limits.nested = std::min<std::size_t>(limits.nested, 1000 + 2 * bytes);
-  limits.fields = std::min<std::size_t>(16'000'000, 10'000 + 4 * bytes);
-  return limits;
 }
 
 // The introspection type support of a type; nullptr: it is not installed.

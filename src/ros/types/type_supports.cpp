@@ -12,7 +12,6 @@
 #include "ros/rcl/distro.hpp"
 #include "ros/rcl/middleware.hpp"
 #include "ros/types/cdr_check.hpp"
-#include "ros/types/installed_description.hpp"
 
 namespace connect_bridge::ros {
 namespace {
@@ -96,21 +95,6 @@ std::optional<TypeLack> TypeSupports::lack_of(const std::string& type, const std
   return refusal ? std::optional(TypeLack{refusal->code, refusal->reason}) : std::nullopt;
 }
 
-std::string TypeSupports::description(const std::string& type, const std::string& hash) {
-  const auto message = installed(type);
-  if (const auto* const* here = std::get_if<const MessageType*>(&message))
-    return distro::type_hash_of(*(*here)->handle) == hash ? description_of(*(*here)->handle) : "";
-  const auto service = installed_service(type);
-  if (const auto* here = std::get_if<std::shared_ptr<ServiceType>>(&service))
-    return (*here)->hash == hash ? description_of(*(*here)->handle) : "";
-  return {};
-}
-
-void TypeSupports::describe(const std::string& type, const std::string& hash,
-                            const std::string& text) {
-  if (const auto name = parse_type_name(type)) bare_.describe(*name, hash, text);
-}
-
 TypeSupports::Service TypeSupports::installed_service(const std::string& type) {
   const auto found = services_.find(type);
   if (found != services_.end()) return found->second;
@@ -143,7 +127,7 @@ TypeSupports::Message TypeSupports::bare_message(const std::string& type, const 
   if (!name) return not_installed;
   auto made = bare_.message(*name, hash);
   if (auto* refusal = std::get_if<Refusal>(&made)) return std::move(*refusal);
-  return MessageType{std::move(std::get<0>(made)), nullptr, {}, true};
+  return MessageType{std::move(std::get<0>(made))};
 }
 
 TypeSupports::Service TypeSupports::bare_service(const std::string& type, const std::string& hash,

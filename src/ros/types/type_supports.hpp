@@ -25,12 +25,6 @@ struct MessageType {
   const rosidl_message_type_support_t* introspection = nullptr;
   // Not empty: the installed definition has this hash, not the one that was asked for.
   std::string other_hash = {};
-  bool is_bare = false;  // made at run time
-
-  // The fields of the installed type, or of its description if that is known. nullptr: neither.
-  [[nodiscard]] const rosidl_message_type_support_t* fields() const {
-    return is_bare ? BareMessageType::fields_of(*handle) : introspection;
-  }
 };
 
 // A Refusal has the code "type_unknown" or "type_mismatch". Thread: the loop's. Libraries are never
@@ -57,15 +51,8 @@ class TypeSupports {
   std::optional<TypeLack> lack_of(const std::string& type, const std::string& hash,
                                   bool is_service);
 
-  // The canonical text of the installed definition, if it has this hash; else empty.
-  std::string description(const std::string& type, const std::string& hash);
-  // The description of a type that is not installed (canonical and with that hash), of messages or
-  // of services, for as long as it is in use.
-  void describe(const std::string& type, const std::string& hash, const std::string& text);
-
   // How many types of messages are in use that are not installed.
   [[nodiscard]] std::size_t made() const { return bare_.size(); }
-  [[nodiscard]] std::size_t described() const { return bare_.described(); }
 
  private:
   // An installed type, or why there is none.

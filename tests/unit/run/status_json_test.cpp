@@ -32,7 +32,7 @@ TEST(StatusJson, WithoutLinks) {
     "started": "2026-01-30T12:00:00Z", "version": "1.2.3",
     "node": "/connect", "role": "client", "loop_lag_ms": 1.5,
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
-     "taken": 2, "published": 3, "types_not_installed": 4, "types_described": 0, "reading_held": 0,
+     "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
      "extra_frames": 0,
     "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
               "month": {"sent_bytes": 7, "received_bytes": 8}},
@@ -128,17 +128,6 @@ TEST(StatusJson, ALinkWithItsTopicsAndServices) {
        "waiting": 2, "calls": 3, "answered": 4, "refused": 5, "timed_out": 6, "forgotten": 7,
        "lost": 8, "duplicates": 9, "request_bytes": 10, "response_bytes": 11,
        "declined": "no such type"}]}])"));
-}
-
-TEST(StatusJson, TypesThatAreLacking) {
-  Status status;
-  status.links.resize(1);
-  EXPECT_FALSE(Json::parse(to_json(status, {})).at("links").at(0).contains("lacking"));
-  status.links[0].lacking = {{"/c", "p/msg/C", true, "install p"},
-                             {"/d", "p/msg/D", false, "install it"}};
-  EXPECT_EQ(Json::parse(to_json(status, {})).at("links").at(0).at("lacking"), Json::parse(R"([
-    {"what": "/c", "type": "p/msg/C", "direction": "export", "reason": "install p"},
-    {"what": "/d", "type": "p/msg/D", "direction": "import", "reason": "install it"}])"));
 }
 
 TEST(StatusJson, AClockThatIsNotKnownIsLeftOut) {

@@ -82,8 +82,7 @@ struct OfferedServices : topics_test::Actions {
   std::int64_t at = 0;
   ServiceOptions options;
   std::string own_node = "/connect";
-  PeerTypes types{outputs};
-  Mirroring mirroring{side, options, own_node, types};
+  Mirroring mirroring{side, options, own_node};
   OneLink peer;
 };
 

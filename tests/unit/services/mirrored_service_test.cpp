@@ -60,7 +60,7 @@ TEST(MirroredService, WhatAnotherLinkOffersMayFit) {
   OneLink other(2);
   Fed s;
   s.offer(other, service_channel(1, "/s"));
-  s.subject->on_mirror_failed({{1}, "type_mismatch", "other hash", "hash_here"}, ms(0));
+  s.subject->on_mirror_failed({{1}, "type_mismatch", "other hash", "hash_here"});
   s.update();
   EXPECT_EQ(s.said(), "decline 1 type_mismatch\nwithdraw 1\n");
   EXPECT_EQ(other.said(), "attach 1 1\n");
@@ -76,7 +76,7 @@ TEST(MirroredService, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
   OneLink other(2);
   Fed s;
   s.offer(other, service_channel(1, "/s"));
-  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(0));
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"});
   s.update();
   EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
   EXPECT_EQ(other.said(), "");
@@ -85,7 +85,7 @@ TEST(MirroredService, AFailureOfTheMiddlewareIsNoReasonToAskAnotherLink) {
 TEST(MirroredService, AMirrorThatFailedIsTriedAgainWhenItIsOfferedAgain) {
   OneLink other(2);
   Fed s;
-  s.subject->on_mirror_failed({{1}, "failed", "no memory"}, ms(0));
+  s.subject->on_mirror_failed({{1}, "failed", "no memory"});
   s.update();
   EXPECT_EQ(s.said(), "decline 1 failed\nwithdraw 1\n");
   s.update();

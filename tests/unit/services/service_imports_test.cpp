@@ -218,7 +218,7 @@ TEST(ServiceImports, AnotherDefinitionIsAllowedOrNotFromNowOn) {
   s.did();
   s.give(PolicyChanged{Policy{{callable()}}});
   EXPECT_EQ(s.did().substr(0, 19), "unmirror_service 1\n");
-  EXPECT_EQ(s.said(1), "describe 1\naccepts 1 rules\nwithdraw 1\nattach 1 2\n");
+  EXPECT_EQ(s.said(1), "accepts 1 rules\nwithdraw 1\nattach 1 2\n");
 }
 
 // The rules have changed while the mirror was made.

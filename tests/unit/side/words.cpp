@@ -84,8 +84,6 @@ std::string word_of(const Action& action) {
           [&](const DropInvocation& a) {
             return "drop_invocation " + id(a.client) + "." + id(a.invocation);
           },
-          [&](const LookUpType& a) { return "look_up " + id(a.id) + " " + a.type + " " + a.hash; },
-          [&](const DescribeType& a) { return "describe_type " + a.type; },
           [&](const FollowClock& a) -> std::string {
             return std::string("clock ") + (a.on ? "followed" : "not followed");
           },
@@ -131,8 +129,6 @@ std::string word_of(const Control& control) {
       Overloaded{
           [&](const Offer& m) {
             std::string line = "offer";
-            for (const auto& told : m.lacking)
-              line += " lacks " + told.name + ":" + told.type + " " + told.code;
             for (const auto& c : m.channels)
               line += " " + std::to_string(c.channel.value) + c.name + origins(c.origins);
             return line + (m.complete ? " complete" : "");
@@ -169,11 +165,6 @@ std::string word_of(const Control& control) {
             return "attached " + std::to_string(m.channel.value) + " " +
                    std::to_string(m.requests.value) + " seen " + std::to_string(m.seen.value) +
                    (m.calls.empty() ? "" : " open " + ids(m.calls));
-          },
-          [&](const Describe& m) { return "describe " + ids(m.channels); },
-          [&](const Description& m) {
-            return "description " + std::to_string(m.channel.value) +
-                   (m.text.empty() ? " unknown" : "");
           },
           [&](const Renew& m) { return "renew " + m.method + " " + m.credential; },
           [&](const Renewed& m) {

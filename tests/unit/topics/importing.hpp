@@ -39,8 +39,7 @@ struct Importing : Actions {
   }
 
   TopicOptions options;
-  PeerTypes types{outputs};
-  ImportContext context{side, options, types};
+  ImportContext context{side, options};
 };
 
 }  // namespace connect_bridge::topics_test

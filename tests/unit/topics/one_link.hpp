@@ -38,8 +38,6 @@ struct OneLink final : private LinkUser {
   Result<Nothing> on(Link&, const Listeners&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renew&, const Now&) override { return Nothing{}; }
   Result<Nothing> on(Link&, const Renewed&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Describe&, const Now&) override { return Nothing{}; }
-  Result<Nothing> on(Link&, const Description&, const Now&) override { return Nothing{}; }
   void on_peer_time(const TimeReply&, Stamp) override;
 };
 

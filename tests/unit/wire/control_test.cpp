@@ -264,10 +264,6 @@ TEST(Control, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
   };
   EXPECT_EQ(code_of(offer(kOfferChannelsMax)), CloseCode::kNormal);
   EXPECT_EQ(code_of(offer(kOfferChannelsMax + 1)), CloseCode::kTooLarge);
-  const LackTold told{InterfaceKind::kAction, "/a", "p/action/A", "type_unknown", "why"};
-  const auto lacking = [&](std::size_t n) { return encode(Offer{{}, false, {n, told}}); };
-  EXPECT_EQ(read<Offer>(lacking(kLacksMax)).lacking.back().reason, "why");
-  EXPECT_EQ(code_of(lacking(kLacksMax + 1)), CloseCode::kTooLarge);
 
   const auto origins = [](std::size_t n) { return encode(Offer{{channel(1, n)}, true}); };
   EXPECT_EQ(code_of(origins(kChannelOriginsMax)), CloseCode::kNormal);
