@@ -46,10 +46,11 @@ setup: prefix
 rmw-cyclonedds: setup ## SOURCES=dir: build rmw_cyclonedds_cpp from checkouts; then CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp make test
 	@$(in_env) tools/setup/rmw_cyclonedds.sh "$(SOURCES)"
 
-build: ## set up what server, client and ctl need, and build these into build/ (BUILD=dir for another folder)
+programs = server client ctl auth_jwt auth_service
+build: ## set up what server, client, ctl and the login plugins need, and build these into build/ (BUILD=dir for another folder)
 	@bash tools/setup/packages.sh programs
 	@bash tools/setup/prefix.sh $(PREFIX) programs
-	@$(in_env) TESTS= TARGETS="server client ctl" $(call compile,$(BUILD))
+	@$(in_env) TESTS= TARGETS="$(programs)" $(call compile,$(BUILD))
 
 all: setup ## build everything, the tests too (TARGETS="sim ..." for a part, CMAKE_ARGS=-DCMAKE_UNITY_BUILD=OFF: each source by itself)
 	@$(in_env) $(call compile,$(BUILD),-DCONNECT_SIM_SEEDS=$(SEEDS))
@@ -76,6 +77,7 @@ tls-scan: all ## a public scanner's opinion of the server's TLS, against Mozilla
 	@bash tools/setup/scanner.sh
 	@$(in_env) CONNECT_BUILD_DIR="$(abspath $(BUILD))" python3 -B -m pytest -q -rs tests/e2e/test_tls_scan.py
 
+demo: programs = server client ctl
 demo: build ## a robot, an operator, and the bridge between them
 	@$(in_env) tools/demo/run
 
@@ -103,7 +105,7 @@ asan: setup ## everything by clang; unit, sim and an end-to-end smoke under the 
 	@$(in_env) $(call around_asan,$(smoke) -j $(JOBS))
 
 asan-e2e: setup ## all end-to-end tests under the same sanitizers, about 12 minutes; PART=n: every tenth of them, from the n-th (0 to 9)
-	@$(in_env) TARGETS="server client ctl auth_plugin ros_bench wan" $(asan_compile)
+	@$(in_env) TARGETS="server client ctl auth_jwt auth_service auth_plugin ros_bench wan" $(asan_compile)
 	@$(in_env) $(call around_asan,-L e2e $(if $(PART),-I $$(($(PART) % 10 + 1))$(comma)$(comma)10) -j $(places))
 
 # Neither core nor the simulator has threads.

@@ -1,5 +1,5 @@
 # One static library per layer, from every source file in its folder; a layer without files is left out.
-# Arrows: apps -> run -> {ros, net, auth, config} -> core.
+# Arrows: apps -> run -> {ros, net, auth, config} -> core; apps -> plugins -> {net, auth, config}.
 
 # connect_layer(<name> [<library>...]): connect_<name> from src/<name>, which may use the given libraries.
 function(connect_layer name)
@@ -49,11 +49,24 @@ connect_layer(core ${LZ4_LIBRARY} ${ZSTD_LIBRARY} nlohmann_json::nlohmann_json f
 connect_layer(config connect_core yaml-cpp)
 connect_layer(auth connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads yaml-cpp ${CMAKE_DL_LIBS})
 if(TARGET connect_auth)
-  target_include_directories(connect_auth PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
+  target_include_directories(connect_auth PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/include")
 endif()
 # It includes <linux/tcp.h>, which does not go with the C library's header of that name.
 set_source_files_properties("${CMAKE_CURRENT_SOURCE_DIR}/src/net/traffic.cpp" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 connect_layer(net connect_core connect_boost OpenSSL::SSL OpenSSL::Crypto Threads::Threads)
+connect_available(below connect_net connect_auth connect_config connect_core)
+connect_layer(plugins ${below} connect_boost)
+
+# A login plugin is src/apps/auth_<method>.cpp: a library beside the programs, with its own copy of what it needs.
+set(plugins)
+foreach(method jwt service)
+  set(plugin auth_${method})
+  list(APPEND plugins ${plugin})
+  add_library(${plugin} MODULE "src/apps/${plugin}.cpp")
+  target_link_libraries(${plugin} PRIVATE connect_plugins)
+  target_link_options(${plugin} PRIVATE LINKER:--exclude-libs,ALL)
+  set_target_properties(${plugin} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}" VISIBILITY_INLINES_HIDDEN ON)
+endforeach()
 
 if(CONNECT_ROS)
   include(ros)

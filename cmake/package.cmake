@@ -3,6 +3,7 @@ connect_available(programs server client ctl)
 if(programs)
   install(TARGETS ${programs} RUNTIME DESTINATION lib/${PROJECT_NAME})
 endif()
+install(TARGETS ${plugins} LIBRARY DESTINATION lib/${PROJECT_NAME})
 # The header of login plugins.
 install(DIRECTORY include/ DESTINATION include)
 foreach(folder config launch)

@@ -46,7 +46,7 @@ endfunction()
 # files are compiled as one, and a compiler cache has them. Files without _test in their name are shared by the tests.
 file(GLOB_RECURSE core_tests CONFIGURE_DEPENDS "${tests}/unit/*.cpp")
 set(unit_tests)
-foreach(layer auth net config ros run)
+foreach(layer auth net config plugins ros run)
   set(of_layer ${core_tests})
   list(FILTER of_layer INCLUDE REGEX "/tests/unit/${layer}/")
   list(FILTER core_tests EXCLUDE REGEX "/tests/unit/${layer}/")
@@ -74,8 +74,8 @@ function(connect_unit_tests name shards)
   connect_gtest(${name} LABEL unit SHARDS ${shards} PROCESSORS ${slots})
 endfunction()
 
-# Login plugins: the example, one that misbehaves, one of another version of the interface, and one that shows that it
-# was loaded.
+# Login plugins: the example, one that misbehaves, one of another version of the interface, one that has no thread, and one
+# that shows that it was loaded.
 function(connect_test_plugin name source)
   add_library(${name} MODULE "${CMAKE_CURRENT_SOURCE_DIR}/${source}")
   target_include_directories(${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/include")
@@ -90,13 +90,15 @@ if(unit_tests)
   connect_test_plugin(auth_plugin examples/auth_plugin.c)
   connect_test_plugin(odd_plugin tests/plugins/odd_plugin.cpp)
   connect_test_plugin(late_plugin tests/plugins/odd_plugin.cpp)
-  target_compile_definitions(late_plugin PRIVATE ODD_ABI=2)
+  target_compile_definitions(late_plugin PRIVATE ODD_ABI=3)
+  connect_test_plugin(idle_plugin tests/plugins/odd_plugin.cpp)
+  target_compile_definitions(idle_plugin PRIVATE ODD_THREADS=0)
   connect_test_plugin(marking_plugin tests/plugins/odd_plugin.cpp)
   target_compile_definitions(marking_plugin PRIVATE ODD_MARKS)
   set_source_files_properties("${tests}/unit/auth/plugin_login_test.cpp" "${tests}/unit/run/check_test.cpp" PROPERTIES
     COMPILE_DEFINITIONS CONNECT_PLUGINS="${CMAKE_BINARY_DIR}/plugins/")
-  connect_unit_tests(unit_tests 6 connect_run connect_ros connect_net connect_auth connect_config connect_core)
-  add_dependencies(unit_tests auth_plugin odd_plugin late_plugin marking_plugin)
+  connect_unit_tests(unit_tests 6 connect_run connect_ros connect_plugins connect_net connect_auth connect_config connect_core)
+  add_dependencies(unit_tests ${plugins} auth_plugin odd_plugin late_plugin idle_plugin marking_plugin)
 endif()
 
 # rule_tuples: the rules against the simulator's second implementation of them.
@@ -129,7 +131,7 @@ endif()
 # fuzz: one libFuzzer program per file.
 if(CONNECT_FUZZ)
   file(GLOB fuzz_sources CONFIGURE_DEPENDS "${tests}/fuzz/fuzz_*.cpp")
-  connect_available(layers connect_net connect_auth connect_config connect_core)
+  connect_available(layers connect_plugins connect_net connect_auth connect_config connect_core)
   add_custom_target(fuzz_targets)
   foreach(source ${fuzz_sources})
     get_filename_component(name "${source}" NAME_WE)

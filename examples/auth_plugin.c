@@ -13,12 +13,14 @@
 
 static const int64_t kHour = 3600LL * 1000000000LL;
 
-static void* open_plugin(const char* options, char* problem, size_t problem_size) {
-  if (strchr(options, ':') == NULL) {
-    snprintf(problem, problem_size, "expected NAME:PASSWORD as the options");
-    return NULL;
-  }
-  return strdup(options);
+static void* open_plugin(const struct connect_bridge_auth_option* options, size_t count,
+                         const struct connect_bridge_auth_report* report) {
+  const char* login = "";
+  for (size_t i = 0; i < count; ++i)
+    if (strcmp(options[i].key, "plugin_options") == 0) login = options[i].value;
+  if (strchr(login, ':') != NULL) return strdup(login);
+  report->say(report->server, CONNECT_BRIDGE_AUTH_ERROR, "expected NAME:PASSWORD as the options");
+  return NULL;
 }
 
 /* In a time that does not depend on where they differ. */
@@ -36,17 +38,18 @@ static int judge(void* self, const struct connect_bridge_auth_attempt* attempt,
   if (attempt->credential_size != size || !equal(attempt->credential, expected, size) ||
       name_size >= sizeof answer->identity) {
     snprintf(answer->reason, sizeof answer->reason, "wrong name or password");
-    return 0;
+    return CONNECT_BRIDGE_AUTH_REFUSED;
   }
   memcpy(answer->identity, expected, name_size);
   snprintf(answer->groups[0], sizeof answer->groups[0], "plugin");
   answer->expires = attempt->now + kHour;
-  return 1;
+  return CONNECT_BRIDGE_AUTH_ACCEPTED;
 }
 
 static void close_plugin(void* self) { free(self); }
 
 const struct connect_bridge_auth_functions* connect_bridge_auth_plugin(void) {
-  static const struct connect_bridge_auth_functions plugin = {CONNECT_BRIDGE_AUTH_ABI, open_plugin, judge, close_plugin};
+  static const struct connect_bridge_auth_functions plugin = {
+      CONNECT_BRIDGE_AUTH_ABI, 4, "plugin", open_plugin, judge, NULL, close_plugin};
   return &plugin;
 }

@@ -1,9 +1,9 @@
 #include "auth/authenticator.hpp"
 
-#include "auth/jwt_login.hpp"
+#include <filesystem>
+
 #include "auth/pairing_login.hpp"
 #include "auth/plugin_login.hpp"
-#include "auth/service_login.hpp"
 #include "auth/token_login.hpp"
 
 namespace connect_bridge {
@@ -37,22 +37,10 @@ void set_up_tokens(const AuthOptions& options, Stamp now, AuthSetup& setup) {
   }
 }
 
-// A file must be valid at the start; an address may be unreachable for a while.
-void set_up_jwt(const AuthOptions& options, AuthSetup& setup) {
-  std::unique_ptr<KeySource> source;
-  if (options.jwt.keys_address) {
-    source = std::make_unique<KeyAddress>(*options.jwt.keys_address, options.fetch);
-  } else {
-    source = std::make_unique<KeyFile>(options.jwt.keys_file);
-  }
-  auto login = std::make_unique<JwtLogin>(options.jwt, std::move(source));
-  std::vector<std::string> problems = login->refresh(0).problems;
-  if (options.jwt.keys_address) {
-    setup.warnings.insert(setup.warnings.end(), problems.begin(), problems.end());
-  } else {
-    setup.problems.insert(setup.problems.end(), problems.begin(), problems.end());
-  }
-  if (setup.problems.empty()) setup.authenticator = std::move(login);
+// Our own libraries are beside the program, where it is built and where it is installed.
+std::string own_plugin(const std::string& method) {
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe");
+  return program.parent_path() / ("auth_" + method + ".so");
 }
 
 }  // namespace
@@ -63,14 +51,10 @@ AuthSetup make_authenticator(const AuthOptions& options, Stamp now) {
     setup.authenticator = std::make_unique<NoLogin>();
   } else if (options.method == "token") {
     set_up_tokens(options, now, setup);
-  } else if (options.method == "jwt") {
-    set_up_jwt(options, setup);
   } else if (options.method == "plugin") {
-    std::string problem;
-    setup.authenticator = PluginLogin::load(options.plugin, options.plugin_options, problem);
-    if (!setup.authenticator) setup.problems.push_back("auth.plugin: " + problem);
-  } else if (options.method == "service") {
-    setup.authenticator = std::make_unique<ServiceLogin>(options.service, options.fetch);
+    setup = PluginLogin::load(options.plugin, options.plugin_options);
+  } else if (options.method == "jwt" || options.method == "service") {
+    setup = PluginLogin::load(own_plugin(options.method), options.plugin_options);
   } else {
     setup.problems.push_back("auth.method '" + options.method +
                              "': expected 'token', 'jwt', 'service', 'plugin' or 'none'");

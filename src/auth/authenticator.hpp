@@ -10,7 +10,6 @@
 #include "core/base/bytes.hpp"
 #include "core/base/time.hpp"
 #include "core/policy/policy.hpp"
-#include "core/ports/http.hpp"
 #include "core/ports/inputs.hpp"
 #include "core/ports/login_options.hpp"
 
@@ -58,7 +57,6 @@ struct PairingOptions {
 
 struct AuthOptions : LoginOptions {
   std::optional<PairingOptions> pairing;  // with `token_file`, which may be without an entry then
-  HttpFetch fetch;                        // with `service` and `jwt.keys_address`
 };
 
 // The method, or its problems, each with the file, line and key. Never both.

@@ -4,7 +4,7 @@
 #include <dlfcn.h>
 #include <string.h>
 
-#include <array>
+#include <memory>
 #include <utility>
 
 #include "auth/names.hpp"
@@ -16,7 +16,7 @@ namespace connect_bridge {
 namespace {
 
 constexpr char kEntry[] = "connect_bridge_auth_plugin";
-constexpr std::size_t kSaidBytesMax = 200;
+constexpr std::size_t kSaidBytesMax = 500;
 
 // A text field that the library may not have terminated.
 template <std::size_t kSize>
@@ -46,13 +46,45 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
   } else if (functions->abi != CONNECT_BRIDGE_AUTH_ABI) {
     problem = "'" + file + "' was built for version " + std::to_string(functions->abi) +
               " of the interface; this server has " + std::to_string(CONNECT_BRIDGE_AUTH_ABI);
-  } else if (!functions->open || !functions->judge || !functions->close) {
-    problem = "'" + file + "' does not set all three functions of the interface";
+  } else if (!functions->method || !functions->open || !functions->judge || !functions->close ||
+             functions->threads == 0 || functions->threads > CONNECT_BRIDGE_AUTH_THREADS_MAX) {
+    problem = "'" + file + "' does not set what the interface asks for";
   } else {
     return functions;
   }
   ::dlclose(library);
   return nullptr;
+}
+
+// What the library tells during a call is added to `told`.
+connect_bridge_auth_report report_to(Refreshed& told) {
+  const auto say = [](void* server, connect_bridge_auth_level level, const char* text) noexcept {
+    Refreshed& to = *static_cast<Refreshed*>(server);
+    auto& lines = level == CONNECT_BRIDGE_AUTH_INFO      ? to.news
+                  : level == CONNECT_BRIDGE_AUTH_WARNING ? to.warnings
+                                                         : to.problems;
+    lines.push_back(to_text(text, kSaidBytesMax));
+  };
+  // Logins that rest on nothing are not withdrawn.
+  const auto withdraw = [](void* server, const char* proof) noexcept {
+    if (*proof) static_cast<Refreshed*>(server)->changes.push_back({proof, std::nullopt});
+  };
+  return {&told, say, withdraw};
+}
+
+// Fills the identity and returns an empty text, or returns what is wrong with it.
+std::string read_identity(const connect_bridge_auth_answer& answer, Identity& identity) {
+  identity = {text_in(answer.identity), {}, answer.expires, text_in(answer.proof)};
+  std::string wrong = name_problem(identity.name);
+  if (wrong.empty() && !identity.credential.empty()) wrong = name_problem(identity.credential);
+  for (const auto& group : answer.groups) {
+    if (group[0] == '\0') break;
+    identity.groups.push_back(text_in(group));
+    if (wrong.empty()) wrong = name_problem(identity.groups.back());
+  }
+  if (wrong.empty() && identity.expires != 0 && !is_plausible(identity.expires))
+    wrong = "has an expiry that is not a time";
+  return wrong;
 }
 
 }  // namespace
@@ -61,41 +93,61 @@ std::string plugin_exposure(const std::string& file) {
   return exposure_of(file).writable ? "every user of this machine may change '" + file + "'" : "";
 }
 
-std::unique_ptr<PluginLogin> PluginLogin::load(const std::string& file, const std::string& options,
-                                               std::string& problem) {
+AuthSetup PluginLogin::load(const std::string& file,
+                            const std::map<std::string, std::string>& options) {
+  AuthSetup setup;
+  std::string problem;
   const connect_bridge_auth_functions* const functions = functions_in(file, problem);
-  if (!functions) return nullptr;
-  std::array<char, 512> said{};
-  void* const self = functions->open(options.c_str(), said.data(), said.size());
-  if (self) return std::unique_ptr<PluginLogin>(new PluginLogin(*functions, self));
-  said.back() = '\0';
-  problem = "'" + file + "' does not start: " + to_text(said.data(), said.size());
-  return nullptr;
+  if (!functions) {
+    setup.problems.push_back(problem);
+    return setup;
+  }
+  std::vector<connect_bridge_auth_option> given;
+  for (const auto& [key, value] : options) given.push_back({key.c_str(), value.c_str()});
+  Refreshed told;
+  const connect_bridge_auth_report report = report_to(told);
+  void* const self = functions->open(given.data(), given.size(), &report);
+  setup.warnings = std::move(told.warnings);
+  if (self) {
+    setup.authenticator.reset(new PluginLogin(*functions, self));
+    return setup;
+  }
+  if (told.problems.empty()) told.problems.emplace_back("it does not say why");
+  for (const std::string& why : told.problems)
+    setup.problems.push_back("'" + file + "' does not start: " + why);
+  return setup;
 }
 
 PluginLogin::~PluginLogin() {
   functions_.close(self_);
 }
 
+unsigned PluginLogin::threads() const {
+  return functions_.threads;
+}
+
 Judgement PluginLogin::judge(const Attempt& attempt, Stamp now) {
-  if (attempt.method != "plugin")
-    return {std::nullopt, "login method '" + attempt.method + "' instead of 'plugin'"};
+  const std::string method = functions_.method;
+  if (attempt.method != method)
+    return {std::nullopt, "login method '" + attempt.method + "' instead of '" + method + "'"};
   const connect_bridge_auth_attempt asked{attempt.credential.data(), attempt.credential.size(),
                                           attempt.peer.c_str(), now};
-  const auto answer = std::make_unique<connect_bridge_auth_answer>();  // 9 kB, all zero
-  if (functions_.judge(self_, &asked, answer.get()) != 1)
-    return {std::nullopt, "plugin: " + to_text(text_in(answer->reason), kSaidBytesMax)};
-  Identity identity{text_in(answer->identity), {}, answer->expires};
-  std::string wrong = name_problem(identity.name);
-  for (const auto& group : answer->groups) {
-    if (group[0] == '\0') break;
-    identity.groups.push_back(text_in(group));
-    if (wrong.empty()) wrong = name_problem(identity.groups.back());
-  }
-  if (wrong.empty() && identity.expires != 0 && !is_plausible(identity.expires))
-    wrong = "has an expiry that is not a time";
-  if (!wrong.empty()) return {std::nullopt, "plugin: what it says of the identity " + wrong};
+  const auto answer = std::make_unique<connect_bridge_auth_answer>();  // 66 kB, all zero
+  const int verdict = functions_.judge(self_, &asked, answer.get());
+  if (verdict != CONNECT_BRIDGE_AUTH_ACCEPTED)
+    return {std::nullopt, method + ": " + to_text(text_in(answer->reason), sizeof answer->reason),
+            verdict == CONNECT_BRIDGE_AUTH_REFUSED};
+  Identity identity;
+  const std::string wrong = read_identity(*answer, identity);
+  if (!wrong.empty()) return {std::nullopt, method + ": what it says of the identity " + wrong};
   return {std::move(identity), {}};
+}
+
+Refreshed PluginLogin::refresh(Stamp now) {
+  Refreshed told;
+  const connect_bridge_auth_report report = report_to(told);
+  if (functions_.refresh) functions_.refresh(self_, now, &report);
+  return told;
 }
 
 }  // namespace connect_bridge

@@ -1,7 +1,7 @@
 // Login by a method in a shared library: include/connect_bridge/auth_plugin.h.
 #pragma once
 
-#include <memory>
+#include <map>
 #include <string>
 
 #include "auth/authenticator.hpp"
@@ -15,18 +15,16 @@ namespace connect_bridge {
 
 class PluginLogin : public Authenticator {
  public:
-  // Null with what is wrong in `problem`: the file, its permissions, its interface, or its own
-  // error text.
-  [[nodiscard]] static std::unique_ptr<PluginLogin> load(const std::string& file,
-                                                         const std::string& options,
-                                                         std::string& problem);
+  // What is wrong is of the file, its permissions, its interface, or is what it says itself.
+  [[nodiscard]] static AuthSetup load(const std::string& file,
+                                      const std::map<std::string, std::string>& options);
   ~PluginLogin() override;
   PluginLogin(const PluginLogin&) = delete;
   PluginLogin& operator=(const PluginLogin&) = delete;
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
-  // It may ask others over a network: a slow answer must not delay the next login.
-  [[nodiscard]] unsigned threads() const override { return 4; }
+  [[nodiscard]] Refreshed refresh(Stamp now) override;
+  [[nodiscard]] unsigned threads() const override;
 
  private:
   PluginLogin(const connect_bridge_auth_functions& functions, void* self)

@@ -29,7 +29,7 @@ class ConfigMaker {
 
   Parsed make(Moment moment) {
     values_.store(config_);
-    config_.auth.jwt.keys_address = syntax::parse_http_url(config_.auth.jwt.keys_file);
+    if (is_server()) config_.auth.plugin_options = read_plugin_options(values_);
     config_.https_proxy = read_https_proxy(config_.auth, around_, parsed_.problems);
     check_tls();
     if (is_server()) {

@@ -31,8 +31,7 @@ struct Config {
   // Where the token (a client's credential) comes from, strongest first: `token`, `token_file`, the
   // environment variable.
   LoginOptions auth;
-  std::string https_ca;                  // whom `jwt.keys_address` and `service` are trusted by
-  std::optional<HttpProxy> https_proxy;  // on the way there
+  std::optional<HttpProxy> https_proxy;  // on the way to `auth.jwt_keys` or `auth.service`
   SocketOptions socket;
   Policy policy;
   NameMap names;

@@ -98,13 +98,13 @@ std::string login_text(const Config& config) {
                  "its groups (organizations)";
   }
   if (config.role == Role::kServer && config.auth.method == "jwt") {
-    const JwtOptions& jwt = config.auth.jwt;
-    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}", jwt.issuer, jwt.audience,
-                       jwt.keys_address ? jwt.keys_address->text("http") : jwt.keys_file,
+    return fmt::format("login: JWT of {} for {}, signed by a key in {}{}",
+                       config.auth.option("jwt_issuer"), config.auth.option("jwt_audience"),
+                       syntax::url_to_show(config.auth.option("jwt_keys")),
                        proxy_words(config.https_proxy));
   }
   if (config.role == Role::kServer && config.auth.method == "service")
-    return "login: as the service " + config.auth.service.text("http") + " says" +
+    return "login: as the service " + syntax::url_to_show(config.auth.option("service")) + " says" +
            proxy_words(config.https_proxy);
   if (config.role == Role::kServer && config.auth.method == "plugin")
     return "login: as the plugin " + config.auth.plugin + " decides";

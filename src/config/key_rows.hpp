@@ -42,8 +42,6 @@ void store(T& field, const ParameterValue& value) {
     field = syntax::parse_patterns(std::get<Strings>(value));
   } else if constexpr (std::is_same_v<T, Compression>) {
     field = syntax::parse_compression(std::get<std::string>(value)).value_or(Compression{});
-  } else if constexpr (std::is_same_v<T, Url>) {
-    field = syntax::parse_http_url(std::get<std::string>(value)).value_or(Url{});
   } else if constexpr (std::is_enum_v<T>) {
     field = value_of(words_of(T{}), std::get<std::string>(value)).value_or(T{});
   } else if constexpr (std::integral<T> && !std::is_same_v<T, bool>) {

@@ -86,47 +86,41 @@ void add_login(Rows& rows) {
       [](Config& c) { return &c.auth.token_file; });
 }
 
-// Keys of one login method of a server.
+// Keys of one login method of a server. Those without a field go to its library.
 void add_login_methods(Rows& rows) {
   const auto add = row_adder(rows, "Login", UsedBy::kServer);
   add({.key = "auth.jwt_keys",
        .syntax = check_file_or_http_url,
        .help = "`jwt`: the keys that sign tokens: a file, JWKS or public keys in PEM, or the "
-               "https:// address of a JWKS. Followed while the program runs."},
-      [](Config& c) { return &c.auth.jwt.keys_file; });
-  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."},
-      [](Config& c) { return &c.auth.jwt.issuer; });
+               "https:// address of a JWKS. Followed while the program runs."});
+  add({.key = "auth.jwt_issuer", .syntax = check_not_empty, .help = "What `iss` must be."});
   add({.key = "auth.jwt_audience",
        .syntax = check_not_empty,
-       .help = "What `aud` must be, or contain."},
-      [](Config& c) { return &c.auth.jwt.audience; });
+       .help = "What `aud` must be, or contain."});
   add({.key = "auth.jwt_algorithms",
        .fallback = Strings{"RS256", "ES256", "EdDSA"},
        .words = {"RS256", "ES256", "EdDSA", "HS256"},
        .help = "Algorithms that are taken. HS256 must be asked for: who can check such a token can "
-               "make one."},
-      [](Config& c) { return &c.auth.jwt.algorithms; });
+               "make one."});
   add({.key = "auth.jwt_groups_claim",
        .fallback = "groups",
        .syntax = check_not_empty,
-       .help = "The claim that names the groups."},
-      [](Config& c) { return &c.auth.jwt.groups_claim; });
+       .help = "The claim that names the groups."});
   add({.key = "auth.service",
        .syntax = check_http_url,
-       .help = "`service`: the https:// address that is asked about each login."},
-      [](Config& c) { return &c.auth.service; });
+       .help = "`service`: the https:// address that is asked about each login."});
   add({.key = "auth.https_ca",
        .syntax = check_not_empty,
        .help = "File with the authorities (PEM) that `auth.jwt_keys` and `auth.service` "
-               "are trusted by; without it those of the system."},
-      [](Config& c) { return &c.https_ca; });
+               "are trusted by; without it those of the system."});
   add({.key = "auth.plugin",
        .syntax = check_not_empty,
        .help = "`plugin`: the shared library that decides, made with "
                "connect_bridge/auth_plugin.h. It runs inside the server."},
       [](Config& c) { return &c.auth.plugin; });
-  add({.key = "auth.plugin_options", .secret = true, .help = "What the library gets at its start."},
-      [](Config& c) { return &c.auth.plugin_options; });
+  add({.key = "auth.plugin_options",
+       .secret = true,
+       .help = "What the library gets at its start."});
 }
 
 void add_tls(Rows& rows) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "config/http_proxy.hpp"
+#include "config/syntax.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -70,13 +71,26 @@ void check_method(const CheckedValues& values, const Config& config, Problems& p
 
 }  // namespace
 
+std::map<std::string, std::string> read_plugin_options(const CheckedValues& values) {
+  constexpr std::string_view kLogin = "auth.";
+  std::map<std::string, std::string> options;
+  for (const KeySpec& spec : key_table()) {
+    if (!spec.key.starts_with(kLogin) || spec.store.index() != 0) continue;
+    std::string value = spec.type == ParameterType::kStrings
+                            ? fmt::format("{}", fmt::join(values.list(spec.key), " "))
+                            : values.text(spec.key);
+    if (!value.empty()) options.emplace(spec.key.substr(kLogin.size()), std::move(value));
+  }
+  return options;
+}
+
 std::optional<HttpProxy> read_https_proxy(const LoginOptions& auth, const Surroundings& around,
                                           Problems& problems) {
   const bool service = auth.method == "service";
-  const Url address = service ? auth.service : auth.jwt.keys_address.value_or(Url{});
-  if (!address.secure) return std::nullopt;
+  const auto address = syntax::parse_http_url(auth.option(service ? "service" : "jwt_keys"));
+  if (!address || !address->secure) return std::nullopt;
   std::string wrong;
-  auto proxy = environment_proxy(address.host, address.port, around.variable, wrong);
+  auto proxy = environment_proxy(address->host, address->port, around.variable, wrong);
   if (!wrong.empty())
     add(problems, service ? "auth.service" : "auth.jwt_keys", "",
         fmt::format("http://host:port in the environment variable {}; or its host in no_proxy, "

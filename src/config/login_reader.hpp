@@ -1,12 +1,17 @@
 // The parameters of the login, and whether they fit together.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "config/checked_values.hpp"
 #include "config/config.hpp"
 
 namespace connect_bridge {
+
+// What a library with a login method gets: the rows of the login that have no field.
+[[nodiscard]] std::map<std::string, std::string> read_plugin_options(const CheckedValues& values);
 
 // The proxy on the way to the address that this login method asks. Adds what is wrong with the
 // environment's.

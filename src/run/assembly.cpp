@@ -12,7 +12,6 @@
 #include "auth/credential.hpp"
 #include "auth/pairing_login.hpp"
 #include "net/certified.hpp"
-#include "net/https.hpp"
 #include "ros/types/type_supports.hpp"
 #include "run/activation.hpp"
 
@@ -56,11 +55,9 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
 
 void assemble_login(const Config& config, const Start& start, BridgeParts& parts,
                     Assembly& assembly) {
-  AuthOptions auth{config.auth, start.pairing, {}};
+  AuthOptions auth{config.auth, start.pairing};
   if (auth.token.empty() && auth.token_file.empty())
     if (const char* token = std::getenv(kTokenVariable)) auth.token = token;
-  auth.fetch = [https = std::make_shared<Https>(config.https_ca, config.https_proxy)](
-                   const HttpRequest& request) { return https->fetch(request); };
   AuthSetup setup = make_authenticator(auth, wall_clock());
   append(assembly.problems, setup.problems);
   append(assembly.warnings, setup.warnings);

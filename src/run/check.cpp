@@ -9,6 +9,7 @@
 #include "auth/plugin_login.hpp"
 #include "config/explain.hpp"
 #include "config/explain_right.hpp"
+#include "config/syntax.hpp"
 #include "core/wire/text.hpp"
 #include "ros/parameters/parameter_file.hpp"
 #include "run/assembly.hpp"
@@ -120,7 +121,8 @@ Assembled assemble_harmless(Config config, const std::string& node) {
   const bool is_server = config.role == Role::kServer;
   const bool is_plugin = is_server && config.auth.method == "plugin";
   if (is_plugin) result.not_loaded = "auth.plugin";
-  if (is_server && config.auth.method == "jwt" && config.auth.jwt.keys_address)
+  if (is_server && config.auth.method == "jwt" &&
+      syntax::parse_http_url(config.auth.option("jwt_keys")))
     result.not_loaded = "auth.jwt_keys";
   const std::string exposed = is_plugin ? plugin_exposure(config.auth.plugin) : "";
   if (!result.not_loaded.empty()) config.auth.method = "none";

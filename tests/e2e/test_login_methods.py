@@ -91,7 +91,7 @@ def test_a_jwt_logs_in_is_renewed_and_expires(sides, tmp_path, make_graph):
     anna.wait_for("the login of anna has expired", 25)
     assert anna.text().count("link open") == 1, "the first one did not end it"
     anna.wait_for("login refused")
-    server.wait_for("JWT: it has expired")
+    server.wait_for("jwt: it has expired")
     for secret in (first, second, SECRET.decode(), base64url(SECRET)):
         assert secret not in server.text() + anna.text()
 
@@ -100,7 +100,7 @@ def test_a_wrong_jwt_is_refused_and_a_withdrawn_key_ends_links(sides, tmp_path):
     server = serve_jwt(sides, tmp_path)
     forged = sides.dial("forged", method="jwt", token=jwt(60, secret=b"x" * 32))
     forged.wait_for("login refused")
-    server.wait_for("JWT: the signature is wrong")
+    server.wait_for("jwt: the signature is wrong")
     other = sides.dial("other", method="jwt", token=jwt(60, aud="another robot"))
     other.wait_for("login refused")
     token = sides.dial("token", method="token", token="a-token-that-is-none")
@@ -237,7 +237,7 @@ def test_a_service_decides(sides, https, authority):
     server = sides.serve(method="service", service=https.url, https_ca=str(authority / "ca.pem"))
     stranger = sides.dial("stranger", method="service", token="another-token-than-that")
     stranger.wait_for("login refused")
-    server.wait_for("login service: refused")
+    server.wait_for("service: refused")
     anna = sides.dial("anna", method="service", token=token)
     anna.wait_linked()
     server.wait_for("as anna")

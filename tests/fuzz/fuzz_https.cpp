@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
-#include "auth/key_source.hpp"
 #include "auth/names.hpp"
-#include "auth/service_login.hpp"
 #include "fuzz/stand_in.hpp"
-#include "net/https.hpp"
+#include "plugins/https.hpp"
+#include "plugins/key_source.hpp"
+#include "plugins/service_login.hpp"
 
 using namespace connect_bridge;
 
@@ -54,7 +54,6 @@ void check_judgement(const Url& address, const HttpFetch& fetch, std::string_vie
   const std::string_view credential = "a-credential-of-somebody";
   ServiceLogin login(address, fetch);
   Attempt attempt;
-  attempt.method = "service";
   attempt.credential.assign(credential.begin(), credential.end());
   const Judgement judged = login.judge(attempt, kNow);
   CONNECT_CHECK(judged.identity.has_value() == judged.reason.empty());

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "auth/jwt_login.hpp"
 #include "core/base/base64.hpp"
 #include "core/base/check.hpp"
+#include "plugins/jwt_login.hpp"
 
 using namespace connect_bridge;
 
@@ -32,7 +32,7 @@ std::string signed_token(std::string_view payload) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const JwtOptions options{"", {}, "i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
+  static const JwtOptions options{"i", "a", {"RS256", "ES256", "EdDSA", "HS256"}, "groups"};
   static const std::vector<JwtKey> keys{JwtKey("k", kSecret)};
   if (size == 0) return 0;
   const std::string_view text{reinterpret_cast<const char*>(data + 1), size - 1};

@@ -98,7 +98,7 @@ TEST(HttpProxy, IsOnTheWayOfAServersLoginMethod) {
             "its host in no_proxy, if it is reached without a proxy");
   const ParameterMap given{{"auth.method", "service"}, {"auth.service", service + "?key=hush"}};
   EXPECT_THAT(explain(parsed(given, environment, Role::kServer).config.value()),
-              HasSubstr("login: as the service https://id.example/login says; through the HTTP "
+              HasSubstr("login: as the service https://id.example/login?... says; through the HTTP "
                         "proxy p:1, with a login\n"));
   const ParameterMap keys{{"auth.method", "jwt"},
                           {"auth.jwt_keys", "https://id.example/keys"},

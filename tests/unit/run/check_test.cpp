@@ -133,8 +133,7 @@ TEST(Check, LoadsNoPlugin) {
   std::filesystem::permissions(plugin, std::filesystem::perms{0777});
   EXPECT_THAT(check(login).error, HasSubstr("auth.plugin: every user of this machine may change"));
   std::filesystem::permissions(plugin, std::filesystem::perms{0755});
-  std::string problem;
-  EXPECT_TRUE(PluginLogin::load(plugin, "", problem)) << problem;
+  EXPECT_TRUE(PluginLogin::load(plugin, {}).authenticator);
   EXPECT_TRUE(std::filesystem::exists(mark)) << "a server loads it";
   ::unsetenv("ODD_MARK");
   const Printed missing = check("    auth: {method: plugin, plugin: /nowhere/plugin.so}\n");

@@ -4,10 +4,11 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
-#include "core/ports/http.hpp"
 #include "core/ports/net_options.hpp"
 #include "net/tls_files.hpp"
+#include "plugins/http.hpp"
 
 namespace connect_bridge {
 
@@ -30,5 +31,10 @@ class Https {
   TlsFiles files_;
   const std::optional<HttpProxy> proxy_;
 };
+
+// For requests to this address, by the proxy that the environment has for it. Adds what is wrong
+// with the environment's to `problems`.
+[[nodiscard]] HttpFetch https_fetch(const Url& address, const std::string& ca_file,
+                                    std::vector<std::string>& problems);
 
 }  // namespace connect_bridge

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "auth/authenticator.hpp"
+#include "plugins/http.hpp"
+#include "plugins/plugin.hpp"
 
 namespace connect_bridge {
 
@@ -15,12 +17,13 @@ class ServiceLogin : public Authenticator {
       : service_(std::move(service)), fetch_(std::move(fetch)) {}
 
   [[nodiscard]] Judgement judge(const Attempt& attempt, Stamp now) override;
-  // A slow answer must not delay the next login.
-  [[nodiscard]] unsigned threads() const override { return 8; }
 
  private:
   const Url service_;
   const HttpFetch fetch_;
 };
+
+// By the options service and https_ca.
+[[nodiscard]] AuthSetup make_service_login(PluginOptions options);
 
 }  // namespace connect_bridge

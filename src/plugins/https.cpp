@@ -1,13 +1,15 @@
-#include "net/https.hpp"
+#include "plugins/https.hpp"
 
 #include <algorithm>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <charconv>
+#include <cstdlib>
 #include <memory>
 #include <string_view>
 
+#include "config/http_proxy.hpp"
 #include "net/tls.hpp"
 #include "net/way.hpp"
 
@@ -144,6 +146,21 @@ HttpAnswer Https::fetch(const HttpRequest& request) {
     answer.problem = error.what();
     return answer;
   }
+}
+
+HttpFetch https_fetch(const Url& address, const std::string& ca_file,
+                      std::vector<std::string>& problems) {
+  const auto variable = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return std::string{value ? value : ""};
+  };
+  std::optional<HttpProxy> proxy;
+  std::string wrong;
+  if (address.secure) proxy = environment_proxy(address.host, address.port, variable, wrong);
+  if (!wrong.empty()) problems.push_back("environment variable " + wrong + ": not a proxy's URL");
+  return [https = std::make_shared<Https>(ca_file, std::move(proxy))](const HttpRequest& request) {
+    return https->fetch(request);
+  };
 }
 
 }  // namespace connect_bridge

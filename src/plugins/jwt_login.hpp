@@ -7,10 +7,18 @@
 #include <vector>
 
 #include "auth/authenticator.hpp"
-#include "auth/jwt_keys.hpp"
-#include "auth/key_source.hpp"
+#include "plugins/jwt_keys.hpp"
+#include "plugins/key_source.hpp"
+#include "plugins/plugin.hpp"
 
 namespace connect_bridge {
+
+struct JwtOptions {
+  std::string issuer;                   // "iss" must be this one
+  std::string audience;                 // "aud" must be this one or name it
+  std::vector<std::string> algorithms;  // the accepted ones; never "none"
+  std::string groups_claim = "groups";  // a list of names, or one
+};
 
 // The identity of a token: "sub", the groups, and "exp", which is required. Only the header is
 // parsed before the signature is verified. `unknown_key` (may be null) is set if there is no key of
@@ -32,5 +40,9 @@ class JwtLogin : public Authenticator {
   std::vector<JwtKey> keys_;
   std::unique_ptr<KeySource> source_;
 };
+
+// By the options jwt_keys, jwt_issuer, jwt_audience, jwt_algorithms, jwt_groups_claim, https_ca. A
+// file of keys must be valid; an address may be unreachable for a while.
+[[nodiscard]] AuthSetup make_jwt_login(PluginOptions options);
 
 }  // namespace connect_bridge

@@ -1,4 +1,4 @@
-#include "auth/jwt_login.hpp"
+#include "plugins/jwt_login.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ std::string token(const std::string& payload,
 }
 
 JwtOptions options() {
-  return {"", {}, "https://id.example", "robot", {"HS256", "RS256", "ES256", "EdDSA"}, "groups"};
+  return {"https://id.example", "robot", {"HS256", "RS256", "ES256", "EdDSA"}, "groups"};
 }
 
 std::string claims(const std::string& more = {}) {
@@ -308,7 +308,7 @@ TEST(JwtLogin, WithoutAnyKeysYetNobodyIsWrong) {
   int wanted = 0;
   JwtLogin login(options, std::make_unique<OneKey>(wanted, false));
   const auto judged = [&](const std::string& token) {
-    return login.judge({"jwt", Bytes(token.begin(), token.end()), ""}, kJwtNow);
+    return login.judge({"", Bytes(token.begin(), token.end()), ""}, kJwtNow);
   };
   const Judgement first = judged("eyJhbGciOiJIUzI1NiJ9.e30.AAAA");
   EXPECT_THAT(first.reason, HasSubstr("no key for it"));
@@ -323,7 +323,7 @@ TEST(JwtLogin, WantsOtherKeysForAnUnknownOneAlone) {
   JwtLogin login(options(), std::make_unique<OneKey>(wanted));
   ASSERT_THAT(login.refresh(kJwtNow).problems, IsEmpty());
   const auto judged = [&](const std::string& text) {
-    return login.judge({"jwt", Bytes(text.begin(), text.end()), ""}, kJwtNow);
+    return login.judge({"", Bytes(text.begin(), text.end()), ""}, kJwtNow);
   };
   const std::string right = token(claims());
   EXPECT_TRUE(judged(right).identity.has_value());
@@ -343,16 +343,15 @@ TEST(JwtLogin, FollowsItsKeysWholeOrNotAtAll) {
     ::chmod(file.c_str(), 0600);
   };
   write(jwks({kOct, kEd}));
-  AuthOptions how;
-  how.method = "jwt";
-  how.jwt = options();
-  how.jwt.keys_file = file;
-  const AuthSetup setup = make_authenticator(how, kJwtNow);
+  const AuthSetup setup = make_jwt_login({{"jwt_keys", file},
+                                          {"jwt_issuer", "https://id.example"},
+                                          {"jwt_audience", "robot"},
+                                          {"jwt_algorithms", "EdDSA HS256"},
+                                          {"jwt_groups_claim", "groups"}});
   ASSERT_THAT(setup.problems, IsEmpty());
   const auto judge = [&] {
     const std::string text = token(claims());
-    return setup.authenticator->judge({"jwt", Bytes(text.begin(), text.end()), "1.1.1.1:1"},
-                                      kJwtNow);
+    return setup.authenticator->judge({"", Bytes(text.begin(), text.end()), "1.1.1.1:1"}, kJwtNow);
   };
   const auto look = [&] {
     EXPECT_THAT(setup.authenticator->refresh(kJwtNow).problems, IsEmpty());

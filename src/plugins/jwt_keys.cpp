@@ -1,4 +1,4 @@
-#include "auth/jwt_keys.hpp"
+#include "plugins/jwt_keys.hpp"
 
 #include <openssl/bn.h>
 #include <openssl/core_names.h>

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "auth/file_watch.hpp"
-#include "auth/jwt_keys.hpp"
-#include "core/ports/http.hpp"
+#include "plugins/http.hpp"
+#include "plugins/jwt_keys.hpp"
 
 namespace connect_bridge {
 

@@ -1,4 +1,4 @@
-#include "auth/key_source.hpp"
+#include "plugins/key_source.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "auth/key_source.hpp"
+#include "plugins/key_source.hpp"
 
 #include <algorithm>
 #include <utility>

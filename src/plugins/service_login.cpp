@@ -1,10 +1,12 @@
-#include "auth/service_login.hpp"
+#include "plugins/service_login.hpp"
 
 #include <utility>
 
 #include "auth/names.hpp"
 #include "auth/secret.hpp"
+#include "config/syntax.hpp"
 #include "core/base/json.hpp"
+#include "plugins/https.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -12,7 +14,7 @@ namespace {
 constexpr int kOk = 200;
 
 Judgement service_refused(const std::string& why) {
-  return {std::nullopt, "login service: " + why};
+  return {std::nullopt, why};
 }
 
 // It did not say whether the login is right.
@@ -54,8 +56,6 @@ std::string read_identity(const Json& answer, Identity& identity) {
 }  // namespace
 
 Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
-  if (attempt.method != "service")
-    return {std::nullopt, "login method '" + attempt.method + "' instead of 'service'"};
   const std::string credential{attempt.credential.begin(), attempt.credential.end()};
   if (!token_problem(credential).empty()) return service_refused("the credential is not a token");
   HttpRequest request;
@@ -73,6 +73,15 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   if (identity.expires != 0 && identity.expires <= now)
     return service_refused("it says that the login has expired");
   return {std::move(identity), {}};
+}
+
+AuthSetup make_service_login(PluginOptions options) {
+  AuthSetup setup;
+  const Url service = syntax::parse_http_url(options["service"]).value_or(Url{});
+  HttpFetch fetch = https_fetch(service, options["https_ca"], setup.problems);
+  if (setup.problems.empty())
+    setup.authenticator = std::make_unique<ServiceLogin>(service, std::move(fetch));
+  return setup;
 }
 
 }  // namespace connect_bridge

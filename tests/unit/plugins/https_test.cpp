@@ -1,5 +1,5 @@
 // One HTTP request, for login methods: its path, and that it ends in time.
-#include "net/https.hpp"
+#include "plugins/https.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "auth/service_login.hpp"
+#include "plugins/service_login.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,14 +16,12 @@ struct World {
   HttpAnswer answer;
   std::vector<HttpRequest> asked;
 
-  Judgement judge(const std::string& credential = kServiceToken,
-                  const std::string& method = "service") {
+  Judgement judge(const std::string& credential = kServiceToken) {
     ServiceLogin login({true, "login.example", 443, "/check"}, [this](const HttpRequest& request) {
       asked.push_back(request);
       return answer;
     });
-    return login.judge({method, {credential.begin(), credential.end()}, "192.0.2.7:5123"},
-                       kServiceNow);
+    return login.judge({"", {credential.begin(), credential.end()}, "192.0.2.7:5123"}, kServiceNow);
   }
 };
 
@@ -102,7 +100,6 @@ TEST(ServiceLogin, IsNotAskedAboutWhatIsNoToken) {
   World world;
   for (const char* credential : {"", "short", "with a blank in it, and long"})
     EXPECT_FALSE(world.judge(credential).identity);
-  EXPECT_FALSE(world.judge(kServiceToken, "token").identity);
   EXPECT_TRUE(world.asked.empty());
 }
 

@@ -1,12 +1,16 @@
-#include "auth/jwt_login.hpp"
+#include "plugins/jwt_login.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "auth/names.hpp"
+#include "config/syntax.hpp"
 #include "core/base/base64.hpp"
 #include "core/base/json.hpp"
+#include "plugins/https.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -14,7 +18,7 @@ namespace {
 constexpr Stamp kSkew = 30 * kStampSecond;  // for "nbf" from a clock that is a little ahead
 
 Judgement jwt_refused(std::string why) {
-  return {std::nullopt, "JWT: " + std::move(why)};
+  return {std::nullopt, std::move(why)};
 }
 
 struct Parts {
@@ -125,8 +129,6 @@ JwtLogin::JwtLogin(JwtOptions options, std::unique_ptr<KeySource> source)
     : options_(std::move(options)), source_(std::move(source)) {}
 
 Judgement JwtLogin::judge(const Attempt& attempt, Stamp now) {
-  if (attempt.method != "jwt")
-    return {std::nullopt, "login method '" + attempt.method + "' instead of 'jwt'"};
   const std::string_view token{reinterpret_cast<const char*>(attempt.credential.data()),
                                attempt.credential.size()};
   bool unknown_key = false;
@@ -149,6 +151,29 @@ Refreshed JwtLogin::refresh(Stamp) {
   refreshed.news.push_back(source_->name() + ": " + std::to_string(keys_.size()) + " keys, " +
                            std::to_string(refreshed.changes.size()) + " withdrawn");
   return refreshed;
+}
+
+AuthSetup make_jwt_login(PluginOptions options) {
+  AuthSetup setup;
+  std::unique_ptr<KeySource> source;
+  const auto address = syntax::parse_http_url(options["jwt_keys"]);
+  if (address) {
+    HttpFetch fetch = https_fetch(*address, options["https_ca"], setup.problems);
+    if (!setup.problems.empty()) return setup;
+    source = std::make_unique<KeyAddress>(*address, std::move(fetch));
+  } else {
+    source = std::make_unique<KeyFile>(options["jwt_keys"]);
+  }
+  std::istringstream algorithms(options["jwt_algorithms"]);
+  using Word = std::istream_iterator<std::string>;
+  auto login = std::make_unique<JwtLogin>(JwtOptions{options["jwt_issuer"],
+                                                     options["jwt_audience"],
+                                                     {Word(algorithms), Word()},
+                                                     options["jwt_groups_claim"]},
+                                          std::move(source));
+  (address ? setup.warnings : setup.problems) = login->refresh(0).problems;
+  if (setup.problems.empty()) setup.authenticator = std::move(login);
+  return setup;
 }
 
 }  // namespace connect_bridge
