@@ -176,9 +176,9 @@ class TokenFileReader {
 void TokenTable::read(std::string_view text, const std::string& source, Stamp now,
                       std::vector<std::string>& problems, std::vector<std::string>& warnings) {
   const std::string_view word = trim(text);
-  if (word.find_first_of(" \t\r\n") == std::string_view::npos) {
+  // A list may be written as JSON without a blank; no token looks like that.
+  if (word.find_first_of(" \t\r\n{}[]\"") == std::string_view::npos)
     return add_single(word, source, problems);
-  }
   TokenFileReader reader(*this, source, now, problems, warnings);
   try {
     reader.read(YAML::Load(std::string{text}));

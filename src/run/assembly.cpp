@@ -1,16 +1,17 @@
 #include "run/assembly.hpp"
 
+#include <openssl/rand.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <random>
 #include <string_view>
 
 #include "auth/credential.hpp"
 #include "auth/pairing_login.hpp"
+#include "core/base/check.hpp"
 #include "net/certified.hpp"
 #include "ros/types/type_supports.hpp"
 #include "run/activation.hpp"
@@ -29,8 +30,9 @@ Stamp wall_clock() {
 }
 
 std::uint64_t secret_random() {
-  static thread_local std::random_device device;
-  return (std::uint64_t{device()} << 32) | device();
+  std::uint64_t random = 0;
+  CONNECT_CHECK(RAND_bytes(reinterpret_cast<unsigned char*>(&random), sizeof random) == 1);
+  return random;
 }
 
 SocketOptions socket_options(const Config& config) {

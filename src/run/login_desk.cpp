@@ -3,6 +3,7 @@
 #include <openssl/crypto.h>
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "run/system_now.hpp"
@@ -116,10 +117,14 @@ void LoginDesk::judge(Waiting next) {
   if (Clock::now() - next.since < options_.time_limit) {
     Attempt attempt{std::move(request.method), std::move(request.credential),
                     std::move(request.peer)};
-    Judgement judged = options_.authenticator->judge(attempt, system_now());
-    answer.identity = std::move(judged.identity);
-    answer.reason = std::move(judged.reason);
-    answer.judged = judged.judged;
+    try {
+      Judgement judged = options_.authenticator->judge(attempt, system_now());
+      answer.identity = std::move(judged.identity);
+      answer.reason = std::move(judged.reason);
+      answer.judged = judged.judged;
+    } catch (const std::exception& error) {  // no memory
+      answer.reason = error.what();
+    }
     OPENSSL_cleanse(attempt.credential.data(), attempt.credential.size());
   }
   ports_.input(std::move(answer));

@@ -1,5 +1,6 @@
 #include "run/pairing_folder.hpp"
 
+#include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,7 +21,8 @@ std::string ros_home() {
   const char* home = std::getenv("ROS_HOME");
   if (home && *home) return home;
   home = std::getenv("HOME");
-  return std::string{home && *home ? home : "."} + "/.ros";
+  const passwd* const user = home && *home ? nullptr : ::getpwuid(::geteuid());
+  return std::string{user ? user->pw_dir : home ? home : ""} + "/.ros";
 }
 
 // "/robot1/connect_client" is "robot1.connect_client".
@@ -48,12 +50,23 @@ std::string PairingFolder::make() const {
     const std::string part = path_.substr(0, end);
     if (::mkdir(part.c_str(), 0700) != 0 && errno != EEXIST)
       return "the folder " + part + " cannot be made: " + std::strerror(errno);
-    if (end == std::string::npos) return {};
+    if (end == std::string::npos) return exposure();
   }
+}
+
+// Another user may have made it before.
+std::string PairingFolder::exposure() const {
+  struct stat found {};
+  if (::stat(path_.c_str(), &found) == 0 && found.st_uid == ::geteuid() &&
+      (found.st_mode & (S_IWGRP | S_IWOTH)) == 0)
+    return {};
+  return "the folder " + path_ + " must be yours, and nobody else may change it (chmod 700)";
 }
 
 ParameterMap PairingFolder::parameters(std::string& problem) const {
   if (!has("params.yaml")) return {};
+  problem = exposure();
+  if (!problem.empty()) return {};
   ros::ParameterFile read = ros::read_parameter_file(parameter_file());
   problem = read.problem();
   ParameterMap parameters;

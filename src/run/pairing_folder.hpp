@@ -19,14 +19,17 @@ class PairingFolder {
   [[nodiscard]] std::string parameter_file() const { return file("params.yaml"); }
   [[nodiscard]] bool has(const std::string& name) const;
 
-  // Creates it, with the folders above it, for its owner alone. Returns what is wrong; empty:
-  // nothing.
+  // Creates it, with the folders above it, for its owner alone. Returns what is wrong, also with
+  // one that is there: another user's, or one that others may change; empty: nothing.
   [[nodiscard]] std::string make() const;
   // params.yaml; empty if there is none. `problem` is set if it cannot be read.
   [[nodiscard]] ParameterMap parameters(std::string& problem) const;
   [[nodiscard]] std::string write_parameters(const ParameterMap& parameters) const;
 
  private:
+  // What is wrong with the folder's owner and permissions; empty: nothing.
+  [[nodiscard]] std::string exposure() const;
+
   std::string path_;
 };
 

@@ -1,5 +1,6 @@
 #include "run/workers.hpp"
 
+#include <new>
 #include <utility>
 
 #include "core/compress/compress.hpp"
@@ -74,7 +75,11 @@ void Workers::run() {
     if (ending_) return;
     const Job job = *waiting_.take();
     lock.unlock();
-    JobDone done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
+    JobDone done{std::visit([](const auto& j) { return j.job; }, job), std::nullopt};
+    try {
+      done = std::visit([this](const auto& j) { return carry_out(j, ending_); }, job);
+    } catch (const std::bad_alloc&) {  // as what is malformed, or does not shrink
+    }
     lock.lock();
     unhandled_bytes_ += bytes_of(done);
     lock.unlock();

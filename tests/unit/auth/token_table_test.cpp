@@ -70,6 +70,16 @@ TEST(TokenTable, ReadsOneWordAsTheOnlyToken) {
   EXPECT_TRUE(file.table.has_plain());
 }
 
+// A program may write the list as JSON without a blank.
+TEST(TokenTable, AListIsNoToken) {
+  const std::string list =
+      R"([{"identity":"anna","token_sha256":")" + to_hex(digest_of_token(kAnna)) + R"("}])";
+  const Reading file(list);
+  EXPECT_FALSE(file.table.has_plain());
+  EXPECT_FALSE(file.find(list).identity.has_value());
+  EXPECT_EQ(file.find(kAnna).identity.has_value(), file.problems.empty());
+}
+
 TEST(TokenTable, ReportsAllProblemsWithTheirLines) {
   const Reading file(
       "- {identity: anna, token: 0123456789abcdef-ghij}\n"

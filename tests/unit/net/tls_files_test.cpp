@@ -254,5 +254,14 @@ TEST_F(TlsFilesTest, TheNameIsSentSoThatOneAddressMayHaveSeveral) {
   EXPECT_STREQ(SSL_get_servername(tls.get(), TLSEXT_NAMETYPE_host_name), "robot.example");
 }
 
+TEST_F(TlsFilesTest, ANameThatCannotBeExpectedIsNobodys) {
+  RawTls::Context context{SSL_CTX_new(TLS_client_method()), &SSL_CTX_free};
+  const std::unique_ptr<SSL, decltype(&SSL_free)> tls{SSL_new(context.get()), &SSL_free};
+  expect_server(tls.get(), std::string("robot\0.example", 14));
+  ASSERT_NE(SSL_get_verify_callback(tls.get()), nullptr);
+  EXPECT_EQ(SSL_get_verify_callback(tls.get())(1, nullptr), 0);
+  EXPECT_EQ(SSL_get_verify_mode(tls.get()), SSL_VERIFY_PEER);
+}
+
 }  // namespace
 }  // namespace connect_bridge::test

@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 // Answers by the credential: "slow" waits for release(), "unknown" is nobody, of "down" it cannot
-// say, others are who they say.
+// say, "memory" is too much for it, others are who they say.
 class Doorman : public Authenticator {
  public:
   explicit Doorman(unsigned threads) : threads_(threads) {}
@@ -27,6 +27,7 @@ class Doorman : public Authenticator {
     }
     ++judged;
     if (who == "slow") released_.wait();
+    if (who == "memory") throw std::bad_alloc();
     if (who == "unknown" || who == "down") return {std::nullopt, who, who == "unknown"};
     return {Identity{who, {}}, {}};
   }
@@ -245,8 +246,10 @@ TEST(LoginDesk, WhatTheMethodCouldNotJudgeIsToldSo) {
   LoginDesk desk({&doorman, std::nullopt, 60s}, ears.ports());
   desk.ask(login(1, "unknown"));
   desk.ask(login(2, "down"));
+  desk.ask(login(3, "memory"));
   EXPECT_TRUE(ears.answer(1).value().judged);
   EXPECT_FALSE(ears.answer(2).value().judged);
+  EXPECT_FALSE(ears.answer(3).value().judged);
 }
 
 TEST(LoginDesk, TellsWhatTheMethodHasLearned) {
