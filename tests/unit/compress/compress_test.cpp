@@ -144,6 +144,15 @@ TEST(Compress, ZstdRefusesOtherFramesThanOneOfKnownSize) {
 }
 
 // 13 bytes that announce 4 GiB: refused before anything of that size exists.
+// The library may still read them, by code that is not kept up.
+TEST(Compress, ZstdRefusesFramesOfOldVersions) {
+  // Of version 0.7: "hello" in one block that is not compressed, and the end.
+  Bytes frame{0x27, 0xb5, 0x2f, 0xfd, 0x20, 5, 0x40, 0, 5, 'h', 'e', 'l', 'l', 'o', 0xc0, 0, 0};
+  EXPECT_FALSE(decompress(frame, Codec::kZstd, 5).ok());
+  frame[0] = 0x26;
+  EXPECT_FALSE(decompress(frame, Codec::kZstd, 5).ok());
+}
+
 TEST(Compress, AnnouncedSizeThatTheBodyCannotReachIsRefusedBeforeAllocation) {
   const Bytes zstd{0x28, 0xb5, 0x2f, 0xfd, 0xa0, 0xff, 0xff, 0xff, 0xff, 0x01, 0, 0, 0};
   EXPECT_EQ(code_of(decompress(zstd, Codec::kZstd, 0xffffffff)), CloseCode::kMalformed);
