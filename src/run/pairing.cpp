@@ -40,7 +40,8 @@ constexpr char kPaired[] = "paired";
 constexpr char kOperators[] = "operators";
 
 // The default parameters of a paired server: every paired client may receive topics, operators may
-// also publish, call services, send goals and set parameters.
+// also publish, call services, send goals and set parameters. Nobody gets /rosout: any node of the
+// robot writes there whatever it likes; nor may anybody write lines there.
 ParameterMap server_parameters(const PairingFolder& folder) {
   const std::vector<std::string> everything{"/**"};
   return {{"listen.address", std::string{"*"}},
@@ -50,6 +51,7 @@ ParameterMap server_parameters(const PairingFolder& folder) {
           {"auth.token_file", folder.file("tokens.yaml")},
           {"rules", std::vector<std::string>{"look", "operate"}},
           {"rule.look.export_topics", everything},
+          {"rule.look.deny", std::vector<std::string>{"/rosout"}},
           {"rule.look.groups", std::vector<std::string>{kPaired}},
           {"rule.operate.import_topics", everything},
           {"rule.operate.export_services", everything},

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "config/config.hpp"
+#include "config/explain_right.hpp"
 #include "run/pairing_folder.hpp"
 #include "unit/scratch.hpp"
 
@@ -129,6 +130,28 @@ TEST_F(PairingStart, AClientMayLookUnlessItIsToOperate) {
   EXPECT_EQ(operate.parameters, look.parameters);
   EXPECT_EQ(std::get<std::vector<std::string>>(look.parameters.at("rule.operate.groups")),
             std::vector<std::string>{"operators"});
+}
+
+// Neither to read the robot's log nor to write into it.
+TEST_F(PairingStart, TheLogOfTheRobotIsNobodys) {
+  const auto parsed = parse_config(serve({"--pair"}).parameters, Role::kServer, {});
+  ASSERT_THAT(parsed.problems, IsEmpty());
+  for (const char* group : {"paired", "operators"}) {
+    RightQuestion question;
+    question.who.groups = {"paired", group};
+    for (const Direction direction : {Direction::kExport, Direction::kImport}) {
+      question.direction = direction;
+      question.name = "/rosout";
+      const auto log = explain_right(*parsed.config, question);
+      EXPECT_FALSE(log.allowed) << log.text;
+      EXPECT_THAT(log.text, HasSubstr("rule \"look\" (rule.look.deny: \"/rosout\")"));
+    }
+    question.direction = Direction::kExport;
+    question.name = "/scan";
+    EXPECT_TRUE(explain_right(*parsed.config, question).allowed);
+    question.name = "/_hidden";
+    EXPECT_FALSE(explain_right(*parsed.config, question).allowed);
+  }
 }
 
 TEST_F(PairingStart, WhoSaysMoreGoesByThatAlone) {
