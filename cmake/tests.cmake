@@ -159,10 +159,17 @@ if(ros_sources AND TARGET connect_ros)
   connect_gtest(ros_tests LABEL ros SHARDS 1 PROCESSORS 1 FILTER "${measure}" SERIAL ${local})
 endif()
 
-# bench: one program per file.
+# bench: one program per file; core_bench needs no ROS.
+if(TARGET connect_core AND EXISTS "${tests}/bench/core_bench.cpp")
+  add_executable(core_bench "${tests}/bench/core_bench.cpp")
+  target_link_libraries(core_bench PRIVATE connect_core connect_options)
+  target_include_directories(core_bench PRIVATE "${tests}")
+  set_target_properties(core_bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bench")
+endif()
 set(bench_sources)
 if(CONNECT_ROS)
   file(GLOB bench_sources CONFIGURE_DEPENDS "${tests}/bench/*.cpp")
+  list(REMOVE_ITEM bench_sources "${tests}/bench/core_bench.cpp")
 endif()
 connect_available(layers connect_ros_packages connect_run connect_ros connect_net connect_auth connect_config connect_core)
 foreach(source ${bench_sources})

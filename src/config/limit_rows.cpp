@@ -97,7 +97,7 @@ void add_share(Rows& rows) {
       "links of an identity together 5 times as many demands may end.",
       [](Config& c) { return &c.limits.account.channels_per_second; });
   add("limits.control_bytes_per_second", {65'536, kGiB}, "bytes",
-      "Control messages of all links of one identity. What 64 seconds allow passes at once; "
+      "Control messages of all links of one identity. What 8 seconds allow passes at once; "
       "beyond it the link ends that has sent most of them (4006).",
       [](Config& c) { return &c.limits.account.control_bytes_per_second; });
   add("limits.listeners_max", {0, 1024}, "",

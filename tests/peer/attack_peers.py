@@ -159,6 +159,28 @@ async def origins(attack):
     await attack.many(1, churn)
 
 
+async def texts(attack):
+    """The longest messages that a peer may send and that say nothing, as fast as it can."""
+    slow = [f"1.2345678e-{n}" for n in range(310, 321)]
+    values = ",".join(itertools.islice(itertools.cycle(slow), 16_000))
+    members = ",".join(f'"x{n}":[{{}},[],""]' for n in range(60))
+    objects = ",".join(["{" + members + "}"] * 60)
+    said = [f'{{"type":"demand","channels":[],"number":1,"x":[{x}]}}' for x in (values, objects)]
+
+    async def speak():
+        async with attack.logged_in() as web:
+            begin(web)
+            ends = asyncio.create_task(web.until_closed(attack.seconds_left()))
+            for text in itertools.cycle(said):
+                web.send(text.encode(), TEXT)
+                await web.drain()
+                attack.done["texts"] += 1
+                if ends.done() or not attack.seconds_left():
+                    return
+
+    await attack.many(8, speak)
+
+
 async def channels(attack):
     """5,000 topics of one peer, then as many as it may have, withdrawn at once; again and again."""
     turns = itertools.count()
@@ -167,8 +189,8 @@ async def channels(attack):
         count, back = ((5000, False), (4000, True))[next(turns) % 2]
         async with attack.logged_in() as web:
             begin(web)
-            for first in range(1, count, 500):
-                offered = [topic(n, f"/o/many{n}") for n in range(first, first + 500)]
+            for first in range(1, count, 250):
+                offered = [topic(n, f"/o/many{n}") for n in range(first, first + 250)]
                 say(web, type="offer", channels=offered)
                 attack.done["channels"] += len(offered)
                 await web.drain()

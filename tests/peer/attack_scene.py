@@ -35,6 +35,7 @@ ATTACKS = (
     "never_reads",
     "origins",
     "channels",
+    "texts",
 )
 WITH_NODES = ("bomb", "unfinished", "never_reads")  # attack_nodes.py
 OPERATOR, HOSTILE = "token-of-the-operator-1", "token-of-the-hostile-peer"

@@ -28,6 +28,7 @@ ATTACKS = {
     "never_reads": peers.never_reads,
     "origins": peers.origins,
     "channels": peers.channels,
+    "texts": peers.texts,
 }
 
 

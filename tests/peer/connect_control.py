@@ -5,7 +5,6 @@ import re
 
 from connect_records import (
     MALFORMED,
-    MESSAGE_MAX,
     STAMP_MAX,
     TOO_LARGE,
     Refused,
@@ -14,10 +13,17 @@ from connect_records import (
 )
 
 # Section 12
+TEXT_MAX = 262_144
+VALUES_MAX = 16_384
+MEMBERS_MAX = 64  # of an object
+ADDED_MAX = 64  # origins of a channel in an offer; origins or listeners that a message adds
+REMOVED_MAX = 1024
+CHANNELS_MAX = 4096  # of a withdraw or demand
+CALLS_MAX = 8192
 PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
 ORIGINS_MAX = 1024  # of a channel
-CREDENTIAL_MAX = 3900
 LISTENERS_MAX = 1024  # of a link
+CREDENTIAL_MAX = 3900
 NEIGHBOURS_MAX = 256
 
 
@@ -32,11 +38,16 @@ def _no_number(word):
 
 
 def _limits(text):
-    require(len(text.encode("utf-8", "replace")) <= MESSAGE_MAX, "message too long", TOO_LARGE)
+    require(len(text.encode("utf-8", "replace")) <= TEXT_MAX, "message too long", TOO_LARGE)
     depth = 0
     for bracket in re.findall(r"[\[{\]}]", re.sub(r'"(?:[^"\\]|\\.)*"', '""', text)):
         depth += 1 if bracket in "[{" else -1
         require(depth <= 8, "nested too deeply", TOO_LARGE)
+
+
+def _object(members):
+    require(len(members) <= MEMBERS_MAX, "too many members", TOO_LARGE)
+    return dict(members)
 
 
 def _count(value):
@@ -111,14 +122,14 @@ def _check_qos(of):
 
 
 def _check_listeners(message):
-    for told in items(message, "added", LISTENERS_MAX):
+    for told in items(message, "added", ADDED_MAX):
         number(member(told, "listener", int))
         for key in ("name", "type"):
             string(told, key, 255)
         for key in ("type_hash", "node"):
             string(told, key, 255, "")
         _check_qos(told)
-    for gone in items(message, "removed", LISTENERS_MAX):
+    for gone in items(message, "removed", REMOVED_MAX):
         number(gone)
 
 
@@ -139,7 +150,7 @@ def _check_offer(message):
         string(channel, "type_hash", 255, "")
         member(channel, "newest_only", bool, False)
         member(channel, "resume", bool, False)
-        for origin in items(channel, "origins", ORIGINS_MAX):
+        for origin in items(channel, "origins", ADDED_MAX):
             _check_origin(origin)
     member(message, "complete", bool, False)
 
@@ -167,7 +178,7 @@ def _check_demand(message):
     member(message, "resume", bool, False)
     if "after" not in message:
         return
-    after = items(message, "after", 65536)
+    after = items(message, "after", CHANNELS_MAX)
     require(len(after) == len(message["channels"]), "after does not have a number for each channel")
     for sequence in after:
         require(type(sequence) is int and 0 <= sequence < 1 << 32, "a sequence")
@@ -184,7 +195,7 @@ def _check_call(kind, message):
     if kind in ("attach", "attached"):
         number(member(message, "requests", int))
     if kind != "attach":
-        for call in items(message, "calls", 65536):
+        for call in items(message, "calls", CALLS_MAX):
             number(call)
     if kind == "attached":
         require(0 <= member(message, "seen", int, 0) < 1 << 32, "seen")
@@ -197,10 +208,12 @@ def decode_control(text):
     """The message as an object, checked."""
     _limits(text)
     try:
-        message = json.loads(text, parse_int=_integer, parse_constant=_no_number)
+        message = json.loads(
+            text, parse_int=_integer, parse_constant=_no_number, object_pairs_hook=_object
+        )
     except ValueError as error:
         raise Refused(MALFORMED, f"no JSON: {error}") from None
-    require(_count(message) <= 200_000, "too many values", TOO_LARGE)
+    require(_count(message) <= VALUES_MAX, "too many values", TOO_LARGE)
     kind = string(message, "type")
     if kind == "accepts":
         _check_accepts(message)
@@ -208,12 +221,12 @@ def decode_control(text):
         _check_offer(message)
     elif kind == "origins":
         number(member(message, "channel", int))
-        for origin in items(message, "added", ORIGINS_MAX):
+        for origin in items(message, "added", ADDED_MAX):
             _check_origin(origin)
-        for origin in items(message, "removed", ORIGINS_MAX):
+        for origin in items(message, "removed", REMOVED_MAX):
             number(origin)
     elif kind in ("withdraw", "demand"):
-        for channel in items(message, "channels", 65536):
+        for channel in items(message, "channels", CHANNELS_MAX):
             number(channel)
         if kind == "demand":
             _check_demand(message)
@@ -236,6 +249,26 @@ def decode_control(text):
     else:
         raise Refused(MALFORMED, "unknown type")
     return message
+
+
+def origins_messages(channel, added, removed=()):
+    """A change of any length. The first message removes."""
+    for first in range(0, max(1, len(added)), ADDED_MAX):
+        yield {
+            "type": "origins",
+            "channel": channel,
+            "added": added[first : first + ADDED_MAX],
+            "removed": list(removed) if first == 0 else [],
+        }
+
+
+def offer_messages(channel, complete=None):
+    """A topic with any number of origins; not the last of the first round if they are many."""
+    origins = channel["origins"]
+    offer = {"type": "offer", "channels": [{**channel, "origins": origins[:ADDED_MAX]}]}
+    yield offer if complete is None else {**offer, "complete": complete}
+    if origins[ADDED_MAX:]:
+        yield from origins_messages(channel["channel"], origins[ADDED_MAX:])
 
 
 def encode_control(message):

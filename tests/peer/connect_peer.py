@@ -17,6 +17,7 @@ from connect_control import (
     decode_control,
     encode_control,
     is_accepted,
+    offer_messages,
 )
 from connect_listeners import Listening
 from connect_packets import Reassembly, decode_packet, encode_packet
@@ -170,8 +171,8 @@ class Peer(Renewals, Listening, Calls):
             "origins": [origin],
             **more,
         }
-        message = {"type": "offer", "channels": [described]}
-        self.send_control(**message, **({} if complete is None else {"complete": complete}))
+        for message in offer_messages(described, complete):
+            self.send_control(**message)
         return channel
 
     def channel_of(self, name):

@@ -7,7 +7,13 @@ import pytest
 from std_msgs.msg import String
 from websockets.exceptions import ConnectionClosed
 
-from connect_control import encode_control
+from connect_control import (
+    MEMBERS_MAX,
+    TEXT_MAX,
+    VALUES_MAX,
+    encode_control,
+    origins_messages,
+)
 from connect_packets import delta_compress
 from connect_peer import Peer, open_socket
 from connect_records import decode_welcome, encode_login
@@ -181,12 +187,13 @@ def test_all_origins_of_a_topic_are_replaced(world, served):
     mine = Peer(world.url, TOKEN)
     mine.until(lambda: mine.accepts, "accepts")
     channel = mine.offer("/o/replaced", STRING, origins=origins(1, 250))
-    change = {"type": "origins", "channel": channel}
-    mine.send_control(**change, added=origins(601, 250), removed=list(range(1, 251)))
+    for change in origins_messages(channel, origins(601, 250), range(1, 251)):
+        mine.send_control(**change)
     until(lambda: world.graph.tester.count_publishers("/o/replaced") == 250, "250 mirrors")
     t1 = mine.ask_time()
     mine.until(lambda: any(reply["t1"] == t1 for reply in mine.times), "a time reply")
-    mine.send_control(**change, added=origins(2000, 775), removed=[])
+    for change in origins_messages(channel, origins(2000, 775)):
+        mine.send_control(**change)
     assert mine.wait_closed() == 4006
 
 
@@ -201,6 +208,32 @@ def test_data_after_withdraw(world):
 def test_too_large_after_login(world, served):
     assert refused(world, bytes(1 + (1 << 20))) in (4006, 1009)
     assert refused(world, "{}" + " " * (1 << 20)) in (4006, 1009)
+    assert refused(world, withdraw(" " * TEXT_MAX)) == 4006
+
+
+def withdraw(inside):
+    return '{"type":"withdraw","channels":[]' + inside + "}"
+
+
+def listed(count, value="0"):
+    return ',"x":[' + ",".join([value] * count) + "]"
+
+
+# What takes long to read beside its size: many values, many members, deep nesting.
+@pytest.mark.parametrize(
+    "inside",
+    [
+        listed(VALUES_MAX),
+        listed(VALUES_MAX, "{}"),
+        listed(VALUES_MAX, "1e-320"),
+        "".join(f',"{n:x}":0' for n in range(20_000)),
+        ',"channels":[]' * MEMBERS_MAX,
+        ',"x":' + "[" * 9 + "]" * 9,
+    ],
+    ids=["values", "objects", "floats", "members", "one member", "nesting"],
+)
+def test_control_messages_that_take_long(world, served, inside):
+    assert refused(world, withdraw(inside)) == 4006
 
 
 def test_what_is_wrong_first_decides(world):

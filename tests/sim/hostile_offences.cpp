@@ -15,6 +15,13 @@ bool always() {
   return true;
 }
 
+// `count` copies of `item`, with commas between them.
+std::string repeated(std::string before, const std::string& item, std::size_t count,
+                     const std::string& after) {
+  for (std::size_t i = 0; i < count; ++i) before += (i > 0 ? "," : "") + item;
+  return before + after;
+}
+
 }  // namespace
 
 // Unless the peer withdraws it: then what crosses that is allowed.
@@ -250,10 +257,13 @@ HostileServices::Offence HostileServices::say_malformed() {
       R"({"type":"forget","channel":1,"calls":[4294967296]})",
       R"({"type":"forget","channel":1})",
       R"({"type":"call","channel":1})",
+      repeated(R"({"type":"withdraw","channels":[],"x":[)", "{}", kControlValuesMax, "]}"),
+      repeated(R"({"type":"withdraw","channels":[],"x":{)", R"("y":0)", kControlMembersMax + 1,
+               "}}"),
   };
   const std::string& text = rng_.pick(texts);
   say(text);
-  return {"says " + text, always};
+  return {"says " + text.substr(0, 100), always};
 }
 
 }  // namespace connect_bridge::sim

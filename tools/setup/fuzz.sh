@@ -14,7 +14,7 @@ fuzz() {
   mkdir -p "$build/corpus/$name" "$build/findings"
   seeds=("$build/corpus/$name")
   [ -d "tests/fuzz/corpus/${name#fuzz_}" ] && seeds+=("tests/fuzz/corpus/${name#fuzz_}")
-  if ! "$target" -max_total_time="$share" -rss_limit_mb=1024 -timeout=10 -print_final_stats=1 -verbosity=0 \
+  if ! "$target" -max_total_time="$share" -rss_limit_mb=1024 -timeout=5 -print_final_stats=1 -verbosity=0 \
     -artifact_prefix="$build/findings/$name-" "${seeds[@]}" >"$build/$name.log" 2>&1; then
     # Frames of templates have lines of kilobytes.
     grep -v NEW_FUNC "$build/$name.log" | tail -n 80 | cut -c -200

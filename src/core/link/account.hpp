@@ -25,7 +25,7 @@ struct AccountOptions {
   // Links that are ended for an offence: so many, then the next login waits for a period each.
   int offences_at_once = 4;
   Duration offence_period = std::chrono::seconds(2);
-  // Control messages, in bytes a second; what 64 seconds allow passes at once.
+  // Control messages, in bytes a second; what 8 seconds allow passes at once.
   std::uint64_t control_bytes_per_second = 8 << 20;
   // What its peers take back of what this side has made for them; a minute's worth at once.
   int channels_per_second = 200;

@@ -223,7 +223,7 @@ TimePoint Connection::silent_at() const {
 }
 
 void Connection::send(const Control& message) {
-  send(encode(message));
+  for (auto& text : encode_parts(message)) send(std::move(text));
 }
 
 void Connection::send(std::string text) {

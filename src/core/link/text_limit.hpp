@@ -13,13 +13,13 @@
 
 namespace connect_bridge {
 
-// All of them together may send what 64 seconds allow at once, then so many bytes a second. When
+// All of them together may send what 8 seconds allow at once, then so many bytes a second. When
 // that is used up, the link that has sent most of it ends, not the one that speaks next: another
 // one that said little goes on. Reconnecting gains nothing: what a link has sent counts on
 // when it is gone, but for a second's worth for each that is ended. Single-threaded.
 class TextLimit {
  public:
-  static constexpr Duration kAtOnce = std::chrono::seconds(64);
+  static constexpr Duration kAtOnce = std::chrono::seconds(8);
 
   // In bytes a second.
   explicit TextLimit(double per_second) : per_second_(per_second), throttle_(per_second, kAtOnce) {}

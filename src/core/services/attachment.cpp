@@ -129,6 +129,7 @@ void Attachment::on_ready(const Now& now) {
 
 void Attachment::send_attached(const Now& now) {
   attached_ = true;
+  static_assert(kPeerCallsMax <= kCallIdsMax, "all calls of a peer fit into one message");
   Attached attached{channel_, requests_, seen_, {}, service_.type_hash()};
   for (const auto& [id, call] : calls_) attached.calls.push_back(id);
   link_.send(attached);

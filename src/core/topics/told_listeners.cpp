@@ -1,15 +1,11 @@
 #include "core/topics/told_listeners.hpp"
 
 #include <algorithm>
-#include <iterator>
 
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
 namespace {
-
-// Names of the longest kind fit into a message of so many.
-constexpr std::size_t kInOneMessage = 256;
 
 // Two subscriptions of a node are one listener: it asks for what serves both.
 Qos weakest(Qos a, const Qos& b) {
@@ -80,21 +76,7 @@ void ToldListeners::tell(Link& link) {
     change.added.push_back(
         {id, side_.wire_name(topic.first), topic.second, listener.type_hash, node, listener.qos});
   }
-  if (!change.added.empty() || !change.removed.empty()) send(link, std::move(change));
-}
-
-void ToldListeners::send(Link& link, Listeners change) {
-  auto& added = change.added;
-  for (std::size_t at = 0; at == 0 || at < added.size(); at += kInOneMessage) {
-    // All that go are in the first part: the peer applies them first, so it never counts more than
-    // its limit.
-    const auto begin = added.begin() + static_cast<std::ptrdiff_t>(at);
-    const auto count = std::min(kInOneMessage, added.size() - at);
-    Listeners part;
-    std::move(begin, begin + static_cast<std::ptrdiff_t>(count), std::back_inserter(part.added));
-    part.removed = std::exchange(change.removed, {});
-    link.send(part);
-  }
+  if (!change.added.empty() || !change.removed.empty()) link.send(change);
 }
 
 void ToldListeners::recheck(Link& link) {

@@ -41,7 +41,6 @@ class ToldListeners {
   [[nodiscard]] bool permits(Told& told, const Link& link, const TopicKey& topic) const;
   // The listeners here that this link may know of.
   [[nodiscard]] std::map<Key, Listener> listeners_for(Told& told, const Link& link) const;
-  static void send(Link& link, Listeners change);
 
   const SideView side_;
   std::map<LinkId, Told> links_;

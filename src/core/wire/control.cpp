@@ -1,10 +1,12 @@
 #include "core/wire/control.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "core/wire/control_fields.hpp"
 #include "core/wire/control_reader.hpp"
-#include "core/wire/control_shape.hpp"
+#include "core/wire/control_values.hpp"
 #include "core/wire/control_writer.hpp"
 
 namespace connect_bridge {
@@ -31,6 +33,56 @@ std::string offer_of(const std::vector<std::string>& channels, bool complete) {
   return text.insert(text.find('[') + 1, list);
 }
 
+template <class T>
+std::vector<T> slice(const std::vector<T>& list, std::size_t at, std::size_t count) {
+  const auto begin = list.begin() + static_cast<std::ptrdiff_t>(std::min(at, list.size()));
+  const auto left = static_cast<std::size_t>(list.end() - begin);
+  return {begin, begin + static_cast<std::ptrdiff_t>(std::min(count, left))};
+}
+
+// Each has a part of the list, and no other member is changed.
+template <class Message, class T>
+std::vector<Message> cut(const Message& whole, std::vector<T> Message::*list, std::size_t max) {
+  std::vector<Message> parts;
+  for (std::size_t at = 0; at == 0 || at < (whole.*list).size(); at += max)
+    (parts.emplace_back(whole).*list) = slice(whole.*list, at, max);
+  return parts;
+}
+
+template <class Message>
+std::vector<Message> parts_of(const Message& message) {
+  return {message};
+}
+std::vector<Withdraw> parts_of(const Withdraw& withdraw) {
+  return cut(withdraw, &Withdraw::channels, kChannelIdsMax);
+}
+std::vector<Demand> parts_of(const Demand& demand) {
+  auto parts = cut(demand, &Demand::channels, kChannelIdsMax);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    parts[i].after = slice(demand.after, i * kChannelIdsMax, kChannelIdsMax);
+  return parts;
+}
+std::vector<Refuse> parts_of(const Refuse& refuse) {
+  return cut(refuse, &Refuse::calls, kCallIdsMax);
+}
+std::vector<Forget> parts_of(const Forget& forget) {
+  return cut(forget, &Forget::calls, kCallIdsMax);
+}
+// All that go are in the first part: the peer applies them first, so it never counts more than its
+// limit.
+template <class Message>
+std::vector<Message> parts_of_change(const Message& change) {
+  auto parts = cut(change, &Message::added, kAddedMax);
+  for (std::size_t i = 1; i < parts.size(); ++i) parts[i].removed.clear();
+  return parts;
+}
+std::vector<OriginsChanged> parts_of(const OriginsChanged& changed) {
+  return parts_of_change(changed);
+}
+std::vector<Listeners> parts_of(const Listeners& listeners) {
+  return parts_of_change(listeners);
+}
+
 }  // namespace
 
 std::size_t patterns_of(const Accepts& accepts) {
@@ -47,39 +99,59 @@ std::string encode(const Control& message) {
   return std::visit([&](const auto& kind) { return text_of(kind, std::move(json)); }, message);
 }
 
+std::vector<std::string> encode_parts(const Control& message) {
+  std::vector<std::string> texts;
+  std::visit(
+      [&](const auto& kind) {
+        for (const auto& part : parts_of(kind)) texts.push_back(encode(part));
+      },
+      message);
+  return texts;
+}
+
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete) {
   // A message arrives as a whole, and nothing else meanwhile: on a thin link urgent data would wait
-  // for a long one, and the peer take this side for silent. A single channel may be longer.
+  // for a long one, and the peer take this side for silent.
   constexpr std::size_t kBytes = 16 << 10;
   constexpr std::size_t kChannels = kOfferChannelsMax / 4;
-  std::vector<std::string> offers;
+  std::vector<std::string> texts;
   std::vector<std::string> gathered;
   std::size_t gathered_bytes = 0;
+  const auto offer_gathered = [&](bool completes) {
+    if (!gathered.empty() || completes) texts.push_back(offer_of(gathered, completes));
+    gathered.clear();
+    gathered_bytes = 0;
+  };
   for (const auto& channel : channels) {
-    std::string text = text_of(channel);
-    const bool full = gathered.size() == kChannels || gathered_bytes + text.size() > kBytes;
-    if (full && !gathered.empty()) {
-      offers.push_back(offer_of(std::exchange(gathered, {}), false));
-      gathered_bytes = 0;
+    OriginsChanged more{channel.channel, {}, {}};
+    std::string text;
+    if (channel.origins.size() <= kAddedMax) {
+      text = text_of(channel);
+    } else {
+      ChannelOffer first = channel;
+      first.origins = slice(channel.origins, 0, kAddedMax);
+      more.added = slice(channel.origins, kAddedMax, kChannelOriginsMax);
+      text = text_of(first);
     }
+    if (gathered.size() == kChannels || gathered_bytes + text.size() > kBytes)
+      offer_gathered(false);
     gathered_bytes += text.size();
     gathered.push_back(std::move(text));
+    if (more.added.empty()) continue;
+    offer_gathered(false);
+    for (auto& rest : encode_parts(more)) texts.push_back(std::move(rest));
   }
-  if (!gathered.empty() || complete) offers.push_back(offer_of(gathered, complete));
-  return offers;
+  offer_gathered(complete);
+  return texts;
 }
 
 Result<Control> decode_control(std::string_view text) {
-  if (text.size() > kControlBytesMax) {
-    return Error{CloseCode::kTooLarge, "a control message is larger than 1 MiB"};
-  }
-  // Limits before the parser: what it makes of a text may be many times as large as the text.
-  if (auto shape = check_control_shape(text); !shape) return shape.error();
-  const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object())
-    return Error{CloseCode::kMalformed, "a control message is not a JSON object"};
+  if (text.size() > kControlBytesMax)
+    return Error{CloseCode::kTooLarge, "a control message is larger than 256 KiB"};
+  const auto values = ControlValues::read(text);
+  if (!values) return values.error();
   std::optional<Error> error;
-  ControlReader reader{json, error};
+  ControlReader reader{values.value().object(), error};
   std::string type;
   reader.member("type", type);
   Control message;

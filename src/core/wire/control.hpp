@@ -16,21 +16,26 @@
 
 namespace connect_bridge {
 
-// Limits of one control message; larger ones are refused with kTooLarge.
-inline constexpr std::size_t kControlBytesMax = 1 << 20;
-inline constexpr std::size_t kControlDepthMax = 8;         // nesting of JSON objects and arrays
-inline constexpr std::size_t kControlValuesMax = 200'000;  // JSON values in one message
-inline constexpr std::size_t kOfferChannelsMax = 256;      // channels in one offer
-inline constexpr std::size_t kChannelOriginsMax = 1024;    // origins of one channel
-inline constexpr std::size_t kChannelIdsMax = 65'536;      // channels in one withdraw or demand
-inline constexpr std::size_t kAcceptRulesMax = 1024;       // rules in one accepts
-inline constexpr std::size_t kNeighboursMax = 256;         // of one accepts
-inline constexpr std::size_t kPatternsMax = 4096;          // patterns and types of one accepts
-inline constexpr std::size_t kNameBytesMax = 255;          // a name, pattern, type, hash or node
-inline constexpr std::size_t kListenersMax = 1024;         // listeners of a link, and of a message
-inline constexpr std::size_t kCallIdsMax = 65'536;         // calls in one message
-inline constexpr std::size_t kCodeBytesMax = 32;           // of a decline, refuse or withdraw
-inline constexpr std::size_t kReasonBytesMax = 512;        // the sentence with it
+// Limits of one control message; larger ones are refused with kTooLarge. They keep the time that a
+// message takes to be read below 4 ms, whatever is in it (tests/bench/core_bench.cpp).
+inline constexpr std::size_t kControlBytesMax = 256 << 10;
+inline constexpr std::size_t kControlDepthMax = 8;        // nesting of JSON objects and arrays
+inline constexpr std::size_t kControlValuesMax = 16'384;  // JSON values in one message
+inline constexpr std::size_t kControlMembersMax = 64;     // of one JSON object
+inline constexpr std::size_t kOfferChannelsMax = 256;     // channels in one offer
+inline constexpr std::size_t kChannelOriginsMax = 1024;   // origins of one channel
+// Origins and listeners that one message adds. Those of usual names make about 16 KiB.
+inline constexpr std::size_t kAddedMax = 64;
+inline constexpr std::size_t kRemovedMax = 1024;      // and removes
+inline constexpr std::size_t kChannelIdsMax = 4096;   // channels in one withdraw or demand
+inline constexpr std::size_t kAcceptRulesMax = 1024;  // rules in one accepts
+inline constexpr std::size_t kNeighboursMax = 256;    // of one accepts
+inline constexpr std::size_t kPatternsMax = 4096;     // patterns and types of one accepts
+inline constexpr std::size_t kNameBytesMax = 255;     // a name, pattern, type, hash or node
+inline constexpr std::size_t kListenersMax = 1024;    // listeners of a link
+inline constexpr std::size_t kCallIdsMax = 8192;      // calls in one message
+inline constexpr std::size_t kCodeBytesMax = 32;      // of a decline, refuse or withdraw
+inline constexpr std::size_t kReasonBytesMax = 512;   // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".
@@ -179,11 +184,16 @@ using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, D
 
 [[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
 
-// The caller observes the limits above; encode_offers() does it for many channels.
+// The caller observes the limits above; encode_parts() and encode_offers() do it for long lists.
 std::string encode(const Control& message);
 
-// The offers that announce all of `channels`, each within the limits of a control message.
-// `complete` is set on the last one, and there is one even if there are no channels then.
+// The messages that say together, one after the other, what `message` says, each within the limits
+// of its lists. Not for an offer, and no list of an "attached" is split.
+std::vector<std::string> encode_parts(const Control& message);
+
+// The messages that announce all of `channels`, each within the limits: offers, and where a channel
+// has many origins, "origins" behind the offer. `complete` is set on the last offer, which is the
+// last message, and there is one even if there are no channels then.
 std::vector<std::string> encode_offers(const std::vector<ChannelOffer>& channels, bool complete);
 
 // Unknown message types are an error (kMalformed); unknown keys are ignored, so that later minor

@@ -19,6 +19,7 @@
 #include <variant>
 
 #include "core/wire/control.hpp"
+#include "core/wire/control_names.hpp"
 #include "core/wire/login.hpp"
 #include "core/wire/words.hpp"
 
@@ -77,14 +78,14 @@ void fields(auto& io, Is<ChannelOffer> auto& channel) {
   } else {
     io.member("newest_only", channel.newest_only, Presence::kDefault);
     io.member("resume", channel.resume, Presence::kOptional);
-    io.list("origins", channel.origins, kChannelOriginsMax);
+    io.list("origins", channel.origins, kAddedMax);
   }
 }
 
 // A word of [a-z0-9_], 1 to 32 bytes.
-void identifier(auto& io, const char* key, auto& word, Presence presence = Presence::kRequired) {
-  if (io.text(key, word, kCodeBytesMax, presence))
-    io.check(is_method(word), key, "is not a word of [a-z0-9_]");
+void identifier(auto& io, MemberName name, auto& word, Presence presence = Presence::kRequired) {
+  if (io.text(name, word, kCodeBytesMax, presence))
+    io.check(is_method(word), name, "is not a word of [a-z0-9_]");
 }
 
 void fields(auto& io, Is<Offer> auto& offer) {
@@ -94,8 +95,8 @@ void fields(auto& io, Is<Offer> auto& offer) {
 
 void fields(auto& io, Is<OriginsChanged> auto& changed) {
   io.member("channel", changed.channel);
-  io.list("added", changed.added, kChannelOriginsMax);
-  io.list("removed", changed.removed, kChannelOriginsMax);
+  io.list("added", changed.added, kAddedMax);
+  io.list("removed", changed.removed, kRemovedMax);
 }
 
 void fields(auto& io, Is<Withdraw> auto& withdraw) {
@@ -149,8 +150,8 @@ void fields(auto& io, Is<ListenerTold> auto& told) {
 }
 
 void fields(auto& io, Is<Listeners> auto& listeners) {
-  io.list("added", listeners.added, kListenersMax);
-  io.list("removed", listeners.removed, kListenersMax);
+  io.list("added", listeners.added, kAddedMax);
+  io.list("removed", listeners.removed, kRemovedMax);
 }
 
 void fields(auto& io, Is<Attach> auto& attach) {

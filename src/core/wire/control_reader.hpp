@@ -1,4 +1,4 @@
-// The JSON of a control message -> its fields, each checked as it is read. Everything here is
+// The values of a control message -> its fields, each checked as it is read. Everything here is
 // hostile until it is checked.
 #pragma once
 
@@ -13,9 +13,10 @@
 #include <vector>
 
 #include "core/base/hex.hpp"
-#include "core/base/json.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/control_fields.hpp"
+#include "core/wire/control_names.hpp"
+#include "core/wire/control_values.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 
@@ -27,136 +28,137 @@ class ControlReader {
  public:
   static constexpr bool kWrites = false;
 
-  ControlReader(const Json& object, std::optional<Error>& error) : object_(object), error_(error) {}
+  ControlReader(const ControlValue& object, std::optional<Error>& error)
+      : object_(object), error_(error) {}
 
-  void check(bool holds, std::string_view key, const char* wrong,
+  void check(bool holds, MemberName name, const char* wrong,
              CloseCode code = CloseCode::kMalformed) {
     if (holds || error_) return;
-    error_ = Error{code, "a control message's \"" + std::string{key} + "\" " + wrong};
+    error_ = Error{code, "a control message's \"" + std::string{name.text()} + "\" " + wrong};
   }
 
   // These return whether the member is there.
   template <class T>
-  bool member(const char* key, T& value, Presence presence = Presence::kRequired) {
-    const Json* json = find(key, presence);
-    if (json != nullptr) read(*json, key, value);
-    return json != nullptr;
+  bool member(MemberName name, T& value, Presence presence = Presence::kRequired) {
+    const ControlValue* found = find(name, presence);
+    if (found != nullptr) read(*found, name, value);
+    return found != nullptr;
   }
 
-  bool text(const char* key, std::string& value, std::size_t bytes_max, Presence presence) {
-    const Json* json = find(key, presence);
-    if (json != nullptr) read_text(*json, key, value, bytes_max);
-    return json != nullptr;
+  bool text(MemberName name, std::string& value, std::size_t bytes_max, Presence presence) {
+    const ControlValue* found = find(name, presence);
+    if (found != nullptr) value = text_of(*found, name, bytes_max);
+    return found != nullptr;
   }
 
-  void cleaned(const char* key, std::string& value, std::size_t bytes_max) {
-    text(key, value, bytes_max, Presence::kDefault);
+  void cleaned(MemberName name, std::string& value, std::size_t bytes_max) {
+    text(name, value, bytes_max, Presence::kDefault);
   }
 
   template <class T>
-  bool list(const char* key, std::vector<T>& values, std::size_t items_max,
+  bool list(MemberName name, std::vector<T>& values, std::size_t items_max,
             Presence presence = Presence::kRequired) {
-    const Json* json = find(key, presence);
-    if (json == nullptr) return false;
-    check(json->is_array(), key, "is not a list");
-    check(json->size() <= items_max, key, "has too many entries", CloseCode::kTooLarge);
-    for (auto entry = json->begin(); !error_ && entry != json->end(); ++entry)
-      read(*entry, key, values.emplace_back());
+    const ControlValue* found = find(name, presence);
+    if (found == nullptr) return false;
+    check(found->type == Type::kList, name, "is not a list");
+    for (auto* entry = found->first(); !error_ && entry != found->last(); entry = entry->next()) {
+      check(values.size() < items_max, name, "has too many entries", CloseCode::kTooLarge);
+      read(*entry, name, values.emplace_back());
+    }
     return true;
   }
 
   template <class Enum, std::size_t N>
-  void word(const char* key, Enum& value, const std::array<Word<Enum>, N>& words) {
-    const Json* json = find(key, Presence::kDefault);
-    if (json == nullptr) return;
-    const auto* text = json->get_ptr<const Json::string_t*>();
-    const auto found = text == nullptr ? std::nullopt : value_of(words, *text);
-    check(found.has_value(), key, "is not one of its words");
-    value = found.value_or(value);
+  void word(MemberName name, Enum& value, const std::array<Word<Enum>, N>& words) {
+    const ControlValue* found = find(name, Presence::kDefault);
+    if (found == nullptr) return;
+    const auto known = found->type == Type::kText ? value_of(words, found->text) : std::nullopt;
+    check(known.has_value(), name, "is not one of its words");
+    value = known.value_or(value);
   }
 
-  void duration(const char* key, Duration& value) {
-    const Json* json = find(key, Presence::kOptional);
-    if (json == nullptr) return;
-    const auto* number = json->get_ptr<const Json::number_unsigned_t*>();
-    const bool fits = number != nullptr && std::cmp_less_equal(*number, kDurationMax.count());
-    check(fits, key, "is not a duration in nanoseconds");
-    if (fits) value = Duration{static_cast<Duration::rep>(*number)};
+  void duration(MemberName name, Duration& value) {
+    const ControlValue* found = find(name, Presence::kOptional);
+    if (found == nullptr) return;
+    const bool fits =
+        found->type == Type::kUnsigned && std::cmp_less_equal(found->number, kDurationMax.count());
+    check(fits, name, "is not a duration in nanoseconds");
+    if (fits) value = Duration{static_cast<Duration::rep>(found->number)};
   }
 
  private:
-  // The member, or nullptr; an absent one is an error if it is required.
-  const Json* find(const char* key, Presence presence) {
+  using Type = ControlValue::Type;
+
+  // The member, the last one of the name, or nullptr; an absent one is an error if it is required.
+  const ControlValue* find(MemberName name, Presence presence) {
     if (error_) return nullptr;
-    const auto found = object_.find(key);
-    if (found != object_.end()) return &*found;
-    check(presence != Presence::kRequired, key, "is missing");
-    return nullptr;
+    const ControlValue* found = nullptr;
+    for (auto* member = object_.first(); member != object_.last(); member = member->next()) {
+      if (member->name == name) found = member;
+    }
+    check(found != nullptr || presence != Presence::kRequired, name, "is missing");
+    return found;
   }
 
-  void read_text(const Json& json, const char* key, std::string& value, std::size_t bytes_max) {
-    const auto* text = json.get_ptr<const Json::string_t*>();
-    check(text != nullptr, key, "is not a string");
-    check(!text || text->size() <= bytes_max, key, "is too long", CloseCode::kTooLarge);
-    check(!text || is_text(*text), key, "contains a control character");
-    if (!error_) value = *text;
+  // Empty where it is none.
+  std::string_view text_of(const ControlValue& value, MemberName name, std::size_t bytes_max) {
+    check(value.type == Type::kText, name, "is not a string");
+    check(value.text.size() <= bytes_max, name, "is too long", CloseCode::kTooLarge);
+    check(error_ || is_text(value.text), name, "contains a control character");
+    return error_ ? std::string_view{} : value.text;
   }
 
   template <class T>
-  void read_number(const Json& json, const char* key, T& value, T least) {
-    const auto* number = json.get_ptr<const Json::number_unsigned_t*>();
-    const bool fits =
-        number != nullptr && *number >= least && *number <= std::numeric_limits<T>::max();
-    check(fits, key, "is not an integer in its range");
-    if (fits) value = static_cast<T>(*number);
+  void read_number(const ControlValue& value, MemberName name, T& number, T least) {
+    const bool fits = value.type == Type::kUnsigned && value.number >= least &&
+                      value.number <= std::numeric_limits<T>::max();
+    check(fits, name, "is not an integer in its range");
+    if (fits) number = static_cast<T>(value.number);
   }
 
   template <class Bytes>
-  void read_hex(const Json& json, const char* key, Bytes& bytes, const char* wrong) {
-    std::string digits;
-    read_text(json, key, digits, 2 * bytes.size());
-    check(from_hex(digits, bytes), key, wrong);
+  void read_hex(const ControlValue& value, MemberName name, Bytes& bytes, const char* wrong) {
+    check(from_hex(text_of(value, name, 2 * bytes.size()), bytes), name, wrong);
   }
 
-  void read(const Json& json, const char* key, bool& value) {
-    check(json.is_boolean(), key, "is neither true nor false");
-    value = json.is_boolean() && json.get<bool>();
+  void read(const ControlValue& value, MemberName name, bool& yes) {
+    check(value.type == Type::kBoolean, name, "is neither true nor false");
+    yes = value.number == 1;
   }
-  void read(const Json& json, const char* key, std::string& value) {
-    read_text(json, key, value, kNameBytesMax);
+  void read(const ControlValue& value, MemberName name, std::string& text) {
+    text = text_of(value, name, kNameBytesMax);
   }
   template <std::unsigned_integral T>
-  void read(const Json& json, const char* key, T& value) {
-    read_number(json, key, value, T{0});
+  void read(const ControlValue& value, MemberName name, T& number) {
+    read_number(value, name, number, T{0});
   }
   template <class Tag, class Value>
-  void read(const Json& json, const char* key, Id<Tag, Value>& id) {
-    read_number(json, key, id.value, Value{1});
+  void read(const ControlValue& value, MemberName name, Id<Tag, Value>& id) {
+    read_number(value, name, id.value, Value{1});
   }
   template <class T>
-  void read(const Json& json, const char* key, std::optional<T>& value) {
-    read(json, key, value.emplace());
+  void read(const ControlValue& value, MemberName name, std::optional<T>& number) {
+    read(value, name, number.emplace());
   }
-  void read(const Json& json, const char* key, Gid& gid) {
-    read_hex(json, key, gid.bytes, "is not 48 hexadecimal digits");
+  void read(const ControlValue& value, MemberName name, Gid& gid) {
+    read_hex(value, name, gid.bytes, "is not 48 hexadecimal digits");
   }
-  void read(const Json& json, const char* key, Token128& token) {
-    read_hex(json, key, token.bytes, "has an entry that is not 32 hexadecimal digits");
+  void read(const ControlValue& value, MemberName name, Token128& token) {
+    read_hex(value, name, token.bytes, "has an entry that is not 32 hexadecimal digits");
   }
-  void read(const Json& json, const char* key, InterfaceKind& kind) {
-    std::string word;
-    read(json, key, word);
-    kind = value_of(kKindWords, word).value_or(InterfaceKind::kOther);
+  void read(const ControlValue& value, MemberName name, InterfaceKind& kind) {
+    kind =
+        value_of(kKindWords, text_of(value, name, kNameBytesMax)).value_or(InterfaceKind::kOther);
   }
   template <class T>
-  void read(const Json& json, const char* key, T& object) {
-    check(json.is_object(), key, "is not an object");
+  void read(const ControlValue& value, MemberName name, T& object) {
+    check(value.type == Type::kObject, name, "is not an object");
     if (error_) return;
-    ControlReader reader{json, error_};
+    ControlReader reader{value, error_};
     fields(reader, object);
   }
 
-  const Json& object_;
+  const ControlValue& object_;
   std::optional<Error>& error_;
 };
 

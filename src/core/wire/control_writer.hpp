@@ -12,6 +12,7 @@
 #include "core/base/json.hpp"
 #include "core/base/result.hpp"
 #include "core/wire/control_fields.hpp"
+#include "core/wire/control_names.hpp"
 #include "core/wire/text.hpp"
 #include "core/wire/words.hpp"
 
@@ -25,44 +26,46 @@ class ControlWriter {
 
   explicit ControlWriter(OrderedJson& object) : object_(object) {}
 
-  void check(bool, const char*, const char*, CloseCode = CloseCode::kMalformed) {}
+  void check(bool, MemberName, const char*, CloseCode = CloseCode::kMalformed) {}
 
   template <class T>
-  bool member(const char* key, const T& value, Presence presence = Presence::kRequired) {
+  bool member(MemberName name, const T& value, Presence presence = Presence::kRequired) {
     if (presence == Presence::kOptional && value == T{}) return false;
-    object_[key] = json_of(value);
+    member_of(name) = json_of(value);
     return true;
   }
 
-  bool text(const char* key, const std::string& value, std::size_t, Presence presence) {
-    return member(key, value, presence);
+  bool text(MemberName name, const std::string& value, std::size_t, Presence presence) {
+    return member(name, value, presence);
   }
 
-  void cleaned(const char* key, const std::string& value, std::size_t bytes_max) {
-    object_[key] = to_text(value, bytes_max);
+  void cleaned(MemberName name, const std::string& value, std::size_t bytes_max) {
+    member_of(name) = to_text(value, bytes_max);
   }
 
   template <class T>
-  bool list(const char* key, const std::vector<T>& values, std::size_t,
+  bool list(MemberName name, const std::vector<T>& values, std::size_t,
             Presence presence = Presence::kRequired) {
     if (presence == Presence::kOptional && values.empty()) return false;
     OrderedJson::array_t entries;
     entries.reserve(values.size());
     for (const T& value : values) entries.push_back(json_of(value));
-    object_[key] = std::move(entries);
+    member_of(name) = std::move(entries);
     return true;
   }
 
   template <class Enum, std::size_t N>
-  void word(const char* key, Enum value, const std::array<Word<Enum>, N>& words) {
-    object_[key] = word_of(words, value);
+  void word(MemberName name, Enum value, const std::array<Word<Enum>, N>& words) {
+    member_of(name) = word_of(words, value);
   }
 
-  void duration(const char* key, Duration value) {
-    if (value >= Duration::zero() && value <= kDurationMax) object_[key] = value.count();
+  void duration(MemberName name, Duration value) {
+    if (value >= Duration::zero() && value <= kDurationMax) member_of(name) = value.count();
   }
 
  private:
+  OrderedJson& member_of(MemberName name) { return object_[std::string{name.text()}]; }
+
   static OrderedJson json_of(const std::string& text) { return text; }
   static OrderedJson json_of(const std::integral auto& number) { return number; }
   template <class Tag, class Value>

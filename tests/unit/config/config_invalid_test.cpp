@@ -257,7 +257,7 @@ TEST(ConfigInvalidMore, NoPeerRefusesWhatIsAnnounced) {
   more["rule.r0.export_topics"] = std::vector<std::string>{"/exports/are/not/announced"};
   EXPECT_THAT(said(more), HasSubstr("there are 4097"));
   EXPECT_THAT(said(importing(1025, 1)), HasSubstr("at most 1024 rules that import something"));
-  EXPECT_THAT(said(importing(1, 4096, 255)), HasSubstr("at most 1048576 bytes"));
+  EXPECT_THAT(said(importing(1, 4096, 255)), HasSubstr("at most 262144 bytes"));
   // A rule may be for one peer only; who is in its groups is known when somebody logs in.
   ParameterMap narrow = importing(2, 2049);
   narrow["rule.r0.groups"] = std::vector<std::string>{"a"};

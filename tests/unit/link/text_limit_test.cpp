@@ -35,17 +35,17 @@ struct Said {
 };
 constexpr int kAll = 10'000;  // more than may pass
 
-TEST(TextLimit, SixtyFourSecondsWorthPassesAtOnceAndThenItsRate) {
+TEST(TextLimit, EightSecondsWorthPassesAtOnceAndThenItsRate) {
   Said s;
-  EXPECT_NEAR(s.say(1, kAll), 640, 2);
+  EXPECT_NEAR(s.say(1, kAll), 80, 2);
   EXPECT_EQ(s.say(1, kAll), 0);
-  EXPECT_NEAR(s.say(1, kAll, 10'000), 100, 2);
+  EXPECT_NEAR(s.say(1, kAll, 5000), 50, 2);
 }
 
 TEST(TextLimit, WhoHasSaidMostEndsAndNotWhoSpeaksNext) {
   Said s;
-  EXPECT_EQ(s.say(1, 200), 200);
-  EXPECT_EQ(s.say(2, 400), 400);
+  EXPECT_EQ(s.say(1, 25), 25);
+  EXPECT_EQ(s.say(2, 50), 50);
   EXPECT_GT(s.say(3, kAll), 0);
   EXPECT_EQ(s.ends(), 2U);
   EXPECT_FALSE(s.limit.take_loudest());  // once
@@ -67,7 +67,7 @@ TEST(TextLimit, NobodyEndsForLessThanASecondsWorth) {
   Said s;
   std::uint64_t link = 1;
   while (link < 1000 && s.say(link, 5) == 5) ++link;
-  EXPECT_NEAR(static_cast<double>(link), 128, 2);
+  EXPECT_NEAR(static_cast<double>(link), 16, 2);
   EXPECT_EQ(s.ends(), 0U);
   EXPECT_EQ(s.say(1000, 1), 0);
   EXPECT_EQ(s.ends(), 0U);
@@ -94,9 +94,9 @@ TEST(TextLimit, WhatALinkHasSaidCountsWhenItIsGone) {
 // A link that lives for long has said much in all.
 TEST(TextLimit, WhatIsPaidOffIsHeldAgainstNobody) {
   Said s;
-  EXPECT_EQ(s.say(1, 600), 600);
-  EXPECT_EQ(s.say(1, 100, 100'000), 100);
-  EXPECT_EQ(s.say(2, 400, 100'000), 400);
+  EXPECT_EQ(s.say(1, 75), 75);
+  EXPECT_EQ(s.say(1, 15, 100'000), 15);
+  EXPECT_EQ(s.say(2, 50, 100'000), 50);
   EXPECT_GT(s.say(3, kAll, 100'000), 0);
   EXPECT_EQ(s.ends(), 2U);
 }

@@ -71,7 +71,15 @@ void Script::binary(std::uint32_t connection, const Bytes& packet) {
 }
 
 void Script::say(std::uint32_t connection, const Control& control) {
-  const std::string text = encode(control);
+  for (const std::string& text : encode_parts(control)) say_text(connection, text);
+}
+
+void Script::offer(std::uint32_t connection, const std::vector<ChannelOffer>& channels,
+                   bool complete) {
+  for (const std::string& text : encode_offers(channels, complete)) say_text(connection, text);
+}
+
+void Script::say_text(std::uint32_t connection, const std::string& text) {
   give(PacketReceived{{connection}, true, Payload::copy_of(Bytes(text.begin(), text.end()))});
 }
 

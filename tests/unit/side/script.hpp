@@ -38,7 +38,11 @@ class Script {
   void claim_service(std::uint8_t publisher, std::uint8_t side_id, const std::string& service,
                      bool feeds = false);
   void binary(std::uint32_t connection, const Bytes& packet);
+  // In as many messages as it takes.
   void say(std::uint32_t connection, const Control& control);
+  // Channels with however many origins, see encode_offers().
+  void offer(std::uint32_t connection, const std::vector<ChannelOffer>& channels,
+             bool complete = false);
   void demand(std::uint32_t connection, std::uint32_t channel, bool on = true);
   // A message on a channel, for the demand that said() has read (the first one, if it has not). Its
   // number is its stamp, if that is given; sequences are counted here.
@@ -88,6 +92,7 @@ class Script {
   std::string noted;  // for the audit log, if the options ask for it
 
  private:
+  void say_text(std::uint32_t connection, const std::string& text);
   Token128 welcomed(std::uint32_t connection);
   // A claim like the last one, and no mirror has gone since.
   bool is_repeated(const std::string& word);

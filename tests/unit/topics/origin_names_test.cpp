@@ -127,7 +127,7 @@ TEST(OriginNames, NamesDoNotCountAsOrigins) {
   s.pass(1000);
   s.join(1);
   const auto origins = numbered(1, kChannelOriginsMax);
-  s.say(1, Offer{{channel(1, "/a", origins)}, true});
+  s.offer(1, {channel(1, "/a", origins)}, true);
   s.say(1, OriginsChanged{{1}, origins, {}});
   EXPECT_EQ(s.did().find("close"), std::string::npos);
   s.say(1, OriginsChanged{{1}, {origin(kChannelOriginsMax + 1, 1)}, {}});
@@ -141,7 +141,7 @@ TEST(OriginNames, AllPublishersOfATopicCanBeReplacedAtOnce) {
   s.pass(1000);
   s.join(1);
   const auto before = numbered(1, 600);
-  s.say(1, Offer{{channel(1, "/a", before)}, true});
+  s.offer(1, {channel(1, "/a", before)}, true);
   OriginsChanged change{{1}, numbered(601, 600), {}};
   for (const auto& origin : before) change.removed.push_back(origin.origin);
   s.say(1, change);
@@ -160,7 +160,7 @@ TEST(OriginNames, OriginsThatAreLeftOutCount) {
   s.graph({});
   s.pass(1000);
   s.join(1);
-  s.say(1, Offer{{channel(1, "/a", numbered(1, kChannelOriginsMax))}, true});
+  s.offer(1, {channel(1, "/a", numbered(1, kChannelOriginsMax))}, true);
   s.say(1, OriginsChanged{{1}, numbered(2000, 1), {{kChannelOriginsMax}}});
   EXPECT_EQ(s.did().find("close"), std::string::npos);
   s.say(1, OriginsChanged{{1}, numbered(3000, 1), {}});
@@ -177,13 +177,13 @@ TEST(OriginNames, OriginsThatAreLeftOutTakeTheirPartOfTheMemory) {
   s.graph({});
   s.pass(1000);
   s.join(1);
-  s.say(1, Offer{{channel(1, "/a", numbered(1, 200))}, true});
+  s.offer(1, {channel(1, "/a", numbered(1, 200))}, true);
   const std::uint64_t held = s.status().shared_bytes;
   EXPECT_GT(held, 190U * sizeof(OriginId));
   s.say(1, OriginsChanged{{1}, {}, {{11}}});
   EXPECT_LT(s.status().shared_bytes, held);
   for (std::uint32_t i = 2; i < 20; ++i)
-    s.say(1, Offer{{channel(i, "/b" + std::to_string(i), numbered(i << 16, kChannelOriginsMax))}});
+    s.offer(1, {channel(i, "/b" + std::to_string(i), numbered(i << 16, kChannelOriginsMax))});
   EXPECT_LT(s.status().shared_bytes, kMemory);
   EXPECT_EQ(s.did().find("close"), std::string::npos);
 }

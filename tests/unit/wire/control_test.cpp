@@ -2,38 +2,14 @@
 
 #include <gtest/gtest.h>
 
-// Examples and malformed messages are in tests/vectors; here are fields, limits, what is tolerated.
+#include "unit/wire/controls.hpp"
+
+// Examples and malformed messages are in tests/vectors; here are fields, and what is tolerated;
+// limits are in control_limits_test.cpp.
 namespace connect_bridge {
 namespace {
 
-template <class Message>
-Message read(std::string_view text) {
-  const auto message = decode_control(text);
-  EXPECT_TRUE(message.ok()) << message.error().message;
-  if (!message.ok()) return {};
-  const auto* value = std::get_if<Message>(&message.value());
-  EXPECT_NE(value, nullptr);
-  return value == nullptr ? Message{} : *value;
-}
-
-CloseCode code_of(std::string_view text) {
-  const auto message = decode_control(text);
-  return message.ok() ? CloseCode::kNormal : message.error().code;
-}
-
-ChannelOffer channel(std::uint32_t number, std::size_t origins = 1) {
-  ChannelOffer offer;
-  offer.channel.value = number;
-  offer.name = "/topic";
-  offer.type = "std_msgs/msg/String";
-  for (std::uint32_t i = 1; i <= origins; ++i) {
-    OriginOffer origin;
-    origin.origin.value = i;
-    origin.node = "/node";
-    offer.origins.push_back(origin);
-  }
-  return offer;
-}
+using namespace control_test;
 
 TEST(Control, OfferKeepsEveryField) {
   ChannelOffer sent = channel(7);
@@ -241,127 +217,32 @@ TEST(Control, TextOfAPersonIsCleanedAndCutInsteadOfThrowing) {
   EXPECT_FALSE(encode(Offer{{broken}, true}).empty());
 }
 
-// `count` copies of `item` between `before` and `after`.
-std::string list(std::string before, std::size_t count, std::string_view item,
-                 std::string_view after) {
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i > 0) before += ',';
-    before += item;
+TEST(Control, WhatIsSkippedEndsWhereItsValueEnds) {
+  for (const char* value :
+       {"0", "-1", "1.5", "true", "null", R"("}")", "{}", "[]", R"([{"channels":[9]}])",
+        R"({"channels":[9],"later":{"type":"demand"}})"}) {
+    const auto withdraw =
+        read<Withdraw>(R"({"later":)" + std::string{value} + R"(,"type":"withdraw","x":)" + value +
+                       R"(,"channels":[1,2],"y":)" + value + "}");
+    EXPECT_EQ(withdraw.channels, (std::vector<ChannelId>{{1}, {2}})) << value;
   }
-  return before.append(after);
 }
 
-TEST(Control, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
-  const auto withdraw = [](std::size_t n) {
-    return list(R"({"type":"withdraw","channels":[)", n, "1", "]}");
-  };
-  EXPECT_EQ(code_of(withdraw(kChannelIdsMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(withdraw(kChannelIdsMax + 1)), CloseCode::kTooLarge);
-
-  const auto offer = [](std::size_t n) {
-    return list(R"({"type":"offer","channels":[)", n, R"({"channel":1,"kind":"x","name":""})",
-                "]}");
-  };
-  EXPECT_EQ(code_of(offer(kOfferChannelsMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(offer(kOfferChannelsMax + 1)), CloseCode::kTooLarge);
-
-  const auto origins = [](std::size_t n) { return encode(Offer{{channel(1, n)}, true}); };
-  EXPECT_EQ(code_of(origins(kChannelOriginsMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(origins(kChannelOriginsMax + 1)), CloseCode::kTooLarge);
-
-  const auto rules = [](std::size_t n) {
-    return list(R"({"type":"accepts","deny":[],"rules":[)", n, R"({"topics":[],"types":[]})", "]}");
-  };
-  EXPECT_EQ(code_of(rules(kAcceptRulesMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(rules(kAcceptRulesMax + 1)), CloseCode::kTooLarge);
-
-  for (const auto* before : {R"({"type":"forget","channel":1,"calls":[)",
-                             R"({"type":"refuse","channel":1,"code":"limit","calls":[)",
-                             R"({"type":"attached","channel":1,"requests":1,"calls":[)"}) {
-    EXPECT_EQ(code_of(list(before, kCallIdsMax, "1", "]}")), CloseCode::kNormal) << before;
-    EXPECT_EQ(code_of(list(before, kCallIdsMax + 1, "1", "]}")), CloseCode::kTooLarge) << before;
-  }
-
-  for (const auto* key : {"services", "actions", "parameters"}) {
-    const auto patterns = [&](std::size_t n) {
-      return list(R"({"type":"accepts","deny":[],"rules":[{"topics":[],"types":[],")" +
-                      std::string{key} + "\":[",
-                  n, R"("/a")", "]}]}");
-    };
-    EXPECT_EQ(code_of(patterns(kPatternsMax)), CloseCode::kNormal) << key;
-    EXPECT_EQ(code_of(patterns(kPatternsMax + 1)), CloseCode::kTooLarge) << key;
-  }
-
-  const auto deny = [](std::size_t n) {
-    return list(R"({"type":"accepts","rules":[],"deny":[)", n, R"("/a")", "]}");
-  };
-  EXPECT_EQ(code_of(deny(kPatternsMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(deny(kPatternsMax + 1)), CloseCode::kTooLarge);
+TEST(Control, OfAMemberThatIsThereTwiceTheLastOneCounts) {
+  EXPECT_EQ(
+      read<Withdraw>(R"({"type":"demand","type":"withdraw","channels":5,"channels":[2]})").channels,
+      std::vector<ChannelId>{{2}});
 }
 
-TEST(Control, WholeMessageHasLimitsOfBytesValuesAndDepth) {
-  std::string text = R"({"type":"withdraw","channels":[]})";
-  text.append(kControlBytesMax - text.size(), ' ');
-  EXPECT_EQ(code_of(text), CloseCode::kNormal);
-  EXPECT_EQ(code_of(text + ' '), CloseCode::kTooLarge);
-
-  const std::string ignored = R"({"type":"withdraw","channels":[],"x":[)";
-  for (const char* value : {"0", "[]", "{ }", R"("[")"}) {  // beside four others
-    EXPECT_EQ(code_of(list(ignored, kControlValuesMax - 4, value, "]}")), CloseCode::kNormal);
-    EXPECT_EQ(code_of(list(ignored, kControlValuesMax - 3, value, "]}")), CloseCode::kTooLarge);
-  }
-
-  const auto nested = [](std::size_t depth) {
-    return R"({"type":"withdraw","channels":[],"x":)" + std::string(depth - 1, '[') +
-           std::string(depth - 1, ']') + "}";
-  };
-  EXPECT_EQ(code_of(nested(kControlDepthMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(nested(kControlDepthMax + 1)), CloseCode::kTooLarge);
-  // Brackets in strings nest nothing.
-  EXPECT_EQ(code_of(R"({"type":"withdraw","channels":[],"x":"[[[[[[\"[[[[[[\\"})"),
-            CloseCode::kNormal);
-}
-
-TEST(Control, OffersAreSplitToFitAndOnlyTheLastIsComplete) {
-  EXPECT_TRUE(encode_offers({}, false).empty());
-  const auto nothing = encode_offers({}, true);
-  ASSERT_EQ(nothing.size(), 1U);
-  EXPECT_TRUE(read<Offer>(nothing[0]).complete);
-  EXPECT_TRUE(read<Offer>(nothing[0]).channels.empty());
-
-  std::vector<ChannelOffer> channels;
-  for (std::uint32_t i = 1; i <= 300; ++i) {
-    channels.push_back(channel(i, i % 100 == 0 ? kChannelOriginsMax : 2));
-  }
-  const auto texts = encode_offers(channels, true);
-  std::uint32_t next = 1;
-  for (const auto& text : texts) {
-    const auto offer = read<Offer>(text);
-    EXPECT_EQ(offer.complete, &text == &texts.back());
-    for (const auto& got : offer.channels) EXPECT_EQ(got.channel.value, next++);
-    // A thin link carries it well within `dead_after`.
-    EXPECT_TRUE(text.size() < 17'000 || offer.channels.size() == 1) << text.size();
-  }
-  EXPECT_EQ(next, 301U);
-  EXPECT_FALSE(read<Offer>(encode_offers({channel(1)}, false)[0]).complete);
-}
-
-TEST(Control, ChannelWithTheMostOriginsAndTheLongestNamesFits) {
-  ChannelOffer largest = channel(1, kChannelOriginsMax);
-  largest.name = "/" + std::string(kNameBytesMax - 1, 'n');
-  for (auto& origin : largest.origins) {
-    origin.origin.value = 0xffffffff;
-    origin.node.assign(kNameBytesMax, 'n');
-    origin.qos = {Reliability::kBestEffort,
-                  Durability::kTransientLocal,
-                  History::kKeepLast,
-                  0xffffffff,
-                  kDurationMax,
-                  kDurationMax,
-                  Liveliness::kManualByTopic,
-                  kDurationMax};
-  }
-  EXPECT_EQ(code_of(encode_offers({largest}, true).at(0)), CloseCode::kNormal);
+TEST(Control, EscapesAreReadAndNumbersMustBePlain) {
+  EXPECT_EQ(
+      read<Decline>(R"({"type":"decl\u0069ne","channel":1,"code":"qos","reason":"\u00e9\"\\"})")
+          .reason,
+      "\xc3\xa9\"\\");
+  for (const char* number : {"-1", "1.0", "1e0", "true", "\"1\"", "[1]", "null"})
+    EXPECT_EQ(code_of(R"({"type":"withdraw","channels":[)" + std::string{number} + "]}"),
+              CloseCode::kMalformed)
+        << number;
 }
 
 }  // namespace

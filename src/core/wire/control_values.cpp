@@ -1,0 +1,137 @@
+#include "core/wire/control_values.hpp"
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "core/base/json.hpp"
+#include "core/wire/control.hpp"
+
+namespace connect_bridge {
+namespace {
+
+constexpr char kNoObject[] = "a control message is not a JSON object";
+
+}  // namespace
+
+// What the parser finds, one after the other; false ends it.
+class ControlValues::Events final : public nlohmann::json_sax<Json> {
+ public:
+  explicit Events(ControlValues& into) : into_(into) {}
+
+  [[nodiscard]] std::optional<Error>& error() { return error_; }
+
+  bool null() override { return add({}); }
+  bool boolean(bool value) override {
+    return add({.type = ControlValue::Type::kBoolean, .number = value ? 1U : 0U});
+  }
+  bool number_unsigned(number_unsigned_t value) override {
+    return add({.type = ControlValue::Type::kUnsigned, .number = value});
+  }
+  bool number_integer(number_integer_t) override {
+    return add({.type = ControlValue::Type::kNumber});
+  }
+  bool number_float(number_float_t, const string_t&) override {
+    return add({.type = ControlValue::Type::kNumber});
+  }
+  bool string(string_t& value) override {
+    return add(
+        {.type = ControlValue::Type::kText, .text = skips() ? std::string_view{} : keep(value)});
+  }
+  bool binary(binary_t&) override { return refuse(CloseCode::kMalformed, kNoObject); }
+
+  bool start_object(std::size_t) override { return open(ControlValue::Type::kObject); }
+  bool start_array(std::size_t) override { return open(ControlValue::Type::kList); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+
+  bool key(string_t& name) override {
+    if (++open_[depth_ - 1].members > kControlMembersMax)
+      return refuse(CloseCode::kTooLarge, "an object of a control message has too many members");
+    if (skips()) return true;
+    name_ = MemberName::find(name);
+    if (!name_) skipped_at_ = depth_;
+    return true;
+  }
+
+  bool parse_error(std::size_t, const std::string&, const Json::exception&) override {
+    return refuse(CloseCode::kMalformed, kNoObject);
+  }
+
+ private:
+  struct Open {
+    std::size_t index = 0;    // in the list of values, where it is not skipped
+    std::size_t members = 0;  // names that have come
+  };
+
+  bool refuse(CloseCode code, const char* why) {
+    error_ = Error{code, why};
+    return false;
+  }
+
+  [[nodiscard]] bool skips() const { return skipped_at_ > 0; }
+
+  std::string_view keep(const std::string& text) {
+    const std::size_t at = into_.texts_.size();
+    into_.texts_.insert(into_.texts_.end(), text.begin(), text.end());
+    return {into_.texts_.data() + at, text.size()};
+  }
+
+  bool add(const ControlValue& value) {
+    if (!append(value)) return false;
+    ended();
+    return true;
+  }
+
+  bool append(ControlValue value) {
+    if (++count_ > kControlValuesMax)
+      return refuse(CloseCode::kTooLarge, "a control message has too many values");
+    if (skips()) return true;
+    value.name = std::exchange(name_, std::nullopt);
+    into_.values_.push_back(value);
+    return true;
+  }
+
+  bool open(ControlValue::Type type) {
+    if (depth_ == kControlDepthMax)
+      return refuse(CloseCode::kTooLarge, "a control message is nested too deeply");
+    if (!append({.type = type})) return false;
+    open_[depth_++] = {into_.values_.size() - 1, 0};
+    return true;
+  }
+
+  bool close() {
+    --depth_;
+    const std::size_t at = open_[depth_].index;
+    if (!skips()) into_.values_[at].size = static_cast<std::uint32_t>(into_.values_.size() - at);
+    ended();
+    return true;
+  }
+
+  // A value has come as a whole.
+  void ended() {
+    if (skipped_at_ == depth_) skipped_at_ = 0;
+  }
+
+  ControlValues& into_;
+  std::optional<Error> error_;
+  std::array<Open, kControlDepthMax> open_{};
+  std::size_t depth_ = 0;
+  std::size_t count_ = 0;
+  std::optional<MemberName> name_;  // of the value that comes next
+  // The depth of the object whose member is skipped now; 0: none is.
+  std::size_t skipped_at_ = 0;
+};
+
+Result<ControlValues> ControlValues::read(std::string_view text) {
+  ControlValues values;
+  values.texts_.reserve(text.size());  // without its escapes no text becomes longer
+  Events events{values};
+  Json::sax_parse(text, &events);
+  if (events.error()) return *std::move(events.error());
+  if (values.object().type != ControlValue::Type::kObject)
+    return Error{CloseCode::kMalformed, kNoObject};
+  return values;
+}
+
+}  // namespace connect_bridge
