@@ -172,6 +172,11 @@ void add_treatment(const Treatment& treatment, Names& parts) {
   if (treatment.resume)
     parts.emplace_back(*treatment.resume ? "resumed after a break" : "not resumed after a break");
   if (treatment.allow_type_mismatch) parts.emplace_back("whatever the definition of its type");
+  if (treatment.keep) {
+    parts.push_back(fmt::format("of what waits {}", *treatment.keep == Keep::kNewest
+                                                        ? "the newest of each publisher"
+                                                        : "all"));
+  }
   if (treatment.max_rate > 0) {
     parts.push_back(fmt::format("at most {:.6g} messages per second", treatment.max_rate));
   }

@@ -11,6 +11,7 @@
 
 #include "config/key_table.hpp"
 #include "config/syntax.hpp"
+#include "core/policy/keep.hpp"
 #include "core/wire/words.hpp"
 
 namespace connect_bridge {
@@ -28,6 +29,9 @@ constexpr const auto& words_of(Reliability) {
 }
 constexpr const auto& words_of(Durability) {
   return kDurabilityWords;
+}
+constexpr const auto& words_of(Keep) {
+  return kKeepWords;
 }
 constexpr const auto& words_of(ToldBy) {
   return syntax::kToldByWords;

@@ -76,12 +76,19 @@ void add_rule_treatment(Rows& rows) {
                "shrink; not what is urgent), `none`, `lz4`, `zstd` or `zstd:<level>` (1 to 19; "
                "`zstd` is level 3)."},
       [](Rule& r) { return &r.treatment.compression; });
+  add({.key = "keep",
+       .help = "What of a topic waits where a link carries less than is published: `newest`, the "
+               "newest message of each publisher, or `all`, for at most 5 s. Unset: `newest` of "
+               "states (best effort, or a type that begins with a Header), `all` of events; the "
+               "status says which, and why."},
+      [](Rule& r) { return &r.treatment.keep; });
   add("max_rate", {0.001, 1e6}, "Hz",
-      "Messages per second of one topic: what is sent, and what is taken from each peer, its "
-      "last samples of a transient-local topic included; unset: all.",
+      "Messages per second of one publisher: what is sent, and what is taken of each, its "
+      "last samples of a transient-local topic included. The newest one comes late rather than "
+      "never. Unset: all.",
       [](Rule& r) { return &r.treatment.max_rate; });
   add("max_bytes_per_second", {1, 1e12}, "bytes/s",
-      "Bandwidth of one topic, uncompressed, sent or taken as for max_rate; unset: no "
+      "Bandwidth of one publisher, uncompressed, sent or taken as for max_rate; unset: no "
       "limit.",
       [](Rule& r) { return &r.treatment.bytes_per_second_max; });
   add("max_age", {0.001, 86400}, "s",

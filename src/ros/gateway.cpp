@@ -60,7 +60,13 @@ void Gateway::add_lacks(GraphChanged& graph) {
     if (is_new) at->second = shared_.types.lack_of(type, hash, is_service);
     return at->second;
   };
-  for (TopicState& topic : graph.topics) topic.lack = lack_of(topic.type, topic.type_hash, false);
+  std::map<std::string, bool> headers;
+  for (TopicState& topic : graph.topics) {
+    topic.lack = lack_of(topic.type, topic.type_hash, false);
+    const auto [at, is_new] = headers.try_emplace(topic.type);
+    if (is_new) at->second = shared_.types.has_header(topic.type);
+    topic.has_header = at->second;
+  }
   for (ServiceState& service : graph.services) service.lack = lack_of(service.type, "", true);
 }
 

@@ -1,6 +1,7 @@
 #include "run/status_json.hpp"
 
 #include "core/base/json.hpp"
+#include "core/policy/keep.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -43,6 +44,10 @@ OrderedJson to_value(const TopicStatus& topic) {
                       {"wire_bytes", topic.wire_bytes},
                       {"queued", topic.queued},
                       {"dropped", dropped}};
+  if (topic.exported) {
+    json["keep"] = word_of(kKeepWords, topic.keep);
+    json["keep_because"] = topic.keep_because;
+  }
   if (topic.latency_ms) json["latency_ms"] = *topic.latency_ms;
   if (!topic.declined.empty()) json["declined"] = topic.declined;
   return json;

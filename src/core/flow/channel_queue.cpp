@@ -75,34 +75,64 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
   } else if (replay_.count() == waiting_.size() &&
              replay_.takes(message, bytes_max(), now.steady)) {
     replay_.add(body_bytes);
-  } else if (options_.depth > 0 && !options_.keep) {
-    make_room(message, now);
+  } else if (options_.depth > 0 && !options_.keep && make_room(message, now)) {
+    return;
   }
   enqueue(std::move(message), arrival, now);
 }
 
-void ChannelQueue::make_room(const OutMessage& message, const Now& now) {
+bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
   const auto first = replay_.count();  // of those that may be dropped
-  if (empty()) overload_.emptied();
-  // Where the link does not carry what is published, of each publisher only the newest waits behind
-  // the message under way (docs/flow.md section 4): as many arrive, and each of them sooner.
-  for (auto i = waiting_.size(); overload_.newest_only() && i-- > first;)
-    if (waiting_[i].message.subject == message.subject)
-      drop_waiting_at(i, DropReason::kNewerAvailable);
-  const auto drop = [&](DropReason reason) {
-    drop_waiting_at(first, reason);
-    overload_.dropped();
+  if (empty()) overload_.over();
+  if (waiting_.size() > first) overload_.came(waiting_[first].since, now.steady);
+  if (overload_.stands()) {
+    if (message.state && replace(message)) return true;
+    // What is no state is not replaced; but what has waited so long is not waited for any more.
+    while (!message.state && waiting_.size() > first &&
+           now.steady - waiting_[first].since > kWaitMax)
+      drop_waiting_at(first, DropReason::kQueueTime);
+  }
+  while (waiting_.size() - first >= options_.depth) drop_waiting_at(first, DropReason::kQueueDepth);
+  while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
+  return false;
+}
+
+// Where the link does not carry what is published, only the newest of each state waits behind the
+// message under way (docs/flow.md section 4): as many arrive, and each of them sooner. It has the
+// place of the oldest, so that publishers of one topic take turns.
+bool ChannelQueue::replace(OutMessage& message) {
+  const auto is_older = [&](const Waiting& waiting) {
+    return waiting.message.subject == message.subject && waiting.message.state == message.state;
   };
-  while (waiting_.size() - first >= options_.depth) drop(DropReason::kQueueDepth);
-  while (!has_room(message.body.size(), now)) drop(DropReason::kQueueBytes);
+  const auto first = replay_.count();
+  for (auto i = waiting_.size(); i-- > first;) {
+    if (!is_older(waiting_[i])) continue;
+    overload_.replaced();
+    const bool oldest = std::none_of(waiting_.begin() + static_cast<std::ptrdiff_t>(first),
+                                     waiting_.begin() + static_cast<std::ptrdiff_t>(i), is_older);
+    if (!oldest) {
+      drop_waiting_at(i, DropReason::kNewerAvailable);
+      continue;
+    }
+    count_dropped(waiting_[i].message, DropReason::kNewerAvailable);
+    waiting_bytes_ -= waiting_[i].message.body.size();
+    if (i == 0) front_.reset();
+    waiting_[i].message = std::move(message);
+    count_queued(waiting_[i].message);
+    return true;
+  }
+  return false;
 }
 
 void ChannelQueue::enqueue(OutMessage message, std::uint64_t arrival, const Now& now) {
-  const auto body_bytes = message.body.size();
   waiting_.push_back({std::move(message), arrival, now.steady});
-  waiting_bytes_ += body_bytes;
+  count_queued(waiting_.back().message);
+}
+
+void ChannelQueue::count_queued(const OutMessage& message) {
+  waiting_bytes_ += message.body.size();
   ++counts_.queued;
-  counts_.queued_bytes += body_bytes;
+  counts_.queued_bytes += message.body.size();
 }
 
 void ChannelQueue::go_on(std::deque<OutMessage> messages, std::uint64_t& arrivals, const Now& now,
@@ -207,6 +237,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
 
 ChannelQueue::Open ChannelQueue::begin(const Now& now) {
   auto front = std::exchange(front_, std::nullopt);
+  overload_.began(waiting_.front().since, now.steady);
   Open next{take_waiting(0), 0, now.steady, {}, {}};
   replay_.begun(bytes_max(), now.steady);
   if (!front || !front->smaller) return next;

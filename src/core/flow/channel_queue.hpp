@@ -160,8 +160,10 @@ class ChannelQueue {
   // What keeps the message out of the queue whatever else waits.
   [[nodiscard]] std::optional<DropReason> refused(const OutMessage& message, const Now& now) const;
   [[nodiscard]] bool has_room(std::size_t body_bytes, const Now& now) const;
-  // Drops what the message displaces where depth limits the channel.
-  void make_room(const OutMessage& message, const Now& now);
+  // Drops what the message displaces where depth limits the channel. Whether it has taken the place
+  // of an older one, and waits there now.
+  bool make_room(OutMessage& message, const Now& now);
+  bool replace(OutMessage& message);
   // Takes the first of those that wait, in the form in which it leaves.
   Open begin(const Now& now);
   // All of it was handed out.
@@ -172,6 +174,7 @@ class ChannelQueue {
   // Takes the message at `index` out of what waits.
   OutMessage take_waiting(std::size_t index);
   void enqueue(OutMessage message, std::uint64_t arrival, const Now& now);
+  void count_queued(const OutMessage& message);
   void count_dropped(const OutMessage& message, DropReason reason);
 
   ChannelId id_;

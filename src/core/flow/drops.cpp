@@ -6,6 +6,7 @@ std::string_view name_of(DropReason reason) {
   switch (reason) {
     case DropReason::kQueueDepth: return "queue_depth";
     case DropReason::kQueueBytes: return "queue_bytes";
+    case DropReason::kQueueTime: return "queue_time";
     case DropReason::kLifespan: return "lifespan";
     case DropReason::kMaxAge: return "max_age";
     case DropReason::kRate: return "rate";

@@ -11,6 +11,7 @@ namespace connect_bridge {
 enum class DropReason : std::uint8_t {
   kQueueDepth,      // keep-last: displaced by a newer message
   kQueueBytes,      // the channel's or the link's byte budget
+  kQueueTime,       // waited for too long on a link that carries less than is published
   kLifespan,        // older than the origin's lifespan
   kMaxAge,          // older than the rule's max_age
   kRate,            // the rule's max_rate or max_bytes_per_second
@@ -20,7 +21,7 @@ enum class DropReason : std::uint8_t {
   kLinkLost,        // the link ended
   kUnknownOrigin,   // its publisher never appeared in the graph
   kDuplicate,       // a transient-local sample that was delivered before
-  kNewerAvailable,  // newest-only channel, or overload: displaced by a newer message
+  kNewerAvailable,  // newest-only channel, or overload: a newer message tells the same state
   kPublishFailed,   // the local middleware refused it
   kMemory,          // memory_max: this peer's share of it was used up
   kNotPermitted,    // a parameter event of a node that no rule opens, or not of its origin's

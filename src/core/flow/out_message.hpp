@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "core/base/bytes.hpp"
 #include "core/wire/frame.hpp"
@@ -13,6 +14,9 @@ namespace connect_bridge {
 // age, and without a codec the body's size is used for raw_bytes.
 struct OutMessage : MessageHead {
   Payload body;
+  // Set: it tells a state, and a newer message of the same subject and state replaces it. An event
+  // has none.
+  std::optional<std::uint64_t> state = {};
   bool tracked = false;  // its arrival is reported to the owner (Outbox::take_delivered)
   bool resumes = false;  // kept until it has arrived, to be sent again on another connection
 };

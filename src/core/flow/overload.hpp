@@ -1,33 +1,76 @@
 // Whether more is published on a channel than its link carries.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <optional>
 
 #include "core/base/time.hpp"
 
 namespace connect_bridge {
 
-// If camera images are published faster than the link carries them, some of them are lost in any
-// case. If as many as fit waited, each would be late by what the others take; so only the newest of
-// a publisher waits then. One burst is no overload, however large: what fits of it may all wait.
+// Judged by time and not by count (CoDel, RFC 8289): a queue stands if for an interval even the
+// shortest wait in it was too long, while more came than left. A burst that is over stands in no
+// way, however long: all of it may wait. Belongs to a channel's queue, which reports what happens.
 class Overload {
  public:
-  // A message was sent, in this time from its first part to its last. A single slow one may have
-  // been under way while the path stood still.
-  void sent(Duration took) { slow_ = drops_ && took > kSlow ? slow_ + 1 : 0; }
-  // Something was dropped for want of room.
-  void dropped() { drops_ = true; }
+  // A message comes, and others wait, the oldest of them since `oldest`.
+  void came(TimePoint oldest, TimePoint now) {
+    ++came_;
+    if (!late_since_ && now - oldest > target()) {
+      late_since_ = oldest + target();
+      came_ = 1;
+      left_ = 0;
+    }
+    if (late_since_ && now - *late_since_ >= interval() && came_ > left_) stands_ = true;
+  }
+  // It takes the place of one that waits.
+  void replaced() { calm_since_.reset(); }
+  // One that waited since `since` begins to leave.
+  void began(TimePoint since, TimePoint now) {
+    ++left_;
+    if (now - since > target()) {
+      calm_since_.reset();
+    } else if (!stands_) {
+      late_since_.reset();
+    } else if (!calm_since_) {
+      calm_since_ = now;
+    } else if (now - *calm_since_ >= interval()) {
+      over();
+    }
+  }
+  // It has left, in this time from its first part to its last.
+  void sent(Duration took) {
+    before_ = last_.value_or(took);
+    last_ = took;
+  }
   // Nothing waits and nothing is under way: the link keeps up.
-  void emptied() { *this = {}; }
+  void over() {
+    stands_ = false;
+    late_since_.reset();
+    calm_since_.reset();
+  }
 
-  // Whether only the newest message of each publisher should wait.
-  [[nodiscard]] bool newest_only() const { return slow_ >= 2; }
+  [[nodiscard]] bool stands() const { return stands_; }
 
-  static constexpr Duration kSlow = std::chrono::milliseconds(100);
+  static constexpr Duration kTargetMin = std::chrono::milliseconds(50);
+  static constexpr Duration kIntervalMin = std::chrono::milliseconds(100);
 
  private:
-  bool drops_ = false;      // since the queue was last empty
-  std::uint64_t slow_ = 0;  // messages in a row that were slow, since then
+  // How long a message takes. Of two: one alone may have been under way while the path stood still.
+  [[nodiscard]] Duration message_time() const {
+    return last_ ? std::min(*last_, before_) : Duration::zero();
+  }
+  [[nodiscard]] Duration target() const { return kTargetMin + message_time() / 2; }
+  [[nodiscard]] Duration interval() const { return std::max(kIntervalMin, 2 * message_time()); }
+
+  std::optional<Duration> last_;
+  Duration before_{};
+  std::optional<TimePoint> late_since_;  // every wait since then was above the target
+  std::uint64_t came_ = 0;               // since then
+  std::uint64_t left_ = 0;
+  bool stands_ = false;
+  std::optional<TimePoint> calm_since_;  // it stands, but since then nothing waited long
 };
 
 }  // namespace connect_bridge

@@ -38,6 +38,9 @@ struct QueueOptions {
 
 inline constexpr std::size_t kLightBytes = 1024;
 inline constexpr Duration kStalled = std::chrono::milliseconds(250);
+// How long a message that no newer one replaces waits on a link that carries less than is
+// published.
+inline constexpr Duration kWaitMax = std::chrono::seconds(5);
 
 // Counts of one channel, all since it was added. accepted = sent + dropped (all reasons) + queued.
 struct ChannelCounts {

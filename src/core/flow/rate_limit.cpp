@@ -1,6 +1,7 @@
 #include "core/flow/rate_limit.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace connect_bridge {
 namespace {
@@ -15,13 +16,8 @@ Duration price_of(double amount, double per_second) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }
 
-// A camera with exactly max_rate must pass in spite of jitter of its clock and the network. A
-// quarter of a period is small enough that of a source with twice the rate still only every second
-// message passes.
-Duration message_slack(double max_rate) {
-  return max_rate > 0 ? price_of(0.25, max_rate) : Duration::zero();
-}
-
+// One for the window that a shaking source missed, one for its own.
+constexpr double kCreditMax = 2;
 constexpr Duration kByteSlack = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -44,15 +40,47 @@ double Throttle::owed(TimePoint now) const {
 }
 
 RateLimit::RateLimit(double max_rate, std::uint64_t bytes_per_second_max)
-    : messages_(max_rate, message_slack(max_rate)),
+    : period_(max_rate > 0 ? static_cast<double>(price_of(1, max_rate).count()) : 0),
       bytes_(static_cast<double>(bytes_per_second_max), kByteSlack) {}
 
-bool RateLimit::admit(std::size_t bytes, TimePoint now) {
+double RateLimit::window_of(Stamp ns) const {
+  return std::floor(static_cast<double>(ns) / period_);
+}
+
+void RateLimit::advance(Stamp stamp, TimePoint now) {
+  const auto steady = [](TimePoint at) { return at.time_since_epoch().count(); };
+  const bool first = arrived_ == TimePoint::min();
+  if (!first && period_ > 0) {
+    const bool stamped = stamp > stamp_ && stamp_ != 0;
+    const double windows = stamped ? window_of(stamp) - window_of(stamp_)
+                                   : window_of(steady(now)) - window_of(steady(arrived_));
+    credit_ = std::min(credit_ + windows, kCreditMax);
+  }
+  stamp_ = stamp;
+  arrived_ = now;
+}
+
+bool RateLimit::admit(std::size_t bytes, Stamp stamp, TimePoint now) {
+  advance(stamp, now);
   // Both or none: a message that one of them stops is not counted by the other.
-  if (!idle(now)) return false;
-  messages_.take(1, now);
+  if ((period_ > 0 && credit_ < 1) || !bytes_.ready(now)) return false;
+  if (period_ > 0) credit_ -= 1;
   bytes_.take(static_cast<double>(bytes), now);
   return true;
+}
+
+TimePoint RateLimit::leaves_at() const {
+  return std::max(arrived_ + Duration(static_cast<Duration::rep>(period_)), bytes_.ready_at());
+}
+
+bool RateLimit::idle(TimePoint now) const {
+  return arrived_ == TimePoint::min() || now >= leaves_at();
+}
+
+void RateLimit::leave(std::size_t bytes, TimePoint now) {
+  advance(stamp_ == 0 ? 0 : stamp_ + (now - arrived_).count(), now);
+  if (period_ > 0) credit_ -= 1;
+  bytes_.take(static_cast<double>(bytes), now);
 }
 
 }  // namespace connect_bridge

@@ -1,10 +1,11 @@
-// The rates a rule sets for a channel (max_rate, max_bytes_per_second). Asked before a message is
-// queued.
+// The rates a rule sets for a topic (max_rate, max_bytes_per_second), each for one publisher.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <unordered_map>
 
+#include "core/base/ids.hpp"
 #include "core/base/time.hpp"
 
 namespace connect_bridge {
@@ -34,25 +35,56 @@ class Throttle {
   TimePoint paid_ = TimePoint::min();  // when nothing is owed any more
 };
 
+// Time is divided into windows of 1 / max_rate, and one message passes for each. The windows are
+// those of the messages' own stamps, so topics that share stamps (an image and its CameraInfo) let
+// the same ones pass without knowing of each other. One window that was left out is made up for:
+// a source of exactly max_rate passes whole, though its clock shakes.
 class RateLimit {
  public:
   RateLimit() = default;  // no limit
   // Messages and bytes per second; 0: no limit.
   RateLimit(double max_rate, std::uint64_t bytes_per_second_max);
 
-  // Whether a message of this size may pass now; if so, it is counted. False: drop it (kRate).
-  [[nodiscard]] bool admit(std::size_t bytes, TimePoint now);
-  // Whether these are its rates.
-  [[nodiscard]] bool is(double max_rate, std::uint64_t bytes_per_second_max) const {
-    return messages_.rate() == max_rate &&
-           bytes_.rate() == static_cast<double>(bytes_per_second_max);
+  // Whether a message of this size may pass now; if so, it is counted. `stamp`: the time that it
+  // tells of, in ns; 0, or one that does not advance: the time of its arrival counts.
+  [[nodiscard]] bool admit(std::size_t bytes, Stamp stamp, TimePoint now);
+  // When the message that was refused last may leave after all, if no other one comes until then:
+  // its publisher was silent for a period.
+  [[nodiscard]] TimePoint leaves_at() const;
+  // It does.
+  void leave(std::size_t bytes, TimePoint now);
+  [[nodiscard]] bool has_rates_of(const RateLimit& other) const {
+    return period_ == other.period_ && bytes_.rate() == other.bytes_.rate();
   }
-  // All that passed is paid off.
-  [[nodiscard]] bool idle(TimePoint now) const { return messages_.ready(now) && bytes_.ready(now); }
+  // Whether a message of any size would pass now, as if none had come before.
+  [[nodiscard]] bool idle(TimePoint now) const;
 
  private:
-  Throttle messages_;
+  void advance(Stamp stamp, TimePoint now);
+  [[nodiscard]] double window_of(Stamp ns) const;
+
+  double period_ = 0;  // ns; 0: no limit
+  double credit_ = 1;  // messages that may pass
+  Stamp stamp_ = 0;    // of the message before
+  TimePoint arrived_ = TimePoint::min();
   Throttle bytes_;
+};
+
+// Those of a topic's publishers.
+class RateLimits {
+ public:
+  RateLimits() = default;  // no limit
+  RateLimits(double max_rate, std::uint64_t bytes_per_second_max)
+      : fresh_(max_rate, bytes_per_second_max) {}
+
+  [[nodiscard]] RateLimit& of(OriginId origin) {
+    return limits_.try_emplace(origin, fresh_).first->second;
+  }
+  void forget(OriginId origin) { limits_.erase(origin); }
+
+ private:
+  RateLimit fresh_;
+  std::unordered_map<OriginId, RateLimit> limits_;
 };
 
 }  // namespace connect_bridge

@@ -55,8 +55,14 @@ void NewPublishers::hold(GraphChanged& graph, bool misses, const Now& now) {
       auto& first = seen_[publisher.gid] = first_seen(publisher);
       const TimePoint until = first ? *first + time_of(publisher) : now.steady;
       if (until > now.steady) {
-        held_.push_back(
-            {until, {topic.name, topic.type, topic.type_hash, {publisher}, {}, topic.lack}});
+        held_.push_back({until,
+                         {topic.name,
+                          topic.type,
+                          topic.type_hash,
+                          {publisher},
+                          {},
+                          topic.lack,
+                          topic.has_header}});
       } else {
         first.reset();
         counting.push_back(std::move(publisher));

@@ -6,19 +6,34 @@
 #include "core/compress/compress.hpp"
 
 namespace connect_bridge {
+namespace {
+
+// What waits for longer stands behind what the links can carry; a burst does not.
+constexpr Duration kStands = std::chrono::milliseconds(100);
+
+}  // namespace
 
 // Samples leave in the order in which they came, whatever their sizes: one at a time is with a
 // worker, and none behind it begins, not even a small one. A sample begins only when next() asks
 // for it. So what the links cannot carry is displaced here, before it has cost processor time.
 
-std::vector<OutSample> Encoder::push(OutSample sample) {
+std::vector<Encoder::Displaced> Encoder::push(OutSample sample) {
+  std::vector<Displaced> displaced;
+  const bool stands = !waiting_.empty() && sample.taken - waiting_.front().taken > kStands;
+  for (std::size_t i = 0; stands && sample.state && i < waiting_.size();) {
+    const OutSample& older = waiting_[i];
+    if (older.subject == sample.subject && older.state == sample.state) {
+      displaced.push_back({take_waiting(i), DropReason::kNewerAvailable});
+    } else {
+      ++i;
+    }
+  }
   waiting_bytes_ += sample.raw.size();
   waiting_.push_back(std::move(sample));
-  std::vector<OutSample> displaced;
   // The newest always stays, however large it is; what a worker has is not counted.
   while (waiting_.size() > 1 && ((options_.depth > 0 && waiting_.size() > options_.depth) ||
                                  waiting_bytes_ > options_.queue_bytes_max))
-    displaced.push_back(take_waiting());
+    displaced.push_back({take_waiting(), DropReason::kQueueBytes});
   return displaced;
 }
 
@@ -85,9 +100,9 @@ Encoder::Encoded Encoder::whole(OutSample sample, std::optional<Payload> body) c
   return {std::move(sample), Codec::kNone, std::move(raw)};
 }
 
-OutSample Encoder::take_waiting() {
-  OutSample sample = std::move(waiting_.front());
-  waiting_.pop_front();
+OutSample Encoder::take_waiting(std::size_t index) {
+  OutSample sample = std::move(waiting_[index]);
+  waiting_.erase(waiting_.begin() + static_cast<std::ptrdiff_t>(index));
   waiting_bytes_ -= sample.raw.size();
   return sample;
 }

@@ -8,6 +8,7 @@
 
 #include "core/base/bytes.hpp"
 #include "core/base/ids.hpp"
+#include "core/flow/drops.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/wire/codec.hpp"
 
@@ -20,7 +21,10 @@ struct OutSample {
   std::uint64_t number = 0;  // as in MessageFrame
   Payload raw;
   std::vector<LinkId> targets;
-  bool reliable = false;  // it may be kept for a link that is lost
+  bool reliable = false;                    // it may be kept for a link that is lost
+  std::optional<std::uint64_t> state = {};  // as in OutMessage
+  Stamp header = 0;                         // of the Header with which it begins; 0: none
+  TimePoint taken{};
 };
 
 // Small samples are compressed at once, large ones by a worker, one at a time, so that order is
@@ -43,8 +47,14 @@ class Encoder {
   Encoder(Options options, Jobs& jobs, JobOwner& owner)
       : options_(options), jobs_(jobs), owner_(owner) {}
 
-  // Returns the samples that were dropped to make room.
-  [[nodiscard]] std::vector<OutSample> push(OutSample sample);
+  struct Displaced {
+    OutSample sample;
+    DropReason reason;
+  };
+
+  // Returns the samples that were dropped: to make room, or because they have waited for long and
+  // this one tells the same state.
+  [[nodiscard]] std::vector<Displaced> push(OutSample sample);
   // The result of the job under way.
   void finish(std::optional<Payload> result);
   // The next sample, once it is ready.
@@ -72,7 +82,7 @@ class Encoder {
 
  private:
   Encoded whole(OutSample sample, std::optional<Payload> body) const;
-  OutSample take_waiting();
+  OutSample take_waiting(std::size_t index = 0);
 
   Options options_;
   Jobs& jobs_;

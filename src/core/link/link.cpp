@@ -11,7 +11,7 @@ namespace {
 // confirms it within a round trip.
 constexpr std::uint32_t kEndedChannelsMax = 4096;
 constexpr std::size_t kPastTopicsMax = 4096;  // whose counts a lost connection leaves
-constexpr std::size_t kRatesMax = 4096;       // topics whose rates are remembered
+constexpr std::size_t kRatesMax = 4096;       // publishers whose rates are remembered
 
 }  // namespace
 
@@ -146,18 +146,18 @@ Result<Nothing> Link::take_accepts(const Now& now) {
   return list ? user_.on(*this, std::move(*list), now) : Nothing{};
 }
 
-bool Link::admits(const std::pair<std::string, std::string>& topic, const Treatment& treatment,
-                  std::size_t bytes, const Now& now) {
-  if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return true;
-  if (rates_.size() >= kRatesMax && !rates_.contains(topic)) {
+RateLimit* Link::rate_of(const std::pair<std::string, std::string>& topic, const Gid& publisher,
+                         const Treatment& treatment, const Now& now) {
+  if (treatment.max_rate == 0 && treatment.bytes_per_second_max == 0) return nullptr;
+  if (rates_.size() >= kRatesMax)
     std::erase_if(rates_, [&](const auto& entry) { return entry.second.idle(now.steady); });
-    if (rates_.size() >= kRatesMax) return false;
-  }
+  // One who offers so many at once has them share a limit.
+  const bool full = rates_.size() >= kRatesMax;
   const RateLimit fresh(treatment.max_rate, treatment.bytes_per_second_max);
-  RateLimit& limit = rates_.try_emplace(topic, fresh).first->second;
+  RateLimit& limit = rates_.try_emplace({topic, full ? Gid{} : publisher}, fresh).first->second;
   // The rules may have changed while nothing came.
-  if (!limit.is(treatment.max_rate, treatment.bytes_per_second_max)) limit = fresh;
-  return limit.admit(bytes, now.steady);
+  if (!limit.has_rates_of(fresh)) limit = fresh;
+  return &limit;
 }
 
 Result<Nothing> Link::on(OriginsChanged& change, const Now& now) {

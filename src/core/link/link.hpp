@@ -103,9 +103,11 @@ class Link final : public ConnectionUser {
   // Of that, and of its life and its login.
   [[nodiscard]] std::optional<TimePoint> deadline() const;
 
-  // Whether a message of this size and topic may pass now, by our rules; then it counts.
-  [[nodiscard]] bool admits(const std::pair<std::string, std::string>& topic,
-                            const Treatment& treatment, std::size_t bytes, const Now& now);
+  // What our rules let through of a publisher on a topic (name, type). Null: there is no limit.
+  // Valid until the next call.
+  [[nodiscard]] RateLimit* rate_of(const std::pair<std::string, std::string>& topic,
+                                   const Gid& publisher, const Treatment& treatment,
+                                   const Now& now);
   // Whether a body may be decompressed now; then it counts.
   [[nodiscard]] bool may_inflate(const InMessage& message, const Now& now) {
     return message.codec == Codec::kNone ||
@@ -210,9 +212,9 @@ class Link final : public ConnectionUser {
   std::uint32_t offered_ = 0;  // channels the peer offers on this connection
   std::uint32_t ended_ = 0;    // of requests, that ended here and that the peer has not withdrawn
   std::uint32_t last_channel_ = 0;  // on which this side has sent
-  // What our rules have let through, by topic and type: a peer that offers a topic again gets no
-  // more.
-  std::map<std::pair<std::string, std::string>, RateLimit> rates_;
+  // What our rules have let through, by topic, type and publisher: a peer that offers a topic again
+  // gets no more.
+  std::map<std::pair<std::pair<std::string, std::string>, Gid>, RateLimit> rates_;
   // What was counted on earlier connections, by exported, topic and type.
   std::map<std::tuple<bool, std::string, std::string>, TopicStatus> past_;
   // Channels and origins that a peer offers and withdraws cost this graph endpoints that come and

@@ -42,11 +42,15 @@ inline Qos qos_to_offer(const Qos& qos, const QosOverride& o) {
   return result;
 }
 
+// Of a topic's publisher: only its newest message counts, or each one.
+enum class Keep : std::uint8_t { kNewest, kAll };
+
 struct Treatment {
   std::optional<Priority> priority;  // none: by name and type, see default_priority()
   Compression compression;
-  double max_rate = 0;                     // messages per second and channel; 0: no limit
-  std::uint64_t bytes_per_second_max = 0;  // per channel; 0: no limit
+  std::optional<Keep> keep;                // none: see keep_of()
+  double max_rate = 0;                     // messages per second and publisher; 0: no limit
+  std::uint64_t bytes_per_second_max = 0;  // per publisher; 0: no limit
   Duration max_age = kForever;  // older messages are dropped, at the sender and at the importer
   std::uint64_t queue_bytes_max = 0;  // a channel's queue; one message always fits; 0: by the link
   QosOverride qos;

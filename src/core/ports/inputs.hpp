@@ -38,6 +38,7 @@ struct TopicState {
   std::vector<Endpoint> publishers;
   std::vector<Endpoint> subscribers;
   std::optional<TypeLack> lack = {};  // none: a subscription can be made
+  bool has_header = false;            // the type is installed and begins with a std_msgs/msg/Header
   bool operator==(const TopicState&) const = default;
 };
 

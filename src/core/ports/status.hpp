@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/time.hpp"
 #include "core/flow/drops.hpp"
+#include "core/policy/treatment.hpp"
 
 namespace connect_bridge {
 
@@ -26,7 +28,9 @@ struct TopicStatus {
   std::optional<double>
       latency_ms;  // imported: last message, origin's stamp to publication, clock offset corrected
   DropCounts dropped;
-  std::string declined;  // exported: why the peer does not import it; empty if it does
+  Keep keep = Keep::kAll;         // exported
+  std::string_view keep_because;  // exported: why
+  std::string declined;           // exported: why the peer does not import it; empty if it does
 
   // The counts of the same topic on an earlier connection of the link.
   void add_past(const TopicStatus& past) {

@@ -34,19 +34,29 @@ Backlog::~Backlog() {
   std::erase(all_.topics_, this);
 }
 
-bool Backlog::admit(std::size_t bytes, const Now& now) {
+bool Backlog::admit(const OutSample& sample, const Now& now) {
   if (over_) return false;
+  const std::size_t bytes = sample.raw.size();
   if (bytes > options_.message_bytes_max) {
     drop(DropReason::kTooLarge);
     return false;
   }
-  if (options_.rate.admit(bytes, now.steady)) return true;
+  if (options_.rates.of(sample.subject.origin()).admit(bytes, sample.header, now.steady))
+    return true;
   drop(DropReason::kRate);
   return false;
 }
 
 void Backlog::add(OutMessage message) {
   if (over_) return;
+  const auto older = std::find_if(messages_.begin(), messages_.end(), [&](const OutMessage& m) {
+    return message.state && m.sequence == 0 && m.subject == message.subject &&
+           m.state == message.state;
+  });
+  if (older != messages_.end()) {
+    dropped_.add(DropReason::kNewerAvailable);
+    take_out(older);
+  }
   bytes_ += kept_bytes_of(message);
   ++by_origin_[message.subject.origin()];
   all_.change(kept_bytes_of(message));
@@ -79,13 +89,17 @@ void Backlog::drop(DropReason reason, std::uint64_t count) {
 }
 
 void Backlog::drop_oldest(DropReason reason) {
-  const std::uint64_t bytes = kept_bytes_of(messages_.front());
-  const auto own = by_origin_.find(messages_.front().subject.origin());
+  take_out(messages_.begin());
+  drop(reason);
+}
+
+void Backlog::take_out(std::deque<OutMessage>::iterator message) {
+  const std::uint64_t bytes = kept_bytes_of(*message);
+  const auto own = by_origin_.find(message->subject.origin());
   if (--own->second == 0) by_origin_.erase(own);
-  messages_.pop_front();
+  messages_.erase(message);
   bytes_ -= bytes;
   all_.change(0 - bytes);
-  drop(reason);
 }
 
 }  // namespace connect_bridge

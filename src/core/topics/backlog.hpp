@@ -11,6 +11,7 @@
 #include "core/base/timers.hpp"
 #include "core/flow/channel_queue.hpp"
 #include "core/flow/rate_limit.hpp"
+#include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
 #include "core/topics/origins.hpp"
 
@@ -56,7 +57,8 @@ class Backlog {
   struct Options {
     Treatment treatment;
     std::string type_hash;
-    RateLimit rate;
+    RateLimits rates;
+    Keep keep = Keep::kAll;
     std::uint32_t message_bytes_max = 0;  // largest that the peer accepted
     std::uint32_t last_sequence = 0;      // of the last message that was begun
     ExportTimers::Timer ends;             // when it is dropped, if the link has not returned
@@ -67,7 +69,8 @@ class Backlog {
   ~Backlog();
 
   // Whether a new sample is to be kept: the same limits apply as for an open link.
-  [[nodiscard]] bool admit(std::size_t bytes, const Now& now);
+  [[nodiscard]] bool admit(const OutSample& sample, const Now& now);
+  // A message that tells a state takes the place of one that was not begun.
   void add(OutMessage message);
   // Takes out what the peer does not have, if `after` was the last that it got. Empty afterwards.
   [[nodiscard]] std::deque<OutMessage> take(std::uint32_t after);
@@ -80,6 +83,7 @@ class Backlog {
   [[nodiscard]] bool is_over() const { return over_; }
   void end_at(ExportTimers::Timer ends) { options_.ends = std::move(ends); }
   [[nodiscard]] TimePoint ends_at() const { return options_.ends.at(); }
+  [[nodiscard]] Keep keep() const { return options_.keep; }
   [[nodiscard]] const Treatment& treatment() const { return options_.treatment; }
   [[nodiscard]] const std::string& type_hash() const { return options_.type_hash; }
   [[nodiscard]] std::uint32_t last_sequence() const { return options_.last_sequence; }
@@ -90,6 +94,7 @@ class Backlog {
  private:
   friend class LinkBacklog;
   void drop_oldest(DropReason reason);
+  void take_out(std::deque<OutMessage>::iterator message);
 
   LinkBacklog& all_;
   Link& link_;

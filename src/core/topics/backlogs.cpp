@@ -27,6 +27,7 @@ void keep(Backlog& backlog, const OutSample& sample) {
   // Raw: how it is to be compressed depends on the connection that will carry it.
   OutMessage message = TopicOffer::message_of(sample, Codec::kNone, sample.raw);
   message.resumes = true;
+  if (backlog.keep() == Keep::kAll) message.state.reset();
   backlog.add(std::move(message));
 }
 
@@ -75,7 +76,7 @@ void Backlogs::renew(LinkId link, const Now& now) {
 
 void Backlogs::add(const OutSample& sample, const Now& now) {
   for (auto& [link, backlog] : backlogs_)
-    if (backlog.admit(sample.raw.size(), now)) keep(backlog, sample);
+    if (backlog.admit(sample, now)) keep(backlog, sample);
 }
 
 void Backlogs::miss() {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/topics/reader_of_topic.hpp"
+#include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -32,6 +33,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
 void ExportedTopic::on_graph(const Now& now) {
   const TopicState* state = context_.graph.find(key_);
   if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
+  if (state) has_header_ = state->has_header;
   if (state) on_type_hash(*state, now);
   const auto told = origins_.update(state, now);
   if (!told.empty()) {
@@ -151,13 +153,14 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
   if (offer.demanded() && subscribed) send_history(offer, link, now);
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
   for (const auto& sample : early_.answer(link))
-    if (!kept && offer.admit(sample.subject.origin(), sample.raw, TopicOffer::Age::kNew, now))
-      send(offer, link, sample, now);
+    if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now)) send(offer, link, sample, now);
 }
 
 void ExportedTopic::on_time(const Now& now) {
   if (!parked_.empty()) unpark(now);
   streams_.on_time(now);
+  for (auto& [link, offer] : offers_)
+    while (const auto held = offer.take_held(now)) send(offer, link, *held, now);
   if (backlogs_.end_overdue(now)) update_subscription(now);
   early_.on_time(now);
   // Last: what still waits anywhere keeps its origin (drained).
@@ -171,7 +174,9 @@ void ExportedTopic::keep(LinkId link, const Now& now) {
   if (backlogs_.contains(link)) return backlogs_.renew(link, now);
   const auto it = offers_.find(link);
   if (it == offers_.end() || !it->second.resumes() || !may_resume(subscription_qos_)) return;
-  backlogs_.begin(it->second, link, streams_.forget(link), now);
+  auto on_its_way = streams_.forget(link);
+  it->second.take_all_held(on_its_way);
+  backlogs_.begin(it->second, link, on_its_way, now);
 }
 
 void ExportedTopic::end_kept(LinkId link, const Now& now) {
@@ -324,11 +329,12 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
       age = TopicOffer::Age::kKept;
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
+  read(sample, now);
   const bool promised = origin.qos.reliability == Reliability::kReliable;
   sample.reliable = promised && may_resume(subscription_qos_);
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {
-    if (!offer.admit(origin.id, sample.raw, age, now)) continue;
+    if (!offer.admit(sample, age, now)) continue;
     const Compression how = streams_.way_to(offer, link, sample.raw.size());
     if (how.codec == Codec::kNone) {
       offer.send(sample, Codec::kNone, sample.raw, now);
@@ -344,6 +350,9 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   }
   for (auto& [how, links] : compressed) {
     OutSample to_links = sample;
+    // It may be one of the states of which only the newest goes to some links and each to others.
+    for (const LinkId link : links)
+      if (offers_.at(link).keep() == Keep::kAll) to_links.state.reset();
     to_links.targets = std::move(links);
     streams_.encode(how, std::move(to_links), now);
   }
@@ -359,9 +368,16 @@ void ExportedTopic::send(TopicOffer& offer, LinkId link, const OutSample& sample
 
 void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now) {
   for (const auto& [origin, stamp, number, raw] : history_.samples()) {
-    if (offer.admit(origin, raw, TopicOffer::Age::kKept, now))
-      send(offer, link, {origin, stamp, number, raw, {}}, now);
+    OutSample sample{origin, stamp, number, raw, {}};
+    read(sample, now);
+    if (offer.admit(sample, TopicOffer::Age::kKept, now)) send(offer, link, sample, now);
   }
+}
+
+void ExportedTopic::read(OutSample& sample, const Now& now) const {
+  sample.taken = now.steady;
+  sample.state = state_of(key_.second, sample.raw.view());
+  if (has_header_) sample.header = header_stamp(sample.raw.view());
 }
 
 void ExportedTopic::drop_demanded(DropReason reason, std::uint64_t count) {

@@ -55,6 +55,7 @@ class ExportedTopic {
   [[nodiscard]] const TopicKey& key() const { return key_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const Origins& origins() const { return origins_; }
+  [[nodiscard]] bool has_header() const { return has_header_; }
   // How many samples of one origin a late local subscriber would get, as far as the graph shows.
   [[nodiscard]] std::uint32_t history_depth() const;
   void add_status(LinkId link, LinkStatus& status) const;
@@ -84,6 +85,8 @@ class ExportedTopic {
 
   void park(MessageTaken taken, const Now& now);
   void unpark(const Now& now);
+  // What the sample tells of itself.
+  void read(OutSample& sample, const Now& now) const;
   void forward(Origin& origin, MessageTaken taken, const Now& now);
   void send(TopicOffer& offer, LinkId link, const OutSample& sample, const Now& now);
   void send_history(TopicOffer& offer, LinkId link, const Now& now);
@@ -93,6 +96,7 @@ class ExportedTopic {
   TopicKey key_;
   std::string type_hash_;
   bool lacks_type_ = false;
+  bool has_header_ = false;  // the type begins with one
   Origins origins_;
   std::map<LinkId, TopicOffer> offers_;
   Backlogs backlogs_;

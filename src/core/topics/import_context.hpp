@@ -18,6 +18,7 @@ struct ImportContext : SideView {
   std::optional<TimePoint> graph_since{};  // no mirror before the first picture of the local graph
   bool claim_changed = true;               // the first claim is made even when it is empty
   Timers<Mirror*> timers{};
+  Timers<OfferedTopic*> held{};  // messages that a rate holds back
   // When topics look again whether there are mirrors for origins that they have left out.
   std::optional<TimePoint> looks_again_at{};
   // The mirrors that exist in the graph, and their ids there; all zero: not told, or not needed by

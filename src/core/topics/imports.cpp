@@ -134,6 +134,7 @@ void Imports::on_time(const Now& now) {
     mirror.on_time(now);
     if (mirror.is_over()) context_.mirrors.erase(MirrorKey(mirror.key()));
   }
+  while (const auto due = context_.held.take_due(now.steady)) (*due)->publish_held(now);
   if (context_.looks_again_at.value_or(TimePoint::max()) > now.steady) return;
   context_.looks_again_at.reset();
   for (auto& [link, peer] : peers_) peer.try_left_out(now);

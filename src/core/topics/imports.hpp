@@ -49,7 +49,8 @@ class Imports {
   void add_mirrored(Claim& claim) const;
 
   [[nodiscard]] std::optional<TimePoint> deadline() const {
-    return earliest(context_.timers.deadline(), context_.looks_again_at);
+    return earliest(earliest(context_.timers.deadline(), context_.held.deadline()),
+                    context_.looks_again_at);
   }
   void add_status(const Link& link, LinkStatus& status) const;
   [[nodiscard]] std::uint64_t memory_bytes() const;

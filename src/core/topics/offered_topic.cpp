@@ -9,6 +9,7 @@
 #include "core/policy/interface.hpp"
 #include "core/topics/parameter_event.hpp"
 #include "core/topics/peer_topics.hpp"
+#include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
 namespace {
@@ -29,6 +30,7 @@ OfferedTopic::OfferedTopic(PeerTopics& peer, TopicKey key, const ChannelOffer& o
       action_type_(offer.action_type),
       decision_(std::move(decision)),
       offers_resume_(offer.resume),
+      held_(link_.memory),
       deltas_(peer.bases()) {
   const auto wire_name = context_.graph_options.names.to_wire(key_.first);
   parameter_events_ = key_.second == kParameterEventType && wire_name &&
@@ -149,8 +151,7 @@ void OfferedTopic::hurry(DropReason otherwise, const Now& now, std::optional<Ori
   const auto concerned = [&](const Waiting& waiting) {
     return !of || *of == waiting.message.subject.origin();
   };
-  if (std::none_of(waiting_.begin(), waiting_.end(), concerned)) return;
-  const bool first = concerned(waiting_.front());
+  const bool first = !waiting_.empty() && concerned(waiting_.front());
   if (first) job_.cancel();
   for (auto& waiting : std::exchange(waiting_, {})) {
     if (!concerned(waiting)) {
@@ -161,6 +162,9 @@ void OfferedTopic::hurry(DropReason otherwise, const Now& now, std::optional<Ori
     raw ? publish(waiting.message, *raw, now) : dropped_.add(otherwise);
   }
   if (first) advance(now);
+  // The last that its publisher has said: the rate counts it, but there will be no later time.
+  while (const auto held = of ? held_.take(*of) : held_.take())
+    publish(held->message, held->raw, now, true);
 }
 
 void OfferedTopic::lose(const Now& now) {
@@ -213,6 +217,7 @@ void OfferedTopic::end_demand() {
   job_.cancel();
   dropped_.add(DropReason::kNoDemand, waiting_.size());
   waiting_.clear();
+  while (held_.take()) dropped_.add(DropReason::kNoDemand);
   deltas_.clear();
 }
 
@@ -317,7 +322,8 @@ void OfferedTopic::advance(const Now& now) {
   }
 }
 
-void OfferedTopic::publish(const InMessage& message, const Payload& raw, const Now& now) {
+void OfferedTopic::publish(const InMessage& message, const Payload& raw, const Now& now,
+                           bool was_held) {
   const auto origin = origins_.find(message.subject.origin());
   if (origin == origins_.end()) return dropped_.add(DropReason::kUnknownOrigin);
   Mirror& mirror = *origin->second;
@@ -333,7 +339,7 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
-  if (!link_.admits(key_, treatment(), raw.size(), now)) return dropped_.add(DropReason::kRate);
+  if (!was_held && !admits(message, raw, mirror, now)) return;
   const Duration max_age = treatment().max_age;
   const TimePoint expires =
       max_age == kForever ? TimePoint::max() : now.steady + max_age - std::max(age, Duration(0));
@@ -341,6 +347,37 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
     return dropped_.add(*reason);
   ++published_;
   bytes_ += raw.size();
+}
+
+bool OfferedTopic::admits(const InMessage& message, const Payload& raw, const Mirror& mirror,
+                          const Now& now) {
+  RateLimit* rate = link_.rate_of(key_, mirror.origin().gid, treatment(), now);
+  if (!rate) return true;
+  const TopicState* topic = context_.graph.find(key_);
+  const Stamp stamp = topic && topic->has_header ? header_stamp(raw.view()) : 0;
+  const OriginId origin = message.subject.origin();
+  if (rate->admit(raw.size(), stamp, now.steady)) {
+    if (held_.forget(origin)) dropped_.add(DropReason::kRate);
+    return true;
+  }
+  HeldMessage held{message, out_of_packet(raw)};
+  held.message.body = {};
+  if (!held_.hold(origin, std::move(held), raw.size(), rate->leaves_at()))
+    dropped_.add(DropReason::kRate);
+  if (const auto at = held_.deadline()) held_until_ = context_.held.set(*at, this);
+  return false;
+}
+
+void OfferedTopic::publish_held(const Now& now) {
+  while (const auto held = held_.take_due(now.steady)) {
+    const auto origin = origins_.find(held->message.subject.origin());
+    if (origin == origins_.end()) continue;
+    if (auto* rate = link_.rate_of(key_, origin->second->origin().gid, treatment(), now))
+      rate->leave(held->raw.size(), now.steady);
+    publish(held->message, held->raw, now, true);
+  }
+  held_until_.cancel();
+  if (const auto at = held_.deadline()) held_until_ = context_.held.set(*at, this);
 }
 
 void OfferedTopic::on_lost(std::uint64_t count, DropReason reason) {

@@ -8,6 +8,7 @@
 
 #include "core/base/budget.hpp"
 #include "core/flow/delta_decoder.hpp"
+#include "core/flow/held_back.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/jobs/jobs.hpp"
 #include "core/link/link.hpp"
@@ -65,6 +66,8 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;
   void on_withdraw(const Withdraw& why, const Now& now) override;
 
+  // What a rate held back may be published now.
+  void publish_held(const Now& now);
   // Messages that were counted as published are lost after all.
   void on_lost(std::uint64_t count, DropReason reason);
 
@@ -90,11 +93,15 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   void make_room(const InMessage& message);
   void start_job();
   // Publishes at once what waits for a worker (of this origin; none: all), as far as there is time
-  // for it; the rest is dropped. Others' messages stay in their order.
+  // for it, and what a rate holds back; the rest is dropped. Others' messages stay in their order.
   void hurry(DropReason otherwise, const Now& now, std::optional<OriginId> of = {});
   // Handles the messages that waited for a finished job, up to the next job.
   void advance(const Now& now);
-  void publish(const InMessage& message, const Payload& raw, const Now& now);
+  // `was_held`: its publisher's rate had refused it, and lets it pass now.
+  void publish(const InMessage& message, const Payload& raw, const Now& now, bool was_held = false);
+  // Whether its publisher's rate lets it pass; otherwise it is held back.
+  [[nodiscard]] bool admits(const InMessage& message, const Payload& raw, const Mirror& mirror,
+                            const Now& now);
   void leave_mirrors(const Now& now);
   void note_end(const Ending& why) const;
   // Whether the peer shall keep what a lost connection loses.
@@ -119,6 +126,12 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   LeftOutOrigins left_out_;
   std::deque<Waiting> waiting_;  // in order; the first is with a worker while `job_` is set
   Jobs::Job job_;
+  struct HeldMessage {
+    InMessage message;
+    Payload raw;
+  };
+  HeldBack<HeldMessage> held_;
+  Timers<OfferedTopic*>::Timer held_until_;
   DeltaDecoder deltas_;
   std::uint64_t published_ = 0;
   std::uint64_t bytes_ = 0;

@@ -16,7 +16,7 @@ Priority priority_of(const TopicKey& key, const Treatment& treatment) {
 }
 
 QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t history_depth,
-                      const Treatment& treatment, const TopicOptions& options) {
+                      const Treatment& treatment, Keep keep, const TopicOptions& options) {
   QueueOptions queue;
   queue.priority = priority_of(key, treatment);
   queue.may_be_light = !treatment.priority && queue.priority != Priority::kUrgent &&
@@ -54,14 +54,31 @@ QueueOptions queue_of(const TopicKey& key, const Origins& origins, std::uint64_t
   const bool wants_more = (reliable && !is_command(key)) || depth == 0;
   queue.depth = of_all(origins.size(), depth);
   if (wants_more) queue.depth = std::max(queue.depth, options.default_depth);
+  // Where each message counts, bytes and kWaitMax bound what waits: the depth that a publisher asks
+  // for is meant for a local graph.
+  if (keep == Keep::kAll) queue.depth = std::numeric_limits<std::uint32_t>::max();
   if (treatment.qos.depth) queue.depth = *treatment.qos.depth;
   // All that is kept of each must get through at once when demand begins.
   if (latched > 0) {
-    queue.depth = std::max(of_all(latched, history_depth), options.default_depth);
+    queue.depth = std::max({queue.depth, of_all(latched, history_depth), options.default_depth});
     queue.queue_bytes_max = std::max(queue.queue_bytes_max, options.history_bytes_max);
   }
   if (keep_all) queue.depth = 0;
   return queue;
+}
+
+TopicTraits traits_of(const Origins& origins, bool has_header, const Treatment& treatment) {
+  TopicTraits traits;
+  traits.has_header = has_header;
+  traits.best_effort = true;
+  for (const auto& [gid, origin] : origins) {
+    const Qos qos = qos_to_offer(origin.qos, treatment.qos);
+    traits.best_effort = traits.best_effort && qos.reliability == Reliability::kBestEffort;
+    traits.keep_all = traits.keep_all || qos.history == History::kKeepAll;
+    if (qos.durability == Durability::kTransientLocal)
+      traits.latched = std::max(traits.latched, qos.depth);
+  }
+  return traits;
 }
 
 }  // namespace connect_bridge

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/flow/channel_queue.hpp"
-#include "core/policy/treatment.hpp"
+#include "core/policy/keep.hpp"
 #include "core/topics/options.hpp"
 #include "core/topics/origins.hpp"
 
@@ -20,6 +20,10 @@ namespace connect_bridge {
 // samples of one publisher a late subscriber here would get.
 [[nodiscard]] QueueOptions queue_of(const TopicKey& key, const Origins& origins,
                                     std::uint64_t history_depth, const Treatment& treatment,
-                                    const TopicOptions& options);
+                                    Keep keep, const TopicOptions& options);
+
+// What the publishers tell of a topic, as the rule wants them treated.
+[[nodiscard]] TopicTraits traits_of(const Origins& origins, bool has_header,
+                                    const Treatment& treatment);
 
 }  // namespace connect_bridge

@@ -98,7 +98,7 @@ std::optional<ChannelOffer> TopicOffer::open() {
   const auto wire_name = context_.graph_options.names.to_wire(name);
   parameter_events_ = wire_name && is_parameter_events(InterfaceKind::kTopic, *wire_name);
   withheld_ = withheld();
-  rate_ = RateLimit(treatment().max_rate, treatment().bytes_per_second_max);
+  rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
   number_ = link_.open_channel(*this);
   configure_queue();
   ChannelOffer offer;
@@ -124,10 +124,12 @@ OriginOffer TopicOffer::offer_of(const Gid& gid, const Origin& origin) const {
 // Depth, bytes and lifespan follow the publishers that are there now. What waits already stays
 // (ChannelQueue::configure).
 void TopicOffer::configure_queue() {
+  keep_ = keep_of(treatment(), topic_.key().second,
+                  traits_of(topic_.origins(), topic_.has_header(), treatment()));
   if (link_.connection())
     queue_ = &link_.outbox().add_channel(
         number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
-                          context_.options));
+                          keep_.keep, context_.options));
 }
 
 // ---- changes
@@ -139,6 +141,7 @@ void TopicOffer::withdraw(const Ending& why) {
   number_ = {};
   queue_ = nullptr;
   demand_ = 0;
+  drop_held();
 }
 
 void TopicOffer::withdraw_outdated() {
@@ -178,6 +181,7 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   if (!is_open()) return;
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
+    rates_.forget(origin);
     if (link_.connection()) link_.outbox().forget_base(number_, origin);
   }
   link_.send(OriginsChanged{number_, {}, removed});
@@ -195,7 +199,10 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // An open message is aborted and what waits is dropped before the topic hears of it: a demand
   // that follows begins with the last samples, and what is older must not come behind them
   // (docs/protocol.md section 8, rule 5).
-  if (!demanded()) link_.outbox().clear_channel(number_);
+  if (!demanded()) {
+    link_.outbox().clear_channel(number_);
+    drop_held();
+  }
   // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
     link_.outbox().go_on(number_, {{}, *demand.after}, now, now.steady);
@@ -225,7 +232,8 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   Backlog::Options options;
   options.treatment = treatment();
   options.type_hash = type_hash_;
-  options.rate = rate_;
+  options.rates = rates_;
+  options.keep = keep_.keep;
   options.message_bytes_max = link_.peer_message_bytes_max();
   options.last_sequence = last_sequence;
   return options;
@@ -260,12 +268,13 @@ bool TopicOffer::holds(OriginId origin) const {
 
 // ---- samples
 
-bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const Now& now) {
-  const std::size_t bytes = sample.size();
+bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
+  const OriginId origin = sample.subject.origin();
+  const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: nobody was to get it.
   if (!demanded() || !link_.open()) return false;
   if (parameter_events_ && withheld_.contains(origin)) return false;
-  if (!permits(sample)) {
+  if (!permits(sample.raw)) {
     drop(DropReason::kNotPermitted);
     return false;
   }
@@ -281,9 +290,35 @@ bool TopicOffer::admit(OriginId origin, const Payload& sample, Age age, const No
   }
   // The rate comes last, so that what is dropped for another reason uses nothing of it. What a
   // publisher had kept comes at once: the rate would let the first sample pass and lose the rest.
-  if (age == Age::kKept || rate_.admit(bytes, now.steady)) return true;
-  drop(DropReason::kRate);
+  if (age == Age::kKept) return true;
+  RateLimit& rate = rates_.of(origin);
+  if (rate.admit(bytes, sample.header, now.steady)) {
+    if (held_.forget(origin)) drop(DropReason::kRate);
+    return true;
+  }
+  hold(sample, rate.leaves_at());
   return false;
+}
+
+void TopicOffer::hold(const OutSample& sample, TimePoint at) {
+  if (!held_.hold(sample.subject.origin(), sample, sample.raw.size(), at)) drop(DropReason::kRate);
+  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
+}
+
+std::optional<OutSample> TopicOffer::take_held(const Now& now) {
+  auto sample = held_.take_due(now.steady);
+  if (sample) rates_.of(sample->subject.origin()).leave(sample->raw.size(), now.steady);
+  held_until_.cancel();
+  if (const auto next = held_.deadline()) held_until_ = context_.timers.set(*next, &topic_);
+  return sample;
+}
+
+void TopicOffer::take_all_held(std::vector<OutSample>& samples) {
+  while (auto sample = held_.take()) samples.push_back(*std::move(sample));
+}
+
+void TopicOffer::drop_held() {
+  while (held_.take()) drop(DropReason::kNoDemand);
 }
 
 void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body, const Now& now) {
@@ -294,6 +329,7 @@ void TopicOffer::send(const OutSample& sample, Codec codec, const Payload& body,
   message.demand = demand_;
   // Only what every step on the way promises is kept to be sent again: rules, peer and publisher.
   message.resumes = resume_ && sample.reliable;
+  if (keep() == Keep::kAll) message.state.reset();
   link_.outbox().push(*queue_, std::move(message), now);
 }
 
@@ -302,6 +338,7 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
   message.subject = sample.subject;
   message.stamp = sample.stamp;
   message.number = sample.number;
+  message.state = sample.state;
   message.codec = codec;
   message.raw_bytes = static_cast<std::uint32_t>(sample.raw.size());
   message.body = body;
@@ -315,7 +352,8 @@ double TopicOffer::queue_seconds() const {
 }
 
 bool TopicOffer::drained() const {
-  return !is_open() || !link_.connection() || link_.outbox().counts(number_).queued == 0;
+  return held_.empty() &&
+         (!is_open() || !link_.connection() || link_.outbox().counts(number_).queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {
@@ -328,6 +366,8 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.origins = static_cast<std::uint32_t>(topic_.origins().size());
   s.bytes = raw_bytes_;
   s.declined = declined_;
+  s.keep = keep_.keep;
+  s.keep_because = keep_.why;
   s.dropped = dropped_;
   if (link_.connection()) {
     const ChannelCounts counts = link_.outbox().counts(number_);

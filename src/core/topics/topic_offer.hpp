@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "core/flow/channel_queue.hpp"
+#include "core/flow/held_back.hpp"
 #include "core/flow/rate_limit.hpp"
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
+#include "core/policy/keep.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/export_context.hpp"
 
@@ -20,8 +22,8 @@ namespace connect_bridge {
 // peer's `accepts` or the connection change.
 class TopicOffer final : public OutgoingChannel {
  public:
-  TopicOffer(const ExportContext& context, ExportedTopic& topic, Link& link)
-      : context_(context), topic_(topic), link_(link) {}
+  TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
+      : context_(context), topic_(topic), link_(link), held_(link.memory) {}
   TopicOffer(const TopicOffer&) = delete;
   TopicOffer& operator=(const TopicOffer&) = delete;
   ~TopicOffer() override;
@@ -69,7 +71,12 @@ class TopicOffer final : public OutgoingChannel {
   // the first of one that keeps its samples: it may be all that this will ever publish.
   enum class Age : std::uint8_t { kNew, kKept };
   // Whether a sample goes to this peer; a drop because of a limit is counted.
-  [[nodiscard]] bool admit(OriginId origin, const Payload& sample, Age age, const Now& now);
+  // One that a rate refuses may leave later (take_held).
+  [[nodiscard]] bool admit(const OutSample& sample, Age age, const Now& now);
+  // The next sample that waited because of a rate and may leave now.
+  [[nodiscard]] std::optional<OutSample> take_held(const Now& now);
+  // Adds those that still wait.
+  void take_all_held(std::vector<OutSample>& samples);
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
@@ -78,6 +85,7 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
   [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] Keep keep() const { return keep_.keep; }
   // Estimated bytes per second that the path carries; 0: not known.
   [[nodiscard]] double path_rate() const {
     return link_.open() ? link_.outbox().assumed_rate() : 0;
@@ -103,8 +111,10 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
   void configure_queue();
+  void hold(const OutSample& sample, TimePoint at);
+  void drop_held();
 
-  const ExportContext& context_;
+  ExportContext& context_;
   ExportedTopic& topic_;
   Link& link_;
   ChannelId number_;               // none: the peer may not have the topic
@@ -114,7 +124,10 @@ class TopicOffer final : public OutgoingChannel {
   std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
   bool resume_ = false;       // whether it asks to keep what a lost connection loses
   bool parameter_events_ = false;
-  RateLimit rate_;
+  KeepDecision keep_;
+  RateLimits rates_;
+  HeldBack<OutSample> held_;
+  ExportTimers::Timer held_until_;
   std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue

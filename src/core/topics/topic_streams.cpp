@@ -49,7 +49,7 @@ void TopicStreams::encode(const Compression& how, OutSample sample, const Now& n
   Stream& stream = stream_of(how);
   stream.chosen = stream.chosen || stream.encoder.bytes() == 0;
   for (const auto& displaced : stream.encoder.push(std::move(sample)))
-    drop(displaced, DropReason::kQueueBytes);
+    drop(displaced.sample, displaced.reason);
   send_encoded(stream, now);
 }
 

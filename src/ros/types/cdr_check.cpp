@@ -216,6 +216,18 @@ const rosidl_message_type_support_t* introspection_of(const rosidl_message_type_
   return found;
 }
 
+bool begins_with_header(const rosidl_message_type_support_t& type) {
+  const Members& members = members_of(type);
+  if (members.member_count_ == 0) return false;
+  const Member& first = members.members_[0];
+  if (first.is_array_ || first.type_id_ != rosidl_typesupport_introspection_c__ROS_TYPE_MESSAGE ||
+      !first.members_)
+    return false;
+  const Members& inner = members_of(*first.members_);
+  return std::string_view(inner.message_namespace_) == "std_msgs__msg" &&
+         std::string_view(inner.message_name_) == "Header";
+}
+
 std::optional<std::string> check_cdr(ByteView bytes, const rosidl_message_type_support_t& type,
                                      const CdrLimits& limits) {
   // Other encapsulations exist (parameter lists, XCDR2); no ROS middleware writes them.

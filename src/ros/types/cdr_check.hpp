@@ -49,6 +49,9 @@ inline CdrLimits sample_limits(std::size_t bytes) {
 [[nodiscard]] const rosidl_message_type_support_t* introspection_of(
     const rosidl_message_type_support_t* type);
 
+// Whether the first field of a type (its introspection type support) is a std_msgs/msg/Header.
+[[nodiscard]] bool begins_with_header(const rosidl_message_type_support_t& type);
+
 // Checks whether bytes of a peer can be a message of a type, before memory is allocated for them.
 // Follows the fields of `type` (its introspection type support) through the bytes: plain CDR after
 // its 4-byte header, of either byte order. rmw_deserialize() allocates memory for as many elements

@@ -95,6 +95,12 @@ std::optional<TypeLack> TypeSupports::lack_of(const std::string& type, const std
   return refusal ? std::optional(TypeLack{refusal->code, refusal->reason}) : std::nullopt;
 }
 
+bool TypeSupports::has_header(const std::string& type) {
+  const auto found = installed(type);
+  const auto* const* here = std::get_if<const MessageType*>(&found);
+  return here && (*here)->introspection && begins_with_header(*(*here)->introspection);
+}
+
 TypeSupports::Service TypeSupports::installed_service(const std::string& type) {
   const auto found = services_.find(type);
   if (found != services_.end()) return found->second;

@@ -51,6 +51,9 @@ class TypeSupports {
   std::optional<TypeLack> lack_of(const std::string& type, const std::string& hash,
                                   bool is_service);
 
+  // Whether the type is installed and begins with a std_msgs/msg/Header.
+  bool has_header(const std::string& type);
+
   // How many types of messages are in use that are not installed.
   [[nodiscard]] std::size_t made() const { return bare_.size(); }
 

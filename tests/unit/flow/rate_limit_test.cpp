@@ -17,7 +17,7 @@ TimePoint at(Duration since_start) {
 // How many messages of `bytes` pass of those that come every `period` for ten seconds.
 int passed(RateLimit& limit, std::size_t bytes, Duration period) {
   int count = 0;
-  for (Duration t{}; t < seconds(10); t += period) count += limit.admit(bytes, at(t)) ? 1 : 0;
+  for (Duration t{}; t < seconds(10); t += period) count += limit.admit(bytes, 0, at(t)) ? 1 : 0;
   return count;
 }
 
@@ -44,7 +44,7 @@ TEST(RateLimit, ASourceOfExactlyThatRatePassesThoughItShakes) {
   RateLimit limit(10, 0);
   for (int i = 0; i < 1000; ++i) {
     const auto shake = milliseconds(random() % 24);
-    EXPECT_TRUE(limit.admit(1, at(milliseconds(100 * i) + shake))) << i;
+    EXPECT_TRUE(limit.admit(1, 0, at(milliseconds(100 * i) + shake))) << i;
   }
 }
 
@@ -59,22 +59,68 @@ TEST(RateLimit, TheRateOfBytesIsKeptWhateverTheSizes) {
 
 TEST(RateLimit, BothLimitsHoldAndARefusedMessageCostsNothing) {
   RateLimit limit(10, 1'000'000);
-  EXPECT_TRUE(limit.admit(1000, at(seconds(1))));
-  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(limit.admit(1'000'000, at(seconds(1))));
-  EXPECT_TRUE(limit.admit(1000, at(milliseconds(1100))));
+  EXPECT_TRUE(limit.admit(1000, 0, at(seconds(1))));
+  for (int i = 0; i < 1000; ++i) EXPECT_FALSE(limit.admit(1'000'000, 0, at(seconds(1))));
+  EXPECT_TRUE(limit.admit(1000, 0, at(milliseconds(1100))));
 }
 
-TEST(RateLimit, IdleTimeIsNotSavedUp) {
+TEST(RateLimit, OfIdleTimeOneMessageIsSavedUp) {
   RateLimit limit(10, 0);
-  EXPECT_TRUE(limit.admit(1, at(seconds(1))));
-  EXPECT_TRUE(limit.admit(1, at(seconds(3600))));
-  EXPECT_FALSE(limit.admit(1, at(seconds(3600))));
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(1))));
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(3600))));
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(3600))));
+  EXPECT_FALSE(limit.admit(1, 0, at(seconds(3600))));
+}
+
+// github.com/ros/ros_comm issue 560: a throttle gave far less than what it was asked for.
+TEST(RateLimit, TheAverageIsWhatWasAskedFor) {
+  for (const auto& [source, asked] : {std::pair(30, 20), std::pair(50, 30), std::pair(30, 25)}) {
+    RateLimit limit(asked, 0);
+    int count = 0;
+    for (int i = 0; i < 100 * source; ++i)
+      count += limit.admit(1, 0, at(std::chrono::nanoseconds(1'000'000'000LL * i / source)));
+    EXPECT_NEAR(count, 100 * asked, 2) << source << " to " << asked;
+  }
+}
+
+// An image and its CameraInfo: two topics with one stamp, which arrive at different times.
+TEST(RateLimit, TopicsThatShareStampsLetTheSameMessagesPass) {
+  std::mt19937_64 random(1);
+  RateLimit images(5, 0);
+  RateLimit infos(5, 0);
+  for (int i = 0; i < 3000; ++i) {
+    const Stamp stamp = 1'700'000'000 * kStampSecond + kStampSecond / 30 * i;
+    const Duration taken = milliseconds(33) * i;
+    const bool image = images.admit(1, stamp, at(taken + milliseconds(random() % 30)));
+    EXPECT_EQ(infos.admit(1, stamp, at(taken + milliseconds(random() % 30))), image) << i;
+  }
+}
+
+TEST(RateLimit, AStampThatStandsIsNoTime) {
+  RateLimit limit(10, 0);
+  int count = 0;
+  for (int i = 0; i < 1000; ++i)
+    count += limit.admit(1, 5 * kStampSecond, at(milliseconds(10) * i));
+  EXPECT_NEAR(count, 100, 2);
+}
+
+TEST(RateLimit, WhatWasRefusedLeavesAfterAPeriodOfSilence) {
+  RateLimit limit(10, 0);
+  EXPECT_TRUE(limit.admit(1, 0, at(seconds(1))));
+  EXPECT_FALSE(limit.admit(1, 0, at(milliseconds(1020))));
+  EXPECT_EQ(limit.leaves_at(), at(milliseconds(1120)));
+  limit.leave(1, at(milliseconds(1120)));
+  EXPECT_FALSE(limit.admit(1, 0, at(milliseconds(1130))));  // it counted
+  RateLimit bytes(0, 1000);
+  EXPECT_TRUE(bytes.admit(500, 0, at(seconds(1))));
+  EXPECT_FALSE(bytes.admit(500, 0, at(milliseconds(1020))));
+  EXPECT_EQ(bytes.leaves_at(), at(milliseconds(1400)));  // 100 ms early, as any burst
 }
 
 TEST(RateLimit, ExtremesDoNotOverflow) {
   RateLimit limit(1e-300, 1);
-  EXPECT_TRUE(limit.admit(std::size_t{1} << 62, at(seconds(1))));
-  EXPECT_FALSE(limit.admit(1, at(seconds(1'000'000))));
+  EXPECT_TRUE(limit.admit(std::size_t{1} << 62, 0, at(seconds(1))));
+  EXPECT_FALSE(limit.admit(1, 0, at(seconds(1'000'000))));
 }
 
 }  // namespace

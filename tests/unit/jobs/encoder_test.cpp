@@ -16,8 +16,15 @@ Encoder::Options options(std::uint32_t depth = 0, std::uint64_t queue_bytes_max 
 struct EncoderScript final : JobOwner {
   explicit EncoderScript(Encoder::Options o = options()) : encoder(o, jobs, *this) {}
 
-  void push(Stamp stamp, std::size_t size) {
-    drop(encoder.push({{1}, stamp, 0, Payload::adopt(Bytes(size, 7)), {{1}}}));
+  // `state`: of which the sample is the newest, taken `at` so many ms.
+  void push(Stamp stamp, std::size_t size, std::optional<std::uint64_t> state = {}, int at = 0) {
+    OutSample sample{{1}, stamp, 0, Payload::adopt(Bytes(size, 7)), {{1}}};
+    sample.state = state;
+    sample.taken = TimePoint{} + std::chrono::milliseconds(at);
+    std::vector<OutSample> dropped;
+    for (auto& displaced : encoder.push(std::move(sample)))
+      dropped.push_back(std::move(displaced.sample));
+    drop(dropped);
     take_ready();
   }
   void done(std::uint32_t job, bool shrunk = true) {
@@ -174,6 +181,19 @@ TEST(Encoder, ALinkCanBeForgotten) {
   EXPECT_EQ(script.encoder.forget({1}).size(), 2U);
   EXPECT_EQ(script.encoder.bytes(), 1000U);  // nobody wants what waited; a worker has the other
   EXPECT_EQ(script.encoder.forget({1}).size(), 0U);
+}
+
+TEST(Encoder, WhatWaitsForLongIsReplacedByANewerSampleOfItsState) {
+  EncoderScript script;
+  script.push(1, 1000, 5, 0);  // with the worker
+  script.push(2, 1000, 5, 10);
+  script.push(3, 1000, 6, 20);
+  script.push(4, 1000, 5, 100);  // a burst
+  EXPECT_EQ(script.took_place(), "job 1");
+  script.push(5, 1000, 5, 120);
+  EXPECT_EQ(script.took_place(), "2! 4!");
+  script.push(6, 1000, {}, 500);
+  EXPECT_EQ(script.took_place(), "");
 }
 
 }  // namespace

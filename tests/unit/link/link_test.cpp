@@ -227,14 +227,18 @@ TEST(Link, ALostConnectionTakesItsChannelsButNeitherNumbersNorWhatWasAdmitted) {
   slow.max_rate = 1;
   const ChannelId number = s.link.open_channel(s.mouth);
   s.offered(ear, 5);
-  EXPECT_TRUE(s.link.admits({"/a", "p/msg/T"}, slow, 100, now_ms(0)));
+  const auto passes = [&](const char* name, std::int64_t ms) {
+    return s.link.rate_of({name, "p/msg/T"}, Gid{}, slow, now_ms(ms))
+        ->admit(100, 0, now_ms(ms).steady);
+  };
+  EXPECT_TRUE(passes("/a", 0));
   s.link.drop_connection();
   EXPECT_FALSE(s.link.expects({5}));
   EXPECT_EQ(s.link.offered(), 0U);
   EXPECT_FALSE(s.link.outgoing(number));
   EXPECT_NE(s.link.open_channel(s.mouth), number);
-  EXPECT_FALSE(s.link.admits({"/a", "p/msg/T"}, slow, 100, now_ms(1)));
-  EXPECT_TRUE(s.link.admits({"/b", "p/msg/T"}, slow, 100, now_ms(1)));
+  EXPECT_FALSE(passes("/a", 1));
+  EXPECT_TRUE(passes("/b", 1));
 }
 
 TEST(Link, EachChannelOfADemandGoesOnBehindItsOwnSequence) {

@@ -33,6 +33,10 @@ Backlog::Options backlog_options() {
   return options;
 }
 
+OutSample sample_of(std::size_t bytes) {
+  return {OriginId{1}, 0, 0, Payload::adopt(Bytes(bytes)), {}};
+}
+
 struct Kept {
   explicit Kept(std::uint64_t bytes_max = kNoBound, std::uint64_t memory_max = Budget::kNoLimit)
       : memory(memory_max), all(bytes_max, memory) {}
@@ -123,15 +127,33 @@ TEST(Backlog, TheMemoryOfTheLinkBoundsItToo) {
 TEST(Backlog, TheLimitsOfAnOpenLinkHoldForWhatIsKept) {
   Kept s;
   auto options = backlog_options();
-  options.rate = RateLimit(1, 0);
+  options.rates = RateLimits(1, 0);
   Backlog slow{s.all, s.peer.link, std::move(options)};
-  EXPECT_FALSE(slow.admit(2 * kSize + 1, ms(0)));
-  EXPECT_TRUE(slow.admit(2 * kSize, ms(0)));  // what is too large does not count for the rate
-  EXPECT_FALSE(slow.admit(kSize, ms(100)));
-  EXPECT_TRUE(slow.admit(kSize, ms(1000)));
+  EXPECT_FALSE(slow.admit(sample_of(2 * kSize + 1), ms(0)));
+  EXPECT_TRUE(
+      slow.admit(sample_of(2 * kSize), ms(0)));  // what is too large does not count for the rate
+  EXPECT_FALSE(slow.admit(sample_of(kSize), ms(100)));
+  EXPECT_TRUE(slow.admit(sample_of(kSize), ms(1000)));
   EXPECT_EQ(slow.dropped().of(DropReason::kTooLarge), 1U);
   EXPECT_EQ(slow.dropped().of(DropReason::kRate), 1U);
   EXPECT_EQ(s.all.lost(), 2U);
+}
+
+TEST(Backlog, OfAStateOnlyTheNewestIsKept) {
+  Kept s;
+  const auto add = [&](std::uint32_t sequence, std::uint32_t origin, std::uint64_t state) {
+    OutMessage message = kept_message(sequence, origin);
+    message.state = state;
+    s.subject.add(std::move(message));
+  };
+  add(4, 1, 7);  // begun: its number is used up
+  for (int i = 0; i < 3; ++i) add(0, 1, 7);
+  add(0, 1, 8);
+  add(0, 2, 7);
+  EXPECT_EQ(s.subject.size(), 4U);
+  EXPECT_EQ(s.dropped(DropReason::kNewerAvailable), 2U);
+  EXPECT_EQ(s.all.lost(), 0U);
+  EXPECT_EQ(s.all.bytes(), bytes_of(4));
 }
 
 TEST(Backlog, AfterItsEndNothingIsKeptAndNothingIsLost) {
@@ -140,7 +162,7 @@ TEST(Backlog, AfterItsEndNothingIsKeptAndNothingIsLost) {
   s.add(2);
   s.subject.end(DropReason::kWithdrawn);
   s.add(3);
-  EXPECT_FALSE(s.subject.admit(kSize, ms(0)));
+  EXPECT_FALSE(s.subject.admit(sample_of(kSize), ms(0)));
   s.subject.end(DropReason::kNoDemand);
   EXPECT_TRUE(s.subject.is_over());
   EXPECT_EQ(s.subject.size(), 0U);

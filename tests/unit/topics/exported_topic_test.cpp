@@ -201,10 +201,11 @@ TEST(ExportedTopic, ARateDoesNotHoldUpWhatItsPublishersHaveKept) {
   take(4, 210);  // it may be all that this one publishes
   EXPECT_EQ(peer.said(), "origins 1 +[4] -[]\n1.4 210\n");
   // No more than each of them keeps, whatever their clocks say.
-  take(1, 94);
+  take(1, 94);  // the rate's first of this publisher
   take(1, 95);
   take(2, 201);
-  EXPECT_EQ(peer.said(), "1.1 94\n");
+  take(2, 202);
+  EXPECT_EQ(peer.said(), "1.1 94, 1.2 201\n");
 }
 
 TEST(ExportedTopic, IsCompressedOnceForAllLinks) {

@@ -113,7 +113,29 @@ TEST(SideExportsData, ARateIsKept) {
   const auto status = s.status().links[0].topics[0];
   EXPECT_GE(status.messages, 10U);
   EXPECT_LE(status.messages, 13U);
-  EXPECT_EQ(status.dropped.of(DropReason::kRate), 100 - status.messages);
+  EXPECT_EQ(status.dropped.of(DropReason::kRate), 99 - status.messages);
+  s.pass(100);
+  EXPECT_EQ(s.said(1), "1.1 x\n");  // the last of them comes late, but it comes
+}
+
+// A stick that is let go: one stop, and nothing after it.
+TEST(SideExportsData, ARateDoesNotLoseTheLastMessage) {
+  Treatment treatment;
+  treatment.max_rate = 10;
+  auto s = demanding(treatment);
+  begin(s);
+  for (int round = 0; round < 10; ++round) {
+    for (int i = 0; i < 50; ++i) {
+      s.take(2, 1, "drive");
+      s.pass(20);
+    }
+    s.take(2, 1, "stop");
+    s.pass(100);
+    const auto said = s.said(1);
+    EXPECT_EQ(said.substr(said.rfind(' ')), " stop\n");
+    s.pass(500);
+    EXPECT_EQ(s.said(1), "");
+  }
 }
 
 TEST(SideExportsData, RatesAreEachLinksOwn) {

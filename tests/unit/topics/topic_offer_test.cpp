@@ -28,6 +28,10 @@ struct Offering : Exporting {
   TopicOffer offer{context, subject, peer.link};
 };
 
+OutSample sized(std::size_t size, std::uint32_t origin = 1) {
+  return {OriginId{origin}, 0, 0, bytes(size), {}};
+}
+
 TEST(TopicOffer, OpensAChannelForWhatThePeerMayHave) {
   Offering s;
   const auto offered = s.offer.open();
@@ -93,21 +97,45 @@ TEST(TopicOffer, TellsOfOriginsThatComeAndGo) {
 TEST(TopicOffer, TakesNothingWithoutDemand) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
-  EXPECT_FALSE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(0)));
   s.offer.send({{1}, 0, 0, sample("late"), {}}, Codec::kNone, sample("late"), ms(0));
   EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
 }
 
-TEST(TopicOffer, CountsWhatItsRateForbids) {
+TEST(TopicOffer, TheNewestThatItsRateForbidsLeavesLater) {
   Rule limited = everything();
   limited.treatment.max_rate = 1;
   Offering s(limited);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand({1}, ms(0));
-  EXPECT_TRUE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kNew, ms(10)));
+  EXPECT_TRUE(s.offer.admit(sized(10), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(11), TopicOffer::Age::kNew, ms(10)));
+  EXPECT_EQ(s.dropped(DropReason::kRate), 0U);
+  EXPECT_FALSE(s.offer.drained());
+  EXPECT_FALSE(s.offer.admit(sized(12), TopicOffer::Age::kNew, ms(20)));
   EXPECT_EQ(s.dropped(DropReason::kRate), 1U);
-  EXPECT_TRUE(s.offer.admit({1}, bytes(10), TopicOffer::Age::kKept, ms(10)));
+  EXPECT_TRUE(s.offer.admit(sized(13), TopicOffer::Age::kKept, ms(30)));
+  EXPECT_FALSE(s.offer.take_held(ms(1019)));
+  const auto held = s.offer.take_held(ms(1020));
+  ASSERT_TRUE(held);
+  EXPECT_EQ(held->raw.size(), 12U);
+  EXPECT_FALSE(s.offer.take_held(ms(9000)));
+  EXPECT_FALSE(s.offer.admit(sized(14), TopicOffer::Age::kNew, ms(1030)));  // it counted
+  s.offer.on_demand({}, ms(1040));
+  EXPECT_EQ(s.dropped(DropReason::kNoDemand), 1U);
+  EXPECT_FALSE(s.offer.take_held(ms(9000)));
+}
+
+TEST(TopicOffer, EachPublisherHasItsRate) {
+  Rule limited = everything();
+  limited.treatment.max_rate = 1;
+  Offering s(limited);
+  s.see(topic("/a").pub(1).pub(2));
+  ASSERT_TRUE(s.offer.open());
+  s.offer.on_demand({1}, ms(0));
+  EXPECT_TRUE(s.offer.admit(sized(10, 1), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_TRUE(s.offer.admit(sized(10, 2), TopicOffer::Age::kNew, ms(1)));
+  EXPECT_FALSE(s.offer.admit(sized(10, 1), TopicOffer::Age::kNew, ms(2)));
 }
 
 TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
@@ -115,9 +143,9 @@ TEST(TopicOffer, CountsWhatIsTooLargeForThePeer) {
   s.peer.link.connection()->set_peer_message_bytes_max(100);
   ASSERT_TRUE(s.offer.open());
   s.offer.on_demand({1}, ms(0));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(101), TopicOffer::Age::kNew, ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(102), TopicOffer::Age::kNew, ms(0)));
-  EXPECT_FALSE(s.offer.admit({1}, bytes(103), TopicOffer::Age::kKept, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(101), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(102), TopicOffer::Age::kNew, ms(0)));
+  EXPECT_FALSE(s.offer.admit(sized(103), TopicOffer::Age::kKept, ms(0)));
   EXPECT_EQ(s.dropped(DropReason::kTooLarge), 3U);
   s.did();
   EXPECT_EQ(
@@ -136,7 +164,7 @@ TEST(TopicOffer, OfWhatIsTooLargeAnIdentityHasOneLine) {
     TopicOffer again(s.context, s.subject, link);
     ASSERT_TRUE(again.open());
     again.on_demand({1}, ms(0));
-    EXPECT_FALSE(again.admit({1}, bytes(101), TopicOffer::Age::kNew, ms(0)));
+    EXPECT_FALSE(again.admit(sized(101), TopicOffer::Age::kNew, ms(0)));
   };
   for (OneLink* peer : {&first, &first, &second, &other}) drop_one(peer->link);
   s.did();

@@ -1,0 +1,64 @@
+// Messages that a rule's rate refused and that may leave later.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "core/base/budget.hpp"
+#include "core/base/ids.hpp"
+#include "core/base/timers.hpp"
+
+namespace connect_bridge {
+
+// Of each publisher the newest message that was refused, until its time has come or another one of
+// the publisher passes: so the last message of a publisher, perhaps "stop", is never lost to a
+// rate. Single-threaded.
+template <class Message>
+class HeldBack {
+ public:
+  // What is held counts in `memory`, which outlives this.
+  explicit HeldBack(Budget& memory) : memory_(memory) {}
+
+  // Holds the message until `at`, instead of an older one of the publisher. False: there was one,
+  // or there is no room for this one; one message is lost.
+  bool hold(OriginId origin, Message message, std::size_t bytes, TimePoint at) {
+    const bool none = !forget(origin);
+    if (bytes > memory_.room()) return false;
+    entries_.try_emplace(origin, std::move(message), memory_.hold(bytes), timers_.set(at, origin));
+    return none;
+  }
+  // Drops the publisher's message. False: there is none.
+  bool forget(OriginId origin) { return entries_.erase(origin) > 0; }
+  // The next message whose time has come.
+  std::optional<Message> take_due(TimePoint now) {
+    const auto due = timers_.take_due(now);
+    return due ? take(entries_.find(*due)) : std::nullopt;
+  }
+  // The next message (of this publisher), whether or not its time has come.
+  std::optional<Message> take() { return take(entries_.begin()); }
+  std::optional<Message> take(OriginId origin) { return take(entries_.find(origin)); }
+  [[nodiscard]] std::optional<TimePoint> deadline() const { return timers_.deadline(); }
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+
+ private:
+  struct Entry {
+    Entry(Message held, Budget::Hold counted, typename Timers<OriginId>::Timer at)
+        : message(std::move(held)), bytes(std::move(counted)), leaves(std::move(at)) {}
+    Message message;
+    Budget::Hold bytes;
+    typename Timers<OriginId>::Timer leaves;
+  };
+  std::optional<Message> take(typename std::map<OriginId, Entry>::iterator at) {
+    if (at == entries_.end()) return std::nullopt;
+    std::optional<Message> message(std::move(at->second.message));
+    entries_.erase(at);
+    return message;
+  }
+
+  Budget& memory_;
+  Timers<OriginId> timers_;
+  std::map<OriginId, Entry> entries_;
+};
+
+}  // namespace connect_bridge

@@ -1,0 +1,52 @@
+// What a rate refused and may leave later.
+#include "core/flow/held_back.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "unit/base/at.hpp"
+
+namespace connect_bridge {
+namespace {
+
+using test::at;
+
+TEST(HeldBack, HoldsTheNewestOfEachPublisherUntilItsTime) {
+  Budget memory(100);
+  HeldBack<std::string> held(memory);
+  EXPECT_FALSE(held.deadline());
+  EXPECT_TRUE(held.hold({1}, "old", 10, at(50)));
+  EXPECT_TRUE(held.hold({2}, "other", 10, at(60)));
+  EXPECT_FALSE(held.hold({1}, "new", 20, at(70)));
+  EXPECT_EQ(memory.used(), 30U);
+  EXPECT_EQ(held.deadline(), at(60));
+  EXPECT_FALSE(held.take_due(at(59)));
+  EXPECT_EQ(held.take_due(at(100)), "other");
+  EXPECT_EQ(held.take_due(at(100)), "new");
+  EXPECT_FALSE(held.take_due(at(100)));
+  EXPECT_TRUE(held.empty());
+  EXPECT_EQ(memory.used(), 0U);
+}
+
+TEST(HeldBack, OneThatPassesEndsTheWait) {
+  Budget memory(100);
+  HeldBack<std::string> held(memory);
+  EXPECT_FALSE(held.forget({1}));
+  EXPECT_TRUE(held.hold({1}, "old", 10, at(50)));
+  EXPECT_TRUE(held.forget({1}));
+  EXPECT_FALSE(held.deadline());
+  EXPECT_EQ(memory.used(), 0U);
+}
+
+TEST(HeldBack, WithoutRoomNothingIsHeld) {
+  Budget memory(15);
+  HeldBack<std::string> held(memory);
+  EXPECT_TRUE(held.hold({1}, "a", 10, at(50)));
+  EXPECT_FALSE(held.hold({2}, "b", 10, at(50)));
+  EXPECT_EQ(held.take(), "a");
+  EXPECT_FALSE(held.take());
+}
+
+}  // namespace
+}  // namespace connect_bridge
