@@ -28,6 +28,7 @@ bool Expectation::was_overloaded(const Writer& origin) const {
         if (!topic.exported || topic.topic != origin.spec.topic) continue;
         if (topic.dropped.of(DropReason::kQueueBytes) > 0) return true;
         if (topic.dropped.of(DropReason::kMemory) > 0) return true;
+        if (topic.dropped.of(DropReason::kQueueTime) > 0) return true;
         if (topic.dropped.of(DropReason::kQueueDepth) > 0) return true;
       }
     }
