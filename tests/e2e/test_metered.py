@@ -22,7 +22,9 @@ def sent(side):
 
 
 def test_a_link_costs_what_it_may_and_urgent_ones_are_fast(make_pair):
-    pair = make_pair(server={**OPEN, "link.bytes_per_second": CAP})
+    newest = {"export_topics": ["/t/small"], "keep": "newest"}
+    rules = {"rules": ["newest", "all"], "rule": {**OPEN["rule"], "newest": newest}}
+    pair = make_pair(server={**rules, "link.bytes_per_second": CAP})
     small, smalls = pair.opened(Blob, "/t/small", Blob(), qos(10))
     large, larges = pair.opened(Blob, "/t/large", Blob(), qos(1))
     steer, steered = pair.opened(Twist, "/t/steer", Twist(), qos(10))
@@ -51,4 +53,4 @@ def test_a_link_costs_what_it_may_and_urgent_ones_are_fast(make_pair):
     assert waits[len(waits) // 2] < 0.05, waits
     numbers = [m.sequence for m in smalls.messages]
     assert numbers == sorted(set(numbers)) and 350 - numbers[-1] < 100, "the newest come"
-    assert pair.server.topic("/t/small", "export")["dropped"]["queue_depth"] > 0
+    assert pair.server.topic("/t/small", "export")["dropped"]["newer_available"] > 0
