@@ -15,7 +15,7 @@ set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1 -DNDEBUG")
 # the time, one that has changed in three times as much. -DCMAKE_UNITY_BUILD=OFF compiles each by itself. What is declared
 # in one file is then known in others: tools/setup/syntax.py shows of src whether each file includes what it needs.
 set(CMAKE_UNITY_BUILD ON CACHE BOOL "Compile several sources as one")
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 8 CACHE STRING "How many sources are compiled as one")
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 12 CACHE STRING "How many sources are compiled as one")
 
 find_program(CCACHE ccache)
 if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)

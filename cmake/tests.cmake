@@ -14,7 +14,7 @@ set(CONNECT_SIM_SEEDS 1000 CACHE STRING "Scenarios of the simulator in a test ru
 function(connect_quickly_compiled name)
   target_compile_options(${name} PRIVATE "SHELL:-O0 -U_FORTIFY_SOURCE")
   # Half of what is left are the headers.
-  set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD_BATCH_SIZE 24)
 endfunction()
 
 # connect_gtest(<program> LABEL <label> SHARDS <n> PROCESSORS <places> [FILTER <tests>] [SERIAL] [ENVIRONMENT <variables>]):

@@ -12,7 +12,7 @@
 #include "core/ports/audit.hpp"
 #include "core/ports/login_options.hpp"
 #include "core/ports/net_options.hpp"
-#include "core/side/side.hpp"
+#include "core/side/options.hpp"
 
 namespace connect_bridge {
 

@@ -7,7 +7,7 @@
 #include "config/checked_values.hpp"
 #include "config/parameter.hpp"
 #include "core/policy/policy.hpp"
-#include "core/side/side.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/link/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "net/certificate_end.hpp"
 #include "net/tls.hpp"
 

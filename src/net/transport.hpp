@@ -1,8 +1,8 @@
-// The byte stream below a WebSocket: TCP, or TLS over TCP. One type for both, so that the templates
-// above are instantiated once. Private to src/net (heavy includes).
+// The byte stream below a WebSocket: TCP, or TLS over TCP. One type for both, and below it one type
+// of handler, so that the templates on both sides are instantiated once. Private to src/net (heavy
+// includes).
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <boost/asio/basic_stream_socket.hpp>
 #include <boost/asio/buffer.hpp>
@@ -10,9 +10,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/ssl/context.hpp>
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core/bind_handler.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -30,6 +28,41 @@ using ErrorCode = boost::system::error_code;
 // operation.
 using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
 
+// The handler of a read or a write, of whatever type. Called once, and in the thread of the
+// io_context: a handler must have no executor, and no allocator, of its own.
+class IoHandler {
+ public:
+  template <class Handler>
+  requires(!std::is_same_v<std::decay_t<Handler>, IoHandler>) explicit IoHandler(Handler&& handler)
+      : held_(std::make_unique<Held<std::decay_t<Handler>>>(std::forward<Handler>(handler))) {}
+
+  friend bool asio_handler_is_continuation(IoHandler*) { return true; }
+  void operator()(ErrorCode error, std::size_t bytes) { held_.release()->run(error, bytes); }
+
+ private:
+  struct Any {
+    Any() = default;
+    Any(const Any&) = delete;
+    Any& operator=(const Any&) = delete;
+    virtual ~Any() = default;
+    virtual void run(ErrorCode error, std::size_t bytes) = 0;  // deletes itself
+  };
+  template <class Handler>
+  struct Held final : Any {
+    Handler handler;
+
+    explicit Held(Handler&& from) : handler(std::move(from)) {}
+    explicit Held(const Handler& from) : handler(from) {}
+    // Its memory is free for the operation that the handler may begin.
+    void run(ErrorCode error, std::size_t bytes) override {
+      Handler now = std::move(handler);
+      delete this;
+      now(error, bytes);
+    }
+  };
+  std::unique_ptr<Any> held_;
+};
+
 // Not movable. One read and one write may be under way at a time (the WebSocket sees to that).
 // Every operation keeps using the object until its handler runs: the owner must live that long.
 class Transport {
@@ -38,15 +71,15 @@ class Transport {
 
   using Clock = std::chrono::steady_clock;
 
-  explicit Transport(TcpSocket socket)
-      : socket_(std::move(socket)), waits_(socket_.get_executor()) {}
+  explicit Transport(TcpSocket socket);
+  ~Transport();
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
 
   executor_type get_executor() { return socket_.get_executor(); }
   TcpSocket& socket() { return socket_; }
   // Null until start_tls().
-  SSL* tls() { return tls_ ? tls_->native_handle() : nullptr; }
+  SSL* tls();
 
   // Everything after this goes through TLS. The context must outlive the object.
   void start_tls(std::shared_ptr<asio::ssl::context> context);
@@ -78,27 +111,24 @@ class Transport {
   // What reads have given so far.
   [[nodiscard]] std::uint64_t read_bytes() const { return read_bytes_; }
 
+  // A read fills the first buffer that is not empty, at most.
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
-    if (header_end_ < kHeaderEnd.size()) {
-      const auto byte = asio::buffer(*asio::buffer_sequence_begin(buffers), 1);
-      using Read = HeaderRead<std::decay_t<Handler>>;
-      return read_now(byte, Read{this, std::forward<Handler>(handler), byte});
-    }
-    const auto wait_until = wait_until_ ? wait_until_() : std::nullopt;
-    if (!wait_until) return read_now(buffers, std::forward<Handler>(handler));
-    waits_.expires_at(*wait_until);
-    using Read = WaitedRead<Buffers, std::decay_t<Handler>>;
-    waits_.async_wait(Read{this, std::forward<Handler>(handler), buffers});
+    asio::mutable_buffer into;
+    const auto end = asio::buffer_sequence_end(buffers);
+    for (auto at = asio::buffer_sequence_begin(buffers); at != end && into.size() == 0; ++at)
+      into = *at;
+    start_read(into, IoHandler(std::forward<Handler>(handler)));
   }
 
+  // A write takes the first buffers, as many as the kernel takes at a time.
   template <class Buffers, class Handler>
   void async_write_some(const Buffers& buffers, Handler&& handler) {
-    if (tls_) {
-      tls_->async_write_some(one_record(buffers), std::forward<Handler>(handler));
-    } else {
-      socket_.async_write_some(buffers, std::forward<Handler>(handler));
-    }
+    std::size_t count = 0;
+    const auto end = asio::buffer_sequence_end(buffers);
+    for (auto at = asio::buffer_sequence_begin(buffers); at != end && count < kPieces; ++at)
+      pieces_[count++] = *at;
+    start_write(count, IoHandler(std::forward<Handler>(handler)));
   }
 
  private:
@@ -113,92 +143,17 @@ class Transport {
   using Ahead = std::array<unsigned char, kAheadBytes>;
   static constexpr std::string_view kHeaderEnd = "\r\n\r\n";
 
-  template <class Handler>
-  struct OfRead {
-    using executor_type = asio::associated_executor_t<Handler, TcpSocket::executor_type>;  // NOLINT
-    Transport* of;
-    Handler handler;
+  static constexpr std::size_t kPieces = 64;  // IOV_MAX is more; Asio takes so many
+  struct CountedRead;
 
-    [[nodiscard]] executor_type get_executor() const {
-      return asio::get_associated_executor(handler, of->get_executor());
-    }
-    friend bool asio_handler_is_continuation(OfRead*) { return true; }
-  };
-  // Counts what was read. Keeps what is beyond the requested bytes, and reports the requested ones.
-  template <class Handler>
-  struct CountedRead : OfRead<Handler> {
-    std::size_t asked;
+  void start_read(asio::mutable_buffer into, IoHandler handler);
+  void read_now(asio::mutable_buffer into, IoHandler handler);
+  void start_write(std::size_t pieces, IoHandler handler);
 
-    CountedRead(Transport* transport, Handler next, std::size_t bytes)
-        : OfRead<Handler>{transport, std::move(next)}, asked(bytes) {}
-    void operator()(ErrorCode error, std::size_t bytes) {
-      if (this->of->floods_) error = make_error_code(boost::system::errc::protocol_error);
-      this->of->ahead_begin_ = 0;
-      this->of->ahead_end_ = bytes > asked ? bytes - asked : 0;
-      this->of->read_bytes_ += std::min(bytes, asked);
-      this->handler(error, std::min(bytes, asked));
-    }
-  };
-  // Of one byte: a header has hundreds, and is read once.
-  template <class Handler>
-  struct HeaderRead : OfRead<Handler> {
-    asio::mutable_buffer byte;
-
-    HeaderRead(Transport* transport, Handler next, asio::mutable_buffer into)
-        : OfRead<Handler>{transport, std::move(next)}, byte(into) {}
-    void operator()(ErrorCode error, std::size_t bytes) {
-      if (bytes > 0) this->of->on_header_byte(*static_cast<const char*>(byte.data()));
-      this->handler(error, bytes);
-    }
-  };
-  template <class Buffers, class Handler>
-  struct WaitedRead : OfRead<Handler> {
-    Buffers buffers;
-
-    WaitedRead(Transport* transport, Handler next, const Buffers& into)
-        : OfRead<Handler>{transport, std::move(next)}, buffers(into) {}
-    // An aborted wait, too: then the socket tells what is wrong.
-    void operator()(ErrorCode) { this->of->read_now(buffers, std::move(this->handler)); }
-  };
-
-  template <class Buffers, class Handler>
-  void read_now(const Buffers& buffers, Handler&& handler) {
-    using Read = CountedRead<std::decay_t<Handler>>;
-    if (ahead_begin_ < ahead_end_) {
-      const std::size_t n = asio::buffer_copy(
-          buffers, asio::buffer(ahead_->data() + ahead_begin_, ahead_end_ - ahead_begin_));
-      ahead_begin_ += n;
-      read_bytes_ += n;
-      return asio::post(get_executor(), boost::beast::bind_front_handler(
-                                            std::forward<Handler>(handler), ErrorCode{}, n));
-    }
-    const asio::mutable_buffer first{*asio::buffer_sequence_begin(buffers)};
-    const bool ahead = ahead_ && !tls_;
-    const std::size_t asked = ahead ? first.size() : asio::buffer_size(buffers);
-    Read read{this, std::forward<Handler>(handler), asked};
-    if (tls_) return tls_->async_read_some(buffers, std::move(read));
-    if (!ahead) return socket_.async_read_some(buffers, std::move(read));
-    const std::array<asio::mutable_buffer, 2> both{first, asio::buffer(*ahead_)};
-    socket_.async_read_some(both, std::move(read));
-  }
-
-  void on_header_byte(char byte) {
-    const bool goes_on = byte == kHeaderEnd[header_end_];
-    header_end_ = goes_on ? header_end_ + 1 : std::size_t{byte == kHeaderEnd[0]};
-  }
-
+  void on_header_byte(char byte);
+  asio::const_buffer one_record(std::size_t pieces);
   static constexpr std::size_t kRecordBytesMax = 16384;  // RFC 8446 section 5.1
-  using Tls = asio::ssl::stream<TcpSocket&>;
-
-  // Asio makes one TLS record of the first buffer only; a frame's header of two bytes would become
-  // a record, and a segment, of its own.
-  template <class Buffers>
-  asio::const_buffer one_record(const Buffers& buffers) {
-    const asio::const_buffer first{*asio::buffer_sequence_begin(buffers)};
-    if (first.size() >= kRecordBytesMax) return asio::buffer(first, kRecordBytesMax);
-    if (!record_) record_.reset(new Record);
-    return asio::buffer(record_->data(), asio::buffer_copy(asio::buffer(*record_), buffers));
-  }
+  struct Tls;
 
   void drain(std::function<void()> done);
 
@@ -210,9 +165,10 @@ class Transport {
   std::size_t header_end_ = kHeaderEnd.size();  // so much of it was read
   std::shared_ptr<asio::ssl::context> context_;
   std::unique_ptr<Tls> tls_;
-  bool tls_open_ = false;           // the handshake is over
-  std::uint64_t tls_messages_ = 0;  // since then
-  bool floods_ = false;             // by too many of them
+  bool tls_open_ = false;                           // the handshake is over
+  std::uint64_t tls_messages_ = 0;                  // since then
+  bool floods_ = false;                             // by too many of them
+  std::array<asio::const_buffer, kPieces> pieces_;  // of the write under way
   std::unique_ptr<Record> record_;
   std::unique_ptr<Ahead> ahead_;
   std::size_t ahead_begin_ = 0;  // what is left of it

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/side/side.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 

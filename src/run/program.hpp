@@ -1,7 +1,7 @@
 // The programs `server` and `client`: they differ in the role alone.
 #pragma once
 
-#include "core/side/side.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
 

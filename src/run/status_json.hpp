@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "core/link/options.hpp"
+#include "core/ports/net_options.hpp"
 #include "core/ports/status.hpp"
 #include "net/network.hpp"
 #include "ros/counters.hpp"

@@ -10,10 +10,9 @@
 #include "core/flow/outbox_options.hpp"
 #include "core/flow/reassembly.hpp"
 #include "core/link/account.hpp"
+#include "core/ports/net_options.hpp"
 
 namespace connect_bridge {
-
-enum class Role : std::uint8_t { kServer, kClient };
 
 struct LinkOptions {
   Role role = Role::kServer;

@@ -14,6 +14,9 @@
 
 namespace connect_bridge {
 
+// A server listens, a client dials.
+enum class Role : std::uint8_t { kServer, kClient };
+
 // Of a server or a client. Files are PEM; a pair is the first two, or none of them.
 struct TlsOptions {
   std::string certificate_file{};  // the whole chain, our own certificate first

@@ -6,7 +6,7 @@
 
 #include "core/graph/options.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/link/links.hpp"
+#include "core/link/options.hpp"
 #include "core/policy/policy.hpp"
 #include "core/services/options.hpp"
 #include "core/topics/options.hpp"
