@@ -77,7 +77,7 @@ tls-scan: all ## a public scanner's opinion of the server's TLS, against Mozilla
 	@bash tools/setup/scanner.sh
 	@$(in_env) CONNECT_BUILD_DIR="$(abspath $(BUILD))" python3 -B -m pytest -q -rs tests/e2e/test_tls_scan.py
 
-demo: programs = server client ctl
+demo: programs = server client
 demo: build ## a robot, an operator, and the bridge between them
 	@$(in_env) tools/demo/run
 
