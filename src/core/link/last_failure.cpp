@@ -23,7 +23,7 @@ void LastFailure::set(std::string reason, const Now& now) {
     before_ = std::exchange(reason_, std::move(reason));
     before_until_ = now.steady + kTurn;
   }
-  next_ = now.steady + kPeriod;
+  next_ = now.steady + (now.steady - *since_ < kFirstPeriod ? kFirstPeriod : kPeriod);
   told_ = true;
 }
 

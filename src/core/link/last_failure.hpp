@@ -12,12 +12,14 @@
 namespace connect_bridge {
 
 // A client dials again and again, for as long as it takes. The log has a line about it when the
-// reason is another one, and every ten minutes while it stays the same or two take turns. After
+// reason is another one, and while it stays the same, or two take turns: after the first minute,
+// then every ten minutes. After
 // kNews others, as of a proxy whose answers have numbers, it has a line every ten minutes only, and
 // when a reason comes twice in a row. Single-threaded; owned by Links.
 class LastFailure {
  public:
   static constexpr Duration kPeriod = std::chrono::minutes(10);
+  static constexpr Duration kFirstPeriod = std::chrono::minutes(1);
   static constexpr Duration kTurn = std::chrono::minutes(2);  // of two reasons that take turns
   static constexpr int kNews = 10;
 

@@ -183,8 +183,8 @@ TEST(Lines, AClientThatCannotConnectSaysSoNowAndThen) {
   }
   EXPECT_EQ(s.logged,
             "cannot connect: refused; trying again\n"
-            "still cannot connect, for 10 min: refused; trying again\n"
-            "still cannot connect, for 20 min: refused; trying again\n");
+            "still cannot connect, for 1 min: refused; trying again\n"
+            "still cannot connect, for 11 min: refused; trying again\n");
 }
 
 }  // namespace
