@@ -99,9 +99,13 @@ Judgement PairingLogin::add(const Digest& token, const std::string& name, const 
   Judgement found = tokens_->find(token, now);
   if (found.identity) {
     paired_ = token;
-    untold_.news.push_back("paired with '" + entry.identity + "' at " + attempt.peer +
-                           ": its token is in " + token_file_ +
-                           "; remove that entry to end its access");
+    untold_.news.push_back(
+        "paired with '" + entry.identity + "' at " + attempt.peer + ": its token is in " +
+        token_file_ + "; remove that entry to end its access" +
+        (entry.identity == own ? ""
+                               : ". The entry '" + own +
+                                     "' of an earlier client of that name "
+                                     "stays: remove it if that was the same one"));
   }
   return found;
 }

@@ -12,6 +12,9 @@
 namespace connect_bridge {
 namespace {
 
+constexpr char kTaken[] =
+    " (a server that runs already, or another program: end that, or change listen.port)";
+
 using ListeningSocket = asio::ip::tcp::acceptor;
 using ListenPoint = asio::ip::tcp::endpoint;
 
@@ -47,9 +50,12 @@ ListenResult listen_at(ListeningSocket& acceptor, const std::string& address, st
   }
   const bool absent = !error && bind_to(acceptor, endpoint, error);
   if (!error) acceptor.listen(ListeningSocket::max_listen_connections, error);
-  if (error)
-    return {"cannot listen on " + host_and_port(parsed.to_string(), port) + ": " + error.message(),
+  if (error) {
+    const bool taken = error == asio::error::address_in_use;
+    return {"cannot listen on " + host_and_port(parsed.to_string(), port) + ": " + error.message() +
+                (taken ? kTaken : ""),
             {}};
+  }
   if (!absent) return {};
   const std::string told =
       host_and_port(parsed.to_string(), acceptor.local_endpoint(ignored).port());

@@ -96,6 +96,7 @@ void assemble_client(const Config& config, const Start& start, BridgeParts& part
   }
   parts.dial = config.dial;
   parts.dial.tls = config.tls;
+  parts.dial.tls.pins_by_invitation = start.folder.has_value();
   parts.dial.timeout =
       std::chrono::duration_cast<std::chrono::milliseconds>(parts.side.dial_timeout);
 }

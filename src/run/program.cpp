@@ -32,6 +32,10 @@ const char* default_name(Role role) {
   return role == Role::kServer ? "connect_server" : "connect_client";
 }
 
+constexpr char kPairsAtStart[] =
+    "A server makes an invitation when it starts: end one that runs already, then start it with "
+    "--pair.";
+
 int refuse(const std::vector<std::string>& problems, const char* hint = "") {
   std::fprintf(stderr, "Not started: %zu problem%s in the configuration:\n", problems.size(),
                problems.size() == 1 ? "" : "s");
@@ -132,7 +136,8 @@ int start(ros::Node& node, Role role, int argc, char** argv, LastSteps& last_ste
   Bridge bridge(node, std::move(*assembly.parts));
   const BeginsLastSteps at_the_end{last_steps};
   std::string problem = bridge.open();
-  if (problem.empty() && start.keep) problem = start.keep();
+  if (!problem.empty()) return refuse({problem}, arguments.pairs ? kPairsAtStart : "");
+  if (start.keep) problem = start.keep();
   if (!problem.empty()) return refuse({problem});
   if (start.invitation) {  // not to the log: it holds a secret
     std::fputs(invitation_text(*start.invitation, bridge.port()).c_str(), stdout);

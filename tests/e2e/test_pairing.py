@@ -168,7 +168,7 @@ def test_another_key_at_the_address_is_refused(world):
     )
     other.wait_for(_LINE)
     client = world.run("client", "operator", line)
-    client.wait_for("which is not in tls.pin")
+    client.wait_for("this is not the server of the invitation: .* which is not in tls.pin")
     assert not list(world.home("operator").rglob("params.yaml"))
 
 
@@ -179,6 +179,16 @@ def test_an_entry_that_is_removed_ends_the_link(world):
     (tokens,) = world.home("robot").rglob("tokens.yaml")
     tokens.write_text("# nobody\n- {identity: other, token_sha256: " + "0" * 64 + "}\n")
     client.wait_for("was withdrawn")
+
+
+def test_a_second_server_says_that_one_runs(world):
+    world.pair()
+    second = world.run(
+        "server", "robot", "--pair", "--ros-args", "-p", f"listen.port:={world.port}"
+    )
+    second.wait_for("a server that runs already, or another program")
+    second.wait_for("end one that runs already, then start it with --pair")
+    assert second.process.wait(10) == 2
 
 
 def test_what_is_wrong_is_said(world):

@@ -29,6 +29,7 @@ struct TlsOptions {
   // Client: SHA-256 of the public keys (SPKI) that the server may have, in base64; empty: any. With
   // pins and without `ca_file` the key alone decides: name, dates and authority are not checked.
   std::vector<std::string> pins{};
+  bool pins_by_invitation = false;  // they are those of a pairing: for messages
 
   bool operator==(const TlsOptions&) const = default;
 };

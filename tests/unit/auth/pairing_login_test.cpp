@@ -154,6 +154,9 @@ TEST_F(Pairing, AKnownNameGetsANumberAndTheOthersStay) {
   ::chmod(file_.c_str(), 0600);
   open();
   EXPECT_EQ(pair(kCode, kPairedToken).identity.value().name, "paired/laptop-2");
+  EXPECT_THAT(login_->refresh(kPairingNow).news,
+              ElementsAre(AllOf(HasSubstr("paired with 'paired/laptop-2'"),
+                                HasSubstr("The entry 'paired/laptop' of an earlier client"))));
   EXPECT_EQ(log_in("token-of-before-0123456789").identity.value().name, "paired/laptop");
 }
 

@@ -33,9 +33,10 @@ TEST(ListenAt, APortThatIsInUseIsAProblemThereToo) {
   ASSERT_EQ(pair.problem, "");
   Side other(pair.loop);
   options.port = pair.server.network.listen_port();
-  EXPECT_EQ(
-      other.network.listen(options),
-      "cannot listen on 192.0.2.1:" + std::to_string(options.port) + ": Address already in use");
+  EXPECT_EQ(other.network.listen(options).find(
+                "cannot listen on 192.0.2.1:" + std::to_string(options.port) +
+                ": Address already in use (a server that runs"),
+            0U);
   EXPECT_TRUE(other.logs.empty());
 }
 

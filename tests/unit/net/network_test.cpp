@@ -283,8 +283,10 @@ TEST(Network, ListensOnNoneOfTheAddressesIfOneIsWrong) {
   options.port = pair.server.network.listen_port();
   options.addresses = {"127.0.0.2", "127.0.0.1"};
   const std::string said = other.network.listen(options);
-  EXPECT_EQ(said, "cannot listen on 127.0.0.1:" + std::to_string(options.port) +
-                      ": Address already in use");
+  EXPECT_EQ(said,
+            "cannot listen on 127.0.0.1:" + std::to_string(options.port) +
+                ": Address already in use (a server that runs already, or another program: end "
+                "that, or change listen.port)");
   EXPECT_FALSE(RawPeer(options.port, "127.0.0.2").connected);
 }
 
