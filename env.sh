@@ -1,6 +1,6 @@
 # Source this file (bash, zsh; any POSIX shell from inside the repository or with CONNECT_BRIDGE_ROOT set):
 #   . ./env.sh
-# It gives the shell a ROS 2 prefix and the programs of build/. A ROS 2 distribution that is sourced already stays as it is.
+# It gives the shell a ROS 2 prefix with a small ros2 command, and the programs of build/. A ROS 2 distribution that is sourced already stays as it is.
 # CONNECT_BRIDGE_PREFIX=jazzy selects the other prefix, BUILD=<dir> another build directory, and
 # CONNECT_BRIDGE_RMW=rmw_cyclonedds_cpp what `make rmw-cyclonedds` has built (into CONNECT_BRIDGE_RMW_PREFIX, if that is set).
 
@@ -25,7 +25,7 @@ _connect_path() {
     _connect_entry=${_connect_rest%%:*}
     _connect_rest=${_connect_rest#*:}
     case $_connect_entry in
-      '' | "$_connect_root"/.ros2/* | "$_connect_root"/build*) ;;
+      '' | "$_connect_root"/.ros2/* | "$_connect_root"/build* | "$_connect_root"/tools/ros2) ;;
       *) _connect_kept=$_connect_kept:$_connect_entry ;;
     esac
   done
@@ -64,7 +64,7 @@ else
   ROS_VERSION=2
   ROS_PYTHON_VERSION=3
   RMW_IMPLEMENTATION=${CONNECT_BRIDGE_RMW:-rmw_fastrtps_cpp}
-  PATH=$(_connect_path "$PATH" "$_connect_build" "$CONNECT_BRIDGE_OWN_PREFIX/bin")
+  PATH=$(_connect_path "$PATH" "$_connect_build" "$CONNECT_BRIDGE_OWN_PREFIX/bin" "$_connect_root/tools/ros2")
   AMENT_PREFIX_PATH=$(_connect_path "${AMENT_PREFIX_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX")
   CMAKE_PREFIX_PATH=$(_connect_path "${CMAKE_PREFIX_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX")
   LD_LIBRARY_PATH=$(_connect_path "${LD_LIBRARY_PATH:-}" "$CONNECT_BRIDGE_OWN_PREFIX/lib" \

@@ -105,7 +105,7 @@ class Section:
 
     def shell(self, where, place, text):
         domain = self.domains[0 if place == "robot" else 1]
-        path = f"{STAND_IN}:{os.environ['PATH']}"
+        path = f"{STAND_IN}:{ROOT / 'tools' / 'ros2'}:{os.environ['PATH']}"
         env = ros_environment(domain, PATH=path, SCP_HOST=self.folder / "robot")
         name = f"{place}{len(self.shells)}"
         self.shells.append(Shell(name, text, env, self.folder / place).start())
