@@ -211,22 +211,55 @@ class ConfigMaker {
     }
   }
 
-  // What may be imported is announced to each peer, and a peer refuses more than it can compare. It
-  // is counted as if all rules were for one peer: groups are known only at the login.
+  // The list of patterns that are announced in which most have a wildcard.
+  [[nodiscard]] std::string key_with_most_wildcards(const std::vector<Rule>& rules) const {
+    std::string most;
+    std::ptrdiff_t count = 0;
+    const auto look = [&](const Rule& rule, std::string_view right,
+                          const std::vector<Pattern>& patterns) {
+      const auto here = std::count_if(patterns.begin(), patterns.end(),
+                                      [](const Pattern& p) { return has_wildcard(p.text()); });
+      if (here <= count) return;
+      count = here;
+      most = fmt::format("rule.{}.{}", rule.name, right);
+    };
+    for (const Rule& rule : rules) {
+      look(rule, "import_topics", rule.import_topics);
+      look(rule, "import_services", rule.import_services);
+      look(rule, "import_actions", rule.import_actions);
+      const bool own = values_.given(fmt::format("rule.{}.import_parameters", rule.name));
+      look(rule, own ? "import_parameters" : "parameters", rule.import_parameters);
+      look(rule, "deny", rule.deny);
+    }
+    return most;
+  }
+
+  // What may be imported is announced to each peer, and a peer refuses more (docs/protocol.md
+  // section 12). It is counted as if all rules were for one peer: groups are known only at the
+  // login.
   void check_announced(std::vector<Rule> rules) {
+    const std::string most_wildcards = key_with_most_wildcards(rules);
     for (Rule& rule : rules) {
       rule.identities.clear();
       rule.groups.clear();
     }
     Accepts all = Policy(std::move(rules)).accepts({});
     all.message_bytes_max = UINT32_MAX;
-    const auto at_most = [&](std::size_t count, std::size_t max, std::string_view of_what) {
+    const auto at_most = [&](std::size_t count, std::size_t max, std::string_view of_what,
+                             std::string_view key = "rules") {
       if (count > max)
-        add("rules", "", fmt::format("at most {} {}; there are {}", max, of_what, count));
+        add(key, "", fmt::format("at most {} {}; there are {}", max, of_what, count));
       return count <= max;
     };
-    if (at_most(patterns_of(all), kPatternsMax,
+    const AcceptsSize size = size_of(all);
+    if (at_most(size.entries, kAcceptEntriesMax,
                 "import patterns, parameters, deny patterns and types in all rules together") &&
+        at_most(size.wildcards, kWildcardsMax,
+                "patterns with * in what all rules import and deny together", most_wildcards) &&
+        at_most(size.wildcard_bytes, kWildcardBytesMax,
+                "characters behind the first * of each pattern, in what all rules import and deny "
+                "together",
+                most_wildcards) &&
         at_most(all.rules.size(), kAcceptRulesMax, "rules that import something")) {
       at_most(
           encode(all).size(), kControlBytesMax,

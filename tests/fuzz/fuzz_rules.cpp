@@ -25,7 +25,7 @@ namespace {
 
 // The second opinion is slow: what it tries grows with a power of the number of wildcards.
 constexpr std::size_t kWordBytesMax = 64;
-constexpr std::size_t kWildcardsMax = 4;
+constexpr std::size_t kStarsMax = 4;
 constexpr std::size_t kRulesMax = 6;
 constexpr std::size_t kPatternsMax = 24;  // of all rules
 constexpr std::size_t kQuestionsMax = 8;
@@ -64,11 +64,11 @@ class Case {
 
   void judge() {
     const Policy policy(std::move(rules_));
-    const Accepts accepts = policy.accepts(who_);
+    const PeerAccepts accepts(policy.accepts(who_));
     for (const auto& [direction, asked] : questions_) {
       if (!is_sound(asked)) {
         CONNECT_CHECK(!policy.decide(direction, asked.what(), who_));
-        CONNECT_CHECK(!accepted_by(accepts, asked.what()));
+        CONNECT_CHECK(!accepts.takes(asked.what()));
         continue;
       }
       const auto opinions = model::opinions_of(policy, accepts, direction, asked, who_);
@@ -102,8 +102,8 @@ class Case {
     for (std::size_t i = 1; patterns != nullptr && i < words.size(); ++i) {
       const std::string& text = words[i];
       auto pattern = Pattern::parse(text);
-      const auto wildcards = static_cast<std::size_t>(std::count(text.begin(), text.end(), '*'));
-      if (!pattern || wildcards > kWildcardsMax || ++patterns_ > kPatternsMax) continue;
+      const auto stars = static_cast<std::size_t>(std::count(text.begin(), text.end(), '*'));
+      if (!pattern || stars > kStarsMax || ++patterns_ > kPatternsMax) continue;
       patterns->push_back(std::move(pattern).value());
     }
   }

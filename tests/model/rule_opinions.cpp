@@ -21,7 +21,7 @@ std::string shown(const Policy& policy, Direction direction, const Asked& asked,
 
 }  // namespace
 
-RuleOpinions opinions_of(const Policy& policy, const Accepts& accepts, Direction direction,
+RuleOpinions opinions_of(const Policy& policy, const PeerAccepts& accepts, Direction direction,
                          const Asked& asked, const Identity& who) {
   const auto decided = policy.decide(direction, asked.what(), who);
   const auto second =
@@ -32,7 +32,7 @@ RuleOpinions opinions_of(const Policy& policy, const Accepts& accepts, Direction
   if (decided) opinions.by = decided->treatment.calls_max;
   if (second) opinions.by_second = second->calls_max;
   opinions.told =
-      direction == Direction::kExport || accepted_by(accepts, asked.what()) == decided.has_value();
+      direction == Direction::kExport || accepts.takes(asked.what()) == decided.has_value();
   return opinions;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/policy/peer_accepts.hpp"
 #include "sim/rights.hpp"
 
 namespace connect_bridge::model {
@@ -45,8 +46,8 @@ struct RuleOpinions {
   [[nodiscard]] bool agree() const { return by == by_second && told; }
 };
 
-// `accepts` is policy.accepts(who).
-RuleOpinions opinions_of(const Policy& policy, const Accepts& accepts, Direction direction,
+// `accepts` is made of policy.accepts(who).
+RuleOpinions opinions_of(const Policy& policy, const PeerAccepts& accepts, Direction direction,
                          const Asked& asked, const Identity& who);
 // With the whole question.
 std::string to_text(const RuleOpinions& opinions, const Policy& policy, Direction direction,

@@ -114,7 +114,7 @@ struct Counts {
   std::uint64_t tuples = 0, allowed = 0, differ = 0;
 };
 
-void ask(Rng& rng, const Policy& policy, const Identity& who, const Accepts& accepts,
+void ask(Rng& rng, const Policy& policy, const Identity& who, const PeerAccepts& accepts,
          Counts& counts) {
   const Asked asked = random_interface(rng);
   const Direction direction = rng.chance(500) ? Direction::kExport : Direction::kImport;
@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
       rules.push_back(random_rule(rng, static_cast<std::uint32_t>(rules.size() + 1)));
     const Policy policy(std::move(rules));
     const Identity who{rng.chance(200) ? "" : rng.pick(kPeople), some(rng, kPeople, 300)};
-    const Accepts accepts = policy.accepts(who);
+    const PeerAccepts accepts(policy.accepts(who));
     for (std::uint64_t i = 0; i < kTuplesOfAPolicy; ++i) ask(rng, policy, who, accepts, counts);
   }
   std::printf("%llu tuples, %llu allowed, %llu differ\n",

@@ -20,7 +20,9 @@ ADDED_MAX = 64  # origins of a channel in an offer; origins or listeners that a 
 REMOVED_MAX = 1024
 CHANNELS_MAX = 4096  # of a withdraw or demand
 CALLS_MAX = 8192
-PATTERNS_MAX = 4096  # patterns and types of all rules and of `deny` together
+ENTRIES_MAX = 4096  # patterns and types of all rules and of `deny` together
+WILDCARDS_MAX = 256  # of these, patterns with a star
+WILDCARD_BYTES_MAX = 4096  # of these, each from its first star on
 ORIGINS_MAX = 1024  # of a channel
 LISTENERS_MAX = 1024  # of a link
 CREDENTIAL_MAX = 3900
@@ -92,7 +94,7 @@ def number(value):
 
 
 def _strings(of, key):
-    for entry in items(of, key, PATTERNS_MAX):
+    for entry in items(of, key, ENTRIES_MAX):
         require(type(entry) is str, f"{key} holds no string")
         require(len(entry.encode()) <= 255, f"entry of {key} too long", TOO_LARGE)
         check_text(entry)
@@ -157,13 +159,17 @@ def _check_offer(message):
 
 def _check_accepts(message):
     _strings(message, "deny")
-    entries = len(message["deny"])
+    patterns, types = list(message["deny"]), 0
     for rule in items(message, "rules", 1024):
         for key in ("topics", "types", "services", "actions", "parameters"):
             if key in ("topics", "types") or key in rule:
                 _strings(rule, key)
-                entries += len(rule[key])
-    require(entries <= PATTERNS_MAX, "more patterns and types than allowed", TOO_LARGE)
+                types += len(rule[key]) if key == "types" else 0
+                patterns += rule[key] if key != "types" else []
+    require(len(patterns) + types <= ENTRIES_MAX, "more patterns and types", TOO_LARGE)
+    stars = [pattern[pattern.index("*") :] for pattern in patterns if "*" in pattern]
+    require(len(stars) <= WILDCARDS_MAX, "more patterns with wildcards", TOO_LARGE)
+    require(sum(map(len, stars)) <= WILDCARD_BYTES_MAX, "longer wildcards", TOO_LARGE)
     require(0 <= member(message, "message_bytes_max", int, 0) < 1 << 32, "message_bytes_max")
     member(message, "ros_time", bool, False)
     require(0 <= member(message, "domain", int, 0) < 1 << 32, "domain")

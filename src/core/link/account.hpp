@@ -119,7 +119,7 @@ struct Account {
   Pace offences;   // for which its links were ended; while not free it may not log in
   InflationPace inflation{1};
   // Of `accepts`, as for each link; after a restart many links come at once.
-  Throttle accepts{100, std::chrono::seconds(40)};
+  Pace accepts{160, std::chrono::seconds(1)};
   // Of control messages. Each connection is read no faster than its own rate allows; this limits
   // peers that come again and again, or with many links.
   TextLimit text;

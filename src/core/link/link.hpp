@@ -65,8 +65,8 @@ class Link final : public ConnectionUser {
   Budget memory{&account->memory};         // what the peer makes this side hold, in bytes
   LinkLife life;
   LinkLogin login;
-  LinkAccepts accepts{account->accepts, memory};  // what the peer would import
-  LinkMirrors mirrors{account->places, memory};   // what appears here because of the peer
+  LinkAccepts accepts{account->accepts};         // what the peer would import
+  LinkMirrors mirrors{account->places, memory};  // what appears here because of the peer
   ArrivedTopics arrived;
 
   // ---- the connection

@@ -3,29 +3,16 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/wire/control.hpp"
-
 namespace connect_bridge {
-namespace {
-
-// What an `accepts` costs beside its patterns, in patterns.
-constexpr double kAcceptsPrice = 25;
-
-}  // namespace
 
 bool LinkAccepts::adopt(Accepts list) {
   if (list_) list.domain = list_->told().domain;  // it stays while the connection does
   // By one that nobody looked at the peer may have declined what it takes by this one.
   const bool passed_over = std::exchange(passed_over_, false);
   if (list_ && !passed_over && list_->told() == list) return false;
-  list_.emplace(std::move(list), &memory_);
+  list_.emplace(std::move(list));
   ++lists_;
   return true;
-}
-
-bool LinkAccepts::take_completion() {
-  if (completed_ || list_->lacks()) return false;
-  return completed_ = true;
 }
 
 void LinkAccepts::put(Accepts list, const Now& now) {
@@ -39,17 +26,15 @@ std::optional<Accepts> LinkAccepts::take_due(TimePoint opened_at, const Now& now
   due_ = due(opened_at, now);  // lists of other links may have been looked at meanwhile
   if (*due_ > now.steady) return std::nullopt;
   due_.reset();
-  const double price = kAcceptsPrice + static_cast<double>(patterns_of(*waiting_));
-  // The first of a connection may come before its time: then it costs nothing, or what is owed
-  // would grow with each connection.
-  for (Throttle* const pace : {&pace_, &of_account_})
-    if (pace->ready(now.steady)) pace->take(price, now.steady);
+  // The first of a connection may come before its time: then it is not counted, or the pace would
+  // fall behind with each connection.
+  for (Pace* const pace : {&pace_, &of_account_}) static_cast<void>(pace->take(now.steady));
   return std::exchange(waiting_, std::nullopt);
 }
 
 TimePoint LinkAccepts::due(TimePoint opened_at, const Now& now) const {
-  const TimePoint paid_at = std::max(pace_.ready_at(), of_account_.ready_at());
-  return std::max(now.steady, list_ ? paid_at : std::min(paid_at, opened_at + kFirstMax));
+  const TimePoint free_at = std::max(pace_.free_at(), of_account_.free_at());
+  return std::max(now.steady, list_ ? free_at : std::min(free_at, opened_at + kFirstMax));
 }
 
 void LinkAccepts::lost() {

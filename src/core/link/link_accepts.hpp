@@ -4,44 +4,41 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 
-#include "core/base/budget.hpp"
+#include "core/base/pace.hpp"
 #include "core/base/time.hpp"
-#include "core/flow/rate_limit.hpp"
 #include "core/policy/peer_accepts.hpp"
 
 namespace connect_bridge {
 
-// To compare all interfaces with what a peer accepts, and to offer them again, costs more the more
-// patterns there are. A list that comes too fast waits; of several the last one is looked at. What
-// is known of a peer is read as from an optional: there is nothing until the first list of a
-// connection was looked at. Single-threaded.
+// With each list all interfaces are compared again, and offered where that changes something. One
+// that comes too fast waits; of several the last one is looked at. What is known of a peer is read
+// as from an optional: there is nothing until the first list of a connection was looked at.
+// Single-threaded.
 class LinkAccepts {
  public:
-  // `of_account`: what the links of its identity may cost together. What is compared counts in
-  // `memory`. Both outlive this.
-  LinkAccepts(Throttle& of_account, Budget& memory) : of_account_(of_account), memory_(memory) {}
+  // `of_account`: the pace of all links of its identity together. It outlives this.
+  explicit LinkAccepts(Pace& of_account) : of_account_(of_account) {}
 
   // ---- what the peer accepts
   explicit operator bool() const { return list_.has_value(); }
   [[nodiscard]] const PeerAccepts* operator->() const { return &*list_; }
-  [[nodiscard]] PeerAccepts* operator->() { return &*list_; }
   // The list that was taken holds from now on. False: it says what the one before said.
   bool adopt(Accepts list);
   // How many lists have held: what was declined under another one may be offered again.
   [[nodiscard]] std::uint64_t lists() const { return lists_; }
-  // Whether what is offered now completes the first round of offers of the connection: nothing is
-  // left to compare. True once; there is a list.
-  [[nodiscard]] bool take_completion();
+  // Whether what is offered now completes the first round of offers of the connection. True once.
+  [[nodiscard]] bool take_completion() { return !std::exchange(completed_, true); }
 
   // ---- the list that waits
   // One has come; ask take_due() at once.
   void put(Accepts list, const Now& now);
-  // The list, if it is to be looked at now; it is paid for. `opened_at`: when the connection was.
+  // The list, if it is to be looked at now; it is counted. `opened_at`: when the connection was.
   [[nodiscard]] std::optional<Accepts> take_due(TimePoint opened_at, const Now& now);
   [[nodiscard]] std::optional<TimePoint> deadline() const { return due_; }
 
-  // The connection is gone, and what it told. What it has cost is still to be paid.
+  // The connection is gone, and what it told.
   void lost();
 
  private:
@@ -52,15 +49,14 @@ class LinkAccepts {
 
   [[nodiscard]] TimePoint due(TimePoint opened_at, const Now& now) const;
 
-  Throttle& of_account_;
-  Budget& memory_;
+  Pace& of_account_;
   std::optional<PeerAccepts> list_;
   std::uint64_t lists_ = 0;
   bool completed_ = false;  // our first round of offers has been sent
   std::optional<Accepts> waiting_;
-  std::optional<TimePoint> due_;                 // with `waiting_`: not to be looked at before
-  bool passed_over_ = false;                     // one was replaced while it waited
-  Throttle pace_{100, std::chrono::seconds(5)};  // in patterns
+  std::optional<TimePoint> due_;  // with `waiting_`: not to be looked at before
+  bool passed_over_ = false;      // one was replaced while it waited
+  Pace pace_{20, std::chrono::seconds(1)};
 };
 
 }  // namespace connect_bridge

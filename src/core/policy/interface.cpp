@@ -1,7 +1,5 @@
 #include "core/policy/interface.hpp"
 
-#include <algorithm>
-
 #include "core/policy/pattern.hpp"
 #include "core/policy/treatment.hpp"
 

@@ -3,6 +3,7 @@
 // docs/protocol.md section "Services and actions".
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -120,6 +121,18 @@ struct Opening {
 // What a rule must name to open this interface. kNothing for everything that is invalid: names that
 // are not canonical, types that do not fit, parts without a fitting action type, bridges' own.
 [[nodiscard]] Opening opening_of(const Interface& what);
+
+// Whether a deny pattern covers it, where `covers(name)` decides this for one name. One of a part
+// denies the whole action, because the rest would not be usable; and single parameter services of a
+// node can be denied, for example by "/**/set_parameters".
+template <class Covers>
+[[nodiscard]] bool is_denied(const Interface& what, const Opening& opening, const Covers& covers) {
+  if (covers(opening.name)) return true;
+  if (opening.by == OpenedBy::kParameters) return covers(what.name);
+  return opening.by == OpenedBy::kActions &&
+         std::any_of(kActionParts.begin(), kActionParts.end(),
+                     [&](ActionPart part) { return covers(name_of_part(opening.name, part)); });
+}
 
 // A topic's priority where a rule gives none: /clock and what steers (Twist, Joy, AckermannDrive)
 // are urgent; /tf, /tf_static, joint states and the status of actions (small, rare, and what an

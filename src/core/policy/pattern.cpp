@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
-#include <cstdint>
+#include <bit>
 #include <utility>
 
-#include "core/wire/control.hpp"
+#include "core/base/check.hpp"
 
 namespace connect_bridge {
 namespace {
-
-enum class Hidden : std::uint8_t { kSpelledOut, kAny };
 
 // std::isalnum depends on the locale; names do not.
 bool is_digit(char c) {
@@ -22,6 +19,10 @@ bool is_letter(char c) {
 }
 bool is_name_char(char c) {
   return is_letter(c) || is_digit(c) || c == '_';
+}
+
+std::uint64_t bit_of(std::size_t place) {
+  return std::uint64_t{1} << place % 64;
 }
 
 // The tokens of "/a/b/c", one after the other.
@@ -45,118 +46,6 @@ class Tokens {
   std::size_t end_ = 0;
 };
 
-constexpr std::size_t kPlacesOfWord = 64;
-
-// Reads a name once, by a pattern from the first star of that on. Such a pattern is a row of
-// places: one for each character, and one for a `**` with the '/' behind it. What is known after
-// each character of the name is at which of them the pattern may be, all at a time: to try one and
-// to go back would cost the product of both lengths, and a peer may choose both texts.
-template <std::size_t kWords>
-class NameReader {
- public:
-  // `pattern` has less characters than there are places.
-  NameReader(std::string_view pattern, bool at_token, Hidden hidden)
-      : at_token_(at_token), hidden_(hidden) {
-    for (bool first = at_token; !pattern.empty(); ++size_)
-      first = first && pattern.starts_with("**") ? add_any(pattern) : add(pattern, first);
-    Carry none;
-    words_[0].at = pass_stars(words_[0], 1, none);
-  }
-
-  bool matches(std::string_view name) {
-    for (const char c : name)
-      if (!read(c)) return false;
-    // A `**` at the end has read something by now: no name ends where a token begins.
-    const Word& last = word_of(size_ - 1);
-    return (word_of(size_).at & bit_of(size_)) != 0 ||
-           (last.at & last.any & bit_of(size_ - 1)) != 0;
-  }
-
- private:
-  static constexpr char kFirst = '/';
-  static constexpr char kLast = 'z';  // all characters of names are between them
-
-  // Places, a bit for each.
-  struct Word {
-    std::uint64_t at = 0;                         // where the pattern may be
-    std::uint64_t any = 0, stars = 0, first = 0;  // `**`, `*`, first characters of tokens
-    std::array<std::uint64_t, kLast - kFirst + 1> literal{};
-  };
-  // What goes from one word to the next.
-  struct Carry {
-    std::uint64_t same = 0, any = 0, stars = 0;
-  };
-
-  static std::uint64_t bit_of(std::size_t place) {
-    return std::uint64_t{1} << place % kPlacesOfWord;
-  }
-  static std::size_t row_of(char c) { return static_cast<std::size_t>(c - kFirst); }
-  Word& word_of(std::size_t place) { return words_[place / kPlacesOfWord]; }
-
-  // These take what they have added from the pattern, and return whether a token begins there.
-  bool add_any(std::string_view& pattern) {
-    while (pattern.starts_with("**/**")) pattern.remove_prefix(3);  // several are as much as one
-    word_of(size_).any |= bit_of(size_);
-    pattern.remove_prefix(std::min<std::size_t>(pattern.size(), 3));
-    return true;
-  }
-  bool add(std::string_view& pattern, bool first) {
-    Word& word = word_of(size_);
-    const char c = pattern.front();
-    (c == '*' ? word.stars : word.literal[row_of(c)]) |= bit_of(size_);
-    if (first) word.first |= bit_of(size_);
-    pattern.remove_prefix(1);
-    return c == '/';
-  }
-
-  // The places behind these; `carry` is the one behind the last place of a word.
-  static std::uint64_t behind(std::uint64_t places, std::uint64_t& carry) {
-    return places << 1 | std::exchange(carry, places >> (kPlacesOfWord - 1));
-  }
-  // A star may stand for nothing. None has another one of its kind behind it.
-  std::uint64_t pass_stars(const Word& word, std::uint64_t at, Carry& carry) const {
-    if (at_token_) at |= behind(at & word.any, carry.any);
-    return at | behind(at & word.stars, carry.stars);
-  }
-
-  // False: the pattern cannot be anywhere any more.
-  bool read(char c) {
-    if (c < kFirst || c > kLast) return false;
-    const bool spelled_out = at_token_ && c == '_' && hidden_ == Hidden::kSpelledOut;
-    at_token_ = c == '/';
-    Carry carry;
-    bool somewhere = false;
-    for (Word& word : words_) {
-      const auto same = word.at & word.literal[row_of(c)];
-      const auto stay = word.at & (at_token_ ? word.any : word.any | word.stars);
-      word.at =
-          spelled_out ? behind(same & word.first, carry.same) : behind(same, carry.same) | stay;
-      word.at = pass_stars(word, word.at, carry);
-      somewhere |= word.at != 0;
-    }
-    return somewhere;
-  }
-
-  bool at_token_;  // one begins here
-  Hidden hidden_;
-  std::size_t size_ = 0;  // the place of the pattern's end
-  std::array<Word, kWords> words_;
-};
-
-// Costs as much as both texts are long, and what a name's character costs is bounded.
-bool text_matches(std::string_view pattern, std::string_view name, Hidden hidden) {
-  const auto star = pattern.find('*');
-  if (star == std::string_view::npos) return pattern == name;
-  if (name.substr(0, star) != pattern.substr(0, star)) return false;
-  const bool at_token = pattern[star - 1] == '/';
-  const auto left = pattern.substr(star);
-  const auto rest = name.substr(star);
-  // Most are short.
-  if (left.size() < kPlacesOfWord) return NameReader<1>(left, at_token, hidden).matches(rest);
-  constexpr std::size_t kWordsMax = kNameBytesMax / kPlacesOfWord + 1;
-  return NameReader<kWordsMax>(left, at_token, hidden).matches(rest);
-}
-
 // What is wrong with a pattern, or null.
 const char* fault_of(std::string_view text) {
   if (text.empty() || text.front() != '/') return "an absolute name that starts with '/'";
@@ -176,6 +65,158 @@ const char* fault_of(std::string_view text) {
 
 }  // namespace
 
+// A pattern is a row of places from its first star on: one for each character, one for a `**` with
+// the '/' behind it, and one for its end. What is known after each character of a name is at which
+// of them each pattern may be, all at a time: to try one and to go back would cost the product of
+// both lengths, and a peer may choose both texts.
+PatternSet::PatternSet(const std::vector<std::string_view>& texts) {
+  std::size_t bytes = 0;
+  for (const auto text : texts) bytes += text.size() - text.find('*');
+  CONNECT_CHECK(texts.size() <= kWildcardsMax && bytes <= kWildcardBytesMax);
+  const std::size_t words = (bytes + texts.size() + kBits - 1) / kBits;
+  for (Words* const of : {&any_, &stars_, &first_, &ends_}) of->resize(words);
+  literal_.assign(kLast - kFirst + 1, Words(words));
+  for (std::size_t i = 0; i < texts.size(); ++i) compile(texts[i], i);
+  std::stable_sort(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
+    return a.prefix.size() < b.prefix.size();
+  });
+}
+
+void PatternSet::compile(std::string_view text, std::size_t member) {
+  const auto mark = [&](Words& words) { words[size_ / kBits] |= bit_of(size_); };
+  const auto star = text.find('*');
+  members_.push_back({std::string(text.substr(0, star)), member, size_});
+  bool first = text[star - 1] == '/';
+  bool any = false;
+  for (auto left = text.substr(star); !left.empty(); ++size_) {
+    any = first && left.starts_with("**");
+    if (any) {
+      while (left.starts_with("**/**")) left.remove_prefix(3);  // several are as much as one
+      mark(any_);
+      left.remove_prefix(std::min<std::size_t>(left.size(), 3));
+      continue;
+    }
+    const char c = left.front();
+    mark(c == '*' ? stars_ : literal_[static_cast<std::size_t>(c - kFirst)]);
+    if (first) mark(first_);
+    left.remove_prefix(1);
+    first = c == '/';
+  }
+  mark(ends_);
+  // A `**` at the end has read something by then: no name ends where a token begins.
+  if (any) ends_[(size_ - 1) / kBits] |= bit_of(size_ - 1);
+  last_places_.push_back(size_++);
+}
+
+// Where the patterns may be while a name is read.
+class PatternSet::Reader {
+ public:
+  Reader(const PatternSet& set, std::string_view name, Hidden hidden)
+      : set_(set),
+        name_(name),
+        hidden_(hidden),
+        words_(set.any_.size()),
+        any_(set.any_.data()),
+        stars_(set.stars_.data()),
+        first_(set.first_.data()) {
+    std::fill_n(at_.begin(), words_, 0);
+  }
+
+  Members read() {
+    auto next = set_.members_.begin();
+    const auto end = set_.members_.end();
+    std::size_t i = 0;  // so many characters were read
+    while (true) {
+      // As long as no pattern has begun, the name is read up to where the next one may.
+      if (!somewhere_) {
+        if (next == end || next->prefix.size() > name_.size()) return {};
+        i = next->prefix.size();
+      }
+      at_token_ = i > 0 && name_[i - 1] == '/';
+      const auto begin = next;
+      for (; next != end && next->prefix.size() == i; ++next)
+        if (name_.starts_with(next->prefix)) begin_at(next->place);
+      if (next != begin) pass_stars();
+      if (i == name_.size()) return ended();
+      if (somewhere_) step(name_[i++]);
+    }
+  }
+
+ private:
+  // What goes from one word to the next.
+  struct Carry {
+    std::uint64_t same = 0, any = 0, stars = 0;
+    [[nodiscard]] bool none() const { return (same | any | stars) == 0; }
+  };
+
+  void begin_at(std::size_t place) {
+    at_[place / kBits] |= bit_of(place);
+    somewhere_ = true;
+  }
+  // The places behind these; `carry` is the one behind the last place of a word.
+  static std::uint64_t behind(std::uint64_t places, std::uint64_t& carry) {
+    return places << 1 | std::exchange(carry, places >> (kBits - 1));
+  }
+  // A star may stand for nothing. None has another one of its kind behind it.
+  [[nodiscard]] std::uint64_t past_stars(std::size_t word, std::uint64_t at, Carry& carry) const {
+    if (at_token_) at |= behind(at & any_[word], carry.any);
+    return at | behind(at & stars_[word], carry.stars);
+  }
+  void pass_stars() {
+    Carry carry;
+    for (std::size_t i = 0; i < words_; ++i) at_[i] = past_stars(i, at_[i], carry);
+  }
+
+  void step(char c) {
+    somewhere_ = false;
+    if (c < kFirst || c > kLast) {
+      std::fill_n(at_.begin(), words_, 0);
+      return;
+    }
+    const bool spelled_out = at_token_ && c == '_' && hidden_ == Hidden::kSpelledOut;
+    at_token_ = c == '/';
+    const std::uint64_t* const literal = set_.literal_[static_cast<std::size_t>(c - kFirst)].data();
+    Carry carry;
+    for (std::size_t i = 0; i < words_; ++i) {
+      if (at_[i] == 0 && carry.none()) continue;
+      const auto same = at_[i] & literal[i];
+      const auto stay = at_[i] & (at_token_ ? any_[i] : any_[i] | stars_[i]);
+      const auto at =
+          spelled_out ? behind(same & first_[i], carry.same) : behind(same, carry.same) | stay;
+      at_[i] = past_stars(i, at, carry);
+      somewhere_ = somewhere_ || at_[i] != 0;
+    }
+  }
+
+  [[nodiscard]] Members ended() const {
+    Members members;
+    for (std::size_t i = 0; i < words_; ++i) {
+      for (auto left = at_[i] & set_.ends_[i]; left != 0; left &= left - 1) {
+        const std::size_t place = i * kBits + static_cast<std::size_t>(std::countr_zero(left));
+        const auto& last = set_.last_places_;
+        members.set(static_cast<std::size_t>(std::lower_bound(last.begin(), last.end(), place) -
+                                             last.begin()));
+      }
+    }
+    return members;
+  }
+
+  const PatternSet& set_;
+  std::string_view name_;
+  Hidden hidden_;
+  std::size_t words_;
+  const std::uint64_t* any_;
+  const std::uint64_t* stars_;
+  const std::uint64_t* first_;
+  bool at_token_ = false;  // one begins here
+  bool somewhere_ = false;
+  std::array<std::uint64_t, kWordsMax> at_;  // only the first `words_` are used
+};
+
+PatternSet::Members PatternSet::matching(std::string_view name, Hidden hidden) const {
+  return Reader(*this, name, hidden).read();
+}
+
 Result<Pattern> Pattern::parse(std::string_view text) {
   if (const char* expected = fault_of(text)) {
     return Error{CloseCode::kMalformed, "\"" + std::string(text.substr(0, kNameBytesMax)) +
@@ -184,22 +225,17 @@ Result<Pattern> Pattern::parse(std::string_view text) {
   return Pattern{text};
 }
 
-bool Pattern::matches(std::string_view name) const {
-  return text_matches(text_, name, Hidden::kSpelledOut);
-}
-bool Pattern::covers(std::string_view name) const {
-  return text_matches(text_, name, Hidden::kAny);
+Pattern::Pattern(std::string_view text) : text_(text) {
+  if (has_wildcard(text))
+    compiled_ = std::make_shared<const PatternSet>(std::vector<std::string_view>{text});
 }
 
-bool pattern_matches(std::string_view pattern, std::string_view name) {
-  return fault_of(pattern) == nullptr && text_matches(pattern, name, Hidden::kSpelledOut);
-}
-bool pattern_covers(std::string_view pattern, std::string_view name) {
-  return fault_of(pattern) == nullptr && text_matches(pattern, name, Hidden::kAny);
+bool is_pattern(std::string_view text) {
+  return fault_of(text) == nullptr;
 }
 
 bool is_canonical_name(std::string_view name) {
-  return name.find('*') == std::string_view::npos && fault_of(name) == nullptr;
+  return !has_wildcard(name) && is_pattern(name);
 }
 
 bool is_type_name(std::string_view type) {

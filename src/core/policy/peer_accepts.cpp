@@ -1,78 +1,100 @@
 #include "core/policy/peer_accepts.hpp"
 
-#include <utility>
-
-#include "core/policy/policy.hpp"
+#include <algorithm>
 
 namespace connect_bridge {
 namespace {
 
-// What a pattern costs beside its text.
-constexpr std::uint64_t kPatternCost = 16;
-// What each character of a name costs by a pattern with a star.
-constexpr std::uint64_t kStarCost = 2;
-// Interfaces that come and go: when there are more, all are compared again.
-constexpr std::size_t kKnownMax = 65'536;
-// What one of them takes beside its texts, which are there twice.
-constexpr std::uint64_t kKnownBytes = 300;
+constexpr std::size_t kNoRule = 0;  // of `deny`
 
-// No name has a space in it.
-std::string key_of(const Interface& what) {
-  std::string key(what.kind == InterfaceKind::kTopic ? "t " : "s ");
-  for (const auto part : {what.name, what.type, what.action_type, what.node})
-    key.append(part).push_back(' ');
-  return key;
+// Calls `visit` with the rules of the entries with this name, until it returns true. Whether it
+// did.
+template <class Names, class Visit>
+bool any_rule_of(const Names& names, std::string_view name, const Visit& visit) {
+  const auto first =
+      std::lower_bound(names.begin(), names.end(), typename Names::value_type{name, 0});
+  for (auto it = first; it != names.end() && it->first == name; ++it)
+    if (visit(it->second)) return true;
+  return false;
 }
 
 }  // namespace
 
-PeerAccepts::PeerAccepts(Accepts told, Budget* memory) : told_(std::move(told)), memory_(memory) {
-  if (memory_) held_ = memory_->hold(0);
-  count(told_.deny);
-  for (const auto& rule : told_.rules)
-    for (const auto* names :
-         {&rule.topics, &rule.services, &rule.actions, &rule.parameters, &rule.types})
-      count(*names);
-}
-
-void PeerAccepts::count(const std::vector<std::string>& patterns) {
-  for (const auto& pattern : patterns) {
-    text_cost_ += pattern.size() + kPatternCost;
-    if (pattern.find('*') != std::string::npos) ++with_stars_;
+void PeerAccepts::Patterns::add(const std::vector<std::string>& texts, std::size_t rule) {
+  for (const auto& text : texts) {
+    if (!is_pattern(text)) continue;  // matches nothing
+    if (!has_wildcard(text)) {
+      names.emplace_back(text, rule);
+    } else {
+      wildcards.emplace_back(text);
+      rules_of_wildcards.push_back(static_cast<std::uint16_t>(rule));
+    }
   }
 }
 
-// The peer may have chosen the name as well: it is of a listener there.
-std::uint64_t PeerAccepts::cost_of(const Interface& what) const {
-  return text_cost_ + with_stars_ * kStarCost * (what.name.size() + what.node.size());
+void PeerAccepts::Patterns::compile() {
+  std::sort(names.begin(), names.end());
+  if (!wildcards.empty()) compiled.emplace(std::exchange(wildcards, {}));
 }
 
-std::optional<bool> PeerAccepts::takes(const Interface& what) const {
-  if (cost_of(what) <= kSmall) return accepted_by(told_, what);
-  std::string key = key_of(what);
-  if (const auto known = known_.find(key); known != known_.end()) return known->second;
-  const std::uint64_t bytes = 2 * key.size() + kKnownBytes;
-  // Answers are only remembered, so all may be forgotten at once: whoever asks again has them noted
-  // again. Questions go too, since their entries do.
-  if (known_.size() >= kKnownMax || (memory_ && memory_->room() < bytes)) {
-    known_.clear();
-    noted_.clear();
-    held_.resize(0);
+bool PeerAccepts::Patterns::match(std::string_view name, Hidden hidden,
+                                  const RuleSet& rules) const {
+  if (any_rule_of(names, name, [&](std::size_t rule) { return rules[rule]; })) return true;
+  if (!compiled) return false;
+  const auto matching = compiled->matching(name, hidden);
+  if (matching.none()) return false;
+  for (std::size_t i = 0; i < rules_of_wildcards.size(); ++i)
+    if (matching[i] && rules[rules_of_wildcards[i]]) return true;
+  return false;
+}
+
+PeerAccepts::PeerAccepts(Accepts told) : told_(std::move(told)) {
+  const auto patterns_for = [&](OpenedBy by) -> Patterns& {
+    return opened_by_[static_cast<std::size_t>(by)];
+  };
+  for (std::size_t i = 0; i < told_.rules.size(); ++i) {
+    const AcceptedNames& rule = told_.rules[i];
+    patterns_for(OpenedBy::kTopics).add(rule.topics, i);
+    patterns_for(OpenedBy::kServices).add(rule.services, i);
+    patterns_for(OpenedBy::kActions).add(rule.actions, i);
+    patterns_for(OpenedBy::kParameters).add(rule.parameters, i);
+    for (const auto& type : rule.types) types_.emplace_back(type, i);
+    of_any_type_[i] = rule.types.empty();
   }
-  held_.resize(held_.amount() + bytes);
-  known_.emplace(std::move(key), std::nullopt);
-  noted_.push_back({what.kind, std::string(what.name), std::string(what.type),
-                    std::string(what.action_type), std::string(what.node)});
-  return std::nullopt;
+  deny_.add(told_.deny, kNoRule);
+  for (auto& patterns : opened_by_) patterns.compile();
+  deny_.compile();
+  std::sort(types_.begin(), types_.end());
 }
 
-std::uint64_t PeerAccepts::compare() {
-  const Noted& next = noted_.front();
-  const Interface what{next.kind, next.name, next.type, next.action_type, next.node};
-  const std::uint64_t cost = cost_of(what);
-  known_[key_of(what)] = accepted_by(told_, what);
-  noted_.pop_front();
-  return cost;
+// `types` does not narrow parameters: a node has no type.
+PeerAccepts::RuleSet PeerAccepts::rules_with_type(const Opening& opening) const {
+  if (opening.by == OpenedBy::kParameters) return RuleSet().set();
+  RuleSet rules = of_any_type_;
+  any_rule_of(types_, opening.type, [&](std::size_t rule) {
+    rules.set(rule);
+    return false;
+  });
+  return rules;
+}
+
+bool PeerAccepts::denies(const Interface& what, const Opening& opening) const {
+  return is_denied(what, opening, [&](std::string_view name) {
+    return deny_.match(name, Hidden::kAny, RuleSet().set(kNoRule));
+  });
+}
+
+bool PeerAccepts::takes(const Interface& what) const {
+  const auto opening = opening_of(what);
+  if (opening.by == OpenedBy::kNothing) return false;
+  return opened_by_[static_cast<std::size_t>(opening.by)].match(opening.name, Hidden::kSpelledOut,
+                                                                rules_with_type(opening)) &&
+         !denies(what, opening);
+}
+
+bool PeerAccepts::takes_parameters() const {
+  return std::any_of(told_.rules.begin(), told_.rules.end(),
+                     [](const auto& rule) { return !rule.parameters.empty(); });
 }
 
 }  // namespace connect_bridge

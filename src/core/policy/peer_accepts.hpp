@@ -1,62 +1,63 @@
-// What a peer would import, and what of this side was compared with that so far.
+// What a peer would import, compiled.
 #pragma once
 
+#include <array>
+#include <bitset>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <string>
-#include <unordered_map>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "core/base/budget.hpp"
-#include "core/base/time.hpp"
 #include "core/policy/interface.hpp"
+#include "core/policy/pattern.hpp"
 #include "core/wire/control.hpp"
 
 namespace connect_bridge {
 
-// A peer may tell thousands of long patterns, and to compare one interface with them takes
-// milliseconds. So with a long list nothing is compared when it is asked for: the question is
-// noted, and answered when its turn comes (AcceptsReview). Single-threaded.
+// Each interface is compared with it when it is asked about: whatever the list is, within the
+// limits of docs/protocol.md ("accepts"), that costs no more than some microseconds and, with a
+// list and a name that are made for it, some ten. Single-threaded.
 class PeerAccepts {
  public:
-  // What costs no more is compared at once, and nothing is kept of that. Roughly in bytes that are
-  // looked at: of the patterns, and for each of them that has a star of the name as well.
-  static constexpr std::uint64_t kSmall = 4096;
-
-  // What is remembered of comparisons counts in `memory`; null: nowhere. It outlives this.
-  explicit PeerAccepts(Accepts told, Budget* memory = nullptr);
+  explicit PeerAccepts(Accepts told);
+  PeerAccepts(const PeerAccepts&) = delete;
+  PeerAccepts& operator=(const PeerAccepts&) = delete;
 
   [[nodiscard]] const Accepts& told() const { return told_; }
 
-  // Whether the peer would take it; nullopt: that is not known yet, and noted.
-  [[nodiscard]] std::optional<bool> takes(const Interface& what) const;
-  // Something is noted.
-  [[nodiscard]] bool lacks() const { return !noted_.empty(); }
-  // Compares the first that is noted. Returns what that has cost.
-  std::uint64_t compare();
-  // It is not to be compared before; for AcceptsReview.
-  void rest_until(TimePoint until) { rests_until_ = until; }
-  [[nodiscard]] TimePoint rests_until() const { return rests_until_; }
+  // Whether the peer takes this channel (or origin of /parameter_events).
+  [[nodiscard]] bool takes(const Interface& what) const;
+  // Whether it takes the parameters of some nodes.
+  [[nodiscard]] bool takes_parameters() const;
 
  private:
-  struct Noted {
-    InterfaceKind kind = InterfaceKind::kTopic;
-    std::string name, type, action_type, node;
+  using RuleSet = std::bitset<kAcceptRulesMax>;
+  // Sorted by the name. Not hashed: the peer chooses the names.
+  using Names = std::vector<std::pair<std::string_view, std::uint16_t>>;
+
+  // The patterns of one kind: what is spelled out, and what has wildcards, each with its rule.
+  struct Patterns {
+    Names names;
+    std::vector<std::string_view> wildcards;
+    std::vector<std::uint16_t> rules_of_wildcards;
+    std::optional<PatternSet> compiled;
+
+    void add(const std::vector<std::string>& texts, std::size_t rule);
+    void compile();
+    // Whether one that belongs to one of `rules` matches.
+    [[nodiscard]] bool match(std::string_view name, Hidden hidden, const RuleSet& rules) const;
   };
 
-  void count(const std::vector<std::string>& patterns);
-  [[nodiscard]] std::uint64_t cost_of(const Interface& what) const;
+  [[nodiscard]] RuleSet rules_with_type(const Opening& opening) const;
+  [[nodiscard]] bool denies(const Interface& what, const Opening& opening) const;
 
-  Accepts told_;
-  std::uint64_t text_cost_ = 0;  // of all patterns
-  std::uint64_t with_stars_ = 0;
-  TimePoint rests_until_{};
-  // By the interface; without a value it is noted.
-  mutable std::unordered_map<std::string, std::optional<bool>> known_;
-  mutable std::deque<Noted> noted_;
-  Budget* memory_;
-  mutable Budget::Hold held_;  // for both
+  const Accepts told_;                 // all texts are pieces of it
+  std::array<Patterns, 5> opened_by_;  // by OpenedBy
+  Patterns deny_;
+  Names types_;
+  RuleSet of_any_type_;
 };
 
 }  // namespace connect_bridge

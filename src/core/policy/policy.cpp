@@ -1,7 +1,6 @@
 #include "core/policy/policy.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 namespace connect_bridge {
@@ -31,37 +30,9 @@ const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, O
   return nullptr;
 }
 
-const std::vector<std::string>* patterns_of(const AcceptedNames& rule, OpenedBy by) {
-  switch (by) {
-    case OpenedBy::kTopics: return &rule.topics;
-    case OpenedBy::kServices: return &rule.services;
-    case OpenedBy::kActions: return &rule.actions;
-    case OpenedBy::kParameters: return &rule.parameters;
-    case OpenedBy::kNothing: break;
-  }
-  return nullptr;
-}
-
 // `types` does not narrow parameters: a node has no type.
 bool type_allowed(const std::vector<std::string>& types, const Opening& opening) {
   return types.empty() || opening.by == OpenedBy::kParameters || contains(types, opening.type);
-}
-
-// A deny of one part denies the whole action, because the rest would not be usable.
-template <class Covers>
-bool action_denied(std::string_view action, Covers&& covers) {
-  return covers(action) ||
-         std::any_of(kActionParts.begin(), kActionParts.end(),
-                     [&](ActionPart part) { return covers(name_of_part(action, part)); });
-}
-
-// Whether a deny pattern covers this interface; `covers` decides this for one name. Single
-// parameter services of a node can be denied, for example "/**/set_parameters".
-template <class Covers>
-bool denied(const Interface& what, const Opening& opening, Covers&& covers) {
-  if (opening.by == OpenedBy::kActions) return action_denied(opening.name, covers);
-  return covers(opening.name) ||
-         (opening.by == OpenedBy::kParameters && covers(std::string_view{what.name}));
 }
 
 }  // namespace
@@ -80,7 +51,7 @@ std::optional<Decision> Policy::decide(Direction direction, const Interface& wha
     };
     // Also behind the first rule that allows it: a deny wins wherever it stands, so the loop goes
     // on to the last rule.
-    if (denied(what, opening, covered)) return std::nullopt;
+    if (is_denied(what, opening, covered)) return std::nullopt;
     if (first != nullptr || !type_allowed(rule.types, opening)) continue;
     const auto& allowed = *patterns_of(rule, direction, opening.by);
     if (std::any_of(allowed.begin(), allowed.end(),
@@ -144,23 +115,6 @@ Accepts Policy::accepts(const Identity& who) const {
     result.rules.push_back(std::move(names));
   }
   return result;
-}
-
-bool accepted_by(const Accepts& accepts, const Interface& what) {
-  const auto opening = opening_of(what);
-  if (opening.by == OpenedBy::kNothing) return false;
-  const bool allowed =
-      std::any_of(accepts.rules.begin(), accepts.rules.end(), [&](const AcceptedNames& rule) {
-        const auto& patterns = *patterns_of(rule, opening.by);
-        return type_allowed(rule.types, opening) &&
-               std::any_of(patterns.begin(), patterns.end(), [&](const auto& pattern) {
-                 return pattern_matches(pattern, opening.name);
-               });
-      });
-  return allowed && !denied(what, opening, [&](std::string_view name) {
-           return std::any_of(accepts.deny.begin(), accepts.deny.end(),
-                              [&](const auto& pattern) { return pattern_covers(pattern, name); });
-         });
 }
 
 NameMap::NameMap(std::string prefix, std::vector<Pair> remap)

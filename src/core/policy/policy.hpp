@@ -83,9 +83,6 @@ class Policy {
   std::vector<Rule> rules_;
 };
 
-// Whether a peer that announced `accepts` would take this channel (or origin of /parameter_events).
-[[nodiscard]] bool accepted_by(const Accepts& accepts, const Interface& what);
-
 // Names at this side against names on the wire: `prefix` ("/robot1" or empty) is put before every
 // wire name, unless an exact `remap` pair (wire name, local name) wins. Both directions use the
 // same map.

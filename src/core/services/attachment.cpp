@@ -30,10 +30,9 @@ CallGate::Caller Attachment::caller() const {
 
 std::optional<ChannelOffer> Attachment::offer(const Now& now) {
   if (std::exchange(considered_, true)) return std::nullopt;
-  auto decision = service_.permission(link_, RealService::Asking::kToOffer);
+  auto decision = service_.permission(link_);
   if (!decision) {
-    considered_ = !service_.permission(link_);  // else that is not known yet
-    if (held_ && considered_) detach(now);      // a rule was changed while the link was lost
+    if (held_) detach(now);  // a rule was changed while the link was lost
     return std::nullopt;
   }
   decision_ = std::move(*decision);

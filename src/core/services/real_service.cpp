@@ -90,8 +90,7 @@ std::optional<Decision> RealService::permission(const Link& link, Asking asking)
   const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
   auto decision = serving_.policy.decide(Direction::kExport, what, link.login.identity());
   if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;
-  const bool known_or_kept = asking == Asking::kToKeep;
-  return link.accepts->takes(what).value_or(known_or_kept) ? decision : std::nullopt;
+  return link.accepts->takes(what) ? decision : std::nullopt;
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {

@@ -35,12 +35,11 @@ class RealService {
   void on_link_dead(LinkId link, const Now& now);
   // Each of its callers may have free places.
   void consider_callers();
-  enum class Asking : std::uint8_t { kOwnRules, kToKeep, kToOffer };
-  // The decision of our own rules and, unless it is about these alone, the peer's `accepts`. As far
-  // as that is known: between two connections our rules alone decide, and what was not compared yet
-  // is kept, but not offered.
+  enum class Asking : std::uint8_t { kOwnRules, kBothSides };
+  // The decision of our own rules and, unless it is about these alone, the peer's `accepts`.
+  // Between two connections our rules alone decide.
   [[nodiscard]] std::optional<Decision> permission(const Link& link,
-                                                   Asking asking = Asking::kToKeep) const;
+                                                   Asking asking = Asking::kBothSides) const;
 
   // ---- the client
   void on(const ServiceReady& ready, const Now& now);

@@ -26,8 +26,7 @@ void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
   if (!wire_name) return;
   const Interface what{lacking.kind, *wire_name, lacking.part_type, lacking.action_type};
   if (!side.policy.decide(Direction::kExport, what, link.login.identity())) return;
-  // What is not compared yet is told later: this is asked again when it is (Side::recheck).
-  if (!link.accepts->takes(what).value_or(false)) return;
+  if (!link.accepts->takes(what)) return;
   if (side.outputs.told().first("type_lacking " + lacking.type))
     side.outputs.log(LogLevel::kWarn,
                      "cannot export " + lacking.shown + ": " + lacking.lack.reason);

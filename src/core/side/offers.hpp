@@ -11,8 +11,8 @@
 
 namespace connect_bridge {
 
-// Offers what the peer may have and has not been offered yet, as far as that is known. What it
-// could not get, as its type cannot be taken here, is in the log, once for each type.
+// Offers what the peer may have and has not been offered yet. What it could not get, as its type
+// cannot be taken here, is in the log, once for each type.
 void offer_to(Link& link, const SideView& side, Exports& topics, ServiceExports& services,
               const Now& now);
 

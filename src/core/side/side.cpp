@@ -58,8 +58,6 @@ void Side::settle(const Now& now) {
     service_imports_.on_action_topics(action_topics_.take_changes(), now);
     for (Link* link : neighbours_.take_due(links_.all(), local_.claims, now))
       send_accepts(*link, now);
-    if (const auto links = accepts_review_.take_done(links_.all(), now); !links.empty())
-      recheck(links, now);
     imports_.send_demands();
     hold_actions(now);
     const bool topics_due = exports_.take_offers_due();
@@ -194,7 +192,7 @@ std::optional<TimePoint> Side::next_deadline() const {
   std::optional<TimePoint> first = links_.deadline();
   for (const auto& next : {exports_.deadline(), imports_.deadline(), service_exports_.deadline(),
                            service_imports_.deadline(), claims_topic_.deadline(), local_.deadline(),
-                           neighbours_.deadline(), accepts_review_.deadline(links_.all())})
+                           neighbours_.deadline()})
     first = earliest(first, next);
   return earliest(first, clock_publisher_.deadline());
 }

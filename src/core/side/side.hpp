@@ -13,7 +13,6 @@
 #include "core/graph/local_graph.hpp"
 #include "core/graph/side_view.hpp"
 #include "core/jobs/jobs.hpp"
-#include "core/link/accepts_review.hpp"
 #include "core/link/links.hpp"
 #include "core/ports/ports.hpp"
 #include "core/ports/status.hpp"
@@ -136,7 +135,6 @@ class Side final : private LinksUser {
   ActionTopics action_topics_;
   LocalActions actions_;
   Links links_;
-  AcceptsReview accepts_review_;
   Neighbours neighbours_;
   SideView view_;
   Exports exports_;

@@ -85,14 +85,11 @@ void Backlogs::miss() {
 }
 
 // What was kept goes on only where the topic is still offered with the treatment and the type that
-// it was kept under: the peer's demand and the rules of both sides were for these. The peer's list
-// may not be compared yet (long ones are compared a little at a time); until then it stays.
+// it was kept under: the peer's demand and the rules of both sides were for these.
 bool Backlogs::take_over(TopicOffer& offer, LinkId link, bool opened) {
   const auto backlog = backlogs_.find(link);
   if (backlog == backlogs_.end()) return false;
   if (opened && offer.may_take_place_of(backlog->second)) return true;
-  // It is asked again when the peer's list was compared.
-  if (!opened && offer.is_undecided()) return false;
   backlog->second.end(DropReason::kWithdrawn);
   // It goes with the next deadline: whether the subscription is wanted cannot be judged here.
   backlog->second.end_at(context_.timers.set(TimePoint{}, &topic_));

@@ -67,14 +67,12 @@ void FarListeners::add(const Link& link, const ListenerTold& told, const Now& no
 // By both sides' rules for a topic that this side exports (docs/protocol.md, "listeners", rule 2).
 // Parts of actions and what is not ours by its name have no topic, and are never permitted.
 void FarListeners::decide(const Link& link, Listener& listener) const {
-  const bool before = std::exchange(listener.permitted, false);
+  listener.permitted = false;
   if (!listener.topic || !link.accepts) return;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
   const auto decision = side_.policy.decide(Direction::kExport, what, link.login.identity());
   if (!decision) return;
-  // While a long list is being compared the last answer holds: a new list that changes nothing must
-  // not end subscriptions.
-  listener.permitted = link.accepts->takes(what).value_or(before);
+  listener.permitted = link.accepts->takes(what);
   listener.rule = decision->treatment.qos;
 }
 

@@ -35,21 +35,16 @@ std::optional<Decision> TopicOffer::own_permission() const {
 
 std::optional<Decision> TopicOffer::permission() const {
   auto decision = own_permission();
-  if (!decision) return std::nullopt;
-  // As long as that is not known an open channel stays.
-  return is_accepted().value_or(is_open()) ? decision : std::nullopt;
+  return decision && is_accepted() ? decision : std::nullopt;
 }
 
-std::optional<bool> TopicOffer::is_accepted() const {
+bool TopicOffer::is_accepted() const {
   const auto& [name, type] = topic_.key();
   const std::string wire_name = *context_.graph_options.names.to_wire(name);
-  if (is_parameter_events(InterfaceKind::kTopic, wire_name)) {
-    // The topic is one channel for all nodes, and is offered to whoever takes the parameters of
-    // some; each origin is judged by its node (docs/protocol.md section 9.13, rule 2).
-    const auto& rules = link_.accepts->told().rules;
-    return std::any_of(rules.begin(), rules.end(),
-                       [](const auto& rule) { return !rule.parameters.empty(); });
-  }
+  // The topic is one channel for all nodes, and is offered to whoever takes the parameters of some;
+  // each origin is judged by its node (docs/protocol.md section 9.13, rule 2).
+  if (is_parameter_events(InterfaceKind::kTopic, wire_name))
+    return link_.accepts->takes_parameters();
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
   return link_.accepts->takes({InterfaceKind::kTopic, wire_name, type, *action_type});
 }
@@ -64,7 +59,7 @@ bool TopicOffer::opens(std::string_view node) const {
   const Interface what{
       InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
   return context_.policy.decide(Direction::kExport, what, link_.login.identity()) &&
-         link_.accepts->takes(what).value_or(false);
+         link_.accepts->takes(what);
 }
 
 // An event may name any node, and not every middleware identifies the publisher.

@@ -32,8 +32,6 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] std::optional<ChannelOffer> open();
   // Whether rules, `accepts` and the type are those with which it was opened.
   [[nodiscard]] bool is_current() const;
-  // The peer's list was not compared with it yet, and our rules allow it.
-  [[nodiscard]] bool is_undecided() const { return own_permission() && !is_accepted(); }
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
   // The same, because it is not current any longer. If the peer has lost its right here, the
@@ -99,8 +97,8 @@ class TopicOffer final : public OutgoingChannel {
  private:
   // The decision of the rules here.
   [[nodiscard]] std::optional<Decision> own_permission() const;
-  // Whether the peer takes the topic; nullopt: not known yet.
-  [[nodiscard]] std::optional<bool> is_accepted() const;
+  // Whether the peer takes the topic.
+  [[nodiscard]] bool is_accepted() const;
   // The decision of both sides.
   [[nodiscard]] std::optional<Decision> permission() const;
   void note(AuditEvent event, const Ending& why = {}) const;

@@ -85,12 +85,24 @@ std::vector<Listeners> parts_of(const Listeners& listeners) {
 
 }  // namespace
 
-std::size_t patterns_of(const Accepts& accepts) {
-  std::size_t count = accepts.deny.size();
-  for (const auto& rule : accepts.rules)
-    count += rule.topics.size() + rule.services.size() + rule.actions.size() +
-             rule.parameters.size() + rule.types.size();
-  return count;
+AcceptsSize size_of(const Accepts& accepts) {
+  AcceptsSize size;
+  const auto add = [&](const std::vector<std::string>& patterns) {
+    size.entries += patterns.size();
+    for (const auto& pattern : patterns) {
+      const auto star = pattern.find('*');
+      if (star == std::string::npos) continue;
+      ++size.wildcards;
+      size.wildcard_bytes += pattern.size() - star;
+    }
+  };
+  add(accepts.deny);
+  for (const auto& rule : accepts.rules) {
+    for (const auto* names : {&rule.topics, &rule.services, &rule.actions, &rule.parameters})
+      add(*names);
+    size.entries += rule.types.size();
+  }
+  return size;
 }
 
 std::string encode(const Control& message) {

@@ -26,16 +26,18 @@ inline constexpr std::size_t kOfferChannelsMax = 256;     // channels in one off
 inline constexpr std::size_t kChannelOriginsMax = 1024;   // origins of one channel
 // Origins and listeners that one message adds. Those of usual names make about 16 KiB.
 inline constexpr std::size_t kAddedMax = 64;
-inline constexpr std::size_t kRemovedMax = 1024;      // and removes
-inline constexpr std::size_t kChannelIdsMax = 4096;   // channels in one withdraw or demand
-inline constexpr std::size_t kAcceptRulesMax = 1024;  // rules in one accepts
-inline constexpr std::size_t kNeighboursMax = 256;    // of one accepts
-inline constexpr std::size_t kPatternsMax = 4096;     // patterns and types of one accepts
-inline constexpr std::size_t kNameBytesMax = 255;     // a name, pattern, type, hash or node
-inline constexpr std::size_t kListenersMax = 1024;    // listeners of a link
-inline constexpr std::size_t kCallIdsMax = 8192;      // calls in one message
-inline constexpr std::size_t kCodeBytesMax = 32;      // of a decline, refuse or withdraw
-inline constexpr std::size_t kReasonBytesMax = 512;   // the sentence with it
+inline constexpr std::size_t kRemovedMax = 1024;        // and removes
+inline constexpr std::size_t kChannelIdsMax = 4096;     // channels in one withdraw or demand
+inline constexpr std::size_t kAcceptRulesMax = 1024;    // rules in one accepts
+inline constexpr std::size_t kNeighboursMax = 256;      // of one accepts
+inline constexpr std::size_t kAcceptEntriesMax = 4096;  // patterns and types of one accepts
+inline constexpr std::size_t kWildcardsMax = 256;       // patterns with a star of one accepts
+inline constexpr std::size_t kWildcardBytesMax = 4096;  // of these, each from its first star on
+inline constexpr std::size_t kNameBytesMax = 255;       // a name, pattern, type, hash or node
+inline constexpr std::size_t kListenersMax = 1024;      // listeners of a link
+inline constexpr std::size_t kCallIdsMax = 8192;        // calls in one message
+inline constexpr std::size_t kCodeBytesMax = 32;        // of a decline, refuse or withdraw
+inline constexpr std::size_t kReasonBytesMax = 512;     // the sentence with it
 inline constexpr Duration kDurationMax{(std::int64_t{1} << 62) - 1};  // longer is kForever
 
 // kOther: a kind of a later protocol version. Decline it with "unsupported".
@@ -182,7 +184,13 @@ struct Renewed {
 using Control = std::variant<Offer, OriginsChanged, Withdraw, Demand, Accepts, Decline, Attach,
                              Attached, Refuse, Forget, Renew, Renewed, Listeners>;
 
-[[nodiscard]] std::size_t patterns_of(const Accepts& accepts);  // and types, of all lists
+// Of all lists of an `accepts` together.
+struct AcceptsSize {
+  std::size_t entries = 0;         // patterns and types
+  std::size_t wildcards = 0;       // patterns with a star
+  std::size_t wildcard_bytes = 0;  // of these, each from its first star on
+};
+[[nodiscard]] AcceptsSize size_of(const Accepts& accepts);
 
 // The caller observes the limits above; encode_parts() and encode_offers() do it for long lists.
 std::string encode(const Control& message);

@@ -116,18 +116,23 @@ void fields(auto& io, Is<Demand> auto& demand) {
 }
 
 void fields(auto& io, Is<AcceptedNames> auto& names) {
-  io.list("topics", names.topics, kPatternsMax);
-  io.list("services", names.services, kPatternsMax, Presence::kOptional);
-  io.list("actions", names.actions, kPatternsMax, Presence::kOptional);
-  io.list("parameters", names.parameters, kPatternsMax, Presence::kOptional);
-  io.list("types", names.types, kPatternsMax);
+  io.list("topics", names.topics, kAcceptEntriesMax);
+  io.list("services", names.services, kAcceptEntriesMax, Presence::kOptional);
+  io.list("actions", names.actions, kAcceptEntriesMax, Presence::kOptional);
+  io.list("parameters", names.parameters, kAcceptEntriesMax, Presence::kOptional);
+  io.list("types", names.types, kAcceptEntriesMax);
 }
 
 void fields(auto& io, Is<Accepts> auto& accepts) {
   io.list("rules", accepts.rules, kAcceptRulesMax);
-  io.list("deny", accepts.deny, kPatternsMax);
-  io.check(patterns_of(accepts) <= kPatternsMax, "rules",
+  io.list("deny", accepts.deny, kAcceptEntriesMax);
+  const AcceptsSize size = size_of(accepts);
+  io.check(size.entries <= kAcceptEntriesMax, "rules",
            "and \"deny\" have too many entries together", CloseCode::kTooLarge);
+  io.check(size.wildcards <= kWildcardsMax, "rules",
+           "and \"deny\" have too many patterns with wildcards", CloseCode::kTooLarge);
+  io.check(size.wildcard_bytes <= kWildcardBytesMax, "rules",
+           "and \"deny\" have too long patterns with wildcards", CloseCode::kTooLarge);
   io.member("message_bytes_max", accepts.message_bytes_max, Presence::kOptional);
   io.member("ros_time", accepts.ros_time, Presence::kOptional);
   io.list("neighbours", accepts.neighbours, kNeighboursMax, Presence::kOptional);

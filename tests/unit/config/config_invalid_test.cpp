@@ -258,6 +258,23 @@ TEST(ConfigInvalidMore, NoPeerRefusesWhatIsAnnounced) {
   EXPECT_THAT(said(more), HasSubstr("there are 4097"));
   EXPECT_THAT(said(importing(1025, 1)), HasSubstr("at most 1024 rules that import something"));
   EXPECT_THAT(said(importing(1, 4096, 255)), HasSubstr("at most 262144 bytes"));
+  // Wildcards are named where most of them are.
+  std::vector<std::string> stars, long_stars;
+  for (int i = 100; i < 355; ++i) stars.push_back("/a/*_" + std::to_string(i));
+  for (int i = 100; i < 228; ++i)
+    long_stars.push_back("/long/*" + std::string(28, 'x') + std::to_string(i));
+  ParameterMap wild = importing(2, 40);
+  wild["rule.r0.deny"] = std::vector<std::string>{"/x/*"};
+  wild["rule.r1.import_services"] = stars;
+  EXPECT_EQ(said(wild), "");
+  wild["rule.r0.import_actions"] = std::vector<std::string>{"/x/*"};
+  EXPECT_THAT(said(wild), HasSubstr("rule.r1.import_services: expected at most 256 patterns with * "
+                                    "in what all rules import and deny together; there are 257"));
+  ParameterMap longer = importing(1, 1);
+  longer["rule.r0.import_parameters"] = long_stars;
+  EXPECT_EQ(said(longer), "");
+  longer["rule.r0.deny"] = std::vector<std::string>{"/x/*"};
+  EXPECT_THAT(said(longer), HasSubstr("rule.r0.import_parameters: expected at most 4096"));
   // A rule may be for one peer only; who is in its groups is known when somebody logs in.
   ParameterMap narrow = importing(2, 2049);
   narrow["rule.r0.groups"] = std::vector<std::string>{"a"};

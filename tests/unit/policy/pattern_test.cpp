@@ -19,15 +19,11 @@ Pattern pattern(std::string_view text) {
 }
 
 bool matches(std::string_view text, std::string_view name) {
-  const bool result = pattern(text).matches(name);
-  EXPECT_EQ(pattern_matches(text, name), result);
-  return result;
+  return pattern(text).matches(name);
 }
 
 bool covers(std::string_view text, std::string_view name) {
-  const bool result = pattern(text).covers(name);
-  EXPECT_EQ(pattern_covers(text, name), result);
-  return result;
+  return pattern(text).covers(name);
 }
 
 TEST(Pattern, APlainNameIsItself) {
@@ -119,8 +115,7 @@ TEST(Pattern, FaultyTextsAreRefusedWithWhatWasExpected) {
     const auto result = Pattern::parse(text);
     ASSERT_FALSE(result.ok()) << text;
     EXPECT_NE(result.error().message.find(expected), std::string::npos) << result.error().message;
-    EXPECT_FALSE(pattern_matches(text, "/a"));
-    EXPECT_FALSE(pattern_covers(text, "/a"));
+    EXPECT_FALSE(is_pattern(text));
   }
   EXPECT_TRUE(Pattern::parse("/" + std::string(254, 'a')).ok());
   EXPECT_TRUE(Pattern::parse("/*1").ok());
@@ -161,7 +156,7 @@ TEST(Pattern, HostilePatternsAreReadOnce) {
   };
   int matching = 0;
   for (int i = 0; i < 25'000; ++i)
-    for (const auto& [text, of] : pairs) matching += int(pattern_matches(text, of));
+    for (const auto& [text, of] : pairs) matching += int(matches(text, of));
   EXPECT_EQ(matching, 0);
 }
 
@@ -275,6 +270,36 @@ TEST(Pattern, AgreesWithItsDefinitionOfTextsThatAreAlike) {
   }
   EXPECT_GT(matching, compared / 5);
   EXPECT_GT(compared - matching, compared / 5);
+}
+
+// Many at a time are what each of them is.
+TEST(PatternSet, MatchesAsItsMembersDo) {
+  AlikeTexts texts;
+  int matching = 0;
+  for (int i = 0; i < 1000; ++i) {
+    std::vector<std::string> patterns, names;
+    std::size_t bytes = 0;
+    while (patterns.size() < 40) {
+      std::string text = texts.pattern(i % 10 == 0 ? 30 : 4);
+      if (!is_pattern(text) || !has_wildcard(text)) continue;
+      bytes += text.size() - text.find('*');
+      if (bytes > kWildcardBytesMax) break;
+      names.push_back(texts.name_for(text));
+      patterns.push_back(std::move(text));
+    }
+    const PatternSet all({patterns.begin(), patterns.end()});
+    for (const auto& name : names) {
+      if (!is_canonical_name(name)) continue;
+      const auto allowed = all.matching(name, Hidden::kSpelledOut);
+      const auto denied = all.matching(name, Hidden::kAny);
+      for (std::size_t k = 0; k < patterns.size(); ++k) {
+        ASSERT_EQ(allowed[k], matches(patterns[k], name)) << patterns[k] << " " << name;
+        ASSERT_EQ(denied[k], covers(patterns[k], name)) << patterns[k] << " " << name;
+      }
+      matching += static_cast<int>(allowed.count());
+    }
+  }
+  EXPECT_GT(matching, 10'000);
 }
 
 TEST(Names, CanonicalNames) {

@@ -147,31 +147,6 @@ TEST(Side, AcceptsInAFloodAreTakenNowAndThenAndTheLastOneHolds) {
   EXPECT_NE(s.said(1).find("offer"), std::string::npos);  // it is taken at once again
 }
 
-// However much was asked for before: the peer keeps its mirrors for 30 s.
-TEST(Side, TheFirstAcceptsOfAConnectionIsTakenInTime) {
-  Script s(server());
-  s.graph({topic("/a").pub(1)});
-  Accepts many{{{{"/a"}, {}}}, {}};
-  for (int i = 0; i < 4000; ++i) many.rules[0].topics.push_back("/b" + std::to_string(i));
-  auto session = s.join(1);
-  for (std::uint32_t i = 2; i < 5; ++i) {
-    s.say(i - 1, many);
-    s.lose(i - 1);
-    session = s.login(i, session);
-  }
-  s.did();
-  s.said(4);
-  s.say(4, many);
-  EXPECT_EQ(s.said(4).find("offer"), std::string::npos);
-  s.pass(10'000);
-  EXPECT_NE(s.said(4).find("offer"), std::string::npos);
-  // Another one is put off, but what is owed has not grown with the connections.
-  s.say(4, Accepts{{{{"/b"}, {}}}, {}});
-  EXPECT_EQ(s.said(4).find("withdraw"), std::string::npos);
-  s.pass(90'000);
-  EXPECT_NE(s.said(4).find("withdraw"), std::string::npos);
-}
-
 // A peer takes 4096 channels; one more would end the link, again and again.
 TEST(Side, OffersNoMoreThanAPeerTakes) {
   Script s(server());

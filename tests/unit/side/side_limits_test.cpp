@@ -153,103 +153,28 @@ TEST(Limits, LoginsThatTimedOutOrFoundNoPlaceAreCounted) {
 
 // ---- what a peer accepts
 
-// 4,000 long patterns; one topic costs milliseconds.
-Accepts long_list(const std::string& denied) {
-  Accepts many{{{{"/**"}, {}}}, {}};
-  for (int i = 1; i < 3500; ++i)
-    many.deny.push_back("/x" + std::to_string(i) + std::string(55, 'y'));
-  many.deny.push_back(denied);
-  return many;
-}
-
-std::vector<Topic> many_topics(int count) {
+// However long a list may be, all that is here is compared with it at once.
+TEST(Limits, TheLongestListIsComparedAtOnce) {
+  Script s(server());
   std::vector<Topic> topics;
-  for (int i = 1; i <= count; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
-  return topics;
-}
-
-std::size_t offered(const std::string& said) {
-  std::size_t count = 0;
-  for (std::size_t at = said.find("/t"); at != std::string::npos; at = said.find("/t", at + 1))
-    ++count;
-  return count;
-}
-
-TEST(LongAccepts, AreComparedALittleAtATime) {
-  Script s(server());
-  s.graph(many_topics(40));
+  for (int i = 1; i <= 40; ++i) topics.push_back(topic("/t" + std::to_string(i)).pub(1));
+  s.graph(topics);
   s.login(1, {}, called("busy"));
   s.said(1);
-  s.say(1, long_list("/t1"));
-  EXPECT_EQ(offered(s.said(1)), 0U);
-  s.pass(500);
-  EXPECT_EQ(offered(s.said(1)), 0U);
-  // Meanwhile another one with a short list has all of them at once.
-  s.login(2, {}, called("calm"));
-  s.said(2);
-  s.say(2, Accepts{{{{"/**"}, {}}}, {}});
-  EXPECT_EQ(offered(s.said(2)), 40U);
-  s.pass(5000);
-  EXPECT_EQ(offered(s.said(1)), 39U);
-}
-
-// Turns are equal in what they cost: who has a list that is a little longer waits a little longer.
-TEST(LongAccepts, OfOneDoNotHoldUpThoseOfAnother) {
-  Script s(server());
-  s.graph(many_topics(200));
-  s.login(1, {}, called("busy"));
-  s.say(1, long_list("/t1"));
-  s.login(2, {}, called("calm"));
-  Accepts longer{{{{"/**"}, {}}}, {}};
-  for (int i = 1; i <= 100; ++i)
-    longer.deny.push_back("/y" + std::to_string(i) + std::string(30, 'y'));
-  s.say(2, longer);
-  s.said(1);
-  s.said(2);
-  s.pass(1000);
-  EXPECT_EQ(offered(s.said(2)), 200U);
-  EXPECT_EQ(offered(s.said(1)), 0U);
-}
-
-TEST(LongAccepts, EndNothingBeforeTheyAreCompared) {
-  Script s(server());
-  s.graph(many_topics(20));
-  s.login(1, {}, called("busy"));
-  s.said(1);
-  s.say(1, Accepts{{{{"/**"}, {}}}, {}});
-  EXPECT_EQ(offered(s.said(1)), 20U);
-  s.say(1, long_list("/t7"));
-  EXPECT_EQ(s.said(1), "");
-  s.pass(5000);
-  EXPECT_THAT(s.said(1), testing::MatchesRegex("withdraw [0-9]+\n"));
-}
-
-// A peer that may only read chooses both: what it accepts, and the names that it listens to.
-TEST(LongAccepts, AShortListIsLongWhereNamesAre) {
-  for (const std::size_t name_bytes : {20U, 254U}) {
-    Script s(server());
-    s.login(1, {}, called("busy"));
-    Accepts stars{{{{"/**"}, {}}}, {}};
-    stars.deny.assign(60, "/*b");
-    s.say(1, stars);
-    s.did();
-    s.say(1, listening_to(kAddedMax, name_bytes));
-    const bool at_once = s.did().find("subscribe") != std::string::npos;
-    EXPECT_EQ(at_once, name_bytes == 20) << name_bytes;
-    s.pass(2000);
-    EXPECT_THAT(s.did(), HasSubstr("subscribe")) << name_bytes;
-  }
-}
-
-TEST(LongAccepts, ATopicThatAppearsLaterIsComparedWhenItDoes) {
-  Script s(server());
-  s.graph(many_topics(3));
-  s.login(1, {}, called("busy"));
-  s.say(1, long_list("/t1"));
-  s.pass(2000);
-  EXPECT_EQ(offered(s.said(1)), 2U);
-  s.graph(many_topics(5));
-  EXPECT_EQ(offered(s.said(1)), 2U);
+  Accepts longest{{{{"/**"}, {}}}, {"/t1"}};
+  while (size_of(longest).wildcards < kWildcardsMax) longest.deny.push_back("/x/*aaaaaaaaaaaaa");
+  while (size_of(longest).entries < kAcceptEntriesMax)
+    longest.deny.push_back("/x" + std::string(55, 'y'));
+  s.say(1, longest);
+  const std::string said = s.said(1);
+  EXPECT_THAT(said, HasSubstr("/t40["));
+  EXPECT_THAT(said, testing::Not(HasSubstr("/t1[")));
+  longest.deny[0] = "/t2";
+  s.say(1, longest);
+  EXPECT_THAT(s.said(1), testing::MatchesRegex("withdraw [0-9]+\noffer [0-9]+/t1\\[1\\]\n"));
+  longest.deny.push_back("/one/more");
+  s.say(1, longest);
+  EXPECT_THAT(s.did(), HasSubstr("close 1 4006"));
 }
 
 }  // namespace

@@ -243,24 +243,6 @@ TEST(Backlogs, OfAnotherDefinitionOfTheTypeNothingGoesOn) {
   }
 }
 
-// A long list of what the peer accepts is compared a little at a time.
-TEST(Backlogs, UntilThePeersListIsComparedWhatIsKeptStays) {
-  Keeping s;
-  s.send("a");
-  s.lose();
-  s.peer.connect();
-  Accepts many{{{{"/**"}, {}}}, {}};
-  many.deny.assign(1000, "/other");
-  s.peer.link.accepts.adopt(std::move(many));
-  EXPECT_FALSE(s.open());
-  EXPECT_FALSE(s.subject.take_over(*s.offer, s.id(), false));
-  EXPECT_TRUE(s.subject.want_samples());
-  EXPECT_EQ(s.kept().queued, 1U);
-  while (s.peer.link.accepts->lacks()) s.peer.link.accepts->compare();
-  ASSERT_TRUE(s.open());
-  EXPECT_TRUE(s.subject.take_over(*s.offer, s.id(), true));
-}
-
 TEST(Backlogs, KeepWhatAnOpenLinkWouldGetAndCountTheRest) {
   Rule slow = everything();
   slow.treatment.max_rate = 1;

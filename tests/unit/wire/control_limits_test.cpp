@@ -70,15 +70,26 @@ TEST(ControlLimits, LimitsAreInclusiveAndBeyondThemIsTooLarge) {
                       std::string{key} + "\":[",
                   n, R"("/a")", "]}]}");
     };
-    EXPECT_EQ(code_of(patterns(kPatternsMax)), CloseCode::kNormal) << key;
-    EXPECT_EQ(code_of(patterns(kPatternsMax + 1)), CloseCode::kTooLarge) << key;
+    EXPECT_EQ(code_of(patterns(kAcceptEntriesMax)), CloseCode::kNormal) << key;
+    EXPECT_EQ(code_of(patterns(kAcceptEntriesMax + 1)), CloseCode::kTooLarge) << key;
   }
 
   const auto deny = [](std::size_t n) {
     return list(R"({"type":"accepts","rules":[],"deny":[)", n, R"("/a")", "]}");
   };
-  EXPECT_EQ(code_of(deny(kPatternsMax)), CloseCode::kNormal);
-  EXPECT_EQ(code_of(deny(kPatternsMax + 1)), CloseCode::kTooLarge);
+  EXPECT_EQ(code_of(deny(kAcceptEntriesMax)), CloseCode::kNormal);
+  EXPECT_EQ(code_of(deny(kAcceptEntriesMax + 1)), CloseCode::kTooLarge);
+
+  // A type with a star is no pattern.
+  const auto wild = [](std::size_t topics, std::size_t denied, const std::string& text) {
+    const std::vector<std::string> names(topics, text);
+    return encode(Accepts{{{names, {"p/msg/*"}}}, std::vector<std::string>(denied, text)});
+  };
+  EXPECT_EQ(code_of(wild(kWildcardsMax - 6, 6, "/a/*")), CloseCode::kNormal);
+  EXPECT_EQ(code_of(wild(kWildcardsMax - 6, 7, "/a/*")), CloseCode::kTooLarge);
+  const std::string of_32 = "/long/before/*" + std::string(31, 'b');
+  EXPECT_EQ(code_of(wild(100, kWildcardBytesMax / 32 - 100, of_32)), CloseCode::kNormal);
+  EXPECT_EQ(code_of(wild(100, kWildcardBytesMax / 32 - 99, of_32)), CloseCode::kTooLarge);
 }
 
 TEST(ControlLimits, WholeMessageHasLimitsOfBytesValuesAndDepth) {
