@@ -1,5 +1,4 @@
 # Tests: each kind is made when its files and the layers it needs exist.
-include(GoogleTest)
 find_package(GTest REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(tests "${CMAKE_CURRENT_SOURCE_DIR}/tests")
@@ -18,24 +17,18 @@ function(connect_quickly_compiled name)
 endfunction()
 
 # connect_gtest(<program> LABEL <label> SHARDS <n> PROCESSORS <places> [FILTER <tests>] [SERIAL] [ENVIRONMENT <variables>]):
-# an entry of ctest for each test. To start a program with a sanitizer takes as long as most tests do: there each entry is a
-# shard, an n-th of the tests in one process.
+# n entries of ctest, each an n-th of the tests in one process: to start a program takes as long as most tests do.
 function(connect_gtest name)
   cmake_parse_arguments(PARSE_ARGV 1 of "SERIAL" "LABEL;SHARDS;PROCESSORS;FILTER" "ENVIRONMENT")
-  set(properties LABELS ${of_LABEL} PROCESSORS ${of_PROCESSORS} RUN_SERIAL ${of_SERIAL})
-  if(NOT CONNECT_SANITIZE)
-    gtest_discover_tests(${name} TEST_FILTER "${of_FILTER}" DISCOVERY_MODE PRE_TEST
-      PROPERTIES ${properties} TIMEOUT 120 ENVIRONMENT "${of_ENVIRONMENT}")
-    return()
-  endif()
   string(MAKE_C_IDENTIFIER "${name}${of_FILTER}" entry)
   if(NOT of_FILTER)
     set(of_FILTER "*")  # an empty filter has no tests
   endif()
   math(EXPR last "${of_SHARDS} - 1")
   foreach(shard RANGE ${last})
-    add_test(NAME ${entry}_${shard} COMMAND ${name} --gtest_filter=${of_FILTER})
-    set_tests_properties(${entry}_${shard} PROPERTIES ${properties} TIMEOUT 900 FAIL_REGULAR_EXPRESSION "Running 0 tests"
+    add_test(NAME ${entry}_${shard} COMMAND ${name} --gtest_brief=1 --gtest_filter=${of_FILTER})
+    set_tests_properties(${entry}_${shard} PROPERTIES LABELS ${of_LABEL} PROCESSORS ${of_PROCESSORS} RUN_SERIAL ${of_SERIAL}
+      TIMEOUT 900 FAIL_REGULAR_EXPRESSION "Running 0 tests|0 tests from 0"
       ENVIRONMENT "GTEST_TOTAL_SHARDS=${of_SHARDS};GTEST_SHARD_INDEX=${shard};${of_ENVIRONMENT}")
   endforeach()
 endfunction()
