@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import subprocess
 import threading
 import time
 import traceback
@@ -9,7 +10,7 @@ from unittest import mock
 
 import rclpy
 from connect_bridge_test_interfaces.msg import Everything
-from harness.programs import rmw_of
+from harness.programs import build_dir, rmw_of
 from rclpy.exceptions import InvalidHandle
 from rclpy.executors import (
     ExternalShutdownException,
@@ -35,6 +36,15 @@ def until(condition, what, timeout=WAIT, step=0.01):
         if time.monotonic() > end:
             raise AssertionError(f"not within {timeout:g} s: {what() if callable(what) else what}")
         time.sleep(step)
+
+
+def here(seconds):
+    """A limit for a program, in seconds: as given where nothing else runs. Others may keep the
+    machine busy: then as many times longer as a program that only tells its version needs more
+    than 0.1 s, several times what it needs alone."""
+    begin = time.monotonic()
+    subprocess.run([build_dir() / "server", "--version"], check=True, capture_output=True)
+    return seconds * max(1.0, (time.monotonic() - begin) / 0.1)
 
 
 class Collector:

@@ -6,7 +6,7 @@ import time
 
 import pytest
 import rclpy
-from graph import until
+from graph import here, until
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -283,7 +283,7 @@ def test_a_clock_that_is_set_does_not_end_a_topic_with_an_age(world):
     mine.until(lambda: len(mine.asked_at) > 2, "requests for the time")
     mine.shift = -3600 * 10**9
     before = len(collector.messages)
-    until(lambda: arrives(before), "a message by the new clock", timeout=8)
+    until(lambda: arrives(before), "a message by the new clock", timeout=here(8))
     until(lambda: dropped(world, "/o/aged", "max_age"), "one that was too old by the old offset")
     mine.close()
     collector.close()
