@@ -63,15 +63,15 @@ Judgement PairingLogin::judge(const Attempt& attempt, Stamp now) {
 Judgement PairingLogin::pair(const Attempt& attempt, Stamp now) {
   const auto shown = parse_pairing_credential(attempt.credential);
   if (!shown) return {std::nullopt, "not a credential of a pairing"};
-  if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};
+  if (!open_ || is_over()) return {std::nullopt, "the pairing has ended"};  // mutant: pairing_end
   // Compares digests, so that a partial match reveals nothing.
   if (CRYPTO_memcmp(code_.data(), shown->code.data(), code_.size()) != 0) {
-    if (++tries_ >= kTriesMax)
+    if (++tries_ >= kTriesMax)  // mutant: pairing_tries
       end("the pairing has ended after " + std::to_string(kTriesMax) +
           " wrong codes: start with --pair again");
     return {std::nullopt, "wrong code of a pairing"};
   }
-  if (!paired_) return add(shown->token, shown->name, attempt, now);
+  if (!paired_) return add(shown->token, shown->name, attempt, now);  // mutant: pairing_once
   if (*paired_ != shown->token) return {std::nullopt, "the code of the pairing is used up"};
   return tokens_->find(*paired_, now);
 }

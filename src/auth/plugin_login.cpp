@@ -43,7 +43,7 @@ const connect_bridge_auth_functions* functions_in(const std::string& file, std::
   const connect_bridge_auth_functions* const functions = entry ? entry() : nullptr;
   if (!functions) {
     problem = "'" + file + "' has no function " + kEntry + "()";
-  } else if (functions->abi != CONNECT_BRIDGE_AUTH_ABI) {
+  } else if (functions->abi != CONNECT_BRIDGE_AUTH_ABI) {  // mutant: plugin_version
     problem = "'" + file + "' was built for version " + std::to_string(functions->abi) +
               " of the interface; this server has " + std::to_string(CONNECT_BRIDGE_AUTH_ABI);
   } else if (!functions->method || !functions->open || !functions->judge || !functions->close ||
@@ -67,7 +67,8 @@ connect_bridge_auth_report report_to(Refreshed& told) {
   };
   // Logins that rest on nothing are not withdrawn.
   const auto withdraw = [](void* server, const char* proof) noexcept {
-    if (*proof) static_cast<Refreshed*>(server)->changes.push_back({proof, std::nullopt});
+    if (!*proof) return;  // mutant: plugin_withdraws
+    static_cast<Refreshed*>(server)->changes.push_back({proof, std::nullopt});
   };
   return {&told, say, withdraw};
 }
@@ -134,9 +135,9 @@ Judgement PluginLogin::judge(const Attempt& attempt, Stamp now) {
                                           attempt.peer.c_str(), now};
   const auto answer = std::make_unique<connect_bridge_auth_answer>();  // 66 kB, all zero
   const int verdict = functions_.judge(self_, &asked, answer.get());
-  if (verdict != CONNECT_BRIDGE_AUTH_ACCEPTED)
+  if (verdict != CONNECT_BRIDGE_AUTH_ACCEPTED)  // mutant: plugin_verdict
     return {std::nullopt, method + ": " + to_text(text_in(answer->reason), sizeof answer->reason),
-            verdict == CONNECT_BRIDGE_AUTH_REFUSED};
+            verdict == CONNECT_BRIDGE_AUTH_REFUSED};  // mutant: plugin_unjudged
   Identity identity;
   const std::string wrong = read_identity(*answer, identity);
   if (!wrong.empty()) return {std::nullopt, method + ": what it says of the identity " + wrong};

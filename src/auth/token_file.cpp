@@ -80,7 +80,7 @@ std::string write_secret_file(const std::string& named, const std::string& text)
   const std::string file = target_of(named);
   struct stat status {};
   const bool replaces = ::stat(file.c_str(), &status) == 0;
-  const mode_t mode = replaces ? status.st_mode & 0777 : 0600;
+  const mode_t mode = replaces ? status.st_mode & 0777 : 0600;  // mutant: token_file_mode
   const std::string part = file + ".part";
   const auto problem = [&] { return part + ": " + std::strerror(errno); };
   ::unlink(part.c_str());

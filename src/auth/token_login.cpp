@@ -18,7 +18,7 @@ TokenTable read_token_file(const std::string& file, Stamp now, std::vector<std::
   table.read(*text, file, now, problems, warnings);
   wipe(*text);
   const FileExposure exposure = exposure_of(file);
-  if (exposure.writable) {
+  if (exposure.writable) {  // mutant: token_file_open
     problems.push_back("auth.token_file '" + file +
                        "': every user of this machine may change it (chmod go-w)");
   } else if (exposure.readable && table.has_plain()) {
@@ -55,7 +55,7 @@ Refreshed TokenLogin::read_again(Stamp now) {
   if (!file_) return refreshed;
   file_->read_now();
   TokenTable next = read_token_file(file_->file(), now, refreshed.problems, refreshed.warnings);
-  if (!refreshed.problems.empty()) return refreshed;
+  if (!refreshed.problems.empty()) return refreshed;  // mutant: token_file_whole
   refreshed.changes = table_.changes_to(next);
   table_ = std::move(next);
   ends_.tell_again();

@@ -222,7 +222,7 @@ std::vector<IdentitiesChanged::Change> TokenTable::changes_to(const TokenTable& 
   for (const auto& [digest, now, plain] : entries_) {
     const auto then = later.find(now.credential);
     // A token that has another name now belongs to somebody else: the link with the old name ends.
-    if (then == later.end() || then->second->name != now.name) {
+    if (then == later.end() || then->second->name != now.name) {  // mutant: token_renamed
       changes.push_back({now.credential, std::nullopt});
     } else if (then->second->groups != now.groups || then->second->expires != now.expires) {
       changes.push_back({now.credential, *then->second});
@@ -280,7 +280,7 @@ Judgement TokenTable::find(const Digest& digest, Stamp now) const {
   }
   if (found == entries_.size()) return {std::nullopt, "unknown token"};
   const Identity& identity = entries_[found].identity;
-  if (identity.expires != 0 && identity.expires <= now) {
+  if (identity.expires != 0 && identity.expires <= now) {  // mutant: token_expiry
     return {std::nullopt, "the token of '" + identity.name + "' has expired"};
   }
   return {identity, {}};

@@ -29,7 +29,8 @@ std::string shown(const KeySpec& spec, const ParameterValue& value) {
   // A password may contain characters that end an address.
   const bool has_login =
       text != nullptr && spec.key == "http_proxy" && text->find('@') != std::string::npos;
-  return spec.secret || has_login ? kHidden : to_text(value_to_show(spec, value));
+  return spec.secret || has_login ? kHidden
+                                  : to_text(value_to_show(spec, value));  // mutant: secret_shown
 }
 
 // What to write instead of a value of the wrong type.

@@ -83,8 +83,8 @@ class ConfigMaker {
     const std::string& address = config_.listen_address;
     config_.listen.addresses = syntax::listen_addresses(address);
     const bool beyond = !syntax::listens_on_loopback(address);
-    if (!beyond && config_.listen.trusted_proxies.empty()) return;
-    if (config_.auth.method == "none") {
+    if (!beyond && config_.listen.trusted_proxies.empty()) return;  // mutant: login_behind_proxies
+    if (config_.auth.method == "none") {                            // mutant: login_needed
       add("auth.method", "\"none\"",
           beyond ? fmt::format("a login (token), since listen.address {} is reachable by others",
                                address)
@@ -108,7 +108,7 @@ class ConfigMaker {
     for (const char* key : {"tls.ca", "tls.server_name", "tls.certificate", "tls.pin"}) {
       if (values_.given(key)) add(key, "", "a url that begins with wss://, else it has no effect");
     }
-    if (!syntax::is_loopback(url->host)) {
+    if (!syntax::is_loopback(url->host)) {  // mutant: plaintext_dialed
       judge_plaintext("url", syntax::url_to_show(values_.text("url")),
                       "wss://, since the server is on another machine; or allow_plaintext: true");
     }
@@ -129,7 +129,7 @@ class ConfigMaker {
   }
 
   void judge_plaintext(std::string_view key, const std::string& value, std::string expected) {
-    if (!values_.flag("allow_plaintext")) {
+    if (!values_.flag("allow_plaintext")) {  // mutant: plaintext_reached
       add(key, to_text(value), std::move(expected));
     } else {
       warn(
@@ -316,7 +316,7 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
   for (const auto& [key, value] : changes) {
     const KeySpec* spec = find_key(key);
     const bool fixed = spec != nullptr && !spec->changeable;
-    if (fixed && !has(current, key, *spec, value)) {
+    if (fixed && !has(current, key, *spec, value)) {  // mutant: fixed_keys
       problems.push_back({key, value && !spec->secret ? to_text(*value) : "",
                           "no change at run time; set it in the parameter file and restart"});
     } else if (fixed) {
@@ -335,7 +335,7 @@ Parsed apply_change(const Config& current, const std::vector<Parameter>& changes
   }
   // Problems of fixed keys are reported before those that follow from them.
   parsed.problems.insert(parsed.problems.begin(), problems.begin(), problems.end());
-  if (!parsed.problems.empty()) parsed.config.reset();
+  if (!parsed.problems.empty()) parsed.config.reset();  // mutant: whole_change
   return parsed;
 }
 

@@ -106,8 +106,8 @@ Rule default_rule() {
   rule.import_parameters = syntax::parse_patterns({"/**"});
   // Every node publishes it; merged with the local one, the sender of a message could not be
   // identified.
-  rule.deny = syntax::parse_patterns({"/rosout"});
-  rule.treatment.compression.automatic = true;  // as every rule has it
+  rule.deny = syntax::parse_patterns({"/rosout"});  // mutant: rosout
+  rule.treatment.compression.automatic = true;      // as every rule has it
   return rule;
 }
 

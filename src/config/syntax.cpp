@@ -102,7 +102,8 @@ bool is_ip_address(std::string_view text) {
 
 bool is_loopback(std::string_view host) {
   if (host == "localhost") return true;
-  if (const auto ipv4 = parse_ip(AF_INET, host)) return ipv4->front() == 127;
+  if (const auto ipv4 = parse_ip(AF_INET, host))
+    return ipv4->front() == 127;  // mutant: loopback_127
   Bytes loopback(16, 0);
   loopback.back() = 1;
   return parse_ip(AF_INET6, host) == loopback;
@@ -136,7 +137,7 @@ std::string url_to_show(std::string_view url) {
   const std::size_t slash = url.find('/', from);
   std::string authority{url.substr(from, slash == std::string_view::npos ? slash : slash - from)};
   if (const auto at = authority.rfind('@'); at != std::string::npos) {
-    authority.replace(0, at, "...");
+    authority.replace(0, at, "...");  // mutant: url_password
   }
   std::string rest{slash == std::string_view::npos ? std::string_view{} : url.substr(slash)};
   std::string shown = std::string{url.substr(0, from)} + authority + rest;

@@ -71,7 +71,7 @@ std::optional<Refusal> refusal_of(const UpgradeRequest& request, const AcceptOpt
   }
   // Any web page can open a WebSocket from its visitor's browser into the visitor's network.
   // Programs send no origin and are not concerned.
-  if (!request[http::field::origin].empty()) {
+  if (!request[http::field::origin].empty()) {  // mutant: web_pages
     return Refusal{http::status::forbidden, here + "Web pages of this origin may not connect."};
   }
   return std::nullopt;
@@ -176,7 +176,7 @@ void Acceptance::line_up() {
 
 void Acceptance::begin() {
   if (!done_) return;
-  set_deadline(options_->timeout);
+  set_deadline(options_->timeout);  // mutant: handshake_time
   if (!options_->tls) return read_request();
   Transport& transport = socket_->next_layer();
   transport.start_tls(options_->tls);

@@ -46,7 +46,7 @@ class Admission {
   // A place for a connection without a login. `share`: how many times the usual number its address
   // may have; 0: any number, until the proxy has said for which client it connects.
   std::shared_ptr<Pending> take_pending(const std::string& address, int share = 1) {
-    make_room(address, share);
+    make_room(address, share);  // mutant: strangers_of_address
     if (state_->pending.size() >= options_.pending_max)
       give_way(Limit::kPending, [](const Entry&) { return true; });
     const std::uint64_t number = ++state_->last;

@@ -70,7 +70,7 @@ void Dialing::start_tls() {
   stage_ = "TLS handshake";
   Transport& transport = socket_->next_layer();
   transport.start_tls(tls_);
-  expect_server(transport.tls(), server_name());
+  expect_server(transport.tls(), server_name());  // mutant: server_name
   transport.async_tls_handshake(
       false, [self = shared_from_this()](ErrorCode error) { self->on_tls(error); });
 }
@@ -81,7 +81,7 @@ void Dialing::on_tls(const ErrorCode& error) {
   if (error) return fail("TLS: " + failure_text(error, tls, server_name()));
   // Checked before we send the first byte.
   const std::string problem = pin_problem(tls, options_.tls.pins);
-  if (!problem.empty())
+  if (!problem.empty())  // mutant: pin
     return fail(
         (options_.tls.pins_by_invitation ? "this is not the server of the invitation: " : "TLS: ") +
         problem);

@@ -21,7 +21,8 @@ class Gate {
   // the connection is being closed more may be on its way.
   [[nodiscard]] bool admits(std::uint64_t read_bytes, bool closing) {
     if (open_) return true;
-    return read_bytes - begin_ + kStepOverhead * ++steps_ <= (closing ? 4 : 1) * kBytesMax;
+    return read_bytes - begin_ + kStepOverhead * ++steps_ <=
+           (closing ? 4 : 1) * kBytesMax;  // mutant: gate_reads
   }
 
  private:

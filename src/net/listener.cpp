@@ -253,11 +253,12 @@ void Listener::admit(TcpSocket socket) {
   ConnectionOpened& from = visitor->from;
   from.peer = host_and_port(address.to_string(), remote.port());
   const bool proxy = contain(options_->proxies, address);
-  if (proxies_only_ && !proxy) return drop(socket, from, "dropped, it is no trusted proxy");
+  if (proxies_only_ && !proxy)
+    return drop(socket, from, "dropped, it is no trusted proxy");  // mutant: proxies_only
   set_address(from, address);
   if (proxy) from.share = kProxyShare;
   // A client behind a proxy is limited when its address is known, if that is before TLS.
-  if (options_->tls && !proxy && !take_handshake(from))
+  if (options_->tls && !proxy && !take_handshake(from))  // mutant: handshakes_of_address
     return drop(socket, from, "dropped, too many handshakes");
   visitor->slot =
       proxy ? admission_->take_pending({}, 0) : admission_->take_pending(from.address, from.share);

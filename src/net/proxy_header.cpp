@@ -241,7 +241,7 @@ std::optional<Source> forwarded_source(ForwardedBy kind, const std::vector<std::
       const auto source = source_of(text);
       if (!source || ++seen > kEntriesMax) return known;
       known = source;
-      if (!contain(trusted, source->address)) return known;
+      if (!contain(trusted, source->address)) return known;  // mutant: proxy_trusted
     }
   }
   return known;

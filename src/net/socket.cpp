@@ -95,7 +95,7 @@ void Socket::on_read(const ErrorCode& error) {
   if (state_ != State::kOpen) return;
   if (error) return fail(error);
   const bool text = socket_->got_text();
-  if (!within_gate()) return end_flood();
+  if (!within_gate()) return end_flood();  // mutant: gate_messages
   received_bytes_ += received_.size();
   ++messages_;
   note_read(socket_->next_layer().socket().native_handle(), repair_watch_);
@@ -103,8 +103,8 @@ void Socket::on_read(const ErrorCode& error) {
   const TimePoint now = steady_now();
   packet_rate_.take(1, now);
   byte_rate_.take(bytes, now);
-  if (text) text_rate_.take(bytes, now);
-  packet_unhandled_ = !gate_.is_open();
+  if (text) text_rate_.take(bytes, now);  // mutant: text_rate
+  packet_unhandled_ = !gate_.is_open();   // mutant: gate_closed
   setup_.events->input(PacketReceived{setup_.opened.connection, text, received_.take()});
   if (state_ == State::kOpen && !packet_unhandled_) read_on();
 }

@@ -141,7 +141,8 @@ TlsContext make_server_tls(const TlsOptions& options, std::string& problem) {
   problem = load_pair(native, options.certificate_file, options.private_key_file);
   if (problem.empty() && !options.ca_file.empty()) {
     problem = load_authorities(native, options.ca_file);
-    SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT, nullptr);
+    SSL_CTX_set_verify(native, SSL_VERIFY_PEER | SSL_VERIFY_FAIL_IF_NO_PEER_CERT,
+                       nullptr);  // mutant: client_certificate
     SSL_CTX_set_client_CA_list(native, SSL_load_client_CA_file(options.ca_file.c_str()));
   }
   // Resumption would need a session id context when clients show certificates, and gains little for
@@ -161,7 +162,8 @@ TlsContext make_client_tls(const TlsOptions& options, std::string& problem) {
     if (!problem.empty()) return nullptr;
   }
   // A pin is enough alone: the rest of the certificate is then not vouched for by anybody.
-  const bool by_pin_alone = !options.pins.empty() && options.ca_file.empty();
+  const bool by_pin_alone =
+      !options.pins.empty() && options.ca_file.empty();  // mutant: pin_and_authority
   SSL_CTX_set_verify(native, by_pin_alone ? SSL_VERIFY_NONE : SSL_VERIFY_PEER, nullptr);
   if (!options.ca_file.empty()) {
     problem = load_authorities(native, options.ca_file);

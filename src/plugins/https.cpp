@@ -62,7 +62,7 @@ class Exchange {
     transport_.emplace(std::move(socket));
     if (!request_.url.secure) return send();
     transport_->start_tls(tls_);
-    expect_server(transport_->tls(), request_.url.host);
+    expect_server(transport_->tls(), request_.url.host);  // mutant: https_name
     transport_->async_tls_handshake(false, [this](ErrorCode failed) {
       if (!failed) return send();
       fail("TLS: " + failure_text(failed, transport_->tls(), request_.url.host));

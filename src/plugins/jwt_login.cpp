@@ -80,14 +80,17 @@ Judgement judge_claims(const Json& payload, const JwtOptions& options, const std
                        Stamp now) {
   if (!payload.is_object()) return jwt_refused("the payload is not a JSON object");
   const std::string* const issuer = text_at(payload, "iss");
-  if (!issuer || *issuer != options.issuer) return jwt_refused("it is of another issuer");
-  if (!is_for(payload, options.audience)) return jwt_refused("it is for another audience");
+  if (!issuer || *issuer != options.issuer)
+    return jwt_refused("it is of another issuer");  // mutant: jwt_issuer
+  if (!is_for(payload, options.audience))
+    return jwt_refused("it is for another audience");  // mutant: jwt_audience
   const auto expires = time_of(payload, "exp");
   if (!expires || *expires == 0) return jwt_refused("\"exp\" is missing or not a time");
-  if (*expires <= now) return jwt_refused("it has expired");
+  if (*expires <= now) return jwt_refused("it has expired");  // mutant: jwt_expiry
   const auto not_before = time_of(payload, "nbf");
   if (payload.contains("nbf") && !not_before) return jwt_refused("\"nbf\" is not a time");
-  if (not_before && *not_before > now + kSkew) return jwt_refused("it is not valid yet");
+  if (not_before && *not_before > now + kSkew)
+    return jwt_refused("it is not valid yet");  // mutant: jwt_not_before
   const std::string* const subject = text_at(payload, "sub");
   if (!subject || !name_problem(*subject).empty())
     return jwt_refused("\"sub\" is missing or not a name");
@@ -109,14 +112,16 @@ Judgement judge_jwt(std::string_view token, const std::vector<JwtKey>& keys,
   if (header.contains("crit")) return jwt_refused("it needs extensions (\"crit\")");
   const std::string* const algorithm = text_at(header, "alg");
   const auto& taken = options.algorithms;
-  if (!algorithm || std::find(taken.begin(), taken.end(), *algorithm) == taken.end())
+  if (!algorithm ||
+      std::find(taken.begin(), taken.end(), *algorithm) == taken.end())  // mutant: jwt_algorithm
     return jwt_refused("its algorithm is not in auth.jwt_algorithms");
   const auto signature = from_base64url(parts->signature);
   if (!signature) return jwt_refused("the signature is not base64url");
   const std::string* const id = text_at(header, "kid");
   bool any = false;
   for (const JwtKey& key : keys) {
-    if (key.algorithm() != *algorithm || (id && !key.id().empty() && key.id() != *id)) continue;
+    if (key.algorithm() != *algorithm || (id && !key.id().empty() && key.id() != *id))
+      continue;  // mutant: jwt_key_id
     any = true;
     if (key.verifies(parts->signed_text, *signature))
       return judge_claims(object_of(parts->payload), options, key.fingerprint(), now);
@@ -144,7 +149,7 @@ Refreshed JwtLogin::refresh(Stamp) {
   if (!next) return refreshed;
   for (const JwtKey& key : keys_) {
     const auto same = [&](const JwtKey& other) { return other.fingerprint() == key.fingerprint(); };
-    if (std::none_of(next->begin(), next->end(), same))
+    if (std::none_of(next->begin(), next->end(), same))  // mutant: jwt_key_gone
       refreshed.changes.push_back({key.fingerprint(), std::nullopt});
   }
   keys_ = std::move(*next);

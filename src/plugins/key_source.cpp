@@ -20,7 +20,7 @@ std::vector<JwtKey> read_key_file(const std::string& file, std::vector<std::stri
   const FileExposure exposure = exposure_of(file);
   const bool secret = std::any_of(keys.begin(), keys.end(),
                                   [](const JwtKey& key) { return key.algorithm() == "HS256"; });
-  if (exposure.writable || (secret && exposure.readable))
+  if (exposure.writable || (secret && exposure.readable))  // mutant: jwt_keys_open
     problems.push_back("auth.jwt_keys '" + file + "': every user of this machine may " +
                        (exposure.writable ? "change it" : "read the secret in it"));
   return keys;

@@ -20,7 +20,7 @@ Judgement service_refused(const std::string& why) {
 // It did not say whether the login is right.
 Judgement unanswered(const std::string& why) {
   Judgement judged = service_refused(why);
-  judged.judged = false;
+  judged.judged = false;  // mutant: service_down
   return judged;
 }
 
@@ -70,7 +70,7 @@ Judgement ServiceLogin::judge(const Attempt& attempt, Stamp now) {
   Identity identity;
   const std::string wrong = read_identity(Json::parse(answer.body, nullptr, false), identity);
   if (!wrong.empty()) return unanswered(wrong);
-  if (identity.expires != 0 && identity.expires <= now)
+  if (identity.expires != 0 && identity.expires <= now)  // mutant: service_expiry
     return service_refused("it says that the login has expired");
   return {std::move(identity), {}};
 }

@@ -46,7 +46,7 @@ class Turns {
     const auto next = lines_.begin();
     Item item = std::move(next->items.front());
     next->items.pop_front();
-    lines_.splice(lines_.end(), lines_, next);
+    lines_.splice(lines_.end(), lines_, next);  // mutant: turns
     shrink(next);
     return item;
   }

@@ -155,7 +155,7 @@ std::optional<Bytes> compress_delta(ByteView raw, ByteView base, int level) {
 }
 
 Result<Bytes> decompress_delta(ByteView body, ByteView base, std::size_t raw_bytes) {
-  if (!has_checksum(body)) return malformed("a delta has no checksum");
+  if (!has_checksum(body)) return malformed("a delta has no checksum");  // mutant: delta_checksum
   return decompress_zstd(body, raw_bytes, base);
 }
 

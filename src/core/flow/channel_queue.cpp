@@ -36,7 +36,8 @@ ChannelQueue::ChannelQueue(ChannelId id, const QueueOptions& options, Budget& ba
 }
 
 std::optional<DropReason> ChannelQueue::too_old(const OutMessage& message, const Now& now) const {
-  if (is_older(message.stamp, options_.lifespan, now)) return DropReason::kLifespan;
+  if (is_older(message.stamp, options_.lifespan, now))
+    return DropReason::kLifespan;  // mutant: lifespan
   if (is_older(message.stamp, options_.max_age, now)) return DropReason::kMaxAge;
   return std::nullopt;
 }
@@ -83,16 +84,17 @@ void ChannelQueue::push(OutMessage message, std::uint64_t arrival, const Now& no
 
 bool ChannelQueue::make_room(OutMessage& message, const Now& now) {
   const auto first = replay_.count();  // of those that may be dropped
-  if (empty()) overload_.over();
+  if (empty()) overload_.over();       // mutant: stand_ends
   if (waiting_.size() > first) overload_.came(waiting_[first].since, now.steady);
   if (overload_.stands()) {
-    if (message.state && replace(message)) return true;
+    if (message.state && replace(message)) return true;  // mutant: states_replaced
     // What is no state is not replaced; but what has waited so long is not waited for any more.
     while (!message.state && waiting_.size() > first &&
            now.steady - waiting_[first].since > kWaitMax)
       drop_waiting_at(first, DropReason::kQueueTime);
   }
-  while (waiting_.size() - first >= options_.depth) drop_waiting_at(first, DropReason::kQueueDepth);
+  while (waiting_.size() - first >= options_.depth)
+    drop_waiting_at(first, DropReason::kQueueDepth);  // mutant: depth
   while (!has_room(message.body.size(), now)) drop_waiting_at(first, DropReason::kQueueBytes);
   return false;
 }
@@ -224,7 +226,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::take_part(std::uint32_t fragmen
   const auto size = std::min(fragment_bytes, body_bytes);
   // When it begins, so that what was dropped before leaves no gap. What goes on after a break has
   // its number from the connection before (docs/protocol.md section 8.10).
-  if (message.sequence == 0)
+  if (message.sequence == 0)  // mutant: resumed_numbers
     message.sequence = sequence_ =
         sequence_ == std::numeric_limits<std::uint32_t>::max() ? 1 : sequence_ + 1;
   packet.add(MessageFrame{message, id_, body_bytes, message.body.view().first(size)}, message.body,
@@ -264,7 +266,7 @@ std::optional<ChannelQueue::Whole> ChannelQueue::end(Open whole, const Now& now)
   const Whole result{message.subject, message.sequence, message.resumes};
   if (!message.tracked && !message.resumes) return std::nullopt;
   const auto bytes = message.body.size();
-  if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);
+  if (result.resumes) sent_.add(unprepared(std::move(whole)), bytes);  // mutant: resent
   return result;
 }
 

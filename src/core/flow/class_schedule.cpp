@@ -11,7 +11,7 @@ namespace {
 // Clock ticks per byte: the inverse of the weights 8 : 4 : 1. Urgent and light are strict and have
 // no clock.
 constexpr std::array<std::uint64_t, kPriorities + 1> kTicksPerByte = {0, 0, 1, 2, 8};
-constexpr std::size_t kLight = 1;
+constexpr std::size_t kLight = 1;   // mutant: light_strict
 constexpr std::size_t kStrict = 2;  // number of classes before those that share
 // With more channels the clock of a class is precise enough: it lags by a turn of one of them.
 constexpr std::size_t kComparedMost = 64;
@@ -60,7 +60,7 @@ void ClassSchedule::begin_turn(Class& in, ChannelQueue& queue) const {
   turn.begin = turn.clock;
   turn.end = turn.clock + std::min(queue.next_message_bytes(), turn_bytes_);
   const auto is_earlier = [](const ChannelQueue* one, const ChannelQueue* other) {
-    return one->turn_.end < other->turn_.end;
+    return one->turn_.end < other->turn_.end;  // mutant: small_overtakes
   };
   in.turns.insert(std::upper_bound(in.turns.begin(), in.turns.end(), &queue, is_earlier), &queue);
 }
@@ -107,7 +107,7 @@ const std::deque<ChannelQueue*>& ClassSchedule::light() const {
 // whose clock is behind goes next. `present_` is the clock at which the last part began, from which
 // a class that was idle starts (add_turn).
 std::size_t ClassSchedule::next_class() const {
-  for (std::size_t i = 0; i < kStrict; ++i)
+  for (std::size_t i = 0; i < kStrict; ++i)  // mutant: light_first
     if (!classes_[i].turns.empty()) return i;
   std::size_t best = classes_.size();
   for (std::size_t i = kStrict; i < classes_.size(); ++i) {
@@ -141,7 +141,8 @@ void ClassSchedule::sent(std::size_t bytes) {
   auto& from = charge(bytes);
   ChannelQueue& queue = *from.turns.front();
   // In the middle of a message it keeps its turn, up to what counts at a time.
-  if (queue.is_open() && queue.turn_.clock - queue.turn_.begin < turn_bytes_) return;
+  if (queue.is_open() && queue.turn_.clock - queue.turn_.begin < turn_bytes_)
+    return;  // mutant: large_turn
   from.turns.pop_front();
   if (queue.rests_until()) {
     resting_.push_back(&queue);

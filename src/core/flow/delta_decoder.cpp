@@ -31,7 +31,7 @@ Result<std::optional<Payload>> DeltaDecoder::keep(Subject origin, std::optional<
   base.bytes = budget_.hold(base.raw.size() + kBaseOverheadBytes);
   // The sender counts in the same way (DeltaEncoder::codec_for), so one that keeps to the protocol
   // does not come here.
-  if (budget_.used() > kBasesBytesMax)
+  if (budget_.used() > kBasesBytesMax)  // mutant: bases_bound
     return Error{CloseCode::kTooLarge, "more bases than a link may have"};
   return raw;
 }

@@ -16,7 +16,8 @@ constexpr double kSecondsPerByte = 20e-9;
 DeltaEncoder::Base* DeltaEncoder::base_of(const Message& message) {
   // The peer forgets its bases with each demand (docs/protocol.md section 6).
   const auto base = bases_.find(message.subject.value);
-  if (base == bases_.end() || base->second.demand != message.demand) return nullptr;
+  if (base == bases_.end() || base->second.demand != message.demand)
+    return nullptr;  // mutant: delta_demand
   return &base->second;
 }
 

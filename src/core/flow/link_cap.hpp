@@ -28,7 +28,7 @@ class LinkCap {
     return std::min(rate_, path_rate);
   }
   // When data that is subject to the cap may leave.
-  [[nodiscard]] TimePoint next_at() const { return paid_; }
+  [[nodiscard]] TimePoint next_at() const { return paid_; }  // mutant: link_cap
   [[nodiscard]] bool holds(TimePoint now) const { return paid_ > now; }
   // The largest part, at most `most`, that the cap pays for soon, because others wait meanwhile.
   // Parts smaller than a TCP segment would cost too much in headers.

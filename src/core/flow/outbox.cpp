@@ -130,12 +130,12 @@ void Outbox::push(ChannelId channel, OutMessage message, const Now& now) {
 void Outbox::push(ChannelQueue& queue, OutMessage message, const Now& now) {
   judge_weight(queue, message.body.size(), now);
   change(queue, [&](ChannelQueue& to) { to.push(std::move(message), ++arrivals_, now); });
-  if (is_over()) keep_data_budget(queue.priority());
+  if (is_over()) keep_data_budget(queue.priority());  // mutant: data_budget
 }
 
 bool Outbox::is_over() {
   held_.resize(held_bytes());
-  return data_bytes_ > options_.data_bytes_max || held_.is_full();
+  return data_bytes_ > options_.data_bytes_max || held_.is_full();  // mutant: outbox_memory
 }
 
 void Outbox::judge_weight(ChannelQueue& queue, std::size_t body_bytes, const Now& now) {
@@ -283,14 +283,14 @@ ChannelQueue* Outbox::next_queue(const Now& now) {
 bool Outbox::window_allows(const ChannelQueue& queue, std::size_t packet_bytes) const {
   const auto reserve = queue.priority() == Priority::kUrgent ? kUrgentReserveBytes : 0;
   const auto sent = unacknowledged_bytes() + packet_bytes + kAckRequestBytes;
-  if (sent > options_.unacknowledged_bytes_max + reserve) return false;
+  if (sent > options_.unacknowledged_bytes_max + reserve) return false;  // mutant: window
   // A message that was sent compressed may be large in the resend buffer: when that is full, only
   // messages that would be kept as well have to wait.
   return !queue.begins_resuming() || resend_bytes_ <= options_.unacknowledged_bytes_max;
 }
 
 bool Outbox::acknowledge(const Arrival& ack, const Now& now) {
-  if (ack.received_bytes > sent_bytes_) return false;
+  if (ack.received_bytes > sent_bytes_) return false;  // mutant: false_acknowledgement
   if (ack.received_bytes <= received_bytes_) return true;
   pacer_.acknowledged(ack, now.steady);
   received_bytes_ = ack.received_bytes;

@@ -54,9 +54,9 @@ TimePoint Pacer::next_at(TimePoint now) const {
   if (path_.acked_bytes() < drain_end_) return kNever;
   if (path_.delivery() >= kFastRate) return now;
   // No acknowledgement of ours shows what arrives while TCP repairs a loss: ask TCP again.
-  if (path_.in_flight_bytes() >= window() || acks_are_late(now))
+  if (path_.in_flight_bytes() >= window() || acks_are_late(now))  // mutant: in_flight
     return path_.is_repaired() ? now + ask_period() : kNever;
-  return rate_ == 0 ? now : free_at_;
+  return rate_ == 0 ? now : free_at_;  // mutant: rate
 }
 
 // What the path carries in a round trip, plus a little. When the path becomes slower, this stops

@@ -45,7 +45,7 @@ Result<std::optional<InMessage>> Reassembly::on_message(Stream& stream, const Me
   if (stream.open_) {
     return refusal(CloseCode::kIllegal, frame.channel, "a message begins inside another one");
   }
-  if (!is_after(frame.sequence, stream.last_sequence_)) {
+  if (!is_after(frame.sequence, stream.last_sequence_)) {  // mutant: sequence
     return refusal(CloseCode::kIllegal, frame.channel, "a sequence number that does not rise");
   }
   InMessage message{frame, frame.channel, {}};
@@ -54,14 +54,14 @@ Result<std::optional<InMessage>> Reassembly::on_message(Stream& stream, const Me
     message.body = slice_of(packet, frame.part);
     return std::optional<InMessage>{std::move(message)};
   }
-  const bool fits = !memory_ || frame.body_bytes <= memory_->room();
+  const bool fits = !memory_ || frame.body_bytes <= memory_->room();  // mutant: reassembly_memory
   // Later messages refer to a message that makes a base, so it cannot be skipped.
   if (keep && !fits && makes_base(frame.codec))
     return refusal(CloseCode::kTooLarge, frame.channel,
                    "no memory is left for unfinished messages");
   message.kept = keep && fits;
   const std::uint32_t kept = message.kept ? frame.body_bytes : 0;
-  if (open_->used() + kept > options_.open_bytes_max) {
+  if (open_->used() + kept > options_.open_bytes_max) {  // mutant: unfinished
     return refusal(CloseCode::kTooLarge, frame.channel, "too many bytes in unfinished messages");
   }
   stream.last_sequence_ = frame.sequence;
@@ -82,7 +82,7 @@ Result<std::optional<InMessage>> Reassembly::on_part(Stream& stream, const PartF
   }
   auto& open = *stream.open_;
   if (frame.abort) {
-    stream.open_.reset();
+    stream.open_.reset();  // mutant: abort
     return std::optional<InMessage>{};
   }
   if (frame.part.empty() || frame.part.size() > open.missing) {

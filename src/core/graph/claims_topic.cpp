@@ -45,7 +45,7 @@ Duration ClaimsTopic::period_of(std::size_t bytes) const {
 bool ClaimsTopic::take_due(const Now& now) {
   // A change that comes too soon after many others is not lost: `changed_` stays until the pace
   // allows a claim, which then names all changes (docs/protocol.md section 14, rule 2).
-  const bool due = changed_ || repeat_at() <= now.steady;
+  const bool due = changed_ || repeat_at() <= now.steady;  // mutant: claims_repeat
   if (!due || !pace_.take(now.steady)) return false;
   changed_ = false;
   return true;

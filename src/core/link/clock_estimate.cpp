@@ -16,7 +16,7 @@ void ClockEstimate::add(const TimeReply& reply, Stamp t4) {
   if (reply.t3 < reply.t2 || t4 < reply.t1) return;
   const Stamp round_trip = (t4 - reply.t1) - (reply.t3 - reply.t2);
   if (round_trip < 0) return;
-  const Stamp offset = ((reply.t2 - reply.t1) + (reply.t3 - t4)) / 2;
+  const Stamp offset = ((reply.t2 - reply.t1) + (reply.t3 - t4)) / 2;  // mutant: clock_offset
   const Sample sample{Duration(offset), Duration(round_trip), t4};
   // The true offset is within half a round trip of each sample. If that cannot be, one of the
   // clocks was set between the two, and what was measured before is of no use.

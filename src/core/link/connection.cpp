@@ -132,7 +132,7 @@ Result<Nothing> Connection::on_frames(const Payload& packet, const Now& now) {
     auto next = reader.next();
     if (!next) return next.error();
     if (!next.value()) break;
-    if (frames == kPacketFramesMax)
+    if (frames == kPacketFramesMax)  // mutant: frames_max
       return Error{CloseCode::kTooLarge, "more frames in a packet than a side may send"};
     if (std::holds_alternative<AckRequest>(*next.value())) {
       contents.asks = true;
@@ -195,7 +195,7 @@ void Connection::on_time(const Now& now) {
     if (now.steady >= login_deadline_) fail(CloseCode::kLoginTimeout, "no complete login in time");
     return;
   }
-  if (now.steady >= silent_at())
+  if (now.steady >= silent_at())  // mutant: silence
     return fail(CloseCode::kSilent, probe_ends_at_
                                         ? "nothing heard from the peer since the network changed"
                                         : "nothing heard from the peer");
@@ -214,7 +214,7 @@ void Connection::on_time(const Now& now) {
 
 void Connection::probe(const Now& now) {
   if (state_ != State::kOpen || probe_ends_at_) return;
-  probe_ends_at_ = now.steady + std::max(options_.dead_after / 3, kProbeTimeMin);
+  probe_ends_at_ = now.steady + std::max(options_.dead_after / 3, kProbeTimeMin);  // mutant: probe
   next_time_request_ = now.steady;
 }
 

@@ -44,7 +44,7 @@ class InflationPace {
         std::clamp<std::uint64_t>(raw_bytes / kQuicklyPublished, 1, kSlownessMax);
     const Cost cost{static_cast<double>(slowness * (raw_bytes - usual)),
                     raw_bytes > kLarge ? static_cast<double>(raw_bytes) : 0};
-    if (!ready(cost, now)) return false;
+    if (!ready(cost, now)) return false;  // mutant: inflation
     const bool within_part = all_.owed(now) + cost.all <= kPart;
     if (of_all && !within_part && !of_all->ready(cost, now)) return false;
     take(cost, now);

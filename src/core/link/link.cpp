@@ -191,7 +191,8 @@ Result<Nothing> Link::on(Demand& demand, const Now& now) {
     ChannelDemand of_channel{demand.number, demand.resume};
     if (!demand.after.empty()) of_channel.after = demand.after[i];
     channel->on_demand(of_channel, now);
-    if (demand.number == 0 && !(note_withdrawal(now) && account->demands.take(now.steady)))
+    if (demand.number == 0 &&
+        !(note_withdrawal(now) && account->demands.take(now.steady)))  // mutant: demands_pace
       return Error{CloseCode::kTooLarge, "topics are demanded and not demanded too often"};
   }
   return Nothing{};

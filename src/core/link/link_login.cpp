@@ -4,7 +4,8 @@ namespace connect_bridge {
 
 Result<Nothing> LinkLogin::admit_renewal(const Now& now) {
   if (renewing_) return Error{CloseCode::kIllegal, "a renewal before the last was answered"};
-  if (!renewals_.take(now.steady)) return Error{CloseCode::kTooLarge, "renews its login too often"};
+  if (!renewals_.take(now.steady))
+    return Error{CloseCode::kTooLarge, "renews its login too often"};  // mutant: renewals_pace
   renewing_ = true;
   return Nothing{};
 }
@@ -16,7 +17,8 @@ LinkLogin::Expired LinkLogin::check_expiry(Stamp certificate, const Now& now) {
   const bool is_sooner = certificate != 0 && (login == 0 || certificate < login);
   const Stamp expires = is_sooner ? certificate : login;
   if (expires == 0) return Expired::kNothing;
-  if (now.system >= expires) return is_sooner ? Expired::kCertificate : Expired::kLogin;
+  if (now.system >= expires)
+    return is_sooner ? Expired::kCertificate : Expired::kLogin;  // mutant: login_expiry
   // By the steady clock; when the other one was set, it is found out at the next look.
   expires_at_ = now.steady + Duration(expires - now.system);
   return Expired::kNothing;

@@ -263,7 +263,7 @@ bool Links::end_failed(const Now& now) {
     audit(outputs_, link, AuditEvent::kLinkLost, error.message, name_of(error.code));
     last_failure_.set(error.message, now);
     close(link.connection()->id(), error.code, error.message);
-    note_offence(link, error.code, now);
+    note_offence(link, error.code, now);  // mutant: offences
     lose(link, loss_by(error, link, now), now);
     any = true;
   }

@@ -86,7 +86,8 @@ Result<Nothing> ask_for_renewal(Link& link, const Renew& renew, Outputs& outputs
 
 bool take_renewal(Link& link, const Authenticated& answer, Outputs& outputs, const Now& now) {
   std::string why = refusal(answer, now);
-  if (why.empty() && answer.identity->name != link.login.identity().name)
+  if (why.empty() &&
+      answer.identity->name != link.login.identity().name)  // mutant: renewal_identity
     why = "it is another identity's";
   link.send(Renewed{why.empty()});
   if (!why.empty()) {
@@ -118,7 +119,8 @@ bool take_change(Link& link, const IdentitiesChanged& changed, Outputs& outputs,
     return true;
   }
   audit(outputs, link, AuditEvent::kRevoked, "the login method withdrew the login");
-  link.fail({CloseCode::kRevoked, "the login of " + identity.name + " was withdrawn"});
+  link.fail({CloseCode::kRevoked,
+             "the login of " + identity.name + " was withdrawn"});  // mutant: login_withdrawn
   if (!link.connection()) link.life.give_up(now);
   return false;
 }

@@ -84,7 +84,7 @@ bool Strangers::puts_off(Authenticated& answer, TimePoint not_before, const Now&
   if (const std::string why = refusal(answer, now); !why.empty()) {
     if (!answer.judged) return false;
     ++counts_.wrong_logins;
-    if (!is_one_too_many(place, now)) return false;
+    if (!is_one_too_many(place, now)) return false;  // mutant: wrong_logins
     ++counts_.wrong_logins_late;
     place.due = std::min(end, now.steady + kLateAnswer);
     answer.identity.reset();

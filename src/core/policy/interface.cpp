@@ -247,7 +247,8 @@ bool resumes(const Treatment& treatment, std::string_view topic, std::string_vie
   // A command is a command, whatever priority a rule gives it.
   const bool may_be_late =
       treatment.priority != Priority::kUrgent && !is_command(topic, type) && !is_picture(type);
-  return treatment.resume.value_or(may_be_late && treatment.max_age == kForever);
+  return treatment.resume.value_or(may_be_late &&
+                                   treatment.max_age == kForever);  // mutant: commands_kept
 }
 
 }  // namespace connect_bridge

@@ -173,7 +173,8 @@ class PatternSet::Reader {
       std::fill_n(at_.begin(), words_, 0);
       return;
     }
-    const bool spelled_out = at_token_ && c == '_' && hidden_ == Hidden::kSpelledOut;
+    const bool spelled_out =
+        at_token_ && c == '_' && hidden_ == Hidden::kSpelledOut;  // mutant: hidden_names
     at_token_ = c == '/';
     const std::uint64_t* const literal = set_.literal_[static_cast<std::size_t>(c - kFirst)].data();
     Carry carry;

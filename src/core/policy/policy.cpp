@@ -51,7 +51,7 @@ std::optional<Decision> Policy::decide(Direction direction, const Interface& wha
     };
     // Also behind the first rule that allows it: a deny wins wherever it stands, so the loop goes
     // on to the last rule.
-    if (is_denied(what, opening, covered)) return std::nullopt;
+    if (is_denied(what, opening, covered)) return std::nullopt;  // mutant: deny
     if (first != nullptr || !type_allowed(rule.types, opening)) continue;
     const auto& allowed = *patterns_of(rule, direction, opening.by);
     if (std::any_of(allowed.begin(), allowed.end(),

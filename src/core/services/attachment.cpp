@@ -135,7 +135,7 @@ void Attachment::send_attached(const Now& now) {
   // Behind the list: without it the peer takes no answers (docs/protocol.md section 9.7).
   for (auto it = calls_.begin(); it != calls_.end();) {
     ServedCall& call = (it++)->second;
-    if (call.state() == ServedCall::State::kAnswered) push(call, now);
+    if (call.state() == ServedCall::State::kAnswered) push(call, now);  // mutant: answers_again
   }
 }
 
@@ -174,7 +174,8 @@ void Attachment::on_decline(const Decline& decline, const Now& now) {
 }
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
-  if (requests_) return Error{CloseCode::kIllegal, "attached to a service twice"};
+  if (requests_)
+    return Error{CloseCode::kIllegal, "attached to a service twice"};  // mutant: attached_twice
   // A client takes the middleware about a millisecond, in which the loop does nothing else.
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
@@ -212,9 +213,12 @@ void Attachment::on_delivered(CallId id, const Now&) {
 }
 
 Result<Nothing> Attachment::on_message(InMessage message, const Now& now) {
-  if (!attached_) return Error{CloseCode::kIllegal, "a request before the service attached"};
+  if (!attached_)
+    return Error{CloseCode::kIllegal,
+                 "a request before the service attached"};  // mutant: requests_attached
   const CallId id = message.subject.call();
-  if (id <= seen_) {  // sent again after a reconnect, but it had arrived before
+  // Sent again after a reconnect, but it had arrived before.
+  if (id <= seen_) {  // mutant: requests_seen
     ++counts_.duplicates;
     return Nothing{};
   }

@@ -36,7 +36,7 @@ inline constexpr std::uint32_t kCallNumbersMax = 0xF0000000;
   QueueOptions queue;
   queue.priority = decision.treatment.priority.value_or(Priority::kHigh);
   queue.may_be_light = !decision.treatment.priority;
-  queue.keep = true;
+  queue.keep = true;  // mutant: calls_kept
   if (decision.treatment.compression.automatic) queue.compression = decision.treatment.compression;
   return queue;
 }

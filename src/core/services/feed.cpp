@@ -97,7 +97,7 @@ void Feed::reconcile(const Attached& attached, const Now& now) {
       if (!call.request()) {
         erase(call);
       } else if (call.is_kept() || call.is_delivered()) {
-        push(call, now);
+        push(call, now);  // mutant: requests_again
       }
     } else if (!open.contains(call.id())) {
       if (call.has_answer()) continue;
@@ -207,7 +207,7 @@ void Feed::on_delivered(CallId id, const Now&) {
 // ---- answers
 
 Result<Nothing> Feed::on_message(InMessage message, const Now& now) {
-  const auto at = calls_.find(message.subject.call());
+  const auto at = calls_.find(message.subject.call());  // mutant: answer_to_caller
   if (!attached_ || at == calls_.end() || at->second.has_answer()) {
     ++counts_.duplicates;  // sent again, or nobody waits any longer
     return Nothing{};
@@ -275,7 +275,7 @@ void Feed::on_callers_gone(const std::vector<RequestId>& requests) {
     if (id == by_request_.end()) continue;
     ++counts_.forgotten;
     drop_request(request);
-    abandon(calls_.at(id->second), forget);
+    abandon(calls_.at(id->second), forget);  // mutant: callers_vanish
   }
   say_forget(std::move(forget));
 }

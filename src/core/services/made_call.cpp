@@ -22,7 +22,7 @@ MadeCall::MadeCall(Feed& feed, CallId id, RequestId request, std::uint64_t bytes
   message_.stamp = now.system;
   message_.tracked = true;
   const Duration timeout = feed.call_timeout();
-  if (timeout != kForever)
+  if (timeout != kForever)  // mutant: call_timeout
     timer_ = feed.mirroring().timers.set(now.steady + timeout + kTimeoutMargin, this);
 }
 

@@ -56,7 +56,7 @@ bool MirroredService::update(const Now& now) {
     if (!feed.asked_to_attach()) feed.attach();
     claim(now);
   }
-  if (!feed.is_attached() || mirror_ || !is_claimed()) return true;
+  if (!feed.is_attached() || mirror_ || !is_claimed()) return true;  // mutant: mirror_attached
   if (const auto until = wait_to_appear(feed, now)) {
     mirroring_.settles_at = earliest(mirroring_.settles_at, until);
   } else {

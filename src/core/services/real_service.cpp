@@ -41,7 +41,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
   if (servers.empty() || servers == servers_) return;
   if (std::exchange(failed_, false)) forget_ended();
   servers_ = std::move(servers);
-  if (!replaced) return end_lost(now);
+  if (!replaced) return end_lost(now);  // mutant: server_replaced
   end(now);
   serving_.offers_due = true;  // as a new channel
 }
@@ -88,7 +88,8 @@ std::optional<Decision> RealService::permission(const Link& link, Asking asking)
       serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second);
   if (!action_type) return std::nullopt;  // it is not whole
   const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
-  auto decision = serving_.policy.decide(Direction::kExport, what, link.login.identity());
+  auto decision = serving_.policy.decide(Direction::kExport, what,
+                                         link.login.identity());  // mutant: service_export_right
   if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;
   return link.accepts->takes(what) ? decision : std::nullopt;
 }

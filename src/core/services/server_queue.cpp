@@ -11,7 +11,7 @@ void ServerQueue::hand_over(InvocationId request, TimePoint now) {
 
 bool ServerQueue::has_room(std::size_t depth, std::size_t coming, TimePoint now) {
   expire(now);
-  return depth == 0 || untaken_.size() + coming < depth;
+  return depth == 0 || untaken_.size() + coming < depth;  // mutant: server_queue
 }
 
 // The answer to a request that is known to be taken proves nothing about later ones: a server with

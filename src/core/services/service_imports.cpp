@@ -40,7 +40,7 @@ void ServiceImports::on_offer(Link& link, const ChannelOffer& offer, const Now& 
     return no("not_permitted", "the name or type is not canonical");
   auto decision = mirroring_.policy.decide(
       Direction::kImport, {InterfaceKind::kService, offer.name, offer.type, offer.action_type},
-      link.login.identity());
+      link.login.identity());  // mutant: service_import_right
   if (!decision) return no("not_permitted", "no rule allows importing " + offer.name);
   // Through `remap` two names on the wire may come to one name here: they would share a mirror,
   // though the rules judge each by its own name.

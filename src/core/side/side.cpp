@@ -150,7 +150,7 @@ Result<Nothing> Side::on(Link& link, const Renew& renew, const Now& now) {
 
 void Side::on_identity_changed(Link& link, const Now& now) {
   tell_rights(link, now);
-  rights_changed_ = true;
+  rights_changed_ = true;  // mutant: groups_change
 }
 
 void Side::tell_rights(Link& link, const Now& now) {
@@ -177,7 +177,7 @@ void Side::on(StopRequested&, const Now& now) {
 void Side::on(TimePassed&, const Now& now) {
   outputs_.on_time(now);
   links_.on_time(now);
-  if (local_.expire(now)) on_claims(now);
+  if (local_.expire(now)) on_claims(now);  // mutant: claims_expire
   while (local_.release(now)) on_graph(now);
   exports_.on_time(now);
   imports_.on_time(now);
@@ -239,7 +239,7 @@ void Side::on_link_forgotten(Link& link, const Now& now) {
 
 void Side::on_peer_replaced(Link& link, const Now& now) {
   end_calls(link, now);
-  on_link_forgotten(link, now);
+  on_link_forgotten(link, now);  // mutant: another_process
 }
 
 void Side::end_calls(Link& link, const Now& now) {

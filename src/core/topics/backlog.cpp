@@ -14,7 +14,7 @@ bool is_behind(std::uint32_t sequence, std::uint32_t last) {
 }  // namespace
 
 void LinkBacklog::keep_bound() {
-  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {
+  while (bytes_ > bytes_max_ || (bytes_ > 0 && held_.is_full())) {  // mutant: kept_bound
     // The new message may be the one that goes: it is in the topic with the most bytes, perhaps
     // alone. Each turn makes that topic smaller, so it ends.
     const auto most =
@@ -69,7 +69,7 @@ std::deque<OutMessage> Backlog::take(std::uint32_t after) {
   // peer says how far it has got; those without a number never left. What it has counts as arrived,
   // though no acknowledgement said so, and not as dropped (Backlogs::go_on).
   while (!messages_.empty() && messages_.front().sequence != 0 &&
-         !is_behind(messages_.front().sequence, after))
+         !is_behind(messages_.front().sequence, after))  // mutant: arrived_again
     messages_.pop_front();
   all_.change(0 - std::exchange(bytes_, 0));
   by_origin_.clear();

@@ -135,7 +135,7 @@ bool Backlogs::end_overdue(const Now& now) {
   bool any = false;
   for (auto it = backlogs_.begin(); it != backlogs_.end();) {
     const auto backlog = it++;
-    if (backlog->second.ends_at() > now.steady) continue;
+    if (backlog->second.ends_at() > now.steady) continue;  // mutant: kept_time
     backlog->second.end(DropReason::kResumeBound);
     remove(backlog, now);
     any = true;

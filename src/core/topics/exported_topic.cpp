@@ -124,7 +124,7 @@ std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
 
 void ExportedTopic::recheck(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
-  if (it == offers_.end() || it->second.is_current()) return;
+  if (it == offers_.end() || it->second.is_current()) return;  // mutant: rules_withdraw
   if (it->second.is_open()) backlogs_.end(link.id, DropReason::kWithdrawn, now);
   it->second.withdraw_outdated();
   offers_.erase(it);
@@ -150,7 +150,7 @@ void ExportedTopic::on_demand(TopicOffer& offer, LinkId link, const ChannelDeman
     offer.drop(DropReason::kNoDemand, streams_.forget(link).size());
   update_subscription(now);
   // A new subscription brings the samples that its publishers keep.
-  if (offer.demanded() && subscribed) send_history(offer, link, now);
+  if (offer.demanded() && subscribed) send_history(offer, link, now);             // mutant: history
   const bool kept = subscription_qos_.durability == Durability::kTransientLocal;  // in the history
   for (const auto& sample : early_.answer(link))
     if (!kept && offer.admit(sample, TopicOffer::Age::kNew, now)) send(offer, link, sample, now);
@@ -330,7 +330,8 @@ void ExportedTopic::forward(Origin& origin, MessageTaken taken, const Now& now) 
   }
   OutSample sample{origin.id, taken.stamp, taken.number, std::move(taken.payload), {}};
   read(sample, now);
-  const bool promised = origin.qos.reliability == Reliability::kReliable;
+  const bool promised =
+      origin.qos.reliability == Reliability::kReliable;  // mutant: best_effort_kept
   sample.reliable = promised && may_resume(subscription_qos_);
   std::map<Compression, std::vector<LinkId>> compressed;
   for (auto& [link, offer] : offers_) {

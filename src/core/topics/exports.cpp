@@ -77,7 +77,7 @@ void Exports::keep(const Link& link, const Now& now) {
 
 void Exports::recheck_kept(const Link& link, const Now& now) {
   for (auto& [key, topic] : topics_)
-    if (!topic.may_keep(link.id)) topic.end_kept(link.id, now);
+    if (!topic.may_keep(link.id)) topic.end_kept(link.id, now);  // mutant: kept_right
 }
 
 void Exports::end_kept(const Link& link, const Now& now) {

@@ -27,7 +27,7 @@ Mirror* ImportContext::mirror_of(const MirrorKey& key, const Link& link) {
   if (is_known && known->second.candidate(link.id)) return &known->second;
   // From the narrowest limit to the widest: of the link, of one topic of it, and then what its
   // identity may have of the places that all share.
-  if (link.mirrors.all() >= options.mirrors_max) return nullptr;
+  if (link.mirrors.all() >= options.mirrors_max) return nullptr;  // mutant: mirrors_max
   if (link.mirrors.of(key.first) >= options.topic_mirrors_max) return nullptr;
   if (!is_known && link.account->places.room() == 0) return nullptr;
   return &mirrors.try_emplace(key, *this, key).first->second;

@@ -22,7 +22,7 @@ void Imports::on_link_lost(LinkId link, const Now& now) {
 void Imports::on_link_dead(LinkId link, const Now& now) {
   for (auto it = context_.mirrors.begin(); it != context_.mirrors.end();) {
     Mirror& mirror = (it++)->second;
-    if (!mirror.candidate(link)) continue;
+    if (!mirror.candidate(link)) continue;  // mutant: mirror_ends
     // While the candidate is still there: what the link brings when it returns depends on whether
     // another one may feed the mirror meanwhile.
     mirror.lose_link(link);

@@ -161,7 +161,8 @@ bool Mirror::may_be_made(const Now& now) {
   Link& link = *candidates_.front().link;
   // While changed rules are applied, one link's topic may be over and the next one's not yet.
   if (!context_.permission(link, key_.first, action_type_)) return false;
-  const Duration wait = link.account->wait_to_appear(link.account->mirrors, now.steady);
+  const Duration wait =
+      link.account->wait_to_appear(link.account->mirrors, now.steady);  // mutant: mirrors_pace
   if (wait == Account::kPacing && !waits_) link.mirrors.note_wait();
   paced_.cancel();
   if (wait > Duration::zero()) paced_ = context_.timers.set(now.steady + wait, this);
@@ -170,7 +171,7 @@ bool Mirror::may_be_made(const Now& now) {
 }
 
 bool Mirror::may_exist() const {
-  if (!context_.graph_since || failed_ || is_local_) return false;
+  if (!context_.graph_since || failed_ || is_local_) return false;  // mutant: loops
   if (context_.claims.taken(key_.second, feeds())) return false;
   // Both ends are in one graph: what the peer exports is here already, though our part of the
   // middleware may discover it later than the peer's.
@@ -301,7 +302,8 @@ std::optional<DropReason> Mirror::refusal(const Link& link) const {
 // depend on the sample's path.
 std::optional<DropReason> Mirror::publish(std::uint64_t number, const Payload& raw,
                                           TimePoint expires, const Now& now) {
-  if (number != 0 && number <= last_number_) return DropReason::kDuplicate;
+  if (number != 0 && number <= last_number_)
+    return DropReason::kDuplicate;  // mutant: duplicate_samples
   if (keeps_samples() && raw.size() > sample_bytes_) {
     const std::uint32_t fitting = context_.mirror_depth(*this, depth(), raw.size());
     if (fitting == 0) return DropReason::kQueueBytes;

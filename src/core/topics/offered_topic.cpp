@@ -239,7 +239,7 @@ Result<Nothing> OfferedTopic::on_message(InMessage message, const Now& now) {
   if (!useful) return useful.error();
   if (!useful.value()) return Nothing{};
   // Nothing overtakes what is with a worker.
-  if (waiting_.empty() && message.codec == Codec::kNone) {
+  if (waiting_.empty() && message.codec == Codec::kNone) {  // mutant: decompressed_in_order
     publish(message, message.body, now);
     return Nothing{};
   }
@@ -331,12 +331,12 @@ void OfferedTopic::publish(const InMessage& message, const Payload& raw, const N
   if (!is_serialized(raw.view())) return dropped_.add(DropReason::kPublishFailed);
   if (parameter_events_ && !is_event_of(mirror.origin().node, raw.view(),
                                         context_.graph_options.names, context_.graph.find(key_)))
-    return dropped_.add(DropReason::kNotPermitted);
+    return dropped_.add(DropReason::kNotPermitted);  // mutant: foreign_events
   const ClockEstimate* clock = link_.connection() ? &link_.clock() : nullptr;
   Duration age{0};
   if (clock && clock->known() && is_plausible(message.stamp)) {
     age = Duration(now.system - (message.stamp - clock->offset().count()));
-    if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);
+    if (age > treatment().max_age) return dropped_.add(DropReason::kMaxAge);  // mutant: max_age
     latency_ms_ = static_cast<double>(age.count()) / 1e6;
   }
   if (!was_held && !admits(message, raw, mirror, now)) return;

@@ -60,7 +60,7 @@ class OfferedTopic final : public IncomingChannel, private JobOwner {
   // Messages of an ended demand may still be under way when the next one is sent. They are newer
   // than the last samples with which the next one begins, so they are not wanted.
   [[nodiscard]] bool wants(std::uint16_t demand) const override {
-    return demanded_ && demand == demand_;
+    return demanded_ && demand == demand_;  // mutant: ended_demand
   }
   Result<Nothing> on_message(InMessage message, const Now& now) override;
   Result<Nothing> on_origins(const OriginsChanged& change, const Now& now) override;

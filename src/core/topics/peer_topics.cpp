@@ -15,7 +15,8 @@ void PeerTopics::on_offer(const ChannelOffer& offer, const Now& now) {
     return decline(offer, "unsupported", "such channels are not forwarded");
   if (!is_canonical_name(offer.name) || !is_topic_type(offer.type))
     return decline(offer, "not_permitted", "the name or type is not canonical");
-  auto decision = context_.permission(link_, offer.name, offer.type, offer.action_type);
+  auto decision = context_.permission(link_, offer.name, offer.type,
+                                      offer.action_type);  // mutant: import_right
   if (!decision) return decline(offer, "not_permitted", "no rule allows importing " + offer.name);
   // Through `remap` two names on the wire may come to one name here, and the rules judge each by
   // its own name.

@@ -23,7 +23,8 @@ bool ToldListeners::permits(Told& told, const Link& link, const TopicKey& topic)
   const auto wire_name = side_.graph_options.names.to_wire(topic.first);
   if (!wire_name || has_action_token(*wire_name)) return false;
   const Interface what{InterfaceKind::kTopic, *wire_name, topic.second};
-  known->second = side_.policy.decide(Direction::kImport, what, link.login.identity()).has_value();
+  known->second = side_.policy.decide(Direction::kImport, what, link.login.identity())
+                      .has_value();  // mutant: told_listeners
   return known->second;
 }
 

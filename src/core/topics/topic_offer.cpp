@@ -30,7 +30,7 @@ std::optional<Decision> TopicOffer::own_permission() const {
   if (!action_type) return std::nullopt;
   return context_.policy.decide(Direction::kExport,
                                 {InterfaceKind::kTopic, *wire_name, type, *action_type},
-                                link_.login.identity());
+                                link_.login.identity());  // mutant: export_right
 }
 
 std::optional<Decision> TopicOffer::permission() const {
@@ -46,7 +46,8 @@ bool TopicOffer::is_accepted() const {
   if (is_parameter_events(InterfaceKind::kTopic, wire_name))
     return link_.accepts->takes_parameters();
   const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
-  return link_.accepts->takes({InterfaceKind::kTopic, wire_name, type, *action_type});
+  return link_.accepts->takes(
+      {InterfaceKind::kTopic, wire_name, type, *action_type});  // mutant: accepted
 }
 
 bool TopicOffer::is_withheld(const Origin& origin) const {
@@ -187,7 +188,7 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   // Of a channel that is demanded another number changes nothing (docs/protocol.md, "demand"): the
   // peer cannot make this side begin again by saying it again and again.
   if (demanded() == (demand.number != 0)) return;
-  demand_ = demand.number;
+  demand_ = demand.number;  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
   if (demanded()) declined_under_.reset();
   note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);

@@ -20,7 +20,7 @@ constexpr double kDecompressSecondsPerByte = 2e-9;
 Compression TopicStreams::way_to(const TopicOffer& offer, LinkId link, std::size_t bytes) {
   // A sample must not overtake one that is being compressed.
   for (const auto& [how, stream] : streams_)
-    if (stream.encoder.holds(link)) return how;
+    if (stream.encoder.holds(link)) return how;  // mutant: compressed_in_order
   const Compression& rule = offer.treatment().compression;
   // The link's queue compresses small samples, against the base that this peer has.
   const bool small = !context_.jobs.is_large(bytes) && bytes <= DeltaEncoder::kBytesMax;

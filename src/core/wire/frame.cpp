@@ -88,7 +88,8 @@ Outcome read_message(ByteView& rest) {
   if (frame.codec != Codec::kNone && (frame.raw_bytes == 0 || frame.body_bytes == 0)) {
     return malformed("a compressed message is empty");
   }
-  if (frame.codec != Codec::kNone && frame.body_bytes > compressed_bytes_max(frame.raw_bytes)) {
+  if (frame.codec != Codec::kNone &&
+      frame.body_bytes > compressed_bytes_max(frame.raw_bytes)) {  // mutant: compressed_bound
     return malformed("a compressed message is much larger than its sample");
   }
   if (makes_base(frame.codec) && frame.raw_bytes > kBaseBytesMax) {
