@@ -83,10 +83,8 @@ MUTANTS = [
     # the core: rights, order, at most once, limits, urgency, breaks
     Mutant("deny", "what a rule denies is allowed", gone),
     Mutant("hidden_names", "hidden names match wildcards", value("false")),
-    Mutant("export_right", "export right skipped", value("Decision{}")),
+    Mutant("export_right", "export right skipped", value("std::optional<Decision>(Decision{})")),
     Mutant("import_right", "import right skipped", value("std::optional<Decision>(Decision{})")),
-    Mutant("service_export_right", "service export right skipped",
-           value("std::optional<Decision>(Decision{})")),
     Mutant("service_import_right", "service import right skipped",
            value("std::optional<Decision>(Decision{})")),
     Mutant("told_listeners", "listeners are told to whoever", value("true")),
@@ -175,6 +173,6 @@ MUTANTS = [
     Mutant("claims_repeat", "no sign of life", swap(" || repeat_at() <= now.steady", "")),
     Mutant("claims_expire", "silent bridges hold for ever", gone),
     Mutant("states_replaced", "in a queue that stands all states wait", gone),
-    Mutant("accepted", "what a peer does not accept is offered", value("true")),
+    Mutant("accepted", "what a peer does not accept is offered", value("Answer::kYes")),
     Mutant("stand_ends", "a queue that stood once stands for ever", gone),
 ]

@@ -20,7 +20,8 @@ Attachment::Attachment(RealService& service, Link& link, Serving& serving)
     : service_(service),
       link_(link),
       serving_(serving),
-      load_(serving.loads.try_emplace(link.id, link.memory).first->second) {}
+      load_(serving.loads.try_emplace(link.id, link.memory).first->second),
+      offer_(serving, link, service.what()) {}
 
 CallGate::Caller Attachment::caller() const {
   return {link_.id, service_.client()};
@@ -29,35 +30,22 @@ CallGate::Caller Attachment::caller() const {
 // ---- what is offered
 
 std::optional<ChannelOffer> Attachment::offer(const Now& now) {
-  if (std::exchange(considered_, true)) return std::nullopt;
-  auto decision = service_.permission(link_);
-  if (!decision) {
+  if (!offer_.is_due()) return std::nullopt;
+  auto offer = offer_.open(*this);
+  if (!offer) {
     if (held_) detach(now);  // a rule was changed while the link was lost
     return std::nullopt;
   }
-  decision_ = std::move(*decision);
   if (held_) {
     admit();
     not_back_ = serving_.timers.set(now.steady + kAttachTime, {this, nullptr});
   }
-  return open_channel();
-}
-
-ChannelOffer Attachment::open_channel() {
-  const auto& [name, type] = service_.key();
   if (epoch_ == 0) epoch_ = static_cast<std::uint32_t>(1 + serving_.random.below(UINT32_MAX));
-  channel_ = link_.open_channel(*this);
-  link_.outbox().add_channel(channel_, queue_of_calls(decision_));
-  ChannelOffer offer;
-  offer.channel = channel_;
-  offer.kind = InterfaceKind::kService;
-  offer.name = serving_.wire_name(name);
-  offer.type = type;
-  offer.action_type = serving_.actions.type_of(offer.kind, name, type).value_or("");
-  offer.priority = queue_of_calls(decision_).priority;
-  offer.node = serving_.wire_name(service_.node());
-  offer.epoch = epoch_;
-  note(AuditEvent::kChannelOpened);
+  const QueueOptions queue = queue_of_calls(offer_.decision());
+  link_.outbox().add_channel(offer->channel, queue);
+  offer->priority = queue.priority;
+  offer->node = serving_.wire_name(service_.node());
+  offer->epoch = epoch_;
   return offer;
 }
 
@@ -66,44 +54,42 @@ ChannelOffer Attachment::open_channel() {
 // path.
 Compression Attachment::compression_of(std::size_t bytes) const {
   constexpr double kCompressedRateMax = 20e6;
-  Compression how = decision_.treatment.compression;
+  Compression how = offer_.decision().treatment.compression;
   if (!how.automatic || !link_.open() || !serving_.jobs.is_large(bytes)) return how;
   const double rate = link_.outbox().assumed_rate();
   if (rate > 0 && rate < kCompressedRateMax) how.codec = Codec::kZstd;
   return how;
 }
 
-void Attachment::on_decision(Decision decision) {
-  decision_ = std::move(decision);
+LinkOffer::Review Attachment::review() {
+  const auto review = offer_.review(held_);
+  if (review != LinkOffer::Review::kNewTerms) return review;
+  offer_.take_terms();
   if (held_) admit();
-  if (channel_) {
-    link_.outbox().add_channel(channel_, queue_of_calls(decision_));
-  } else {
-    considered_ = false;
-  }
+  if (offer_.is_open())
+    link_.outbox().add_channel(offer_.number(), queue_of_calls(offer_.decision()));
+  return LinkOffer::Review::kStays;
 }
 
 void Attachment::admit() {
   if (!service_.client()) return;
-  serving_.gate.admit(caller(), {decision_.treatment.calls_max, decision_.treatment.server_queue});
+  serving_.gate.admit(
+      caller(), {offer_.decision().treatment.calls_max, offer_.decision().treatment.server_queue});
 }
 
 void Attachment::on_link_lost() {
   not_back_.cancel();
-  considered_ = attached_ = false;
-  channel_ = requests_ = {};
-  declined_under_.reset();
+  offer_.lose();
+  attached_ = false;
+  requests_ = {};
 }
 
 void Attachment::end(const Ending& why, const Now& now) {
   end_calls(now);
   // Requests may be on their way: they are accepted until the peer says that no more follow.
   if (requests_) link_.let_go(requests_);
-  if (channel_) {
-    note(AuditEvent::kChannelEnded, why);
-    link_.withdraw(channel_, why);
-  }
-  channel_ = requests_ = {};
+  offer_.close(why);
+  requests_ = {};
   held_ = attached_ = false;
 }
 
@@ -129,7 +115,7 @@ void Attachment::on_ready(const Now& now) {
 void Attachment::send_attached(const Now& now) {
   attached_ = true;
   static_assert(kPeerCallsMax <= kCallIdsMax, "all calls of a peer fit into one message");
-  Attached attached{channel_, requests_, seen_, {}, service_.type_hash()};
+  Attached attached{offer_.number(), requests_, seen_, {}, service_.type_hash()};
   for (const auto& [id, call] : calls_) attached.calls.push_back(id);
   link_.send(attached);
   // Behind the list: without it the peer takes no answers (docs/protocol.md section 9.7).
@@ -141,36 +127,22 @@ void Attachment::send_attached(const Now& now) {
 
 // ---- for the audit log
 
-void Attachment::note(AuditEvent event, const Ending& why) const {
-  if (!serving_.outputs.audits()) return;
-  const auto& [name, type] = service_.key();
-  const std::string wire_name = serving_.wire_name(name);
-  audit(serving_.outputs, link_, event,
-        {Direction::kExport, InterfaceKind::kService, wire_name, type, decision_.rule}, why.reason,
-        why.code);
-}
-
 // A goal is logged under the name of its action.
 void Attachment::note_call(AuditEvent event, const std::string& why) const {
   if (!serving_.outputs.audits()) return;
-  const auto& [name, type] = service_.key();
-  const std::string wire_name = serving_.wire_name(name);
-  const auto part = part_of_action(InterfaceKind::kService, wire_name, type);
-  if (!part || part->part != ActionPart::kSendGoal) return note(event, {why});
+  const LocalInterface& what = *service_.what();
+  const auto part = part_of_action(what.kind, what.shown_name(), what.key.second);
+  if (!part || part->part != ActionPart::kSendGoal) return offer_.note(event, {why});
   audit(serving_.outputs, link_, event == AuditEvent::kCall ? AuditEvent::kGoal : event,
         {Direction::kExport, InterfaceKind::kAction, std::string(part->action),
-         std::string(part->action_type), decision_.rule},
+         std::string(part->action_type), offer_.decision().rule},
         why);
 }
 
 // ---- what the peer says
 
 void Attachment::on_decline(const Decline& decline, const Now& now) {
-  note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
-  declined_under_ = link_.accepts.lists();
-  const auto& [name, type] = service_.key();
-  log_decline(serving_.outputs, link_, counts_.declined, shown(InterfaceKind::kService, name, type),
-              decline, now);
+  offer_.on_decline(decline, now);
 }
 
 Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
@@ -180,7 +152,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
   if (!service_.client() && !link_.account->attaches.take(now.steady))
     return Error{CloseCode::kTooLarge, "services are attached and ended too often"};
   link_.expect(attach.requests, *this);
-  declined_under_.reset();
+  offer_.on_taken();
   not_back_.cancel();
   requests_ = attach.requests;
   held_ = true;
@@ -192,7 +164,7 @@ Result<Nothing> Attachment::on_attach(const Attach& attach, const Now& now) {
 
 void Attachment::on_withdraw(const Withdraw&, const Now& now) {
   detach(now);
-  link_.outbox().clear_channel(channel_);
+  link_.outbox().clear_channel(offer_.number());
 }
 
 Result<Nothing> Attachment::on_forget(const Forget& forget, const Now& now) {
@@ -294,7 +266,7 @@ void Attachment::push(ServedCall& call, const Now& now) {
   if (!link_.open()) return;
   if (call.answer().raw_bytes > link_.peer_message_bytes_max())
     return withhold(call, kTooLarge, now);
-  link_.outbox().push(channel_, call.answer(), now);
+  link_.outbox().push(offer_.number(), call.answer(), now);
 }
 
 void Attachment::withhold(ServedCall& call, const std::string& why, const Now& now) {
@@ -342,7 +314,8 @@ void Attachment::note_refusal(const std::string& what, const std::string& why, c
 // If a refusal is lost with its connection, the peer learns of it when it attaches again: the call
 // is then missing in `attached`.
 void Attachment::refuse(CallId call, const std::string& code, const std::string& reason) {
-  if (attached_) link_.send(Refuse{channel_, {call}, code, reason.substr(0, kReasonBytesMax)});
+  if (attached_)
+    link_.send(Refuse{offer_.number(), {call}, code, reason.substr(0, kReasonBytesMax)});
 }
 
 void Attachment::erase(ServedCall& call) {
@@ -351,13 +324,13 @@ void Attachment::erase(ServedCall& call) {
 }
 
 void Attachment::add_status(LinkStatus& status) const {
-  if (!channel_) return;
+  if (!offer_.is_open()) return;
   ServiceStatus s = counts_;
   s.service = service_.key().first;
   s.type = service_.key().second;
   s.exported = true;
   s.attached = attached_;
-  if (requests_) s.declined.clear();  // not any more
+  if (!requests_) s.declined = offer_.declined();
   s.pending = static_cast<std::uint32_t>(calls_.size());
   s.waiting = static_cast<std::uint32_t>(serving_.gate.waiting(caller()));
   status.services.push_back(std::move(s));

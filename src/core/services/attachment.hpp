@@ -8,6 +8,7 @@
 
 #include "core/link/channel.hpp"
 #include "core/link/link.hpp"
+#include "core/offers/link_offer.hpp"
 #include "core/policy/policy.hpp"
 #include "core/ports/status.hpp"
 #include "core/services/served_call.hpp"
@@ -39,19 +40,16 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   // ---- what is offered
   // The offer, once for each connection and set of rules; nullopt if the peer may not have it.
   [[nodiscard]] std::optional<ChannelOffer> offer(const Now& now);
-  // The rules, or what the peer accepts, have changed, and still allow it.
-  void on_decision(Decision decision);
+  // What follows from changed rules, `accepts` or actions; new terms are applied here, and count as
+  // kStays.
+  [[nodiscard]] LinkOffer::Review review();
   // The connection is gone: calls go on, answers wait for the link's return.
   void on_link_lost();
   // There is no state that another connection could need.
   [[nodiscard]] bool is_idle() const { return !held_ && calls_.empty(); }
   // Both channels end, and all calls.
   void end(const Ending& why, const Now& now);
-  [[nodiscard]] bool is_offered() const { return bool(channel_); }
-  // The peer declined it under another list of what it accepts than the present one.
-  [[nodiscard]] bool is_to_be_offered_again() const {
-    return channel_ && !held_ && declined_under_ && *declined_under_ != link_.accepts.lists();
-  }
+  [[nodiscard]] bool is_offered() const { return offer_.is_open(); }
   // The server can be called.
   void on_ready(const Now& now);
   // Attached on this connection or the one before: the service needs its client.
@@ -90,7 +88,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] RealService& service() { return service_; }
   [[nodiscard]] Serving& serving() { return serving_; }
   [[nodiscard]] ServedLoad& load() { return load_; }
-  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
   // How an answer of this size is compressed before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] CallGate::Caller caller() const;
@@ -98,12 +96,10 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void add_status(LinkStatus& status) const;
 
  private:
-  [[nodiscard]] ChannelOffer open_channel();
   void admit();
   void send_attached(const Now& now);
   void end_calls(const Now& now);
   void take(InMessage message, const Now& now);
-  void note(AuditEvent event, const Ending& why = {}) const;
   void note_call(AuditEvent event, const std::string& why = {}) const;
   [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
   void refuse(CallId call, const std::string& code, const std::string& reason);
@@ -115,9 +111,7 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   Link& link_;
   Serving& serving_;
   ServedLoad& load_;
-  Decision decision_;
-  bool considered_ = false;  // decided for this connection and these rules; without a channel: no
-  ChannelId channel_;
+  LinkOffer offer_;
   ChannelId requests_;                    // none: not attached
   bool held_ = false;                     // attached on this connection or the previous one
   bool attached_ = false;                 // and the peer has been informed
@@ -126,7 +120,6 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   CallId seen_;
   std::map<CallId, ServedCall> calls_;
   ServiceStatus counts_;
-  std::optional<std::uint64_t> declined_under_;  // number of the peer's list at that time
 };
 
 }  // namespace connect_bridge

@@ -9,7 +9,9 @@
 namespace connect_bridge {
 
 RealService::RealService(ServiceKey key, Serving& serving)
-    : serving_(serving), key_(std::move(key)), gives_results_(is_result_service(key_.first)) {}
+    : serving_(serving),
+      what_(local_interface(serving, InterfaceKind::kService, std::move(key))),
+      gives_results_(is_result_service(what_->key.first)) {}
 
 // ---- the graph
 
@@ -30,7 +32,7 @@ void RealService::update_servers(const ServiceState& state, const Now& now) {
   const bool several = std::any_of(state.servers.begin(), state.servers.end(),
                                    [&](const Server& s) { return node_of(s) != node_; });
   if (several && !std::exchange(warned_several_, true))
-    serving_.outputs.log(LogLevel::kWarn, key_.first +
+    serving_.outputs.log(LogLevel::kWarn, key().first +
                                               " has several servers: each call reaches all of "
                                               "them, and the first answer counts");
   const auto stays = [&](const auto& server) { return servers.contains(server.first); };
@@ -77,21 +79,8 @@ void RealService::end_lost(const Now& now) {
 // ---- links
 
 bool RealService::lacks_type() const {
-  const auto state = serving_.graph.services().find(key_);
+  const auto state = serving_.graph.services().find(key());
   return state != serving_.graph.services().end() && state->second.lack;
-}
-
-std::optional<Decision> RealService::permission(const Link& link, Asking asking) const {
-  const auto wire_name = serving_.graph_options.names.to_wire(key_.first);
-  if (!wire_name) return std::nullopt;
-  const auto action_type =
-      serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second);
-  if (!action_type) return std::nullopt;  // it is not whole
-  const Interface what{InterfaceKind::kService, *wire_name, key_.second, *action_type};
-  auto decision = serving_.policy.decide(Direction::kExport, what,
-                                         link.login.identity());  // mutant: service_export_right
-  if (!decision || asking == Asking::kOwnRules || !link.accepts) return decision;
-  return link.accepts->takes(what) ? decision : std::nullopt;
 }
 
 std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
@@ -100,24 +89,13 @@ std::optional<ChannelOffer> RealService::offer(Link& link, const Now& now) {
   return attachments_.try_emplace(link.id, *this, link, serving_).first->second.offer(now);
 }
 
-void RealService::recheck(Link& link, const Now& now) {
+void RealService::review(Link& link, const Now& now) {
   const auto it = attachments_.find(link.id);
   if (it == attachments_.end()) return;
-  if (auto decision = permission(link)) {
-    // The peer declined it under a list that it has replaced by now: it may have forgotten that
-    // (docs/protocol.md, "decline"). Whoever rechecks collects new offers afterwards.
-    if (it->second.is_to_be_offered_again()) return on_link_dead(link.id, now);
-    return it->second.on_decision(std::move(*decision));
-  }
-  const bool whole =
-      serving_.actions.type_of(InterfaceKind::kService, key_.first, key_.second).has_value();
-  Ending why{"a part of its action no longer exists"};
-  // The peer knows what it does not accept any longer.
-  if (whole && permission(link, Asking::kOwnRules))
-    why = {"the peer does not accept it any longer"};
-  if (whole && !permission(link, Asking::kOwnRules))
-    why = {"no rule allows exporting it any longer", "not_permitted"};
-  it->second.end(why, now);
+  const auto review = it->second.review();
+  if (review == LinkOffer::Review::kStays) return;
+  // What is to be offered again is collected afterwards by whoever asks for the review.
+  it->second.end(LinkOffer::ending_of(review), now);
   attachments_.erase(it);
   release_client();
 }
@@ -157,13 +135,13 @@ void RealService::use_client() {
   // While there was no client the graph had no ids: the known ones may belong to servers that are
   // gone.
   servers_.clear();
-  if (const auto it = serving_.graph.services().find(key_); it != serving_.graph.services().end())
+  if (const auto it = serving_.graph.services().find(key()); it != serving_.graph.services().end())
     for (const auto& server : it->second.servers)
       if (server.gid != Gid{}) servers_[server.gid] = TimePoint::min();
   client_ = serving_.outputs.new_service_client();
   serving_.by_client[client_] = this;
   serving_.gate.open(client_, gives_results_);
-  serving_.outputs.push(CreateServiceClient{client_, key_.first, key_.second});
+  serving_.outputs.push(CreateServiceClient{client_, key().first, key().second});
   note_action_use(true);
 }
 
@@ -182,7 +160,7 @@ void RealService::release_client() {
 // A peer that is attached to the goals can send one at any time: feedback and status stay
 // subscribed as long as that (Exports::hold_action).
 void RealService::note_action_use(bool on) {
-  const auto part = part_of_action(InterfaceKind::kService, key_.first, key_.second);
+  const auto part = part_of_action(InterfaceKind::kService, key().first, key().second);
   if (part && part->part == ActionPart::kSendGoal)
     serving_.action_uses.push_back({std::string(part->action), on});
 }
@@ -208,7 +186,7 @@ void RealService::on(const ServiceClientFailed& failed, const Now& now) {
   // and again without end, but when its servers change, or a client can be made after all
   // (forget_ended).
   serving_.by_client.erase(client_);
-  const std::string what = shown(InterfaceKind::kService, key_.first, key_.second);
+  const std::string what = shown(InterfaceKind::kService, key().first, key().second);
   serving_.outputs.log_once(LogLevel::kError, "cannot export " + what + ": " + failed.reason);
   failed_ = true;
   invocations_.clear();  // the gateway has dropped all of them

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -29,17 +30,13 @@ class RealService {
   // ---- links
   // The offer for the link, if it is to be offered and is not yet. What cannot be called is not.
   [[nodiscard]] std::optional<ChannelOffer> offer(Link& link, const Now& now);
-  // Ends what the link may not have any longer, and applies the new rules to the rest.
-  void recheck(Link& link, const Now& now);
+  // Rules, `accepts` or actions have changed: ends what the link may not have any longer, and
+  // applies the new rules to the rest.
+  void review(Link& link, const Now& now);
   void on_link_lost(LinkId link);
   void on_link_dead(LinkId link, const Now& now);
   // Each of its callers may have free places.
   void consider_callers();
-  enum class Asking : std::uint8_t { kOwnRules, kBothSides };
-  // The decision of our own rules and, unless it is about these alone, the peer's `accepts`.
-  // Between two connections our rules alone decide.
-  [[nodiscard]] std::optional<Decision> permission(const Link& link,
-                                                   Asking asking = Asking::kBothSides) const;
 
   // ---- the client
   void on(const ServiceReady& ready, const Now& now);
@@ -60,7 +57,8 @@ class RealService {
   // The answer is not wanted any more, if one can still come.
   void drop(InvocationId invocation);
 
-  [[nodiscard]] const ServiceKey& key() const { return key_; }
+  [[nodiscard]] const ServiceKey& key() const { return what_->key; }
+  [[nodiscard]] const std::shared_ptr<const LocalInterface>& what() const { return what_; }
   [[nodiscard]] const std::string& node() const { return node_; }
   // Whether it returns results of goals: answers come when a goal has ended, so there is no timeout
   // and a separate limit.
@@ -80,7 +78,7 @@ class RealService {
   ServedCall* take_invocation(InvocationId invocation);
 
   Serving& serving_;
-  ServiceKey key_;
+  std::shared_ptr<const LocalInterface> what_;
   bool gives_results_;
   std::string node_;
   std::map<Gid, TimePoint> servers_;  // and since when each is known

@@ -20,8 +20,8 @@ void ServiceExports::on_graph(const Now& now) {
       services_.try_emplace(key, key, serving_).first->second.update_servers(state, now);
 }
 
-void ServiceExports::recheck(Link& link, const Now& now) {
-  for (auto& [key, service] : services_) service.recheck(link, now);
+void ServiceExports::review(Link& link, const Now& now) {
+  for (auto& [key, service] : services_) service.review(link, now);
 }
 
 void ServiceExports::go_on(const Now& now) {

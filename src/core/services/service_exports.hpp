@@ -23,7 +23,7 @@ class ServiceExports {
   void on_graph(const Now& now);
   // Withdraws what the link may not have any longer, and applies the present rules to the rest.
   // Between hold() and go_on() no call begins: its right may not have been checked yet.
-  void recheck(Link& link, const Now& now);
+  void review(Link& link, const Now& now);
   void hold() { serving_.gate.hold(); }
   void go_on(const Now& now);
   // Adds the services that are to be offered to the link and are not yet.

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/offers/export_right.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -25,8 +26,7 @@ void log_lack(const Link& link, const SideView& side, const Lacking& lacking) {
   const auto wire_name = side.graph_options.names.to_wire(lacking.part);
   if (!wire_name) return;
   const Interface what{lacking.kind, *wire_name, lacking.part_type, lacking.action_type};
-  if (!side.policy.decide(Direction::kExport, what, link.login.identity())) return;
-  if (!link.accepts->takes(what)) return;
+  if (export_right(side, link, what).answer != ExportRight::Answer::kYes) return;
   if (side.outputs.told().first("type_lacking " + lacking.type))
     side.outputs.log(LogLevel::kWarn,
                      "cannot export " + lacking.shown + ": " + lacking.lack.reason);

@@ -277,9 +277,9 @@ Result<Nothing> Side::on(Link& link, Accepts accepts, const Now& now) {
 // a topic that they release is then not subscribed again. Calls of lost connections too.
 void Side::recheck(const std::vector<Link*>& links, const Now& now) {
   service_exports_.hold();
-  for (Link* link : links) service_exports_.recheck(*link, now);
+  for (Link* link : links) service_exports_.review(*link, now);
   hold_actions(now);
-  for (Link* link : links) exports_.recheck(*link, now);
+  for (Link* link : links) exports_.review(*link, now);
   for (Link* link : links) offer_to(*link, view_, exports_, service_exports_, now);
   service_exports_.go_on(now);
 }

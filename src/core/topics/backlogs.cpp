@@ -120,7 +120,8 @@ bool Backlogs::go_on(TopicOffer& offer, LinkId link, const ChannelDemand& demand
 bool Backlogs::may_stay(LinkId link) const {
   const auto at = backlogs_.find(link);
   if (at == backlogs_.end()) return true;
-  return TopicOffer(context_, topic_, at->second.link()).may_continue(at->second);
+  const auto right = export_right(context_, at->second.link(), *topic_.what());
+  return right.is_allowed_here() && right.decision.treatment == at->second.treatment();
 }
 
 bool Backlogs::end(LinkId link, DropReason reason, const Now& now) {

@@ -7,18 +7,10 @@
 #include "core/topics/sample_content.hpp"
 
 namespace connect_bridge {
-namespace {
-
-// Whether a subscription with this QoS gets all messages, and none that publishers keep.
-bool may_resume(const Qos& qos) {
-  return qos.reliability == Reliability::kReliable && qos.durability == Durability::kVolatile;
-}
-
-}  // namespace
 
 ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
     : context_(context),
-      key_(std::move(key)),
+      what_(local_interface(context, InterfaceKind::kTopic, std::move(key))),
       origins_(context.timers, this),
       backlogs_(context, *this),
       turn_(context.subscriptions),
@@ -31,7 +23,7 @@ ExportedTopic::ExportedTopic(ExportContext& context, TopicKey key)
 // ---- origins and links
 
 void ExportedTopic::on_graph(const Now& now) {
-  const TopicState* state = context_.graph.find(key_);
+  const TopicState* state = context_.graph.find(key());
   if (state) lacks_type_ = state->lack.has_value();  // also when its last publisher has just ended
   if (state) has_header_ = state->has_header;
   if (state) on_type_hash(*state, now);
@@ -41,11 +33,11 @@ void ExportedTopic::on_graph(const Now& now) {
     for (auto& [link, offer] : offers_) offer.add_origins(told);
     warn_mixed();
     update_subscription(now);
-  } else if (context_.listeners.listens(key_)) {
+  } else if (context_.listeners.listens(key())) {
     update_subscription(now);  // the name may have got another type
   }
   // A peer that listens is offered the topic first: then it is known whose demand to wait for.
-  if (told.empty() || parked_.empty() || !context_.listeners.listens(key_)) return unpark(now);
+  if (told.empty() || parked_.empty() || !context_.listeners.listens(key())) return unpark(now);
   parked_.wait_until(now.steady);
 }
 
@@ -55,10 +47,7 @@ void ExportedTopic::on_graph(const Now& now) {
 void ExportedTopic::on_type_hash(const TopicState& state, const Now& now) {
   if (state.type_hash.empty() || (state.publishers.empty() && !type_hash_.empty())) return;
   if (std::exchange(type_hash_, state.type_hash) == state.type_hash) return;
-  for (auto it = offers_.begin(); it != offers_.end();) {
-    const TopicOffer& offer = (it++)->second;
-    recheck(offer.link(), now);
-  }
+  for (auto it = offers_.begin(); it != offers_.end();) review((it++)->second.link(), now);
 }
 
 void ExportedTopic::offer_closed_again() {
@@ -94,12 +83,12 @@ void ExportedTopic::end_offers() {
 
 void ExportedTopic::on_listeners(const Now& now) {
   failed_ = failed_ && !origins_.empty();
-  if (type_hash_.empty()) type_hash_ = context_.listeners.type_hash_of(key_);
+  if (type_hash_.empty()) type_hash_ = context_.listeners.type_hash_of(key());
   update_subscription(now);
 }
 
 bool ExportedTopic::is_over() const {
-  return origins_.empty() && backlogs_.empty() && !context_.listeners.listens(key_);
+  return origins_.empty() && backlogs_.empty() && !context_.listeners.listens(key());
 }
 
 bool ExportedTopic::drained() const {
@@ -122,18 +111,19 @@ std::optional<ChannelOffer> ExportedTopic::offer_to(Link& link) {
   return opened;
 }
 
-void ExportedTopic::recheck(const Link& link, const Now& now) {
+void ExportedTopic::review(const Link& link, const Now& now) {
   const auto it = offers_.find(link.id);
-  if (it == offers_.end() || it->second.is_current()) return;  // mutant: rules_withdraw
-  if (it->second.is_open()) backlogs_.end(link.id, DropReason::kWithdrawn, now);
-  it->second.withdraw_outdated();
-  offers_.erase(it);
-  early_.forget(link.id);
-  streams_.forget(link.id);
-  update_subscription(now);
+  if (it == offers_.end()) return;
+  if (it->second.is_open()) {
+    const auto review = it->second.review();
+    if (review == LinkOffer::Review::kStays) return;  // mutant: rules_withdraw
+    backlogs_.end(link.id, DropReason::kWithdrawn, now);
+    it->second.withdraw(LinkOffer::ending_of(review));
+  }
+  forget_offer(link.id, now);
 }
 
-void ExportedTopic::on_link_lost(LinkId link, const Now& now) {
+void ExportedTopic::forget_offer(LinkId link, const Now& now) {
   if (offers_.erase(link) == 0) return;
   early_.forget(link);
   streams_.forget(link);
@@ -188,7 +178,7 @@ void ExportedTopic::end_kept(LinkId link, const Now& now) {
 Qos ExportedTopic::wanted_qos() const {
   // A listener will demand it: to subscribe in another way then would lose a first message.
   QosOverride weakest = early_.rules_of_awaited();
-  if (is_command(key_) || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
+  if (is_command(key()) || backlogs_.want_volatile()) weakest.durability = Durability::kVolatile;
   return qos_for(origins_, offers_, weakest, context_.options);
 }
 
@@ -203,10 +193,10 @@ std::uint32_t ExportedTopic::history_depth() const {
 
 bool ExportedTopic::is_wanted() const {
   const auto demanded = [](const auto& entry) { return entry.second.demanded(); };
-  if (context_.listeners.listens(key_) && !context_.graph.lacks_type_of(key_))
+  if (context_.listeners.listens(key()) && !context_.graph.lacks_type_of(key()))
     return !origins_.empty() ||
-           (context_.names.are_free(key_.first, *this) && !has_other_type(context_.graph, key_));
-  return !origins_.empty() && (context_.held.contains(key_.first) ||
+           (context_.names.are_free(key().first, *this) && !has_other_type(context_.graph, key()));
+  return !origins_.empty() && (context_.held.contains(key().first) ||
                                std::any_of(offers_.begin(), offers_.end(), demanded) ||
                                (backlogs_.want_samples() && may_resume(wanted_qos())));
 }
@@ -219,7 +209,7 @@ void ExportedTopic::update_subscription(const Now& now) {
   history_.limit(history_depth(), context_.options.history_bytes_max);
   if (subscription_ && serves(subscription_qos_, qos) &&
       is_hash_of(subscription_hash_, type_hash_)) {
-    context_.listeners.show(key_, true);  // others may have come in the place of all before
+    context_.listeners.show(key(), true);  // others may have come in the place of all before
     return take_name();
   }
   // What is there serves until another one may be made.
@@ -236,12 +226,12 @@ void ExportedTopic::update_subscription(const Now& now) {
   if (qos.durability == Durability::kVolatile) history_.clear();  // it would grow stale
   context_.by_subscription[subscription_] = this;
   context_.outputs.push(
-      CreateSubscription{subscription_, key_.first, key_.second, type_hash_, qos});
-  context_.listeners.show(key_, true);
+      CreateSubscription{subscription_, key().first, key().second, type_hash_, qos});
+  context_.listeners.show(key(), true);
 }
 
 void ExportedTopic::take_name() {
-  ExportedTopic* other = context_.names.take(key_.first, *this, origins_.empty());
+  ExportedTopic* other = context_.names.take(key().first, *this, origins_.empty());
   if (other) other->unsubscribe();
 }
 
@@ -254,12 +244,12 @@ void ExportedTopic::end_subscription() {
 void ExportedTopic::forget_subscription() {
   context_.by_subscription.erase(subscription_);
   subscription_ = {};
-  context_.names.leave(key_.first, *this);
+  context_.names.leave(key().first, *this);
 }
 
 void ExportedTopic::unsubscribe() {
   end_subscription();
-  context_.listeners.show(key_, false);
+  context_.listeners.show(key(), false);
   history_.clear();
   origins_.forget_samples();
   streams_.clear();
@@ -267,8 +257,8 @@ void ExportedTopic::unsubscribe() {
 }
 
 void ExportedTopic::on_subscription_failed(const std::string& code, const std::string& reason) {
-  const std::string what = shown(InterfaceKind::kTopic, key_.first, key_.second);
-  TellOnce& told = origins_.empty() ? context_.listeners.told_of(key_) : context_.outputs.told();
+  const std::string what = shown(InterfaceKind::kTopic, key().first, key().second);
+  TellOnce& told = origins_.empty() ? context_.listeners.told_of(key()) : context_.outputs.told();
   context_.outputs.log_once(told, LogLevel::kError, "cannot export " + what + ": " + reason);
   forget_subscription();
   unsubscribe();
@@ -287,7 +277,7 @@ void ExportedTopic::warn_mixed() {
 }
 
 void ExportedTopic::tell_once(const std::string& what) {
-  context_.outputs.log_once(LogLevel::kWarn, key_.first + what);
+  context_.outputs.log_once(LogLevel::kWarn, key().first + what);
 }
 
 // ---- samples
@@ -303,7 +293,7 @@ void ExportedTopic::on_taken(MessageTaken taken, const Now& now) {
 void ExportedTopic::park(MessageTaken taken, const Now& now) {
   const bool asked = parked_.has(taken.origin);
   if (!parked_.add(std::move(taken), now)) return drop_demanded(DropReason::kUnknownOrigin);
-  if (!asked) context_.outputs.push(RefreshGraph{key_.first});
+  if (!asked) context_.outputs.push(RefreshGraph{key().first});
 }
 
 void ExportedTopic::unpark(const Now& now) {
@@ -377,7 +367,7 @@ void ExportedTopic::send_history(TopicOffer& offer, LinkId link, const Now& now)
 
 void ExportedTopic::read(OutSample& sample, const Now& now) const {
   sample.taken = now.steady;
-  sample.state = state_of(key_.second, sample.raw.view());
+  sample.state = state_of(key().second, sample.raw.view());
   if (has_header_) sample.header = header_stamp(sample.raw.view());
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -29,12 +30,14 @@ class ExportedTopic {
   void on_graph(const Now& now);
   // The offer for the link; nullopt: none, or it was decided before.
   [[nodiscard]] std::optional<ChannelOffer> offer_to(Link& link);
-  // Rules or the peer's `accepts` have changed: withdraws an offer that is treated differently now.
-  void recheck(const Link& link, const Now& now);
+  // Rules, the peer's `accepts`, or the type's definition have changed: an offer that does not stay
+  // as it is ends.
+  void review(const Link& link, const Now& now);
   // The connection is about to be lost: keeps what may not have arrived, and what is published
   // until the link returns.
   void keep(LinkId link, const Now& now);
-  void on_link_lost(LinkId link, const Now& now);
+  // Its offer has ended with the connection, or otherwise.
+  void forget_offer(LinkId link, const Now& now);
   // The link will not return, or its peer has lost its state: nothing is kept for it any more.
   void end_kept(LinkId link, const Now& now);
   // The demand of this offer to this link has changed.
@@ -52,7 +55,8 @@ class ExportedTopic {
   void on_subscription_failed(const std::string& code, const std::string& reason);
   void on_time(const Now& now);
 
-  [[nodiscard]] const TopicKey& key() const { return key_; }
+  [[nodiscard]] const TopicKey& key() const { return what_->key; }
+  [[nodiscard]] const std::shared_ptr<const LocalInterface>& what() const { return what_; }
   [[nodiscard]] const std::string& type_hash() const { return type_hash_; }
   [[nodiscard]] const Origins& origins() const { return origins_; }
   [[nodiscard]] bool has_header() const { return has_header_; }
@@ -93,7 +97,7 @@ class ExportedTopic {
   void drop_demanded(DropReason reason, std::uint64_t count = 1);
 
   ExportContext& context_;
-  TopicKey key_;
+  std::shared_ptr<const LocalInterface> what_;
   std::string type_hash_;
   bool lacks_type_ = false;
   bool has_header_ = false;  // the type begins with one

@@ -14,12 +14,12 @@ void Exports::on_graph(const Now& now) {
   for (auto& [key, topic] : topics_) topic.on_graph(now);
 }
 
-void Exports::recheck(const Link& link, const Now& now) {
+void Exports::review(const Link& link, const Now& now) {
   // Listeners first: which of them count, and by which rules, decides what a topic is subscribed as
   // when it looks at its offers.
-  context_.listeners.recheck(link, now);
+  context_.listeners.review(link, now);
   update_listened(now);
-  for (auto& [key, topic] : topics_) topic.recheck(link, now);
+  for (auto& [key, topic] : topics_) topic.review(link, now);
 }
 
 void Exports::collect_offers(Link& link, std::vector<ChannelOffer>& offers) {
@@ -68,7 +68,7 @@ void Exports::on_link_lost(LinkId link, const Now& now) {
   // First, so that no topic is subscribed again for a listener that goes with the same link.
   context_.listeners.on_link_lost(link);
   update_listened(now);
-  for (auto& [key, topic] : topics_) topic.on_link_lost(link, now);
+  for (auto& [key, topic] : topics_) topic.forget_offer(link, now);
 }
 
 void Exports::keep(const Link& link, const Now& now) {

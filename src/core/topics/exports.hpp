@@ -22,7 +22,7 @@ class Exports {
   void on_graph(const Now& now);
   // The peer's `accepts` or our rules have changed: withdraws what is no longer allowed or is
   // treated differently now; the latter may be offered again.
-  void recheck(const Link& link, const Now& now);
+  void review(const Link& link, const Now& now);
   // Adds the topics that are to be offered to the link and are not yet.
   void collect_offers(Link& link, std::vector<ChannelOffer>& offers);
   // Whether offers are due since this was called last.

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/offers/export_right.hpp"
 #include "core/policy/interface.hpp"
 
 namespace connect_bridge {
@@ -70,13 +71,13 @@ void FarListeners::decide(const Link& link, Listener& listener) const {
   listener.permitted = false;
   if (!listener.topic || !link.accepts) return;
   const Interface what{InterfaceKind::kTopic, listener.told.name, listener.told.type};
-  const auto decision = side_.policy.decide(Direction::kExport, what, link.login.identity());
-  if (!decision) return;
-  listener.permitted = link.accepts->takes(what);
-  listener.rule = decision->treatment.qos;
+  const auto right = export_right(side_, link, what);
+  if (!right.is_allowed_here()) return;
+  listener.permitted = right.answer == ExportRight::Answer::kYes;
+  listener.rule = right.decision.treatment.qos;
 }
 
-void FarListeners::recheck(const Link& link, const Now& now) {
+void FarListeners::review(const Link& link, const Now& now) {
   const auto of_link = links_.find(link.id);
   if (of_link == links_.end()) return;
   for (auto& [id, listener] : of_link->second.listeners) {

@@ -33,7 +33,7 @@ class FarListeners {
   // An error ends the connection: a number in use, too many, or changes without end.
   Result<Nothing> on_listeners(Link& link, const Listeners& change, const Now& now);
   // Our rules, the link's identity or the peer's `accepts` have changed.
-  void recheck(const Link& link, const Now& now);
+  void review(const Link& link, const Now& now);
   void on_link_lost(LinkId link);
   // Counts listeners that had exceeded the rate.
   void on_time(const Now& now);

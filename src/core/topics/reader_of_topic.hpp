@@ -31,6 +31,13 @@ inline bool serves(const Qos& present, const Qos& wanted) {
          (wanted.durability == Durability::kVolatile || wanted.depth <= present.depth);
 }
 
+// Whether a subscription with this QoS gets all messages, and none that publishers keep: only such
+// ones can be sent again after a break.
+inline bool may_resume(const Qos& subscription) {
+  return subscription.reliability == Reliability::kReliable &&
+         subscription.durability == Durability::kVolatile;
+}
+
 // Whether a subscription with a listener's type hash fits its publishers. Without a hash the name
 // of the type is enough.
 inline bool is_hash_of(const std::string& told, const std::string& published) {

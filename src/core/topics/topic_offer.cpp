@@ -3,71 +3,31 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/link/link_audit.hpp"
 #include "core/topics/exported_topic.hpp"
 #include "core/topics/parameter_event.hpp"
 #include "core/topics/queue_of_topic.hpp"
 #include "core/topics/reader_of_topic.hpp"
 
 namespace connect_bridge {
-TopicOffer::~TopicOffer() {
-  if (number_) link_.close_channel(number_);
-}
+
+TopicOffer::TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
+    : context_(context),
+      topic_(topic),
+      link_(link),
+      offer_(context, link, topic.what()),
+      held_(link.memory) {}
 
 // ---- whether, and as what
 
-// Rules speak of names as the wire has them, so that one rule serves robots under any prefix.
-std::optional<Decision> TopicOffer::own_permission() const {
-  const auto& [name, type] = topic_.key();
-  const auto wire_name = context_.graph_options.names.to_wire(name);
-  if (!wire_name) return std::nullopt;
-  if (is_parameter_events(InterfaceKind::kTopic, *wire_name)) {
-    // Each origin is decided on its own, see is_withheld().
-    return context_.policy.decide_parameter_events(Direction::kExport, type,
-                                                   link_.login.identity());
-  }
-  const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
-  if (!action_type) return std::nullopt;
-  return context_.policy.decide(Direction::kExport,
-                                {InterfaceKind::kTopic, *wire_name, type, *action_type},
-                                link_.login.identity());  // mutant: export_right
-}
-
-std::optional<Decision> TopicOffer::permission() const {
-  auto decision = own_permission();
-  return decision && is_accepted() ? decision : std::nullopt;
-}
-
-bool TopicOffer::is_accepted() const {
-  const auto& [name, type] = topic_.key();
-  const std::string wire_name = *context_.graph_options.names.to_wire(name);
-  // The topic is one channel for all nodes, and is offered to whoever takes the parameters of some;
-  // each origin is judged by its node (docs/protocol.md section 9.13, rule 2).
-  if (is_parameter_events(InterfaceKind::kTopic, wire_name))
-    return link_.accepts->takes_parameters();
-  const auto action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type);
-  return link_.accepts->takes(
-      {InterfaceKind::kTopic, wire_name, type, *action_type});  // mutant: accepted
-}
-
 bool TopicOffer::is_withheld(const Origin& origin) const {
-  return parameter_events_ && !opens(origin.node);
-}
-
-bool TopicOffer::opens(std::string_view node) const {
-  const auto wire_node = context_.graph_options.names.to_wire(std::string(node));
-  if (!wire_node || !link_.accepts) return false;
-  const Interface what{
-      InterfaceKind::kTopic, kParameterEvents, kParameterEventType, {}, *wire_node};
-  return context_.policy.decide(Direction::kExport, what, link_.login.identity()) &&
-         link_.accepts->takes(what);
+  return topic_.what()->parameter_events && !may_have_events(context_, link_, origin.node);
 }
 
 // An event may name any node, and not every middleware identifies the publisher.
 bool TopicOffer::permits(const Payload& sample) const {
-  if (!parameter_events_) return true;
+  if (!topic_.what()->parameter_events) return true;
   const auto node = node_of_parameter_event(sample.view());
-  return node && opens(*node);
+  return node && may_have_events(context_, link_, *node);
 }
 
 std::set<OriginId> TopicOffer::withheld() const {
@@ -77,37 +37,24 @@ std::set<OriginId> TopicOffer::withheld() const {
   return result;
 }
 
-bool TopicOffer::is_current() const {
-  const auto decision = permission();
-  // A peer may forget what it declined under a list that it has replaced, so it is offered that
-  // again (docs/protocol.md, "decline").
-  const bool declined = !demanded() && declined_under_ && *declined_under_ != link_.accepts.lists();
-  return decision && is_open() && decision->treatment == treatment() && withheld() == withheld_ &&
-         is_hash_of(type_hash_, topic_.type_hash()) && !declined;
+LinkOffer::Review TopicOffer::review() {
+  using Review = LinkOffer::Review;
+  const Review review = offer_.review(demanded());
+  const bool same = withheld() == withheld_ && is_hash_of(type_hash_, topic_.type_hash());
+  return review == Review::kStays && !same ? Review::kAgain : review;
 }
 
 std::optional<ChannelOffer> TopicOffer::open() {
-  auto decision = permission();
-  if (!decision) return std::nullopt;
-  decision_ = *std::move(decision);
-  const auto& [name, type] = topic_.key();
-  const auto wire_name = context_.graph_options.names.to_wire(name);
-  parameter_events_ = wire_name && is_parameter_events(InterfaceKind::kTopic, *wire_name);
+  auto offer = offer_.open(*this);
+  if (!offer) return std::nullopt;
   withheld_ = withheld();
   rates_ = RateLimits(treatment().max_rate, treatment().bytes_per_second_max);
-  number_ = link_.open_channel(*this);
   configure_queue();
-  ChannelOffer offer;
-  offer.channel = number_;
-  offer.name = wire_name.value_or(name);
-  offer.action_type = context_.actions.type_of(InterfaceKind::kTopic, name, type).value_or("");
-  offer.type = type;
-  offer.type_hash = type_hash_ = topic_.type_hash();
-  offer.priority = priority_of(topic_.key(), treatment());
-  offer.newest_only = is_clock(topic_.key());
+  offer->type_hash = type_hash_ = topic_.type_hash();
+  offer->priority = priority_of(topic_.key(), treatment());
+  offer->newest_only = is_clock(topic_.key());
   for (const auto& [gid, origin] : topic_.origins())
-    if (!withheld_.contains(origin.id)) offer.origins.push_back(offer_of(gid, origin));
-  note(AuditEvent::kChannelOpened);
+    if (!withheld_.contains(origin.id)) offer->origins.push_back(offer_of(gid, origin));
   return offer;
 }
 
@@ -124,42 +71,22 @@ void TopicOffer::configure_queue() {
                   traits_of(topic_.origins(), topic_.has_header(), treatment()));
   if (link_.connection())
     queue_ = &link_.outbox().add_channel(
-        number_, queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
-                          keep_.keep, context_.options));
+        number(), queue_of(topic_.key(), topic_.origins(), topic_.history_depth(), treatment(),
+                           keep_.keep, context_.options));
 }
 
 // ---- changes
 
 void TopicOffer::withdraw(const Ending& why) {
-  if (!is_open()) return;
-  note(AuditEvent::kChannelEnded, why);
-  link_.withdraw(number_, why);
-  number_ = {};
+  offer_.close(why);
   queue_ = nullptr;
   demand_ = 0;
   drop_held();
 }
 
-void TopicOffer::withdraw_outdated() {
-  const auto& [name, type] = topic_.key();
-  if (!context_.actions.type_of(InterfaceKind::kTopic, name, type))
-    return withdraw({"a part of its action no longer exists"});
-  if (own_permission())
-    return withdraw({"rules here, its type, or what the peer accepts have changed"});
-  withdraw({"no rule allows exporting it any longer", "not_permitted"});
-}
-
-void TopicOffer::note(AuditEvent event, const Ending& why) const {
-  if (!context_.outputs.audits()) return;
-  const auto& [name, type] = topic_.key();
-  audit(context_.outputs, link_, event,
-        {Direction::kExport, InterfaceKind::kTopic, context_.wire_name(name), type, decision_.rule},
-        why.reason, why.code);
-}
-
 void TopicOffer::add_origins(const std::vector<Gid>& added) {
   if (!is_open()) return;
-  OriginsChanged change{number_, {}, {}};
+  OriginsChanged change{number(), {}, {}};
   for (const Gid& gid : added) {
     const Origin& origin = topic_.origins().at(gid);
     if (is_withheld(origin)) {
@@ -178,9 +105,9 @@ void TopicOffer::remove_origins(const std::vector<OriginId>& removed) {
   for (const OriginId origin : removed) {
     withheld_.erase(origin);
     rates_.forget(origin);
-    if (link_.connection()) link_.outbox().forget_base(number_, origin);
+    if (link_.connection()) link_.outbox().forget_base(number(), origin);
   }
-  link_.send(OriginsChanged{number_, {}, removed});
+  link_.send(OriginsChanged{number(), {}, removed});
   configure_queue();
 }
 
@@ -190,27 +117,23 @@ void TopicOffer::on_demand(const ChannelDemand& demand, const Now& now) {
   if (demanded() == (demand.number != 0)) return;
   demand_ = demand.number;  // mutant: demand_ends
   resume_ = demand.resume && may_resume();
-  if (demanded()) declined_under_.reset();
-  note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
+  if (demanded()) offer_.on_taken();
+  offer_.note(demanded() ? AuditEvent::kDemanded : AuditEvent::kDemandEnded);
   // An open message is aborted and what waits is dropped before the topic hears of it: a demand
   // that follows begins with the last samples, and what is older must not come behind them
   // (docs/protocol.md section 8, rule 5).
   if (!demanded()) {
-    link_.outbox().clear_channel(number_);
+    link_.outbox().clear_channel(number());
     drop_held();
   }
   // Origins of the offer may be gone by now; the numbers rise all the same.
   if (demanded() && demand.after)
-    link_.outbox().go_on(number_, {{}, *demand.after}, now, now.steady);
+    link_.outbox().go_on(number(), {{}, *demand.after}, now, now.steady);
   topic_.on_demand(*this, link_.id, demand, now);
 }
 
 void TopicOffer::on_decline(const Decline& decline, const Now& now) {
-  note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
-  declined_under_ = link_.accepts.lists();
-  const auto& [name, type] = topic_.key();
-  log_decline(context_.outputs, link_, declined_, shown(InterfaceKind::kTopic, name, type), decline,
-              now);
+  offer_.on_decline(decline, now);
 }
 
 // ---- over connections
@@ -219,7 +142,7 @@ void TopicOffer::on_decline(const Decline& decline, const Now& now) {
 // the link returns.
 bool TopicOffer::may_resume() const {
   const auto& [name, type] = topic_.key();
-  return link_.life.keeps() && !parameter_events_ &&
+  return link_.life.keeps() && !topic_.what()->parameter_events &&
          treatment().qos.reliability != Reliability::kBestEffort &&
          connect_bridge::resumes(treatment(), name, type);
 }
@@ -233,11 +156,6 @@ Backlog::Options TopicOffer::backlog_options(std::uint32_t last_sequence) const 
   options.message_bytes_max = link_.peer_message_bytes_max();
   options.last_sequence = last_sequence;
   return options;
-}
-
-bool TopicOffer::may_continue(const Backlog& backlog) const {
-  const auto decision = own_permission();
-  return decision && decision->treatment == backlog.treatment();
 }
 
 // The same treatment and definition: what was kept was admitted by the rules and rates of then, and
@@ -255,11 +173,11 @@ void TopicOffer::go_on(Outbox::Unarrived kept, const Now& now) {
   drop(DropReason::kTooLarge, too_large);
   // They answer the new demand: under the number of the old one the peer would drop them.
   for (auto& message : kept.messages) message.demand = demand_;
-  link_.outbox().go_on(number_, std::move(kept), now, link_.life.kept_until(now));
+  link_.outbox().go_on(number(), std::move(kept), now, link_.life.kept_until(now));
 }
 
 bool TopicOffer::holds(OriginId origin) const {
-  return is_open() && link_.connection() && link_.outbox().holds(number_, origin);
+  return is_open() && link_.connection() && link_.outbox().holds(number(), origin);
 }
 
 // ---- samples
@@ -269,7 +187,7 @@ bool TopicOffer::admit(const OutSample& sample, Age age, const Now& now) {
   const std::size_t bytes = sample.raw.size();
   // Not counted as dropped: nobody was to get it.
   if (!demanded() || !link_.open()) return false;
-  if (parameter_events_ && withheld_.contains(origin)) return false;
+  if (withheld_.contains(origin)) return false;
   if (!permits(sample.raw)) {
     drop(DropReason::kNotPermitted);
     return false;
@@ -344,12 +262,12 @@ OutMessage TopicOffer::message_of(const OutSample& sample, Codec codec, const Pa
 double TopicOffer::queue_seconds() const {
   const double rate = path_rate();
   if (rate == 0) return 0;
-  return static_cast<double>(link_.outbox().left_bytes(number_)) / rate;
+  return static_cast<double>(link_.outbox().left_bytes(number())) / rate;
 }
 
 bool TopicOffer::drained() const {
   return held_.empty() &&
-         (!is_open() || !link_.connection() || link_.outbox().counts(number_).queued == 0);
+         (!is_open() || !link_.connection() || link_.outbox().counts(number()).queued == 0);
 }
 
 void TopicOffer::add_status(LinkStatus& status) const {
@@ -361,12 +279,12 @@ void TopicOffer::add_status(LinkStatus& status) const {
   s.demanded = demanded();
   s.origins = static_cast<std::uint32_t>(topic_.origins().size());
   s.bytes = raw_bytes_;
-  s.declined = declined_;
+  s.declined = offer_.declined();
   s.keep = keep_.keep;
   s.keep_because = keep_.why;
   s.dropped = dropped_;
   if (link_.connection()) {
-    const ChannelCounts counts = link_.outbox().counts(number_);
+    const ChannelCounts counts = link_.outbox().counts(number());
     s.messages = counts.sent;
     s.wire_bytes = counts.sent_bytes;
     s.queued = counts.queued;

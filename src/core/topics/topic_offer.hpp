@@ -11,32 +11,28 @@
 #include "core/flow/rate_limit.hpp"
 #include "core/jobs/encoder.hpp"
 #include "core/link/link.hpp"
+#include "core/offers/link_offer.hpp"
 #include "core/policy/keep.hpp"
 #include "core/ports/status.hpp"
 #include "core/topics/export_context.hpp"
 
 namespace connect_bridge {
 
-// Whether the peer may have the topic, whether it demands it, and the last step of a sample before
-// the link's queue. Without a channel number the answer was no; it is valid until the rules, the
-// peer's `accepts` or the connection change.
+// The topic's LinkOffer, whether the peer demands it, and the last step of a sample before the
+// link's queue. One that is not open stays so until it is reviewed.
 class TopicOffer final : public OutgoingChannel {
  public:
-  TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link)
-      : context_(context), topic_(topic), link_(link), held_(link.memory) {}
+  TopicOffer(ExportContext& context, ExportedTopic& topic, Link& link);
   TopicOffer(const TopicOffer&) = delete;
   TopicOffer& operator=(const TopicOffer&) = delete;
-  ~TopicOffer() override;
 
   // Opens a channel for the topic, if the peer may have it.
   [[nodiscard]] std::optional<ChannelOffer> open();
-  // Whether rules, `accepts` and the type are those with which it was opened.
-  [[nodiscard]] bool is_current() const;
+  // What follows from changed rules, `accepts`, actions, or another definition of the type. Unless
+  // it stays, it is to be withdrawn.
+  [[nodiscard]] LinkOffer::Review review();
   // Ends the channel and sends `withdraw`.
   void withdraw(const Ending& why);
-  // The same, because it is not current any longer. If the peer has lost its right here, the
-  // message says so.
-  void withdraw_outdated();
   // Sends the origins of the topic that are new, have a name now, or are gone.
   void add_origins(const std::vector<Gid>& added);
   void remove_origins(const std::vector<OriginId>& removed);
@@ -50,12 +46,9 @@ class TopicOffer final : public OutgoingChannel {
   [[nodiscard]] bool resumes() const { return resume_ && demanded(); }
   // Takes what may not have arrived on the lost connection.
   [[nodiscard]] Outbox::Unarrived take_unarrived() {
-    return link_.outbox().take_unarrived(number_);
+    return link_.outbox().take_unarrived(number());
   }
   [[nodiscard]] Backlog::Options backlog_options(std::uint32_t last_sequence) const;
-  // Whether the rules here treat the topic still as when this was begun to be kept. No channel is
-  // needed for the answer.
-  [[nodiscard]] bool may_continue(const Backlog& backlog) const;
   // Whether it is treated as the one before, so that it can take its place.
   [[nodiscard]] bool may_take_place_of(const Backlog& backlog) const;
   // Sends what was kept and has not arrived.
@@ -78,11 +71,11 @@ class TopicOffer final : public OutgoingChannel {
   void send(const OutSample& sample, Codec codec, const Payload& body, const Now& now);
   void drop(DropReason reason, std::uint64_t count = 1) { dropped_.add(reason, count); }
 
-  [[nodiscard]] bool is_declined() const { return declined_under_.has_value(); }
-  [[nodiscard]] bool is_open() const { return bool(number_); }
+  [[nodiscard]] bool is_declined() const { return offer_.is_declined(); }
+  [[nodiscard]] bool is_open() const { return offer_.is_open(); }
   [[nodiscard]] Link& link() const { return link_; }
   [[nodiscard]] bool demanded() const { return demand_ != 0; }
-  [[nodiscard]] const Treatment& treatment() const { return decision_.treatment; }
+  [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
   [[nodiscard]] Keep keep() const { return keep_.keep; }
   // Estimated bytes per second that the path carries; 0: not known.
   [[nodiscard]] double path_rate() const {
@@ -95,16 +88,8 @@ class TopicOffer final : public OutgoingChannel {
   void add_status(LinkStatus& status) const;
 
  private:
-  // The decision of the rules here.
-  [[nodiscard]] std::optional<Decision> own_permission() const;
-  // Whether the peer takes the topic.
-  [[nodiscard]] bool is_accepted() const;
-  // The decision of both sides.
-  [[nodiscard]] std::optional<Decision> permission() const;
-  void note(AuditEvent event, const Ending& why = {}) const;
+  [[nodiscard]] ChannelId number() const { return offer_.number(); }
   [[nodiscard]] bool is_withheld(const Origin& origin) const;
-  // Whether rules and `accepts` allow the parameters of a local node.
-  [[nodiscard]] bool opens(std::string_view node) const;
   [[nodiscard]] bool permits(const Payload& sample) const;
   [[nodiscard]] std::set<OriginId> withheld() const;
   [[nodiscard]] OriginOffer offer_of(const Gid& gid, const Origin& origin) const;
@@ -115,13 +100,11 @@ class TopicOffer final : public OutgoingChannel {
   ExportContext& context_;
   ExportedTopic& topic_;
   Link& link_;
-  ChannelId number_;               // none: the peer may not have the topic
-  ChannelQueue* queue_ = nullptr;  // that of the number, and null without it
-  Decision decision_;
-  std::string type_hash_;     // as it was offered
-  std::uint16_t demand_ = 0;  // the number that the peer gave it; 0: none
-  bool resume_ = false;       // whether it asks to keep what a lost connection loses
-  bool parameter_events_ = false;
+  LinkOffer offer_;
+  ChannelQueue* queue_ = nullptr;  // that of the channel, and null without it
+  std::string type_hash_;          // as it was offered
+  std::uint16_t demand_ = 0;       // the number that the peer gave it; 0: none
+  bool resume_ = false;            // whether it asks to keep what a lost connection loses
   KeepDecision keep_;
   RateLimits rates_;
   HeldBack<OutSample> held_;
@@ -129,9 +112,6 @@ class TopicOffer final : public OutgoingChannel {
   std::set<OriginId> withheld_;  // only of /parameter_events: of nodes that no rule opens
   std::uint64_t raw_bytes_ = 0;
   DropCounts dropped_;  // before the link's queue
-  std::string declined_;
-  // The list of the peer that was known when it declined: with another one it is offered again.
-  std::optional<std::uint64_t> declined_under_;
 };
 
 }  // namespace connect_bridge

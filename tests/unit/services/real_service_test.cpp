@@ -174,7 +174,7 @@ TEST(RealService, WithoutAClientItIsWithdrawnUntilItsServersChange) {
   EXPECT_EQ(s.logged, "cannot export /s: no such type\n");
   s.servers({1});
   EXPECT_FALSE(s.offer());
-  s.subject.recheck(s.peer.link, ms(0));
+  s.subject.review(s.peer.link, ms(0));
   EXPECT_FALSE(s.offer());
   EXPECT_FALSE(s.serving.offers_due);
   s.servers({1, 2}, "robot");
@@ -228,7 +228,7 @@ TEST(RealService, APartOfAnActionEndsWithTheWholeAction) {
   EXPECT_EQ(s.offered->action_type, "p/action/Go");
   s.graph = GraphView();
   s.actions.update(s.graph, s.claims);
-  s.subject.recheck(s.peer.link, ms(0));
+  s.subject.review(s.peer.link, ms(0));
   EXPECT_EQ(s.said(), "withdraw 1\n");
   EXPECT_FALSE(s.offer());
 }
@@ -237,7 +237,7 @@ TEST(RealService, WhatThePeerDoesNotAcceptAnyLongerEnds) {
   Served s;
   s.attach();
   s.peer.link.accepts.adopt(Accepts{});
-  s.subject.recheck(s.peer.link, ms(0));
+  s.subject.review(s.peer.link, ms(0));
   EXPECT_EQ(s.said(), "withdraw 1\n");
   EXPECT_EQ(s.did(), "uncall_service 1\n");
   EXPECT_FALSE(s.offer());
@@ -247,7 +247,7 @@ TEST(RealService, WhatOurRulesDoNotAllowAnyLongerEndsForThatReason) {
   Served s;
   s.attach();
   s.policy = Policy();
-  s.subject.recheck(s.peer.link, ms(0));
+  s.subject.review(s.peer.link, ms(0));
   EXPECT_EQ(s.said(), "withdraw 1 not_permitted\n");
   EXPECT_EQ(s.did(), "uncall_service 1\n");
 }

@@ -251,7 +251,7 @@ TEST(ServedCall, GivesBackAllItHoldsHoweverItEnds) {
       {"no rule allows it",
        [](Served& s) {
          s.policy = Policy();
-         s.subject.recheck(s.peer.link, ms(0));
+         s.subject.review(s.peer.link, ms(0));
        }},
   };
   for (const End& each : ends) {

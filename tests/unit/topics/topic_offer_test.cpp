@@ -39,7 +39,7 @@ TEST(TopicOffer, OpensAChannelForWhatThePeerMayHave) {
   EXPECT_EQ(offered->name, "/a");
   EXPECT_EQ(offered->origins.size(), 1U);
   EXPECT_EQ(s.peer.link.outgoing(offered->channel), &s.offer);
-  EXPECT_TRUE(s.offer.is_current());
+  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kStays);
 }
 
 // What it said is kept nowhere.
@@ -64,10 +64,22 @@ TEST(TopicOffer, NewRulesOrAcceptsMakeItStale) {
   Offering s;
   ASSERT_TRUE(s.offer.open());
   s.peer.link.accepts.adopt(Accepts{{{{"/b"}, {}}}, {}});
-  EXPECT_FALSE(s.offer.is_current());
-  s.offer.withdraw_outdated();
+  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kNotAccepted);
+  s.offer.withdraw({});
   EXPECT_EQ(s.peer.said(), "withdraw 1\n");
   EXPECT_EQ(s.peer.link.outgoing({1}), nullptr);
+}
+
+// The peer has mirrors of the type that it was offered.
+TEST(TopicOffer, WithAnotherDefinitionOfItsTypeItIsOfferedAgain) {
+  Offering s;
+  Topic hashed = topic("/a").pub(1, qos(5));
+  hashed.type_hash = "RIHS01_first";
+  s.see(hashed);
+  ASSERT_TRUE(s.offer.open());
+  hashed.type_hash = "RIHS01_other";
+  s.see(hashed);
+  EXPECT_EQ(s.offer.review(), LinkOffer::Review::kAgain);
 }
 
 // Their sum is beyond 32 bits.

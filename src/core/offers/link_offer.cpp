@@ -1,0 +1,87 @@
+#include "core/offers/link_offer.hpp"
+
+#include <utility>
+
+#include "core/link/link_audit.hpp"
+#include "core/policy/interface.hpp"
+
+namespace connect_bridge {
+
+LinkOffer::~LinkOffer() {
+  if (number_) link_.close_channel(number_);
+}
+
+std::optional<ChannelOffer> LinkOffer::open(OutgoingChannel& channel) {
+  asked_ = true;
+  auto right = export_right(side_, link_, *what_);
+  if (right.answer != ExportRight::Answer::kYes) return std::nullopt;
+  decision_ = std::move(right.decision);
+  number_ = link_.open_channel(channel);
+  const auto& [name, type] = what_->key;
+  ChannelOffer offer;
+  offer.channel = number_;
+  offer.kind = what_->kind;
+  offer.name = what_->shown_name();
+  offer.type = type;
+  offer.action_type = side_.actions.type_of(what_->kind, name, type).value_or("");
+  note(AuditEvent::kChannelOpened);
+  return offer;
+}
+
+LinkOffer::Review LinkOffer::review(bool used) {
+  asked_ = is_open();
+  auto right = export_right(side_, link_, *what_);
+  switch (right.answer) {
+    case ExportRight::Answer::kNotAccepted: return Review::kNotAccepted;
+    case ExportRight::Answer::kForbidden: return Review::kForbidden;
+    case ExportRight::Answer::kNotWhole: return Review::kNotWhole;
+    case ExportRight::Answer::kYes:
+    case ExportRight::Answer::kUnknown: break;
+  }
+  if (is_open() && !used && is_declined() && *declined_under_ != link_.accepts.lists())
+    return Review::kAgain;
+  if (!(right.decision.treatment == treatment())) return Review::kNewTerms;
+  decision_ = std::move(right.decision);
+  return Review::kStays;
+}
+
+Ending LinkOffer::ending_of(Review review) {
+  switch (review) {
+    case Review::kNotAccepted: return {"the peer does not accept it any longer"};
+    case Review::kForbidden: return {"no rule allows exporting it any longer", "not_permitted"};
+    case Review::kNotWhole: return {"a part of its action no longer exists"};
+    case Review::kStays:
+    case Review::kNewTerms:
+    case Review::kAgain: break;
+  }
+  return {"it is to be offered again"};
+}
+
+void LinkOffer::close(const Ending& why) {
+  if (!is_open()) return;
+  note(AuditEvent::kChannelEnded, why);
+  link_.withdraw(number_, why);
+  number_ = {};
+}
+
+void LinkOffer::lose() {
+  number_ = {};
+  asked_ = false;
+  declined_under_.reset();
+}
+
+void LinkOffer::on_decline(const Decline& decline, const Now& now) {
+  note(AuditEvent::kChannelRefused, {decline.reason, decline.code});
+  declined_under_ = link_.accepts.lists();
+  const auto& [name, type] = what_->key;
+  log_decline(side_.outputs, link_, declined_, shown(what_->kind, name, type), decline, now);
+}
+
+void LinkOffer::note(AuditEvent event, const Ending& why) const {
+  if (!side_.outputs.audits()) return;
+  audit(side_.outputs, link_, event,
+        {Direction::kExport, what_->kind, what_->shown_name(), what_->key.second, decision().rule},
+        why.reason, why.code);
+}
+
+}  // namespace connect_bridge
