@@ -39,6 +39,8 @@ class ConfigMaker {
     }
     check_login(values_, config_, around_, parsed_.problems);
     check_files();
+    if (config_.audit.required && config_.audit.file.empty())
+      add("audit.required", "true", "audit.file too, else no call can be recorded");
     read_names();
     derive_limits();
     if (config_.limits.retry_min > config_.limits.retry_max) {

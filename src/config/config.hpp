@@ -39,7 +39,7 @@ struct Config {
   std::vector<NameMap::Pair> remap;
   std::string status_file;  // empty: none is written
   std::string usage_file;   // empty: none is written
-  AuditFileOptions audit;   // without a file there is no audit log
+  AuditOptions audit;
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()
   Duration clock_publish_period = Duration::zero();

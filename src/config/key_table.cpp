@@ -207,12 +207,10 @@ void add_audit(Rows& rows) {
                "channel, call, goal and change of rules (docs/security.md). Unset: "
                "there is none."},
       [](Config& c) { return &c.audit.file; });
-  add("audit.file_bytes_max", {65536, kGiB}, "bytes",
-      "Largest size of this file. When it is full, it is renamed, with .1 at its end, "
-      "and a new one begins.",
-      [](Config& c) { return &c.audit.bytes_max; });
-  add("audit.files_kept", {0, 1000}, "files", "Older files that are kept; the oldest goes.",
-      [](Config& c) { return &c.audit.files_kept; });
+  add({.key = "audit.required",
+       .help = "A peer's call, goal or change of parameters that cannot be recorded now "
+               "(the disk is full, or they come too fast) is refused."},
+      [](Config& c) { return &c.audit.required; });
 }
 
 void add_connection(Rows& rows) {

@@ -1,84 +1,92 @@
 #include "run/audit_book.hpp"
 
-#include "core/ports/url.hpp"
-#include "run/audit_json.hpp"
+#include <iterator>
 
 namespace connect_bridge {
 namespace {
 
-constexpr std::size_t kStrangersNodeMax = 64;     // bytes
-constexpr std::size_t kStrangersReasonMax = 128;  // most of these texts are ours
+using std::chrono::milliseconds;
 
-// Whether the event is of this side itself; there are few of these.
-bool is_own(AuditEvent event) {
-  return event == AuditEvent::kStarted || event == AuditEvent::kStopped ||
-         event == AuditEvent::kRulesChanged || event == AuditEvent::kRulesRefused;
-}
-
-// Without the port: it has no meaning, and a client may use any number of ports.
-std::string key_of(const AuditBook::Entry& entry) {
-  Audit same = entry.audit;
-  if (!same.link) same.address = host_of(same.address);
-  return to_line(same, {});
-}
-
-// Texts of peers without a login are shortened.
-AuditBook::Entry shortened(AuditBook::Entry entry) {
-  if (entry.audit.link) return entry;
-  if (entry.audit.node.size() > kStrangersNodeMax) entry.audit.node.resize(kStrangersNodeMax);
-  if (entry.audit.reason.size() > kStrangersReasonMax)
-    entry.audit.reason.resize(kStrangersReasonMax);
-  return entry;
+// An identity's pace. A link may have 4096 channels, which all open at once.
+Pace pace_of(AuditRank rank) {
+  switch (rank) {
+    case AuditRank::kOwn: return {100, milliseconds(1000)};
+    case AuditRank::kCalls: return {1000, milliseconds(50)};
+    case AuditRank::kRefusals: return {500, milliseconds(200)};
+    case AuditRank::kLogins: return {1000, milliseconds(200)};
+    case AuditRank::kChannels: return {5000, milliseconds(100)};
+    case AuditRank::kStrangers: return {100, milliseconds(2000)};
+  }
+  return {1, milliseconds(1000)};
 }
 
 }  // namespace
 
-std::string AuditBook::add(const Entry& whole) {
-  if (is_own(whole.audit.event)) return to_line(whole.audit, whole.time);
-  const Entry entry = shortened(whole);
-  const std::string key = key_of(entry);
-  if (const auto known = repeats_.find(key); known != repeats_.end()) {
-    ++known->second.times;
-    return {};
+AuditRank rank_of(const Audit& line) {
+  switch (line.event) {
+    case AuditEvent::kStarted:
+    case AuditEvent::kStopped:
+    case AuditEvent::kRulesChanged:
+    case AuditEvent::kRulesRefused: return AuditRank::kOwn;
+    case AuditEvent::kCall:
+    case AuditEvent::kGoal: return AuditRank::kCalls;
+    case AuditEvent::kCallRefused: return AuditRank::kRefusals;
+    case AuditEvent::kChannelOpened:
+    case AuditEvent::kChannelRefused:
+    case AuditEvent::kChannelEnded:
+    case AuditEvent::kDemanded:
+    case AuditEvent::kDemandEnded: return AuditRank::kChannels;
+    case AuditEvent::kLogin:
+    case AuditEvent::kRefused:
+    case AuditEvent::kLinkLost:
+    case AuditEvent::kRenewed:
+    case AuditEvent::kRenewalRefused:
+    case AuditEvent::kRightsChanged:
+    case AuditEvent::kRevoked: break;
   }
-  if (!admits(entry, entry.at)) return {};
-  std::string text;
-  if (lost_untold_ > 0) text = line_of_lost(std::exchange(lost_untold_, 0), entry.time);
-  if (repeats_.size() < kRepeatsMax) repeats_.emplace(key, Repeat{entry, 0});
-  return text + to_line(entry.audit, entry.time);
+  return line.link ? AuditRank::kLogins : AuditRank::kStrangers;
 }
 
-std::string AuditBook::take_due(TimePoint now, bool all) {
-  std::string text;
-  for (auto it = repeats_.begin(); it != repeats_.end();) {
-    const Repeat& repeat = it->second;
-    if (!all && now < repeat.first.at + kRepeatTime) {
-      ++it;
-      continue;
+AuditBook::Account* AuditBook::take(const Audit& line, TimePoint now, bool may_wait) {
+  Account& account = account_of(line);
+  std::size_t& waiting = waiting_[account.rank];
+  const bool has_room = account.waiting < kSureMax || account.waiting + waiting < kWaitingMax;
+  if (!may_wait || !has_room || !account.pace.take(now)) {
+    ++account.left_out;
+    return nullptr;
+  }
+  ++account.waiting;
+  ++waiting;
+  return &account;
+}
+
+void AuditBook::written(Account& account) {
+  --account.waiting;
+  --waiting_[account.rank];
+}
+
+std::vector<AuditBook::LeftOut> AuditBook::take_left_out(TimePoint now, bool all) {
+  std::vector<LeftOut> list;
+  for (auto it = accounts_.begin(); it != accounts_.end();) {
+    auto& [key, account] = *it;
+    if (account.left_out > 0 && (all || now >= account.told_at + kTellPeriod)) {
+      list.push_back({key.second, key.first, std::exchange(account.left_out, 0)});
+      account.told_at = now;
     }
-    if (repeat.times > 0 && admits(repeat.first, now))
-      text += to_line(repeat.first.audit, repeat.first.time, repeat.times + 1);
-    it = repeats_.erase(it);
+    const bool over = account.waiting == 0 && account.left_out == 0 && account.pace.idle(now) &&
+                      now >= account.told_at + kTellPeriod;
+    it = over ? accounts_.erase(it) : std::next(it);
   }
-  if (paces_.size() >= kIdentitiesMax)
-    std::erase_if(paces_, [&](const auto& entry) { return entry.second.idle(now); });
-  return text;
+  return list;
 }
 
-bool AuditBook::admits(const Entry& entry, TimePoint now) {
-  const bool in_time = pace_of(entry).take(now);
-  lost_ += in_time ? 0 : 1;
-  lost_untold_ += in_time ? 0 : 1;
-  return in_time;
-}
-
-Pace& AuditBook::pace_of(const Entry& entry) {
-  if (!entry.audit.link) return strangers_;
-  const std::string& identity = entry.audit.identity;
-  if (const auto known = paces_.find(identity); known != paces_.end()) return known->second;
-  if (paces_.size() >= kIdentitiesMax) return others_;
-  return paces_.try_emplace(identity, kIdentityAtOnce, std::chrono::milliseconds(100))
-      .first->second;
+AuditBook::Account& AuditBook::account_of(const Audit& line) {
+  const AuditRank rank = rank_of(line);
+  Key key{rank, rank == AuditRank::kOwn || rank == AuditRank::kStrangers ? "" : line.identity};
+  const auto known = accounts_.find(key);
+  if (known != accounts_.end()) return known->second;
+  if (accounts_.size() >= kAccountsMax) key.second.clear();
+  return accounts_.try_emplace(std::move(key), Account{rank, pace_of(rank)}).first->second;
 }
 
 }  // namespace connect_bridge

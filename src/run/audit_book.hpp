@@ -1,9 +1,10 @@
-// Decides which events of the audit log get a line of their own.
+// Decides which events of the audit log get a line.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/pace.hpp"
@@ -12,46 +13,58 @@
 
 namespace connect_bridge {
 
-// Peers cause most lines, as often as they like. Equal events within ten seconds are counted, and
-// written as one line at the end of that time. Different lines are limited in rate: for each
-// identity, and for all peers without a login together. Lines beyond that are lost and counted. So
-// nobody can quickly fill the disk, or displace the lines of others from the files. Pure; not
-// thread-safe.
+// What does not take each other's place in the log.
+enum class AuditRank : std::uint8_t {
+  kOwn,        // of this side itself
+  kCalls,      // calls and goals
+  kRefusals,   // of calls and goals
+  kLogins,     // of a link: its login, what changes that, its end
+  kChannels,   // offered, declined, demanded
+  kStrangers,  // connections without a login, all together
+};
+
+[[nodiscard]] AuditRank rank_of(const Audit& line);
+
+// Peers cause most lines, as often as they like. So each identity has a pace for each rank, and a
+// share of the room in which lines of that rank wait for the disk. Lines beyond that are left out
+// and counted. Pure; not thread-safe.
 class AuditBook {
  public:
-  static constexpr Duration kRepeatTime = std::chrono::seconds(10);
-  static constexpr int kStrangersAtOnce = 100;  // then one in two seconds
-  static constexpr int kIdentityAtOnce = 5000;  // then ten a second: a link may have 4096 channels
-  static constexpr std::size_t kRepeatsMax = 1024;     // different lines that are watched
-  static constexpr std::size_t kIdentitiesMax = 1024;  // beyond these they share one pace
+  // Lines of a rank that wait: an identity has no more than it leaves free, so alone half of them,
+  // beside another one a third; and in any case a few.
+  static constexpr std::size_t kWaitingMax = 16'384;
+  static constexpr std::size_t kSureMax = 64;
+  static constexpr std::size_t kAccountsMax = 4096;  // beyond these the rest of a rank shares one
+  static constexpr Duration kTellPeriod = std::chrono::seconds(10);
 
-  struct Entry {
-    Audit audit;
-    std::chrono::system_clock::time_point time;
-    TimePoint at;  // the same moment by the steady clock
+  // An identity in one rank; stays while a line of it waits.
+  struct Account {
+    AuditRank rank;
+    Pace pace;
+    std::size_t waiting = 0;
+    std::uint64_t left_out = 0;
+    TimePoint told_at{};
   };
+  // Whose line waits now, until written(); null: it is left out, also where it may not wait.
+  [[nodiscard]] Account* take(const Audit& line, TimePoint now, bool may_wait = true);
+  // One of its lines is in the file.
+  void written(Account& account);
 
-  // The text to write for this event; may be empty.
-  [[nodiscard]] std::string add(const Entry& whole);
-  // The lines of counted events that are due. `all`: everything that is left, at the end.
-  [[nodiscard]] std::string take_due(TimePoint now, bool all = false);
-  // Lines that came too fast, in all.
-  [[nodiscard]] std::uint64_t lost() const { return lost_; }
+  struct LeftOut {
+    std::string identity;
+    AuditRank rank = AuditRank::kOwn;
+    std::uint64_t lines = 0;
+  };
+  // What was left out and not told yet; of each identity and rank at most once in kTellPeriod.
+  // `all`: sooner, too, at the end.
+  [[nodiscard]] std::vector<LeftOut> take_left_out(TimePoint now, bool all = false);
 
  private:
-  struct Repeat {
-    Entry first;
-    std::uint64_t times = 0;  // beyond the first
-  };
-  [[nodiscard]] bool admits(const Entry& entry, TimePoint now);
-  [[nodiscard]] Pace& pace_of(const Entry& entry);
+  using Key = std::pair<AuditRank, std::string>;  // of an identity
+  [[nodiscard]] Account& account_of(const Audit& line);
 
-  std::map<std::string, Repeat> repeats_;  // by the line without its time
-  std::map<std::string, Pace> paces_;      // by identity
-  Pace strangers_{kStrangersAtOnce, std::chrono::seconds(2)};
-  Pace others_{kIdentityAtOnce, std::chrono::milliseconds(100)};
-  std::uint64_t lost_ = 0;
-  std::uint64_t lost_untold_ = 0;
+  std::map<Key, Account> accounts_;
+  std::map<AuditRank, std::size_t> waiting_;  // lines
 };
 
 }  // namespace connect_bridge

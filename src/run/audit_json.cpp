@@ -22,6 +22,18 @@ void add(OrderedJson& json, const char* key, const std::string& text) {
   if (!text.empty()) json[key] = cut(text);
 }
 
+const char* word_of(AuditRank rank) {
+  switch (rank) {
+    case AuditRank::kOwn: return "own";
+    case AuditRank::kCalls: return "calls";
+    case AuditRank::kRefusals: return "refused_calls";
+    case AuditRank::kLogins: return "logins";
+    case AuditRank::kChannels: return "channels";
+    case AuditRank::kStrangers: return "strangers";
+  }
+  return "unknown";
+}
+
 std::string as_line(const OrderedJson& json) {
   return json.dump(-1, ' ', true, OrderedJson::error_handler_t::replace) + "\n";
 }
@@ -46,8 +58,7 @@ std::string rfc3339(std::chrono::system_clock::time_point time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", fmt::gmtime(seconds), whole % 1000);
 }
 
-std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time,
-                    std::uint64_t times) {
+std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time) {
   OrderedJson json = begin(time, name_of(audit.event));
   if (audit.link) json["link"] = audit.link.value;
   add(json, "identity", audit.identity);
@@ -58,13 +69,15 @@ std::string to_line(const Audit& audit, std::chrono::system_clock::time_point ti
   if (audit.channel) add_channel(json, *audit.channel);
   add(json, "code", audit.code);
   add(json, "reason", audit.reason);
-  if (times > 1) json["times"] = times;
   return as_line(json);
 }
 
-std::string line_of_lost(std::uint64_t count, std::chrono::system_clock::time_point time) {
-  OrderedJson json = begin(time, "lost");
-  json["times"] = count;
+std::string to_line(const AuditBook::LeftOut& left_out,
+                    std::chrono::system_clock::time_point time) {
+  OrderedJson json = begin(time, "left_out");
+  add(json, "identity", left_out.identity);
+  json["of"] = word_of(left_out.rank);
+  json["lines"] = left_out.lines;
   return as_line(json);
 }
 

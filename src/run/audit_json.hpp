@@ -2,10 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <string>
 
 #include "core/ports/audit.hpp"
+#include "run/audit_book.hpp"
 
 namespace connect_bridge {
 
@@ -14,11 +14,10 @@ namespace connect_bridge {
 
 // One line with its end. Whatever the strings contain, the result is one line of printable ASCII:
 // JSON escapes the rest, bytes that are no UTF-8 are replaced, and a string is cut off after 512
-// bytes. `times`: how often it happened since `time`, if more than once.
-[[nodiscard]] std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time,
-                                  std::uint64_t times = 1);
-// The line that says how many lines are missing before it.
-[[nodiscard]] std::string line_of_lost(std::uint64_t count,
-                                       std::chrono::system_clock::time_point time);
+// bytes.
+[[nodiscard]] std::string to_line(const Audit& audit, std::chrono::system_clock::time_point time);
+// The line that says how many lines of somebody are missing before it.
+[[nodiscard]] std::string to_line(const AuditBook::LeftOut& left_out,
+                                  std::chrono::system_clock::time_point time);
 
 }  // namespace connect_bridge

@@ -1,27 +1,36 @@
 #include "run/audit_log.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
 #include "net/steady_now.hpp"
+#include "run/audit_json.hpp"
 
 namespace connect_bridge {
 namespace {
 
-constexpr auto kLookPeriod = std::chrono::seconds(1);
-// Largest write, so that a file does not exceed its size by much.
-constexpr std::size_t kPieceBytes = 64 << 10;
+constexpr auto kLookPeriod = std::chrono::seconds(1);  // also until a failed write is tried again
+constexpr std::size_t kBatchMax = 256;                 // lines
+constexpr char kHangs[] = "the disk has not taken a line for two seconds";
 
-constexpr char kLost[] = "it cannot be written, its lines are lost: ";
-constexpr char kHangs[] = "the disk does not keep up";
+// Texts of peers without a login are shortened.
+constexpr std::size_t kStrangersNodeMax = 64;     // bytes
+constexpr std::size_t kStrangersReasonMax = 128;  // most of these texts are ours
+
+void shorten(std::string& text, std::size_t bytes_max) {
+  if (text.size() > bytes_max) text.resize(bytes_max);
+}
 
 }  // namespace
 
-AuditLog::AuditLog(AuditFileOptions options, Tell tell)
-    : AuditLog([file = std::make_shared<AuditFile>(std::move(options))](
-                   const std::string& lines) { return file->write(lines); },
-               std::move(tell)) {}
+AuditLog::AuditLog(std::string file, Tell tell)
+    : AuditLog(
+          [file = std::make_shared<AuditFile>(std::move(file))](const std::string& lines,
+                                                                bool anew) {
+            if (anew) file->close();
+            return file->write(lines);
+          },
+          std::move(tell)) {}
 
 AuditLog::AuditLog(Write write, Tell tell)
     : write_(std::move(write)), tell_(std::move(tell)), thread_([this] { run(); }) {}
@@ -35,64 +44,88 @@ AuditLog::~AuditLog() {
   thread_.join();
 }
 
-void AuditLog::add(Audit audit) {
-  bool is_news = false;
+bool AuditLog::add(Audit line, bool surely) {
+  if (!line.link) {
+    shorten(line.node, kStrangersNodeMax);
+    shorten(line.reason, kStrangersReasonMax);
+  }
+  const TimePoint now = steady_now();
+  bool hangs = false;
+  bool taken = false;
   {
     const std::lock_guard lock(mutex_);
-    if (waiting_.size() < kWaitingMax) {
-      waiting_.push_back({std::move(audit), std::chrono::system_clock::now(), steady_now()});
-    } else {
-      ++not_kept_;
-      is_news = !std::exchange(overflows_, true) && counts_.problem != kHangs;
-      if (is_news) counts_.problem = kHangs;  // until the thread writes again
+    if (writing_since_ && now - *writing_since_ > kHangTime && counts_.problem.empty()) {
+      counts_.problem = kHangs;
+      hangs = true;
     }
+    const bool may_wait = !surely || counts_.problem.empty();
+    AuditBook::Account* const account = book_.take(line, now, may_wait);
+    taken = account != nullptr;
+    if (taken) waiting_.push_back({std::move(line), std::chrono::system_clock::now(), account});
+    if (!taken) ++counts_.left_out;
   }
   changed_.notify_one();
-  if (is_news) tell_(false, std::string(kLost) + kHangs);
+  if (hangs) tell_(false, kHangs);
+  return taken;
+}
+
+void AuditLog::reopen() {
+  {
+    const std::lock_guard lock(mutex_);
+    anew_ = true;
+  }
+  changed_.notify_one();
 }
 
 AuditLog::Counts AuditLog::counts() const {
   const std::lock_guard lock(mutex_);
-  Counts counts = counts_;
-  counts.lost += not_kept_;
-  return counts;
+  return counts_;
 }
 
 void AuditLog::run() {
-  for (bool ending = false; !ending;) {
-    std::vector<AuditBook::Entry> entries;
+  for (bool over = false; !over;) {
+    bool anew = false;
     {
       std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kLookPeriod, [this] { return ending_ || !waiting_.empty(); });
-      entries = std::exchange(waiting_, {});
-      overflows_ = false;
-      ending = ending_;
+      // What could not be written is tried again after a while.
+      changed_.wait_for(lock, kLookPeriod,
+                        [&] { return ending_ || anew_ || (text_.empty() && !waiting_.empty()); });
+      anew = std::exchange(anew_, false);
+      if (text_.empty()) take_batch();
+      over = ending_ && waiting_.empty();
+      if (text_.empty() && !anew) continue;
+      writing_since_ = steady_now();
     }
-    std::string text;
-    for (const auto& entry : entries) {
-      text += book_.add(entry);
-      if (text.size() >= kPieceBytes) write(std::exchange(text, {}));
+    const std::string problem = write_(text_, anew);
+    bool changed = false;
+    {
+      const std::lock_guard lock(mutex_);
+      writing_since_.reset();
+      changed = std::exchange(counts_.problem, problem) != problem;
+      if (problem.empty()) end_batch();
+      over = over || (ending_ && !problem.empty());
     }
-    write(text + book_.take_due(steady_now(), ending));
-    const std::lock_guard lock(mutex_);
-    counts_.lost = book_.lost();
+    if (changed) tell_(problem.empty(), problem);
   }
 }
 
-void AuditLog::write(const std::string& lines) {
-  if (lines.empty()) return;
-  const auto [whole, problem] = write_(lines);
-  const auto count = static_cast<std::uint64_t>(std::count(lines.begin(), lines.end(), '\n'));
-  bool changed = false;
-  {
-    const std::lock_guard lock(mutex_);
-    (whole ? counts_.lines : not_kept_) += count;
-    changed = problem != counts_.problem;
-    counts_.problem = problem;
+// Behind the lines of the others, so that who was left out is told of the time before.
+void AuditLog::take_batch() {
+  while (!waiting_.empty() && batch_.size() < kBatchMax) {
+    const Entry& entry = waiting_.front();
+    text_ += to_line(entry.line, entry.time);
+    batch_.push_back(entry.account);
+    waiting_.pop_front();
   }
-  if (!changed) return;
-  const char* const what = whole ? "no older files can be made, it grows: " : kLost;
-  tell_(problem.empty(), problem.empty() ? "" : what + problem);
+  for (const auto& left_out : book_.take_left_out(steady_now(), ending_))
+    text_ += to_line(left_out, std::chrono::system_clock::now());
+}
+
+void AuditLog::end_batch() {
+  for (AuditBook::Account* const account : batch_) book_.written(*account);
+  counts_.lines += batch_.size();
+  batch_.clear();
+  text_.clear();
 }
 
 }  // namespace connect_bridge

@@ -3,8 +3,10 @@
 
 #include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,47 +16,60 @@
 
 namespace connect_bridge {
 
-// A disk that is slow, full or gone delays nothing: lines that cannot be kept are lost and counted.
+// A disk that is slow, full or gone delays nothing: lines wait for it, as many as the book allows.
 class AuditLog {
  public:
-  static constexpr std::size_t kWaitingMax = 8192;
+  // A write that takes longer counts as a problem.
+  static constexpr Duration kHangTime = std::chrono::seconds(2);
 
   struct Counts {
-    std::uint64_t lines = 0;  // written
-    std::uint64_t lost = 0;   // for any reason
-    std::string problem;      // why nothing, or no older file, can be written; empty: none
+    std::uint64_t lines = 0;     // written
+    std::uint64_t left_out = 0;  // too many for their pace, or for the room to wait
+    std::string problem;         // why nothing can be written now; empty: none
   };
 
   using Tell = std::function<void(bool works, const std::string&)>;
-  using Write = std::function<AuditFile::Written(const std::string& lines)>;
+  // Writes all lines or none; `anew`: to the file that now has the name. Returns what is wrong.
+  using Write = std::function<std::string(const std::string& lines, bool anew)>;
 
   // `tell` is called when writing begins to fail (with what fails, for people) or works again: from
-  // the log's thread, or from that of add() when the disk hangs and the queue is full.
-  AuditLog(AuditFileOptions options, Tell tell);
+  // the log's thread, or from that of add() when a write hangs.
+  AuditLog(std::string file, Tell tell);
   // For tests: `write` instead of a file's.
   AuditLog(Write write, Tell tell);
-  // Writes what waits.
+  // Writes what waits; what cannot be written then is lost.
   ~AuditLog();
   AuditLog(const AuditLog&) = delete;
   AuditLog& operator=(const AuditLog&) = delete;
 
-  // Any thread; never blocks for the disk.
-  void add(Audit audit);
+  // Any thread, as the others; never blocks for the disk. False: the line is left out; `surely`:
+  // also while nothing can be written.
+  bool add(Audit line, bool surely = false);
+  // The file was renamed by others: a new one is begun.
+  void reopen();
   [[nodiscard]] Counts counts() const;
 
  private:
+  struct Entry {
+    Audit line;
+    std::chrono::system_clock::time_point time;
+    AuditBook::Account* account;
+  };
   void run();
-  void write(const std::string& lines);
+  void take_batch();
+  void end_batch();
 
   const Write write_;
-  AuditBook book_;
   const Tell tell_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<AuditBook::Entry> waiting_;
-  bool overflows_ = false;      // since the thread last took what waits
-  Counts counts_;               // `lost`: by the book alone
-  std::uint64_t not_kept_ = 0;  // lost because the queue or the disk was full
+  AuditBook book_;
+  std::deque<Entry> waiting_;
+  std::string text_;  // of the thread: being written, or could not be written yet
+  std::vector<AuditBook::Account*> batch_;  // whose lines are in it
+  std::optional<TimePoint> writing_since_;  // a write is under way
+  Counts counts_;
+  bool anew_ = false;
   bool ending_ = false;
   std::thread thread_;  // last: it uses the others
 };

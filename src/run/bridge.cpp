@@ -17,6 +17,8 @@
 namespace connect_bridge {
 namespace {
 
+constexpr char kNotRecorded[] = "the call cannot be recorded, and audit.required is set";
+
 // A loop that is held up longer is worth a line: half a second, or less where links end soon.
 double lag_worth_a_line_ms(Duration dead_after) {
   return std::min(500.0, std::chrono::duration<double, std::milli>(dead_after).count() / 3);
@@ -55,7 +57,11 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       supervisor_(io_, parts_.notify_socket),
       seconds_(io_, [this](double lag_ms) { every_second(lag_ms); }),
       stop_(io_, [this] { stop(); }),
-      hangup_(io_, [this] { parameters_.reload(); }),
+      hangup_(io_,
+              [this] {
+                if (audit_log_) audit_log_->reopen();
+                parameters_.reload();
+              }),
       // Two, so that a job of seconds (a high level of zstd) does not delay jobs of milliseconds.
       workers_(2,
                [this](JobDone done) {
@@ -92,14 +98,15 @@ std::string Bridge::open() {
 }
 
 std::string Bridge::open_audit_log() {
-  const AuditFileOptions& options = parameters_.config().audit;
-  if (options.file.empty()) return {};
-  if (std::string problem = AuditFile(options).open(); !problem.empty())
+  const std::string& file = parameters_.config().audit.file;
+  if (file.empty()) return {};
+  if (std::string problem = AuditFile(file).open(); !problem.empty())
     return "audit.file: " + problem;
-  audit_log_.emplace(options, [this](bool works, const std::string& problem) {
+  audit_log_.emplace(file, [this](bool works, const std::string& problem) {
     boost::asio::post(io_, [this, works, problem] {
       node_.log(works ? LogLevel::kInfo : LogLevel::kError,
-                works ? "the audit log can be written again" : "the audit log: " + problem);
+                works ? "the audit log can be written again"
+                      : "the audit log cannot be written, its lines wait: " + problem);
     });
   });
   return {};
@@ -149,6 +156,7 @@ void Bridge::carry_out(Action&& action) {
           [&](CompressJob& a) { workers_.add(std::move(a)); },
           [&](DecompressJob& a) { workers_.add(std::move(a)); },
           [&](CancelJob& a) { workers_.cancel(a.job); },
+          [&](SendRequest& a) { send_request(std::move(a)); },
           [&](Log& a) { node_.log(a.level, a.text); },
           [&](Audit& a) {
             if (audit_log_) audit_log_->add(std::move(a));
@@ -157,6 +165,16 @@ void Bridge::carry_out(Action&& action) {
           [&](const auto& a) { gateway_.apply(a); },  // all others are for ROS
       },
       action);
+}
+
+// What a peer calls is recorded before.
+void Bridge::send_request(SendRequest&& request) {
+  if (request.line && audit_log_) {
+    const bool required = parameters_.config().audit.required;
+    if (!audit_log_->add(*std::move(request.line), required) && required)
+      return loop_.feed(InvocationFailed{request.client, request.invocation, kNotRecorded});
+  }
+  gateway_.apply(request);
 }
 
 void Bridge::open_gate(const OpenGate& gate) {

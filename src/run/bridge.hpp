@@ -67,6 +67,7 @@ class Bridge {
   [[nodiscard]] std::string listen();
   void note(AuditEvent event, std::string reason = {});
   void carry_out(Action&& action);
+  void send_request(SendRequest&& request);
   void open_gate(const OpenGate& gate);
   void on_network(Input&& input);
   // Whether this client ends because of that.

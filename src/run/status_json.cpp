@@ -124,7 +124,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
   if (!run.certificate_valid_until.empty())
     json["certificate_valid_until"] = run.certificate_valid_until;
   if (run.audit) {
-    json["audit"] = {{"lines", run.audit->lines}, {"lost", run.audit->lost}};
+    json["audit"] = {{"lines", run.audit->lines}, {"left_out", run.audit->left_out}};
     if (!run.audit->problem.empty()) json["audit"]["problem"] = run.audit->problem;
   }
   if (run.role == Role::kServer) json["strangers"] = to_value(status.strangers, run.network);

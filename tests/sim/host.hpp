@@ -217,8 +217,6 @@ class Host : public Party {
   std::set<ServiceMirrorId> failed_service_mirrors_;
   std::set<ServiceClientId> failed_service_clients_;
   std::shared_ptr<std::uint64_t> held_bytes_;
-  std::uint64_t calls_noted_ = 0;  // by the audit log
-  std::uint64_t calls_handed_over_ = 0;
   TimePoint last_packet_{}, last_open_{}, last_network_change_{};
 };
 

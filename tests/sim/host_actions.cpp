@@ -180,9 +180,7 @@ void Host::act(const Log& action) {
   tell(std::string(letter_of(action.level)) + " " + action.text);
 }
 
-// What reaches a server has its line in the audit log before.
 void Host::act(const Audit& action) {
-  if (action.event == AuditEvent::kCall || action.event == AuditEvent::kGoal) ++calls_noted_;
   if (action.event != AuditEvent::kRefused && !action.link) violated("a line of no link");
 }
 

@@ -77,6 +77,7 @@ struct SendRequest {
   ServiceClientId client;
   InvocationId invocation;  // chosen by the core
   Payload payload;
+  std::optional<Audit> line = {};  // of a peer's call, to be recorded before
 };
 // The content of the response is not wanted any longer, only the notice that it came.
 struct DropInvocation {

@@ -31,7 +31,7 @@ enum class AuditEvent : std::uint8_t {
   kChannelEnded,    // while the link goes on
   kDemanded,        // the peer receives an exported topic from now on
   kDemandEnded,
-  kCall,  // of a peer at a service here
+  kCall,  // of a peer at a service here, which gets it now
   kGoal,  // the same of an action
   kCallRefused,
 };
@@ -47,10 +47,10 @@ struct AuditChannel {
   std::string rule;  // the rule that opened it; empty: none, or not known here
 };
 
-struct AuditFileOptions {
-  std::string file;                    // the newest; older ones are <file>.1, <file>.2 ...
-  std::uint64_t bytes_max = 10 << 20;  // of each
-  std::uint32_t files_kept = 10;       // older ones
+struct AuditOptions {
+  std::string file;  // empty: there is no audit log
+  // A call or goal of a peer that cannot be recorded is refused.
+  bool required = false;
 };
 
 // One line of the audit log. Texts of a peer are in it unchanged, with sizes bounded by the

@@ -128,15 +128,21 @@ void Attachment::send_attached(const Now& now) {
 // ---- for the audit log
 
 // A goal is logged under the name of its action.
-void Attachment::note_call(AuditEvent event, const std::string& why) const {
-  if (!serving_.outputs.audits()) return;
+std::optional<Audit> Attachment::line_of_call(AuditEvent event, const std::string& why) const {
+  if (!serving_.outputs.audits()) return std::nullopt;
   const LocalInterface& what = *service_.what();
-  const auto part = part_of_action(what.kind, what.shown_name(), what.key.second);
-  if (!part || part->part != ActionPart::kSendGoal) return offer_.note(event, {why});
-  audit(serving_.outputs, link_, event == AuditEvent::kCall ? AuditEvent::kGoal : event,
-        {Direction::kExport, InterfaceKind::kAction, std::string(part->action),
-         std::string(part->action_type), offer_.decision().rule},
-        why);
+  AuditChannel channel{Direction::kExport, what.kind, what.shown_name(), what.key.second,
+                       offer_.decision().rule};
+  const auto part = part_of_action(channel.kind, channel.name, channel.type);
+  if (part && part->part == ActionPart::kSendGoal) {
+    if (event == AuditEvent::kCall) event = AuditEvent::kGoal;
+    channel = {Direction::kExport, InterfaceKind::kAction, std::string(part->action),
+               std::string(part->action_type), offer_.decision().rule};
+  }
+  Audit line = audit_of(link_, event);
+  line.channel = std::move(channel);
+  line.reason = why;
+  return line;
 }
 
 // ---- what the peer says
@@ -215,11 +221,11 @@ void Attachment::take(InMessage message, const Now& now) {
   if (why.empty() && !link_.may_inflate(message, now))
     why = "too many requests decompress to much more than their size";
   if (!why.empty()) {
-    note_call(AuditEvent::kCallRefused, why);
+    if (auto line = line_of_call(AuditEvent::kCallRefused, why))
+      serving_.outputs.push(*std::move(line));
     note_refusal("refused", why, now);
     return refuse(id, "limit", why);
   }
-  note_call(AuditEvent::kCall);
   calls_.try_emplace(id, *this, id, std::move(message), now);
   serving_.begin_calls(now);
   if (const auto call = calls_.find(id); call != calls_.end()) call->second.keep_copy();

@@ -89,6 +89,9 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   [[nodiscard]] Serving& serving() { return serving_; }
   [[nodiscard]] ServedLoad& load() { return load_; }
   [[nodiscard]] const Treatment& treatment() const { return offer_.treatment(); }
+  // For the audit log, if there is one.
+  [[nodiscard]] std::optional<Audit> line_of_call(AuditEvent event,
+                                                   const std::string& why = {}) const;
   // How an answer of this size is compressed before it is queued.
   [[nodiscard]] Compression compression_of(std::size_t bytes) const;
   [[nodiscard]] CallGate::Caller caller() const;
@@ -100,7 +103,6 @@ class Attachment final : public OutgoingChannel, public IncomingChannel {
   void send_attached(const Now& now);
   void end_calls(const Now& now);
   void take(InMessage message, const Now& now);
-  void note_call(AuditEvent event, const std::string& why = {}) const;
   [[nodiscard]] std::string no_room_for_request(std::size_t bytes) const;
   void refuse(CallId call, const std::string& code, const std::string& reason);
   void note_refusal(const std::string& what, const std::string& why, const Now& now);

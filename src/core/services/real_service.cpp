@@ -202,7 +202,8 @@ InvocationId RealService::invoke(ServedCall& call, const CallGate::Caller& calle
   const InvocationId invocation = serving_.outputs.new_invocation();
   invocations_[invocation] = &call;
   serving_.gate.handed_over(caller, call.id(), invocation, now.steady);
-  serving_.outputs.push(SendRequest{client_, invocation, std::move(request)});
+  serving_.outputs.push(SendRequest{client_, invocation, std::move(request),
+                                    call.attachment().line_of_call(AuditEvent::kCall)});
   return invocation;
 }
 

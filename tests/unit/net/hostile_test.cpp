@@ -115,7 +115,7 @@ TEST(Hostile, TheOldestHandshakeOfAnAddressGivesWay) {
   EXPECT_EQ(pair.server.network.counts().pending, 8U);
   EXPECT_EQ(pair.server.network.counts().refused, 2U);
   EXPECT_EQ(pair.server.network.counts().gave_way, 2U);
-  EXPECT_TRUE(was_told(pair, "limits.address_strangers_max"));
+  EXPECT_TRUE(was_told(pair, "its address has too many"));
   EXPECT_TRUE(peers[0]->ends(pair.loop, 100ms));
   EXPECT_TRUE(peers[1]->ends(pair.loop, 100ms));
   EXPECT_TRUE(pair.connect());  // in spite of them

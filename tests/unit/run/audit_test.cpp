@@ -49,18 +49,13 @@ Audit stranger(int n) {
   return line;
 }
 
-AuditBook::Entry at(Audit line, Duration when) {
-  return {std::move(line), kTime + std::chrono::duration_cast<std::chrono::microseconds>(when),
-          TimePoint(when)};
-}
-
 // ---- lines
 
 TEST(AuditJson, ALine) {
-  EXPECT_EQ(to_line(call_of("/s"), kTime, 3),
+  EXPECT_EQ(to_line(call_of("/s"), kTime),
             R"({"time":"2026-11-22T16:30:00.123Z","event":"call","link":1,"identity":"anna",)"
             R"("address":"10.0.0.5:40312","direction":"export","kind":"service","name":"/s",)"
-            R"("type":"p/srv/T","rule":"tune","times":3})"
+            R"("type":"p/srv/T","rule":"tune"})"
             "\n");
 }
 
@@ -80,69 +75,116 @@ TEST(AuditJson, APeerForgesNothing) {
   EXPECT_EQ(json["name"], "/s\"}\n{\"event\":\"login\"");
 }
 
-// ---- what is written
-
-TEST(AuditBook, WhatRepeatsIsCounted) {
-  AuditBook book;
-  EXPECT_THAT(book.add(at(call_of("/s"), 0s)), HasSubstr("\"name\":\"/s\""));
-  for (int i = 0; i < 1000; ++i) EXPECT_EQ(book.add(at(call_of("/s"), 1s)), "");
-  EXPECT_NE(book.add(at(call_of("/other"), 1s)), "");
-  EXPECT_NE(book.add(at(call_of("/s", 2, "bert"), 1s)), "");
-  EXPECT_EQ(book.take_due(TimePoint(9s)), "");
-  const std::string due = book.take_due(TimePoint(11s));
-  EXPECT_EQ(lines_of(due), 1U);
-  EXPECT_THAT(due, HasSubstr("\"times\":1001"));
-  EXPECT_NE(book.add(at(call_of("/s"), 12s)), "");
-  EXPECT_EQ(book.add(at(call_of("/s"), 12s)), "");
-  EXPECT_THAT(book.take_due(TimePoint(12s), true), HasSubstr("\"times\":2"));
-  EXPECT_EQ(book.lost(), 0U);
+TEST(AuditJson, WhatIsMissing) {
+  EXPECT_EQ(to_line(AuditBook::LeftOut{"anna", AuditRank::kChannels, 7}, kTime),
+            R"({"time":"2026-11-22T16:30:00.123Z","event":"left_out","identity":"anna",)"
+            R"("of":"channels","lines":7})"
+            "\n");
 }
 
-// The longest lines that strangers can cause, each more than once.
-TEST(AuditBook, StrangersHaveAPaceAndTakeNothingFromOthers) {
-  AuditBook book;
-  std::size_t bytes = 0;
+// ---- which lines are taken
+
+Audit declined(const std::string& identity, std::uint64_t link = 1) {
+  Audit line = call_of("/junk", link, identity);
+  line.event = AuditEvent::kChannelRefused;
+  return line;
+}
+
+// How many of so many are written; each is written at once.
+int taken(AuditBook& book, const Audit& line, int count, Duration at) {
   int n = 0;
-  for (int second = 0; second < 3600; ++second) {
-    for (int i = 0; i < 18; ++i) {
-      Audit line = stranger(n++);
-      for (int k = 0; k < 127; ++k) line.node += "\u00e9";
-      line.reason = "the login method '" + line.node.substr(0, 32) + "' is not that of this server";
-      bytes += book.add(at(line, std::chrono::seconds(second))).size();
-      bytes += book.add(at(line, std::chrono::seconds(second))).size();
-    }
-    bytes += book.take_due(TimePoint(std::chrono::seconds(second))).size();
+  for (int i = 0; i < count; ++i) {
+    AuditBook::Account* const account = book.take(line, TimePoint(at));
+    if (!account) continue;
+    ++n;
+    book.written(*account);
   }
-  EXPECT_GT(bytes, 300'000U);
-  EXPECT_LT(bytes, 1'000'000U) << "in an hour";
-  EXPECT_GT(book.lost(), 60'000U);
-  EXPECT_NE(book.add(at(call_of("/s"), 3600s)), "");
+  return n;
 }
 
-// A proxy may send a client's address without its port.
-TEST(AuditBook, AStrangerIsAnAddressWithoutItsPort) {
+std::uint64_t left_out(AuditBook& book, Duration at) {
+  std::uint64_t sum = 0;
+  for (const auto& one : book.take_left_out(TimePoint(at))) sum += one.lines;
+  return sum;
+}
+
+TEST(AuditBook, DeclinedOffersTakeNothingFromCalls) {
   AuditBook book;
-  const auto writes = [&](const char* address) {
-    Audit line = stranger(0);
-    line.address = address;
-    return !book.add(at(line, 0s)).empty();
-  };
-  for (const char* one : {"192.0.2.5", "192.0.2.6:1", "[2001:db8::5]", "[2001:db8::6]:1"})
-    EXPECT_TRUE(writes(one)) << one;
-  for (const char* same : {"192.0.2.5:1", "192.0.2.6", "192.0.2.6:2", "[2001:db8::6]:2"})
-    EXPECT_FALSE(writes(same)) << same;
+  EXPECT_EQ(taken(book, declined("anna"), 100'000, 1s), 5000);
+  EXPECT_EQ(taken(book, call_of("/arm/enable"), 50, 1s), 50);
+  EXPECT_EQ(left_out(book, 11s), 95'000U);
+  EXPECT_EQ(left_out(book, 30s), 0U);
+}
+
+TEST(AuditBook, RefusedCallsTakeNothingFromCalls) {
+  AuditBook book;
+  Audit refused = call_of("/s");
+  refused.event = AuditEvent::kCallRefused;
+  taken(book, refused, 100'000, 1s);
+  EXPECT_EQ(taken(book, call_of("/s"), 50, 1s), 50);
 }
 
 TEST(AuditBook, OneIdentityTakesNothingFromAnother) {
   AuditBook book;
-  std::string written;
-  for (int i = 0; i < 20'000; ++i) written += book.add(at(call_of("/" + std::to_string(i)), 0s));
-  EXPECT_EQ(lines_of(written), std::size_t{AuditBook::kIdentityAtOnce});
-  EXPECT_EQ(book.lost(), 20'000U - AuditBook::kIdentityAtOnce);
-  const auto next = book.add(at(call_of("/s", 2, "bert"), 0s));
-  EXPECT_THAT(next, HasSubstr("{\"time\":\"2026-11-22T16:30:00.123Z\",\"event\":\"lost\",\"times\":"
-                              "15000}\n"));
-  EXPECT_THAT(next, HasSubstr("bert"));
+  EXPECT_EQ(taken(book, call_of("/s"), 20'000, 1s), 1000);
+  EXPECT_EQ(taken(book, call_of("/s"), 20'000, 2s), 20);
+  EXPECT_EQ(taken(book, call_of("/s", 2, "bert"), 1000, 2s), 1000);
+}
+
+TEST(AuditBook, WhatWaitsForTheDiskLeavesRoomForOthers) {
+  AuditBook book;
+  std::size_t waiting = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Audit line = declined("one" + std::to_string(i));
+    for (int k = 0; k < 4096; ++k) waiting += book.take(line, TimePoint(1s)) ? 1U : 0U;
+  }
+  EXPECT_LT(waiting, AuditBook::kWaitingMax + 40 * AuditBook::kSureMax);
+  for (std::size_t i = 0; i < AuditBook::kSureMax; ++i)
+    EXPECT_TRUE(book.take(declined("anna"), TimePoint(1s))) << i;
+  EXPECT_TRUE(book.take(call_of("/s", 1, "anna"), TimePoint(1s)));
+}
+
+TEST(AuditBook, RoomComesBackWithWhatIsWritten) {
+  AuditBook book;
+  std::vector<AuditBook::Account*> waiting;
+  const auto fill = [&] {
+    for (int i = 0; i < 400; ++i) {
+      const Audit line = declined("one" + std::to_string(i));
+      for (int k = 0; k < 100; ++k)
+        if (auto* account = book.take(line, TimePoint(1s))) waiting.push_back(account);
+    }
+  };
+  fill();
+  const std::size_t most = waiting.size();
+  EXPECT_GT(most, AuditBook::kWaitingMax / 2);
+  for (auto* account : std::exchange(waiting, {})) book.written(*account);
+  fill();
+  EXPECT_EQ(waiting.size(), most);
+}
+
+TEST(AuditBook, StrangersWriteLessThanAMegabyteAnHour) {
+  AuditBook book;
+  int lines = 0;
+  for (int second = 0; second < 3600; ++second)
+    for (int i = 0; i < 20; ++i)
+      lines += taken(book, stranger(second * 20 + i), 1, std::chrono::seconds(1 + second));
+  EXPECT_LT(lines, 1900);
+  EXPECT_GT(lines, 1800);
+  EXPECT_EQ(taken(book, call_of("/s"), 1, 3600s), 1);
+}
+
+TEST(AuditBook, ForgetsWhoIsQuiet) {
+  AuditBook book;
+  for (std::size_t i = 0; i < AuditBook::kAccountsMax; ++i)
+    taken(book, call_of("/s", 1, std::to_string(i)), 1, 1s);
+  const Audit one = call_of("/s", 1, "one");
+  const Audit other = call_of("/s", 1, "other");
+  EXPECT_EQ(taken(book, one, 2000, 1s), 1000);
+  EXPECT_EQ(taken(book, other, 1, 1s), 0) << "the rest shares one pace";
+  EXPECT_EQ(left_out(book, 60s), 1001U);
+  EXPECT_EQ(left_out(book, 120s), 0U);
+  EXPECT_EQ(taken(book, one, 2000, 120s), 1000);
+  EXPECT_EQ(taken(book, other, 1, 120s), 1);
 }
 
 // ---- files
@@ -151,175 +193,171 @@ struct AuditFiles : testing::Test {
   const std::string file = test::scratch_folder() + "audit.jsonl";
   const std::string line = std::string(99, 'x') + "\n";
   void SetUp() override {
-    for (const char* end : {"", ".1", ".2", ".3"}) std::filesystem::remove_all(file + end);
+    for (const char* end : {"", ".1"}) std::filesystem::remove_all(file + end);
   }
 };
 
 TEST_F(AuditFiles, AreTheirOwnersAlone) {
   std::ofstream(file) << line;
   std::filesystem::permissions(file, std::filesystem::perms::all);
-  AuditFile audit({file, 1000, 2});
-  EXPECT_EQ(audit.write(line).problem, "");
+  AuditFile audit(file);
+  EXPECT_EQ(audit.write(line), "");
   struct stat found {};
   ASSERT_EQ(::stat(file.c_str(), &found), 0);
   EXPECT_EQ(found.st_mode & 0777U, 0600U);
   EXPECT_EQ(test::content(file), line + line) << "it is continued";
 }
 
-TEST_F(AuditFiles, RotateAndAreBounded) {
-  AuditFile audit({file, 1000, 2});
-  for (int i = 0; i < 100; ++i) ASSERT_EQ(audit.write(line).problem, "");
-  EXPECT_EQ(test::content(file).size(), 1000U);
-  EXPECT_EQ(test::content(file + ".1").size(), 1000U);
-  EXPECT_EQ(test::content(file + ".2").size(), 1000U);
-  EXPECT_FALSE(std::filesystem::exists(file + ".3"));
-}
-
-TEST_F(AuditFiles, WithoutOlderOnesItBeginsAnew) {
-  AuditFile audit({file, 1000, 0});
-  for (int i = 0; i < 15; ++i) ASSERT_EQ(audit.write(line).problem, "");
-  EXPECT_EQ(test::content(file).size(), 500U);
-  EXPECT_FALSE(std::filesystem::exists(file + ".1"));
-}
-
-// As where its folder belongs to somebody else.
-TEST_F(AuditFiles, WithoutOlderOnesTheFileGrowsToTheSizeOfAll) {
-  std::filesystem::create_directories(file + ".1/in_the_way");
-  AuditFile audit({file, 1000, 1});
-  for (int i = 0; i < 20; ++i) {
-    const auto written = audit.write(line);
-    ASSERT_TRUE(written.whole) << i;
-    ASSERT_EQ(written.problem.empty(), i < 10) << i << written.problem;
-  }
-  const auto written = audit.write(line);
-  EXPECT_FALSE(written.whole);
-  EXPECT_THAT(written.problem, HasSubstr("cannot rename " + file));
-  EXPECT_EQ(test::content(file).size(), 2000U);
-  std::filesystem::remove_all(file + ".1");
-  EXPECT_EQ(audit.write(line).problem, "");
+// As logrotate does it.
+TEST_F(AuditFiles, AreBegunAnewWhenOthersHaveRenamedThem) {
+  AuditFile audit(file);
+  ASSERT_EQ(audit.write(line), "");
+  std::filesystem::rename(file, file + ".1");
+  ASSERT_EQ(audit.write(line), "");
+  EXPECT_EQ(test::content(file + ".1"), line + line);
+  audit.close();
+  ASSERT_EQ(audit.write(line), "");
   EXPECT_EQ(test::content(file), line);
 }
 
-TEST_F(AuditFiles, AreMadeAnewWhenOthersTakeThemAway) {
-  AuditFile audit({file, 1000, 2});
-  ASSERT_EQ(audit.write(line).problem, "");
-  std::filesystem::rename(file, file + ".3");
-  ASSERT_EQ(audit.write(line).problem, "");
-  EXPECT_EQ(test::content(file), line);
-}
-
-// As by `copytruncate` of logrotate, or by another process that writes to it.
-TEST_F(AuditFiles, HaveTheLengthThatOthersGaveThem) {
-  AuditFile audit({file, 1000, 2});
-  for (int i = 0; i < 5; ++i) ASSERT_EQ(audit.write(line).problem, "");
-  std::filesystem::resize_file(file, line.size());
+TEST_F(AuditFiles, HaveNoHalfLineWhenTheDiskIsFull) {
+  AuditFile audit(file);
+  ASSERT_EQ(audit.write(line), "");
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit full{line.size() + 50, before.rlim_max};
   const auto handler = std::signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &full), 0);
-  const auto cut = audit.write(line);
+  const std::string problem = audit.write(line);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   std::signal(SIGXFSZ, handler);
-  EXPECT_FALSE(cut.whole);
-  EXPECT_EQ(test::content(file), line) << "neither half a line nor zeros";
-  std::ofstream(file, std::ios::app) << "of others\n";
-  std::filesystem::resize_file(file, 950);
-  ASSERT_EQ(audit.write(line).problem, "");
-  EXPECT_EQ(test::content(file), line) << "what others have written counts for its size";
+  EXPECT_THAT(problem, HasSubstr("cannot write " + file + ": File too large"));
+  EXPECT_EQ(test::content(file), line);
 }
 
 TEST_F(AuditFiles, AreRegularFiles) {
   std::filesystem::create_symlink("/dev/null", file);
-  EXPECT_THAT(AuditFile({file, 1000, 2}).open(), HasSubstr("cannot open " + file));
+  EXPECT_THAT(AuditFile(file).open(), HasSubstr("cannot open " + file));
   std::filesystem::remove(file);
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
-  EXPECT_NE(AuditFile({file, 1000, 2}).open(), "");
-  EXPECT_THAT(AuditFile({file + ".1/audit", 1000, 2}).open(), HasSubstr("No such file"));
+  EXPECT_NE(AuditFile(file).open(), "");
+  EXPECT_THAT(AuditFile(file + ".1/audit").open(), HasSubstr("No such file"));
 }
 
 // ---- the log
 
+// A disk that does what the test says, and what it was told of.
+struct Disk {
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::string problem;  // of each write
+  bool hangs = false;
+  bool writing = false;
+  std::string text;
+  std::vector<std::string> told;
+
+  AuditLog::Write write() {
+    return [this](const std::string& lines, bool) {
+      std::unique_lock lock(mutex);
+      writing = true;
+      changed.notify_all();
+      changed.wait(lock, [&] { return !hangs; });
+      writing = false;
+      if (problem.empty()) text += lines;
+      return problem;
+    };
+  }
+  AuditLog::Tell tell() {
+    return [this](bool works, const std::string& what) {
+      const std::lock_guard lock(mutex);
+      told.push_back(works ? "works" : what);
+      changed.notify_all();
+    };
+  }
+  void set(const std::string& now) {
+    const std::lock_guard lock(mutex);
+    problem = now;
+  }
+  void wait_until_told(std::size_t count) {
+    std::unique_lock lock(mutex);
+    EXPECT_TRUE(changed.wait_for(lock, 20s, [&] { return told.size() >= count; }));
+  }
+};
+
 TEST_F(AuditFiles, TheLogWritesWhatWaitsAtItsEnd) {
   {
-    AuditLog log({file, 1 << 20, 2}, [](bool, const std::string&) {});
-    for (int i = 0; i < 100; ++i) log.add(call_of("/s" + std::to_string(i)));
-    for (int i = 0; i < 9; ++i) log.add(call_of("/s0"));
+    AuditLog log(file, [](bool, const std::string&) {});
+    for (int i = 0; i < 1200; ++i) log.add(call_of("/s" + std::to_string(i)));
+    EXPECT_GE(log.counts().left_out, 100U);
   }
   const std::string text = test::content(file);
-  EXPECT_EQ(lines_of(text), 101U);
-  EXPECT_THAT(text, HasSubstr("\"times\":10"));
+  EXPECT_THAT(text, HasSubstr("/s999\""));
+  EXPECT_THAT(text, HasSubstr("\"event\":\"left_out\",\"identity\":\"anna\",\"of\":\"calls\""));
 }
 
-TEST_F(AuditFiles, WhatCannotBeWrittenIsCountedAndToldOnce) {
-  std::filesystem::create_directory(file);
-  std::mutex mutex;
-  std::vector<std::string> told;
-  AuditLog log({file, 1 << 20, 2}, [&](bool works, const std::string& problem) {
-    const std::lock_guard lock(mutex);
-    told.push_back(works ? "works" : problem);
-  });
-  std::condition_variable nobody;  // tells: there is no event for a line that was not written
-  const auto wait_for = [&](auto&& is_so) {
-    for (int i = 0; i < 3000 && !is_so(); ++i) {
-      std::mutex own;
-      std::unique_lock lock(own);
-      nobody.wait_for(lock, 10ms);
-    }
-    EXPECT_TRUE(is_so());
-  };
-  log.add(call_of("/a"));
-  wait_for([&] { return log.counts().lost == 1; });
-  log.add(call_of("/b"));
-  wait_for([&] { return log.counts().lost == 2; });
-  EXPECT_THAT(log.counts().problem, HasSubstr(file));
-  std::filesystem::remove(file);
-  log.add(call_of("/c"));
-  wait_for([&] { return log.counts().lines == 1; });
+TEST_F(AuditFiles, TheLogBeginsAnewWhenItIsAskedTo) {
+  {
+    AuditLog log(file, [](bool, const std::string&) {});
+    log.add(call_of("/before"));
+    for (int i = 0; i < 2000 && log.counts().lines == 0; ++i) std::this_thread::sleep_for(10ms);
+    std::filesystem::rename(file, file + ".1");
+    log.reopen();
+    log.add(call_of("/after"));
+  }
+  EXPECT_THAT(test::content(file + ".1"), HasSubstr("\"/before\""));
+  EXPECT_THAT(test::content(file), HasSubstr("\"/after\""));
+}
+
+TEST(AuditLog, WhatCannotBeWrittenWaits) {
+  Disk disk;
+  disk.problem = "cannot write it: No space left on device";
+  AuditLog log(disk.write(), disk.tell());
+  EXPECT_TRUE(log.add(call_of("/a")));
+  disk.wait_until_told(1);
+  EXPECT_THAT(log.counts().problem, HasSubstr("No space left"));
+  EXPECT_TRUE(log.add(call_of("/b")));
+  EXPECT_FALSE(log.add(call_of("/c"), true)) << "it may not be written at all";
+  EXPECT_EQ(log.counts().left_out, 1U);
+  disk.set("");
+  disk.wait_until_told(2);
+  EXPECT_TRUE(log.add(call_of("/d"), true));
   EXPECT_EQ(log.counts().problem, "");
-  wait_for([&] {
-    const std::lock_guard lock(mutex);
-    return told.size() == 2;
-  });
-  EXPECT_EQ(told.back(), "works");
+  const std::lock_guard lock(disk.mutex);
+  EXPECT_THAT(disk.told, testing::ElementsAre(HasSubstr("No space left"), "works"));
+  EXPECT_THAT(disk.text, HasSubstr("\"/a\""));
+  EXPECT_THAT(disk.text, testing::Not(HasSubstr("\"/c\"")));
+}
+
+// Many lines are no fault of the disk.
+TEST(AuditLog, AFloodIsNotBlamedOnTheDisk) {
+  Disk disk;
+  AuditLog log(disk.write(), disk.tell());
+  for (int i = 0; i < 10; ++i)
+    for (int k = 0; k < 4096; ++k) log.add(declined("flood", 1U + static_cast<unsigned>(i)));
+  EXPECT_TRUE(log.add(call_of("/s"), true));
+  EXPECT_GT(log.counts().left_out, 30'000U);
+  EXPECT_EQ(log.counts().problem, "");
 }
 
 // The thread that writes says nothing then, so the one that adds does.
 TEST(AuditLog, ADiskThatHangsIsToldOnce) {
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<std::string> told;
-  bool begun = false;
-  bool hangs = true;
-  const auto write = [&](const std::string&) {
-    std::unique_lock lock(mutex);
-    begun = true;
-    changed.notify_all();
-    changed.wait(lock, [&] { return !hangs; });
-    return AuditFile::Written{true, ""};
-  };
-  AuditLog log(AuditLog::Write(write), [&](bool works, const std::string& problem) {
-    const std::lock_guard lock(mutex);
-    told.push_back(works ? "works" : problem);
-    changed.notify_all();
-  });
-  log.add(call_of("/first"));
-  {
-    std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return begun; });
-  }
-  for (std::size_t i = 0; i < AuditLog::kWaitingMax; ++i) log.add(call_of("/s"));
-  EXPECT_EQ(log.counts().lost, 0U);
-  for (int i = 0; i < 3; ++i) log.add(call_of("/s"));
-  EXPECT_EQ(log.counts().lost, 3U);
-  EXPECT_THAT(log.counts().problem, HasSubstr("does not keep up"));
-  std::unique_lock lock(mutex);
-  EXPECT_THAT(told, testing::ElementsAre(HasSubstr("its lines are lost: the disk does not")));
-  hangs = false;
-  changed.notify_all();
-  changed.wait(lock, [&] { return told.size() == 2; });
-  EXPECT_EQ(told.back(), "works");
+  Disk disk;
+  disk.hangs = true;
+  AuditLog log(disk.write(), disk.tell());
+  EXPECT_TRUE(log.add(call_of("/first")));
+  std::unique_lock lock(disk.mutex);
+  disk.changed.wait(lock, [&] { return disk.writing; });
+  disk.changed.wait_for(lock, AuditLog::kHangTime + 100ms, [] { return false; });
   lock.unlock();
+  EXPECT_FALSE(log.add(call_of("/s"), true));
+  EXPECT_TRUE(log.add(call_of("/s")));
+  EXPECT_THAT(log.counts().problem, HasSubstr("the disk has not taken a line"));
+  lock.lock();
+  EXPECT_THAT(disk.told, testing::ElementsAre(HasSubstr("the disk has not taken a line")));
+  disk.hangs = false;
+  disk.changed.notify_all();
+  lock.unlock();
+  disk.wait_until_told(2);
   EXPECT_EQ(log.counts().problem, "");
 }
 

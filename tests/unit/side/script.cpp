@@ -189,6 +189,8 @@ std::string Script::did() {
   while (const auto action = side.next_action()) {
     if (const auto* log = std::get_if<Log>(&*action)) logged += log->text + "\n";
     if (const auto* line = std::get_if<Audit>(&*action)) noted += word_of(*line) + "\n";
+    if (const auto* request = std::get_if<SendRequest>(&*action); request && request->line)
+      noted += word_of(*request->line) + "\n";
     const std::string word = word_of(*action);
     if (!word.empty() && !is_repeated(word)) lines += word + "\n";
   }
