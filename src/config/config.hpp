@@ -38,7 +38,6 @@ struct Config {
   std::string prefix;
   std::vector<NameMap::Pair> remap;
   std::string status_file;  // empty: none is written
-  std::string usage_file;   // empty: none is written
   AuditOptions audit;
   bool carries_types_not_installed = true;
   bool default_rules = false;  // a client without rules: see default_rule()

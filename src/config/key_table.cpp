@@ -181,16 +181,11 @@ void add_operation(Rows& rows) {
        .help =
            "File in which this side keeps its status as JSON, once a second. Of the program: "
            "version, started, certificate_valid_until; time: when it was written; running: false "
-           "after an orderly end. Of each link: open_seconds (for how long it is open), the clock, "
-           "and per topic messages, bytes, latency and drops by reason. The bridge waits while it "
-           "writes: use a folder in memory, below /run."},
+           "after an orderly end; traffic: bytes of IP packets that it has sent and received since "
+           "it started. Of each link: open_seconds (for how long it is open), the clock, and per "
+           "topic messages, bytes, latency and drops by reason. The bridge waits while it writes: "
+           "use a folder in memory, below /run."},
       [](Config& c) { return &c.status_file; });
-  add({.key = "usage_file",
-       .syntax = check_not_empty,
-       .help = "File in which this side counts the bytes that it costs on the network, "
-               "by day, over restarts. Without it they are counted since the start; "
-               "the status shows today's and this month's."},
-      [](Config& c) { return &c.usage_file; });
   add({.key = "types_not_installed",
        .fallback = "carry",
        .words = {"carry", "refuse"},
@@ -244,7 +239,7 @@ void add_connection(Rows& rows) {
       [](Config& c) { return &c.limits.login_timeout; });
   add("link.bytes_per_second", {0, 1e12}, "bytes/s",
       "The most that this side sends on one link, for connections that are paid "
-      "by the megabyte: bytes of IP packets, as `usage_file` counts them. Urgent "
+      "by the megabyte: bytes of IP packets, as `traffic` of the status counts them. Urgent "
       "messages count and are never held back. 0: no limit; values below 1000 mean "
       "1000 (see \"A connection that is paid by the megabyte\").",
       [](Config& c) { return &c.limits.outbox.bytes_per_second_max; });

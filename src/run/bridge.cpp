@@ -84,8 +84,6 @@ Bridge::Bridge(ros::Node& node, BridgeParts parts)
       guard_(parts_.side.role == Role::kServer ? "server" : "client") {}
 
 std::string Bridge::open() {
-  const std::string unread = usage_file_.open(parameters_.config().usage_file);
-  if (!unread.empty()) node_.log(LogLevel::kWarn, unread);
   if (const std::string refused = network_.refused_options(); !refused.empty())
     node_.log(LogLevel::kWarn, "this host refuses socket options: " + refused +
                                    "; the bridge runs, but urgent messages may be slower "
@@ -140,7 +138,6 @@ void Bridge::run() {
   seconds_.start();
   loop_.feed(TimePassed{});
   io_.run();
-  usage_file_.close();
   write_status(0, false);
 }
 
@@ -255,9 +252,6 @@ void Bridge::every_second(double lag_ms) {
   heap_.every_second(counters.taken + counters.published + counters.graph_readings);
   network_.check_files();
   network_.every_second(loop_.now());
-  const std::string day = today();
-  const std::string unwritten = usage_file_.every_second(network_.traffic(), day);
-  if (!unwritten.empty()) node_.log(LogLevel::kWarn, "usage_file: " + unwritten);
   parameters_.check_files();
   write_status(lag_ms, true);
   supervisor_.every_second();
@@ -280,9 +274,7 @@ void Bridge::write_status(double lag_ms, bool running) {
   run.loop_lag_ms = lag_ms;
   run.ros = gateway_.counters();
   run.network = network_.counts();
-  const std::string day = today();
-  run.today = usage_file_.usage().of_day(day);
-  run.this_month = usage_file_.usage().of_month(day.substr(0, day.rfind('-')));
+  run.traffic = network_.traffic();
   if (audit_log_) run.audit = audit_log_->counts();
   status_file_.write(config.status_file, to_json(side_.status(loop_.now()), run));
 }

@@ -25,7 +25,6 @@
 #include "run/signals.hpp"
 #include "run/status_file.hpp"
 #include "run/supervisor.hpp"
-#include "run/usage.hpp"
 #include "run/workers.hpp"
 
 namespace connect_bridge {
@@ -93,7 +92,6 @@ class Bridge {
   Network network_;
   std::optional<AuditLog> audit_log_;
   StatusFile status_file_;
-  UsageFile usage_file_;
   HeapTrim heap_;
   Supervisor supervisor_;
   LogLimit lags_;

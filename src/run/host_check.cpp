@@ -79,10 +79,9 @@ HostFindings check_host(const ParameterMap& given) {
   check_tls(given, findings);
   if (const std::string file = string_at(given, "audit.file"); !file.empty())
     note(findings.problems, "audit.file", file, audit_problem(file));
-  // Each is replaced by a new file, so that its folder decides. Without it the bridge runs on.
-  for (const char* key : {"status_file", "usage_file"})
-    if (const std::string file = string_at(given, key); !file.empty())
-      note(findings.warnings, key, file, folder_problem(file));
+  // It is replaced by a new file, so that its folder decides. Without it the bridge runs on.
+  if (const std::string file = string_at(given, "status_file"); !file.empty())
+    note(findings.warnings, "status_file", file, folder_problem(file));
   return findings;
 }
 

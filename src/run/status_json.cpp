@@ -116,7 +116,7 @@ std::string to_json(const Status& status, const RunStatus& run) {
       {"memory_max_bytes", status.shared_bytes_max},
       {"taken", run.ros.taken},
       {"published", run.ros.published},
-      {"usage", {{"today", to_value(run.today)}, {"month", to_value(run.this_month)}}},
+      {"traffic", to_value(run.traffic)},
       {"types_not_installed", run.ros.types_not_installed},
       {"reading_held", run.network.held},
       {"extra_frames", run.network.extra_frames},

@@ -1,4 +1,4 @@
-"""`link.bytes_per_second`: what a side costs on the network, as its usage shows it."""
+"""`link.bytes_per_second`: what a side costs on the network, as its status shows it."""
 
 import random
 import time
@@ -16,9 +16,9 @@ NOISE = random.Random(1)  # compression finds nothing
 
 def sent(side):
     """Bytes of IP packets, and when they were read."""
-    last = side.status().get("usage", {})
-    until(lambda: side.status().get("usage", {}) != last, "the status is written again", 5, 0.005)
-    return side.status()["usage"]["today"]["sent_bytes"], time.monotonic()
+    last = side.status().get("traffic", {})
+    until(lambda: side.status().get("traffic", {}) != last, "the status is written again", 5, 0.005)
+    return side.status()["traffic"]["sent_bytes"], time.monotonic()
 
 
 def test_a_link_costs_what_it_may_and_urgent_ones_are_fast(make_pair):

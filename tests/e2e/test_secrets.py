@@ -37,7 +37,6 @@ class Case:
         self.server = {
             "listen": {"port": self.port},
             "audit": {"file": str(folder / "audit.jsonl")},
-            "usage_file": str(folder / "usage.json"),
         }
         self.client = {"url": f"ws://127.0.0.1:{self.port}/?key={QUERY}"}
         self.more = {"server": {}, "client": {}}
@@ -183,7 +182,7 @@ def test_no_secret_is_anywhere(kind, tmp_path, authority, domains, make_side, ma
     for file in tmp_path.rglob("*"):
         if file.is_file() and not any(file.is_relative_to(one) for one in home):
             places[file.name] = file.read_text(encoding="utf-8")
-    written = {"server.log", "client.log", "server.status.json", "audit.jsonl", "usage.json"}
+    written = {"server.log", "client.log", "server.status.json", "audit.jsonl"}
     assert written <= set(places)
     for place, text in places.items():
         for secret in case.secrets:

@@ -98,7 +98,7 @@ TEST(HostCheck, LeavesFilesThatCannotBeReadToOthers) {
 
 TEST(HostCheck, MakesNoFile) {
   const std::string audit = test::scratch_folder() + "host_check.jsonl";
-  EXPECT_THAT(check_host({{"audit.file", audit}, {"usage_file", audit}}).problems, IsEmpty());
+  EXPECT_THAT(check_host({{"audit.file", audit}, {"status_file", audit}}).problems, IsEmpty());
   EXPECT_FALSE(std::filesystem::exists(audit));
   const std::string folder = test::scratch_folder();
   EXPECT_THAT(check_host({{"audit.file", folder.substr(0, folder.size() - 1)}}).problems,

@@ -23,8 +23,7 @@ TEST(StatusJson, WithoutLinks) {
   run.ros.taken = 2;
   run.ros.published = 3;
   run.ros.types_not_installed = 4;
-  run.today = {5, 6};
-  run.this_month = {7, 8};
+  run.traffic = {5, 6};
   run.version = "1.2.3";
   run.started = "2026-01-30T12:00:00Z";
   const auto json = Json::parse(to_json(status, run));
@@ -34,8 +33,7 @@ TEST(StatusJson, WithoutLinks) {
     "memory_bytes": 7, "memory_max_used_bytes": 8, "memory_max_bytes": 9,
      "taken": 2, "published": 3, "types_not_installed": 4, "reading_held": 0,
      "extra_frames": 0,
-    "usage": {"today": {"sent_bytes": 5, "received_bytes": 6},
-              "month": {"sent_bytes": 7, "received_bytes": 8}},
+    "traffic": {"sent_bytes": 5, "received_bytes": 6},
     "last_failure": "refused", "links": []})"));
 }
 
