@@ -6,8 +6,9 @@ CLI::App* add_explain_command(CLI::App& app, ExplainRequest& request) {
   auto* explain = app.add_subcommand(
       "explain", "Say which rule of a parameter file allows a name or denies it, and why");
   explain->footer(
-      "Exit code: 0 if it is allowed (in one of two directions, for some types at least), 1 if it "
-      "is not, 2 if the file or the question is wrong.");
+      "Exit code: 0 if it is allowed (in each direction that is asked for, for some types at "
+      "least), "
+      "1 if it is not, 2 if the file or the question is wrong.");
   explain->add_option("file", request.file, "A ROS 2 parameter file")->required();
   explain->add_option("--role", request.role, "For a node with a name of its own: server or client")
       ->check(CLI::IsMember({"server", "client"}));
@@ -23,7 +24,7 @@ CLI::App* add_explain_command(CLI::App& app, ExplainRequest& request) {
   names->add_option("--parameters", request.parameters, "A node, for its parameters");
   names->require_option(1);
   explain->add_option("--type", request.type, "Its type, as std_msgs/msg/String; any if not given");
-  explain->add_option("--direction", request.direction, "import, export or both")
+  explain->add_option("--direction", request.direction, "import, export, or both (if not given)")
       ->check(CLI::IsMember({"import", "export", "both"}));
   return explain;
 }

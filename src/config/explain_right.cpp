@@ -51,57 +51,15 @@ std::string list_text(const std::vector<std::string>& list) {
   return to_text(ParameterValue{list});
 }
 
-// The interface in question as the graph would show it; if no type was given, it has a type that no
-// rule names.
-struct Example {
-  std::string name, type, action_type;
-  InterfaceKind kind = InterfaceKind::kTopic;
-  [[nodiscard]] Interface what() const { return {kind, name, type, action_type}; }
-};
-
-Example parameter_service(const std::string& node, const ParameterService& service) {
-  return {fmt::format("{}/{}", node, service.token),
-          std::string(service.type),
-          {},
-          InterfaceKind::kService};
-}
-
-Example example_of(const RightQuestion& question) {
-  const auto typed = [&](const char* any) { return question.type.empty() ? any : question.type; };
-  switch (question.what) {
-    case OpenedBy::kServices:
-      return {question.name, typed("any/srv/Type"), {}, InterfaceKind::kService};
-    case OpenedBy::kActions:
-      return {name_of_part(question.name, ActionPart::kCancelGoal),
-              type_of_part({}, ActionPart::kCancelGoal), typed("any/action/Type"),
-              InterfaceKind::kService};
-    case OpenedBy::kParameters: return parameter_service(question.name, kParameterServices.front());
-    default: return {question.name, typed("any/msg/Type"), {}, InterfaceKind::kTopic};
-  }
-}
-
-// Explains one direction. Each fact is found by a policy with a single rule that has only the
-// patterns in question, so the text cannot differ from what decide() does.
+// Explains one direction by the trace of Policy::decide().
 class Explainer {
  public:
   Explainer(const Config& config, const RightQuestion& question, Direction direction)
-      : rules_(config.policy.rules()),
-        config_(config),
+      : config_(config),
         question_(question),
         direction_(direction),
         key_(key_of(question.what, direction)),
-        example_(example_of(question)) {
-    // Single parameter services of a node can be denied: one that is not denied is used as the
-    // example.
-    if (question.what != OpenedBy::kParameters) return;
-    for (const auto& service : kParameterServices) {
-      Example other = parameter_service(question.name, service);
-      if (!is_denied(other)) {
-        example_ = std::move(other);
-        return;
-      }
-    }
-  }
+        trace_(ask(config.policy, direction).trace) {}
 
   [[nodiscard]] RightAnswer answer() {
     const bool denied = tell_denies();
@@ -116,6 +74,11 @@ class Explainer {
   }
 
  private:
+  struct Verdict {
+    bool allowed = false;
+    PolicyTrace trace;
+  };
+
   [[nodiscard]] std::string direction_text() const {
     const bool out = direction_ == Direction::kExport;
     return fmt::format("{} (the {} {})", out ? "export" : "import", word_of(question_.what),
@@ -123,48 +86,45 @@ class Explainer {
   }
   void line(const std::string& text) { body_ += "  " + text + "\n"; }
 
-  // Whether the rule, with nothing but these patterns, opens it.
-  [[nodiscard]] bool opens(const Rule& rule, const Interface& what) const {
-    return Policy({rule}).decide(direction_, what, question_.who).has_value();
+  [[nodiscard]] Verdict ask(const Policy& policy, Direction direction, InterfaceKind kind,
+                            const std::string& name, std::string_view type) const {
+    Verdict verdict;
+    verdict.allowed =
+        policy.decide(direction, kind, name, type, question_.who, &verdict.trace).has_value();
+    return verdict;
   }
-  [[nodiscard]] bool applies(const Rule& rule) const {
-    Rule any;
-    any.identities = rule.identities;
-    any.groups = rule.groups;
-    any.*key_.list = own_name();
-    return opens(any, example_.what());
-  }
-  [[nodiscard]] std::vector<Pattern> own_name() const {
-    auto pattern = Pattern::parse(question_.name);
-    return pattern ? std::vector<Pattern>{std::move(pattern).value()} : std::vector<Pattern>{};
-  }
-  // The first pattern of the list that matches the name; null: none does.
-  [[nodiscard]] const Pattern* match(const Rule& rule, Patterns list) const {
-    for (const Pattern& pattern : rule.*list) {
-      Rule one;
-      one.*key_.list = {pattern};
-      if (opens(one, example_.what())) return &pattern;
+  // If no type was given, it is one that no rule names. The parameters of a node are opened as long
+  // as one of their services is.
+  [[nodiscard]] Verdict ask(const Policy& policy, Direction direction) const {
+    const auto typed = [&](std::string_view any) {
+      return question_.type.empty() ? any : std::string_view(question_.type);
+    };
+    const std::string& name = question_.name;
+    switch (question_.what) {
+      case OpenedBy::kServices:
+        return ask(policy, direction, InterfaceKind::kService, name, typed("any/srv/Type"));
+      case OpenedBy::kActions:
+        return ask(policy, direction, InterfaceKind::kAction, name, typed("any/action/Type"));
+      case OpenedBy::kParameters: break;
+      default: return ask(policy, direction, InterfaceKind::kTopic, name, typed("any/msg/Type"));
     }
-    return nullptr;
-  }
-  [[nodiscard]] const Pattern* deny_of(const Rule& rule, const Interface& what) const {
-    for (const Pattern& pattern : rule.deny) {
-      Rule one;
-      one.*key_.list = own_name();
-      one.deny = {pattern};
-      if (!opens(one, what)) return &pattern;
+    Verdict verdict;
+    for (const auto& service : kParameterServices) {
+      verdict = ask_parameter_service(policy, direction, service);
+      if (!is_denied(verdict.trace)) break;
     }
-    return nullptr;
+    return verdict;
   }
-  [[nodiscard]] bool is_denied(const Example& what) const {
-    return std::any_of(rules_.begin(), rules_.end(), [&](const Rule& rule) {
-      return applies(rule) && deny_of(rule, what.what()) != nullptr;
-    });
+  [[nodiscard]] Verdict ask_parameter_service(const Policy& policy, Direction direction,
+                                              const ParameterService& service) const {
+    return ask(policy, direction, InterfaceKind::kService,
+               fmt::format("{}/{}", question_.name, service.token), service.type);
   }
-  [[nodiscard]] bool type_fits(const Rule& rule) const {
-    return rule.types.empty() || question_.what == OpenedBy::kParameters ||
-           std::find(rule.types.begin(), rule.types.end(), question_.type) != rule.types.end();
+  [[nodiscard]] static bool denies(const RuleTrace& said) { return said.applies && said.denied_by; }
+  [[nodiscard]] static bool is_denied(const PolicyTrace& trace) {
+    return std::any_of(trace.begin(), trace.end(), denies);
   }
+
   [[nodiscard]] static std::string for_whom(const Rule& rule) {
     std::string text;
     if (!rule.identities.empty()) text += "identities " + list_text(rule.identities);
@@ -181,34 +141,27 @@ class Explainer {
   }
 
   bool tell_denies() {
-    bool denied = false;
-    for (const Rule& rule : rules_) {
-      const Pattern* pattern = deny_of(rule, example_.what());
-      if (pattern == nullptr) continue;
-      if (applies(rule)) {
-        line(
-            fmt::format("denied by {}; a deny wins over all rules", where(rule, "deny", *pattern)));
-        denied = true;
-      } else {
-        line(fmt::format("{} denies it, but only for {}", where(rule, "deny", *pattern),
-                         for_whom(rule)));
-      }
+    for (const RuleTrace& said : trace_) {
+      if (!said.denied_by) continue;
+      const std::string at = where(*said.rule, "deny", *said.denied_by);
+      line(said.applies ? fmt::format("denied by {}; a deny wins over all rules", at)
+                        : fmt::format("{} denies it, but only for {}", at, for_whom(*said.rule)));
     }
-    return denied;
+    return is_denied(trace_);
   }
 
   void tell_matches(bool denied) {
-    for (const Rule& rule : rules_) {
-      const Pattern* pattern = match(rule, key_.list);
-      if (pattern == nullptr) continue;
-      const std::string at = where(rule, key_.text, *pattern);
-      if (!applies(rule)) {
+    for (const RuleTrace& said : trace_) {
+      if (!said.opened_by) continue;
+      const Rule& rule = *said.rule;
+      const std::string at = where(rule, key_.text, *said.opened_by);
+      if (!said.applies) {
         line(fmt::format("{} matches, but is only for {}", at, for_whom(rule)));
-      } else if (!type_fits(rule) && !question_.type.empty()) {
+      } else if (!said.type_fits && !question_.type.empty()) {
         line(fmt::format("{} matches, but is only for the types {}", at, list_text(rule.types)));
       } else if (decided_ && !open_types_) {
         line(fmt::format("{} matches, too; it comes later, so its treatment is not used", at));
-      } else if (!type_fits(rule)) {
+      } else if (!said.type_fits) {
         line(fmt::format("{} by {}, if its type is one of {}",
                          denied ? "would be allowed" : "allowed", at, list_text(rule.types)));
         decided_ = open_types_ = true;
@@ -226,16 +179,19 @@ class Explainer {
   // If nothing matches: shows the same name elsewhere, or the most similar pattern.
   void tell_nearest() {
     bool told = false;
-    for (const Rule& rule : rules_) {
+    for (const Rule& rule : config_.policy.rules()) {
       for (const OpenedBy what :
            {OpenedBy::kTopics, OpenedBy::kServices, OpenedBy::kActions, OpenedBy::kParameters}) {
         for (const Direction direction : {Direction::kExport, Direction::kImport}) {
           if (what == question_.what && direction == direction_) continue;
           const Key other = key_of(what, direction);
-          const Pattern* pattern = match(rule, other.list);
-          if (pattern == nullptr) continue;
+          const auto& patterns = rule.*other.list;
+          const auto found = std::find_if(patterns.begin(), patterns.end(), [&](const auto& one) {
+            return one.matches(question_.name);
+          });
+          if (found == patterns.end()) continue;
           line(fmt::format("{} matches the name, but does not apply here",
-                           where(rule, other.text, *pattern)));
+                           where(rule, other.text, *found)));
           told = true;
         }
       }
@@ -249,9 +205,9 @@ class Explainer {
   [[nodiscard]] std::pair<const Rule*, const Pattern*> nearest() const {
     std::pair<const Rule*, const Pattern*> best{nullptr, nullptr};
     std::size_t least = 0;
-    for (const Rule& rule : rules_) {
+    for (const Rule& rule : config_.policy.rules()) {
       for (const Pattern& pattern : rule.*key_.list) {
-        if (match_one(pattern)) continue;  // shown already
+        if (pattern.matches(question_.name)) continue;  // shown already
         const std::size_t here = edit_distance(pattern.text(), question_.name);
         if (best.second != nullptr && here >= least) continue;
         best = {&rule, &pattern};
@@ -260,43 +216,32 @@ class Explainer {
     }
     return best;
   }
-  [[nodiscard]] bool match_one(const Pattern& pattern) const {
-    Rule one;
-    one.*key_.list = {pattern};
-    return opens(one, example_.what());
-  }
 
   void tell_denied_services() {
-    for (const auto& service : kParameterServices) {
-      const Example example = parameter_service(question_.name, service);
-      for (const Rule& rule : rules_)
-        if (const Pattern* pattern = deny_of(rule, example.what());
-            pattern != nullptr && applies(rule))
+    for (const auto& service : kParameterServices)
+      for (const RuleTrace& said : ask_parameter_service(config_.policy, direction_, service).trace)
+        if (denies(said))
           line(fmt::format("but not {}: denied by {}", service.token,
-                           where(rule, "deny", *pattern)));
-    }
+                           where(*said.rule, "deny", *said.denied_by)));
   }
 
   void tell_peer() {
-    const bool out = direction_ == Direction::kExport;
-    const Key other = key_of(question_.what, out ? Direction::kImport : Direction::kExport);
-    std::string by_default;
-    if (config_.role == Role::kServer) {
-      const Direction theirs = out ? Direction::kImport : Direction::kExport;
-      const bool has =
-          Policy({default_rule()}).decide(theirs, example_.what(), Identity{}).has_value();
-      by_default =
-          has ? "; those of a client without rules do" : "; those of a client without rules do not";
-    }
-    line(fmt::format("the peer's rules must have it in {}{}", other.text, by_default));
+    const Direction theirs =
+        direction_ == Direction::kExport ? Direction::kImport : Direction::kExport;
+    const char* by_default = "";
+    if (config_.role == Role::kServer)
+      by_default = ask(Policy({default_rule()}), theirs).allowed
+                       ? "; those of a client without rules do"
+                       : "; those of a client without rules do not";
+    line(fmt::format("the peer's rules must have it in {}{}", key_of(question_.what, theirs).text,
+                     by_default));
   }
 
-  const std::vector<Rule>& rules_;
   const Config& config_;
   const RightQuestion& question_;
   const Direction direction_;
   const Key key_;
-  Example example_;
+  const PolicyTrace trace_;  // points into config_.policy
   bool decided_ = false;
   bool open_types_ = false;  // allowed so far for some types only
   std::string verdict_;
@@ -325,12 +270,12 @@ std::string problem_of(const RightQuestion& question) {
 }
 
 RightAnswer explain_right(const Config& config, const RightQuestion& question) {
-  RightAnswer all;
+  RightAnswer all{{}, true};
   for (const Direction direction : {Direction::kExport, Direction::kImport}) {
     if (question.direction && *question.direction != direction) continue;
     const RightAnswer one = Explainer(config, question, direction).answer();
     all.text += one.text;
-    all.allowed = all.allowed || one.allowed;
+    all.allowed = all.allowed && one.allowed;
   }
   return all;
 }

@@ -19,7 +19,7 @@ struct RightQuestion {
 
 struct RightAnswer {
   std::string text;
-  bool allowed = false;  // in one direction at least, for some types at least
+  bool allowed = false;  // in each direction that is asked for, for some types at least
 };
 
 // Several lines for each direction: whether it is allowed, by which rule and key, which other rules

@@ -17,6 +17,12 @@ bool applies_to(const Rule& rule, const Identity& who) {
                      [&](const std::string& group) { return contains(rule.groups, group); });
 }
 
+template <class Fits>
+const Pattern* first_of(const std::vector<Pattern>& patterns, Fits&& fits) {
+  const auto found = std::find_if(patterns.begin(), patterns.end(), fits);
+  return found == patterns.end() ? nullptr : &*found;
+}
+
 // The patterns that can open it; null: nothing can.
 const std::vector<Pattern>* patterns_of(const Rule& rule, Direction direction, OpenedBy by) {
   const bool exported = direction == Direction::kExport;
@@ -38,41 +44,44 @@ bool type_allowed(const std::vector<std::string>& types, const Opening& opening)
 }  // namespace
 
 std::optional<Decision> Policy::decide(Direction direction, const Interface& what,
-                                       const Identity& who) const {
+                                       const Identity& who, PolicyTrace* trace) const {
   // What is no valid name or type is opened by nothing, whatever patterns say.
   const auto opening = opening_of(what);
   if (opening.by == OpenedBy::kNothing) return std::nullopt;
   const Rule* first = nullptr;
+  bool denied = false;
   for (const auto& rule : rules_) {
-    if (!applies_to(rule, who)) continue;
-    const auto covered = [&rule](std::string_view name) {
-      return std::any_of(rule.deny.begin(), rule.deny.end(),
-                         [&](const Pattern& pattern) { return pattern.covers(name); });
-    };
+    RuleTrace said{&rule, applies_to(rule, who)};
+    if (!said.applies && !trace) continue;
+    said.denied_by = first_of(rule.deny, [&](const Pattern& pattern) {
+      return is_denied(what, opening, [&](std::string_view name) { return pattern.covers(name); });
+    });
     // Also behind the first rule that allows it: a deny wins wherever it stands, so the loop goes
     // on to the last rule.
-    if (is_denied(what, opening, covered)) return std::nullopt;  // mutant: deny
-    if (first != nullptr || !type_allowed(rule.types, opening)) continue;
-    const auto& allowed = *patterns_of(rule, direction, opening.by);
-    if (std::any_of(allowed.begin(), allowed.end(),
-                    [&](const Pattern& pattern) { return pattern.matches(opening.name); })) {
-      first = &rule;
-    }
+    denied = denied || (said.applies && said.denied_by);  // mutant: deny
+    if (denied && !trace) return std::nullopt;
+    if (first && !trace) continue;
+    said.type_fits = type_allowed(rule.types, opening);
+    said.opened_by =
+        first_of(*patterns_of(rule, direction, opening.by),
+                 [&](const Pattern& pattern) { return pattern.matches(opening.name); });
+    if (!first && said.applies && said.type_fits && said.opened_by) first = &rule;
+    if (trace) trace->push_back(said);
   }
-  if (first == nullptr) return std::nullopt;
+  if (denied || !first) return std::nullopt;
   return Decision{first->name, first->treatment};
 }
 
 std::optional<Decision> Policy::decide(Direction direction, InterfaceKind kind,
                                        std::string_view name, std::string_view type,
-                                       const Identity& who) const {
-  if (kind != InterfaceKind::kAction) return decide(direction, {kind, name, type}, who);
+                                       const Identity& who, PolicyTrace* trace) const {
+  if (kind != InterfaceKind::kAction) return decide(direction, {kind, name, type}, who, trace);
   // A whole action is decided as one of its parts, since all five have the same rights. This part's
   // own type says nothing of the action's, so that is given beside it.
   return decide(direction,
                 {InterfaceKind::kService, name_of_part(name, ActionPart::kCancelGoal),
                  type_of_part(type, ActionPart::kCancelGoal), type},
-                who);
+                who, trace);
 }
 
 std::optional<Decision> Policy::decide_parameter_events(Direction direction, std::string_view type,

@@ -47,6 +47,16 @@ struct Decision {
   Treatment treatment;
 };
 
+// What one rule says about one interface; points into the policy.
+struct RuleTrace {
+  const Rule* rule = nullptr;
+  bool applies = false;                // to who asks
+  const Pattern* denied_by = nullptr;  // the first that covers it; null: none does
+  const Pattern* opened_by = nullptr;  // the first that matches it, for its types or not
+  bool type_fits = false;
+};
+using PolicyTrace = std::vector<RuleTrace>;
+
 // An immutable set of rules. A change is a new Policy.
 class Policy {
  public:
@@ -61,12 +71,16 @@ class Policy {
   // starting with '_') are allowed only by a pattern that spells that token out. A deny covers an
   // action by its name or that of any part; a node's parameters by the node's name or that of a
   // single service.
+  // `trace`: if not null, gets what each rule says, in their order; nothing if no rule can open
+  // what has this name and type.
   [[nodiscard]] std::optional<Decision> decide(Direction direction, const Interface& what,
-                                               const Identity& who) const;
+                                               const Identity& who,
+                                               PolicyTrace* trace = nullptr) const;
   // The same for a topic, a service or (kAction, with its own name and type) a whole action.
   [[nodiscard]] std::optional<Decision> decide(Direction direction, InterfaceKind kind,
                                                std::string_view name, std::string_view type,
-                                               const Identity& who) const;
+                                               const Identity& who,
+                                               PolicyTrace* trace = nullptr) const;
   // Whether /parameter_events with this type is carried at all (with another than its own it never
   // is), and how it is treated: by the first rule that opens the parameters of some node. Which of
   // its origins are carried is decided by decide() for each.

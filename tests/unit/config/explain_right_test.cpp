@@ -160,7 +160,7 @@ TEST(ExplainRight, WhatTheDefaultRulesOfTheClientHave) {
               HasSubstr("; those of a client without rules do\n"));
 }
 
-TEST(ExplainRight, WhatIsAllowedInOneDirectionOrForSomeTypesIsAllowed) {
+TEST(ExplainRight, WhatIsAllowedInEachDirectionAskedForOrForSomeTypesIsAllowed) {
   const auto allowed = [](const RightQuestion& question) {
     return explain_right(server_config(), question).allowed;
   };
@@ -169,10 +169,11 @@ TEST(ExplainRight, WhatIsAllowedInOneDirectionOrForSomeTypesIsAllowed) {
   question.type = "p/msg/Other";
   EXPECT_FALSE(allowed(question));
   question = topic("/tf", Direction::kExport);
-  question.direction.reset();
   EXPECT_TRUE(allowed(question));
   question.direction = Direction::kImport;
   EXPECT_FALSE(allowed(question));
+  question.direction.reset();
+  EXPECT_FALSE(allowed(question)) << "only in one of both";
   EXPECT_FALSE(allowed(topic("/camera/secret/a", Direction::kExport))) << "denied";
 }
 
